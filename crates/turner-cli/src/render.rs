@@ -174,6 +174,7 @@ fn load(
     let mut ready = args.scene.ready(&args.film, models, args.threads, control)?;
     if args.film.has_samples()
         && !matches!(ready.prepared.view.film.antialias, Antialias::Grid | Antialias::MonteCarlo)
+        && !ready.prepared.view.labels
     {
         let word = ready.prepared.view.film.antialias.word();
         let message = format!(

@@ -1,4 +1,4 @@
-//! Findings for programs: the format is described in docs/reference/doctor.md.
+//! Findings as JSON, for programs: docs/reference/doctor.md describes the format.
 
 use serde_json::{Map, Value, json};
 use turner::doctor::{Finding, PathKind};
@@ -6,7 +6,7 @@ use turner::doctor::{Finding, PathKind};
 use super::Report;
 use crate::flags;
 
-/// Raised when keys change their meaning or go away; new ones may come at any time.
+/// Increased when keys are removed or change their meaning. New keys may appear at any time.
 const VERSION: u32 = 1;
 
 pub(super) fn of(report: &Report<'_>, scene: &str) -> Value {
@@ -42,7 +42,7 @@ pub(super) fn of(report: &Report<'_>, scene: &str) -> Value {
         "version": VERSION,
         "scene": scene,
         "scene_hash": report.ready.hash,
-        "findings": report.examination.findings.iter().map(finding).collect::<Vec<_>>(),
+        "findings": report.examination.findings.iter().map(|f| finding(f, report)).collect::<Vec<_>>(),
         "summary": {
             "pixels": s.pixels,
             "samples": s.samples,
@@ -66,7 +66,8 @@ pub(super) fn of(report: &Report<'_>, scene: &str) -> Value {
     })
 }
 
-fn finding(f: &Finding) -> Value {
+fn finding(f: &Finding, report: &Report<'_>) -> Value {
+    let at = f.span.and_then(|span| report.ready.sources.locate(span));
     let measured: Map<String, Value> =
         f.measured.iter().map(|m| (m.name.to_owned(), json!({ "value": m.value, "unit": m.unit }))).collect();
     json!({
@@ -78,6 +79,9 @@ fn finding(f: &Finding) -> Value {
         "remedy": f.remedy,
         "flags": f.remedies.iter().map(flags::of).collect::<Vec<_>>(),
         "subject": f.subject,
+        "file": at.as_ref().map(|at| at.file),
+        "line": at.as_ref().map(|at| at.line),
+        "column": at.as_ref().map(|at| at.column),
         "measured": measured,
     })
 }

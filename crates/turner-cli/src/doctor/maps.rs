@@ -12,18 +12,18 @@ use turner_io::image::{Display, ImageFormat, Metadata, OutputFile, OutputImage, 
 
 use crate::failure::{Failure, two_lines};
 
-/// Where maps go.
+/// Where maps are written.
 pub(super) enum Target {
-    /// A file for each.
+    /// One file per map.
     Folder(PathBuf),
-    /// All side by side.
+    /// All maps side by side.
     File(PathBuf),
 }
 
-/// A file that was written.
+/// A written file.
 pub(super) struct Written {
     pub(super) path: String,
-    /// For people.
+    /// What it shows, for people.
     pub(super) shows: String,
     pub(super) names: Vec<&'static str>,
     pub(super) ranges: Value,
@@ -34,7 +34,7 @@ fn output(e: &turner_io::image::OutputError) -> Failure {
 }
 
 impl Target {
-    /// Checked before any work is done.
+    /// Checks the path before any work is done.
     pub(super) fn new(path: &Path) -> Result<Target, Failure> {
         let extension = path.extension().and_then(|e| e.to_str()).map(str::to_ascii_lowercase);
         if path.is_dir() || extension.is_none() {
@@ -42,24 +42,24 @@ impl Target {
         }
         if extension.as_deref() != Some("png") {
             let shown = turner::schema::error::escape(&path.to_string_lossy());
-            let message = format!("{shown}: maps are written as PNG");
-            let help = "name a folder, or a file that ends with .png";
+            let message = format!("{shown}: maps are written as PNG files");
+            let help = "name a folder or a file that ends with .png";
             return Err(Failure::usage(SceneError::new(ErrorCode::Output, message).help(help)));
         }
         OutputFile::create(path).map_err(|e| output(&e))?;
         Ok(Target::File(path.to_owned()))
     }
 
-    /// Refuses to write over what the scene is made of.
+    /// Refuses to overwrite a file that the scene reads.
     pub(super) fn check_against(&self, scene: &Path, desc: &SceneDesc) -> Result<(), Failure> {
         let Target::File(path) = self else { return Ok(()) };
         let own = path.canonicalize().ok();
         let folder = scene.parent().unwrap_or(Path::new(""));
         let mut read = desc.images.iter().map(|i| folder.join(&i.uri)).chain([scene.to_owned()]);
         if own.is_some() && read.any(|p| p.canonicalize().ok() == own) {
-            let message = format!("{}: the scene is made of this file", path.display());
+            let message = format!("{}: the scene reads this file", path.display());
             return Err(Failure::new(
-                SceneError::new(ErrorCode::Output, message).help("name another one with `-o`"),
+                SceneError::new(ErrorCode::Output, message).help("choose another file with `-o`"),
             ));
         }
         Ok(())
@@ -70,7 +70,7 @@ impl Target {
         match self {
             Target::Folder(folder) => {
                 std::fs::create_dir_all(folder).map_err(|e| {
-                    let message = format!("{}: the folder cannot be made: {e}", folder.display());
+                    let message = format!("{}: the folder cannot be created: {e}", folder.display());
                     Failure::new(SceneError::new(ErrorCode::Output, message))
                 })?;
                 maps.iter()
@@ -83,11 +83,11 @@ impl Target {
     }
 }
 
-/// Pixels between maps, and the height of the scale below them.
+/// Pixels between maps, and the height in pixels of the scale below them.
 const GAP: usize = 6;
 const SCALE: usize = 10;
 
-/// Maps side by side, each over its scale.
+/// Writes maps side by side, each with its scale below.
 fn write(path: &Path, maps: &[Map]) -> Result<Written, Failure> {
     let height = maps.iter().map(|m| m.height as usize).max().unwrap_or(0) + GAP + SCALE;
     let width = maps.iter().map(|m| m.width as usize + GAP).sum::<usize>().saturating_sub(GAP);
@@ -141,7 +141,7 @@ fn write(path: &Path, maps: &[Map]) -> Result<Written, Failure> {
     })
 }
 
-/// The scale under a map: heat from little to much, or the colours of the sorts of paths in their order.
+/// The scale below a map: heat colours from low to high, or the colours of the kinds of paths in their order.
 fn scale(map: &Map, x: usize, columns: usize) -> [u8; 3] {
     if map.range.is_none() {
         let i = x * PathKind::ALL.len() / columns.max(1);

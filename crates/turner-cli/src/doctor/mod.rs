@@ -1,4 +1,4 @@
-//! `turner doctor`: why a picture is black, noisy, washed out or slow.
+//! `turner doctor`: finds out why a picture is black, noisy, washed out or slow.
 //!
 //! ```text
 //! run ── scene ── turner::doctor::examine ─┬─ text
@@ -23,11 +23,11 @@ use crate::report::Reporter;
 use crate::scene::{FilmArgs, SceneArgs};
 use crate::text::print;
 
-/// Say why a picture is black, noisy, washed out or slow, and what to do about it
+/// Find out why a picture is black, noisy, washed out or slow, and what to do
 #[derive(Debug, Args)]
 #[command(
-    after_help = "A few thousand samples are traced and judged; nothing is rendered. Give the options that the picture is rendered with.\n\
-                  Each finding has a code that stays the same, what was measured, why it has this effect, and the remedy with its flag."
+    after_help = "Traces a few thousand samples and examines them; no picture is rendered. Give the same options as for the render.\n\
+                  Each finding says what is wrong, where, why it has this effect, and how to fix it, with the option that does so. Its code stays the same from version to version."
 )]
 pub(crate) struct DoctorArgs {
     #[command(flatten)]
@@ -37,19 +37,19 @@ pub(crate) struct DoctorArgs {
     /// As JSON
     #[arg(long)]
     json: bool,
-    /// Pictures of cost, variance and sort of path: a folder, or one PNG with all of them side by side
+    /// Write maps of cost, variance and kind of path: to a folder, or side by side to one PNG
     #[arg(short, long, value_name = "DIR|FILE.png")]
     output: Option<PathBuf>,
-    /// Exit code 1 if there is an error among the findings
+    /// Exit with code 1 if any finding is an error
     #[arg(long)]
     strict: bool,
-    /// Notes, too: what is worth knowing, but hardly wrong
+    /// Show notes, too
     #[arg(long)]
     all: bool,
-    /// Begin nothing more after so many seconds
+    /// Stop probing after this many seconds
     #[arg(long, value_name = "SECONDS", default_value_t = 10.0, value_parser = parse_seconds)]
     seconds: f64,
-    /// Threads; 0 is all there are. The findings are the same for any number
+    /// Threads; 0 uses all of them. The findings do not depend on it
     #[arg(long, default_value_t = 0)]
     threads: usize,
 }
@@ -95,7 +95,7 @@ fn doctor(args: &DoctorArgs, control: &Control) -> Result<u8, Failure> {
     Ok(if args.strict && examination.has_errors() { FAILED } else { 0 })
 }
 
-/// What there is to say.
+/// The examination, and what its output needs.
 struct Report<'a> {
     examination: &'a turner::doctor::Examination,
     written: &'a [maps::Written],

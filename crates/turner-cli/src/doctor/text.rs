@@ -6,17 +6,17 @@ use super::Report;
 use crate::flags;
 use crate::text::{columns, plural, seconds, wrap};
 
-/// All findings, those that are notes if `all`, and what was measured.
+/// The findings, with notes if `all`, and the measurements.
 pub(super) fn of(report: &Report<'_>, all: bool) -> String {
     let e = report.examination;
     let mut out = String::new();
     let shown = |f: &&Finding| all || f.severity != Severity::Note;
     for finding in e.findings.iter().filter(shown) {
-        one(&mut out, finding);
+        one(&mut out, finding, report);
     }
     let hidden = e.findings.iter().filter(|f| !shown(f)).count() as u64;
     if e.findings.iter().filter(shown).count() == 0 {
-        out += "nothing wrong was found\n\n";
+        out += "no problems found\n\n";
     }
     out += &measured(report);
     if hidden > 0 {
@@ -40,13 +40,16 @@ pub(super) fn of(report: &Report<'_>, all: bool) -> String {
     out
 }
 
-/// Without what would move a terminal's cursor or change its colours: names stand as the scene's file has them.
+/// Without control characters, which would move a terminal's cursor or change its colours: names are those of the scene file.
 fn clean(text: &str) -> String {
     text.chars().map(|c| if c.is_control() { '\u{fffd}' } else { c }).collect()
 }
 
-fn one(out: &mut String, f: &Finding) {
+fn one(out: &mut String, f: &Finding, report: &Report<'_>) {
     *out += &format!("{}[{}]: {}\n", f.severity.word(), f.code, clean(&f.what));
+    if let Some(at) = f.span.and_then(|span| report.ready.sources.locate(span)) {
+        *out += &format!("    --> {}:{}:{}\n", clean(at.file), at.line, at.column);
+    }
     for (label, text) in [("why", &f.why), ("remedy", &f.remedy)] {
         if !text.is_empty() {
             let mut wrapped = String::new();
@@ -69,23 +72,23 @@ fn measured(report: &Report<'_>) -> String {
     let s = &report.examination.summary;
     let mut rows: Vec<(&str, String)> = Vec::new();
     let samples = if s.samples > 1 { format!(", {} samples each", s.samples) } else { String::new() };
-    let cut = if s.complete { "" } else { "; the time was over before the end" };
-    rows.push(("looked at", format!("{} pixels{samples}, in {}{cut}", s.pixels, seconds(report.seconds))));
+    let cut = if s.complete { "" } else { "; stopped by the time limit" };
+    rows.push(("probed", format!("{} pixels{samples}, in {}{cut}", s.pixels, seconds(report.seconds))));
     let [low, middle, high] = s.shown;
     rows.push((
-        "shown",
-        format!("{low:.2} to {high:.2} of 1, half of it above {middle:.2}; {} white", percent(s.white)),
+        "brightness",
+        format!("{low:.2} to {high:.2} of 1 as displayed, median {middle:.2}; {} white", percent(s.white)),
     ));
     if let (Some(error), Some(wanted), false) = (s.error, s.samples_wanted, s.black) {
         rows.push((
             "noise",
-            format!("error {error:.2e} (relMSE) to expect; 0.01 takes {}", plural(wanted, "sample")),
+            format!("expected error {error:.2e} (relMSE); {} for 0.01", plural(wanted, "sample")),
         ));
     }
     rows.push((
         "cost",
         format!(
-            "{:.1} surfaces and {:.1} shadow rays a sample, {:.0} boxes and shapes a camera ray",
+            "{:.1} surfaces and {:.1} shadow rays per sample, {:.0} boxes and shapes per camera ray",
             s.surfaces_per_sample, s.shadow_rays_per_sample, s.steps_per_ray
         ),
     ));

@@ -26,6 +26,9 @@ fn broken() -> Vec<(PathBuf, String)> {
     let mut out = Vec::new();
     for entry in std::fs::read_dir(root().join("crates/turner-cli/tests/doctor")).unwrap() {
         let path = entry.unwrap().path();
+        if path.extension().is_none_or(|e| e != "toml") {
+            continue;
+        }
         let stem = path.file_stem().unwrap().to_str().unwrap().to_owned();
         let code = match &*stem {
             "spot-away" => "light-faces-away",
@@ -35,6 +38,7 @@ fn broken() -> Vec<(PathBuf, String)> {
             "noise-rough-glass" => "noise-caustics",
             "night-sky" => "sun-below-horizon",
             "far-model" => "objects-too-small",
+            "model-without-light" => "no-lights",
             stem => stem,
         };
         out.push((path.clone(), code.to_owned()));
@@ -121,7 +125,7 @@ fn findings_say_what_was_measured_and_what_to_do() {
     assert_eq!(report["summary"]["black"], true);
     // For people, and with the exit code that was asked for.
     let text = f.turner(&["doctor", &scene]).ok().stdout;
-    for word in ["error[light-enclosed]", "why:", "remedy:", "shade", "looked at"] {
+    for word in ["error[light-enclosed]", "why:", "remedy:", "shade", "probed"] {
         assert!(text.contains(word), "{word}: {text}");
     }
     f.turner(&["doctor", &scene, "--strict"]).fails(1, &["light-enclosed"]);
@@ -152,6 +156,56 @@ fn the_flags_of_a_remedy_can_be_used() {
         let after = findings(&examined(&f, &scene, &words));
         assert!(after.iter().all(|(_, code)| code != name), "{name} {flag}: {after:?}");
     }
+}
+
+/// A light without a name is called by its type and position, with its place in the file.
+#[test]
+fn lights_are_named_as_people_name_them() {
+    let f = folder();
+    let path = root().join("crates/turner-cli/tests/doctor/light-too-weak.toml");
+    let scene = path.to_string_lossy();
+    let report = examined(&f, &scene, &[]);
+    let first = &report["findings"][0];
+    assert!(!first["what"].as_str().unwrap().contains('#'), "{first}");
+    let line = std::fs::read_to_string(&path).unwrap().lines().position(|l| l == "[[light]]").unwrap() + 1;
+    assert_eq!(first["line"], line, "{first}");
+    let text = f.turner(&["doctor", &scene]).ok().stdout;
+    assert!(text.contains(&format!("light-too-weak.toml:{line}:")), "{text}");
+}
+
+/// Labels have no mean: options for anti-aliasing do not change them.
+#[test]
+fn ids_are_the_same_with_any_samples() {
+    let f = folder();
+    f.turner(&["s.toml", "--integrator", "ids", "-o", "plain.png"]).ok();
+    let many = ["--antialias", "monte-carlo", "--samples", "32", "-o", "many.png"];
+    let run = f.turner(&[&["s.toml", "--integrator", "ids"][..], &many].concat()).ok();
+    assert!(run.stderr.contains("IDs cannot be averaged"), "{}", run.stderr);
+    assert!(!run.stderr.contains("no effect"), "{}", run.stderr);
+    let [a, b] = ["plain.png", "many.png"].map(|name| crate::common::pixels(&f.read(name)));
+    assert_eq!(a, b);
+}
+
+/// Film keys that a scene does not give follow the integrator that is chosen at last.
+#[test]
+fn film_defaults_follow_the_integrator() {
+    let f = folder();
+    let scene = "film = { width = 8, height = 8 }\n[[object]]\ntype = \"sphere\"\n[[light]]\ntype = \"point\"\nposition = [0, 3, 3]\n";
+    f.write("plain.toml", scene);
+    f.write("given.toml", &scene.replace("height = 8", "height = 8, samples = 5, transfer = \"none\""));
+    let film = |name: &str, options: &[&str]| {
+        let run = f.turner(&[&["info", name, "--json"][..], options].concat()).ok();
+        let info: Value = serde_json::from_str(&run.stdout).unwrap();
+        let film = &info["film"];
+        format!("{} {} {}", film["antialias"], film["samples"], film["transfer"]).replace('"', "")
+    };
+    let with = |integrator: &str| format!("integrator.type=\"{integrator}\"");
+    assert_eq!(film("plain.toml", &[]), "none 16 none");
+    assert_eq!(film("plain.toml", &["-D", &with("path")]), "monte-carlo 64 srgb");
+    assert_eq!(film("plain.toml", &["-D", &with("direct")]), "monte-carlo 16 srgb");
+    assert_eq!(film("plain.toml", &["-D", &with("depth")]), "none 16 none");
+    assert_eq!(film("given.toml", &["-D", &with("path")]), "monte-carlo 5 none");
+    assert_eq!(film("plain.toml", &["-D", &with("path"), "-D", "film.antialias=none"]), "none 64 srgb");
 }
 
 #[test]

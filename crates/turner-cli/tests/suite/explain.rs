@@ -248,14 +248,14 @@ fn the_text_names_what_was_met_and_shows_the_sum() {
         "reflected →",
         "refracted →",
         "(glass), enters",
-        "☀ point light #0",
+        "☀ point light",
         "ambient",
         "\\u{1b}[31m",
     ] {
         assert!(text.contains(word), "{word}: {text}");
     }
     let shaded = f.turner(&["explain", "c.toml", "--pixel", "12,13"]).ok().stdout;
-    assert!(shaded.contains("☀ point light #0: "), "{shaded}");
+    assert!(shaded.contains("☀ point light: "), "{shaded}");
     let normals = f.turner(&["explain", "c.toml", "--pixel", "12,7", "--integrator", "normals"]).ok().stdout;
     assert!(normals.contains("\"normals\" shows ["), "{normals}");
 }

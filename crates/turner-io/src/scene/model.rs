@@ -17,17 +17,18 @@ use super::sources::{SourceFile, Sources};
 use super::{LoadError, LoadOptions, Loaded, SceneFormat, overrides};
 use crate::assets::{AssetError, AssetSource, printable};
 
-/// A scene that shows a model: on a stage, in physical light.
-fn showing() -> SceneDesc {
+/// Integrators whose pixels hold data: without being asked nobody wants the mean of a depth and of the background behind it.
+const DATA: [&str; 5] = ["depth", "ids", "normals", "position", "uv"];
+
+/// A scene that shows a model: on a stage, in physical light, unless another integrator is asked for.
+fn showing(integrator: Option<&str>) -> SceneDesc {
     let scene = SceneDesc::default();
+    let film = match integrator {
+        Some(name) if DATA.contains(&name) => scene.film,
+        _ => FilmDesc { antialias: Antialias::MonteCarlo, samples: 32, ..scene.film },
+    };
     SceneDesc {
-        film: FilmDesc {
-            transfer: Transfer::Srgb,
-            tonemap: Tonemap::Neutral,
-            antialias: Antialias::MonteCarlo,
-            samples: 32,
-            ..scene.film
-        },
+        film: FilmDesc { transfer: Transfer::Srgb, tonemap: Tonemap::Neutral, ..film },
         integrator: IntegratorDesc::Path(PathDesc::default()),
         background: BackgroundDesc { color: Spectrum::WHITE, ..scene.background },
         studio: Some(studio(None, true)),
@@ -144,7 +145,7 @@ pub(super) fn load(
     assets: &dyn AssetSource,
     options: &LoadOptions,
 ) -> Result<Loaded, LoadError> {
-    changed(showing(), (name, uri), assets, options, |files, edits| {
+    changed(showing(options.integrator.as_deref()), (name, uri), assets, options, |files, edits| {
         files.given = assets.resolve(uri, uri).ok().map(|path| Given { path, bytes });
         let list = Data::Array(vec![object(uri, format)]);
         Ok([KeyEdit::new("object", list)].into_iter().chain(edits).collect())

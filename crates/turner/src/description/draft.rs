@@ -161,7 +161,8 @@ fn object(object: &ObjectDesc, cx: &mut Writer<'_>) -> Result<Value, SceneError>
 fn whole_section(section: &str, cx: &mut Writer<'_>) -> Result<Option<Value>, SceneError> {
     let desc = cx.desc;
     let data = match section {
-        "film" => Data::Table(desc.film.write(cx)?),
+        // With the keys whose default depends on the integrator: an edit may change it.
+        "film" => Data::Table(desc.film.write_for(None, cx)?),
         "integrator" => Data::Table(desc.integrator.write(cx)?),
         "background" => Data::Table(desc.background.write(cx)?),
         "studio" => match &desc.studio {

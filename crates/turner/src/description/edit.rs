@@ -23,7 +23,8 @@ use crate::texture::TextureDesc;
 impl SceneDesc {
     /// Sets values by their paths, in order: `film.width`, `object.0.radius`, `material.gold.specular_roughness`. Paths and keys are those of scene files
     /// ([`write_scene`](super::write_scene)), so that what has no name is found by its kind and number, e.g. `material-3`. What is not named stays what it is. A new type
-    /// (`integrator.type`) drops the keys of the old one that it does not know. `assets` reads the files that new values name.
+    /// (`integrator.type`) drops the keys of the old one that it does not know; the film keeps its values, whatever integrator they came from. Only an edit that replaces
+    /// all of `film` gets the film's defaults for the integrator. `assets` reads the files that new values name.
     ///
     /// Errors: those of reading such a scene, at the part of the path or at the value that is wrong. The description is then as it was.
     pub fn edit(&mut self, edits: &[KeyEdit], assets: &mut dyn SceneAssets) -> Result<(), SceneError> {
@@ -47,7 +48,7 @@ impl SceneDesc {
         let mut assets = WithBorrowed { lent, files: assets };
         let mut cx = Reader::new(&mut assets);
         let lengths = self.lend_lists(&mut cx, &names);
-        let changes = Changes::read(&root, &names, &mut cx);
+        let changes = Changes::read(&root, &names, self.integrator.type_name(), &mut cx);
         if changes.is_err() {
             let [textures, materials, media, images, meshes] = lengths;
             cx.textures.truncate(textures);
@@ -118,14 +119,21 @@ struct Changes {
 }
 
 impl Changes {
-    fn read(root: &Value, names: &Names, cx: &mut Reader<'_>) -> Result<Changes, SceneError> {
+    /// `integrator` is the type that the description has, unless an edit changes it.
+    fn read(
+        root: &Value,
+        names: &Names,
+        integrator: &str,
+        cx: &mut Reader<'_>,
+    ) -> Result<Changes, SceneError> {
         let mut top = TableReader::of(root, "the scene")?;
         for (section, _) in SECTIONS {
             top.take(section);
         }
         top.finish()?;
+        let integrator = top.take("integrator").map_or(integrator, integrator_type);
         let mut changes = Changes {
-            film: top.take("film").map(|value| read_film(value, cx)).transpose()?,
+            film: top.take("film").map(|value| read_film(value, integrator, cx)).transpose()?,
             ..Changes::default()
         };
         if let Some(film) = &changes.film {

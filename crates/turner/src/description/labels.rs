@@ -1,10 +1,38 @@
-//! What things are called in messages.
+//! What objects, materials and lights are called in messages.
+
+use std::fmt;
 
 use crate::description::SceneDesc;
-use crate::scene::Scene;
+use crate::light::{Light, LightDesc};
+use crate::scene::{ListedEmitter, Scene};
 use crate::schema::MaterialId;
 
-/// Names of things of a scene, as its description has them: not yet fit for a terminal or a page.
+/// What a person calls an object, a material or a light. `Display` puts names from the scene in quotes: `"bulb"`, but `the point light`.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Label {
+    /// The name, or what it is: `bulb`, `point light`, `sphere #4`. Not yet fit for a terminal or a page.
+    pub text: String,
+    /// Whether the scene gives this name.
+    pub is_name: bool,
+}
+
+impl Label {
+    fn new(name: Option<String>, otherwise: impl FnOnce() -> String) -> Label {
+        let is_name = name.is_some();
+        Label { text: name.unwrap_or_else(otherwise), is_name }
+    }
+}
+
+impl fmt::Display for Label {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self.is_name {
+            true => write!(f, "\"{}\"", self.text),
+            false => write!(f, "the {}", self.text),
+        }
+    }
+}
+
+/// Names the objects, materials and lights of a scene, as its description has them: not yet fit for a terminal or a page.
 #[derive(Clone, Copy)]
 pub struct Labels<'a> {
     /// The scene.
@@ -14,7 +42,7 @@ pub struct Labels<'a> {
 }
 
 impl Labels<'_> {
-    /// `ball`, `tree / leaf`, or `sphere #4` for a primitive without a name, which is of the shape `shape`.
+    /// `ball`, `tree / leaf`, or `sphere #4` for a primitive of shape `shape` without a name. The number is the ID that the integrator "ids" shows.
     pub fn object(&self, primitive: u32, shape: &str) -> String {
         let name = self.scene.object_name(primitive);
         let own = name.own.map_or_else(|| format!("{shape} #{primitive}"), str::to_owned);
@@ -24,20 +52,122 @@ impl Labels<'_> {
         }
     }
 
-    /// Its name, or what kind it is.
-    pub fn material(&self, id: MaterialId) -> String {
-        match self.desc.materials.get(id.index()) {
-            Some(m) => m.name.clone().unwrap_or_else(|| format!("{} material", m.value.type_name())),
-            None => "default material".to_owned(),
-        }
+    /// The same for a sentence.
+    pub fn object_label(&self, primitive: u32, shape: &str) -> Label {
+        Label { text: self.object(primitive, shape), is_name: true }
     }
 
-    /// A light by its number in the prepared scene.
+    /// Its name, or its type: `matte material`.
+    pub fn material(&self, id: MaterialId) -> String {
+        self.material_label(id).text
+    }
+
+    /// The same for a sentence.
+    pub fn material_label(&self, id: MaterialId) -> Label {
+        let desc = self.desc.materials.get(id.index());
+        let kind = || {
+            desc.map_or_else(|| "default material".into(), |m| format!("{} material", m.value.type_name()))
+        };
+        Label::new(desc.and_then(|m| m.name.clone()), kind)
+    }
+
+    /// A light by its index in the prepared scene: its name, or its type, with its position where there are several of that type.
     pub fn light(&self, light: u32) -> String {
-        let source = self.scene.light_sources.get(light as usize).copied().flatten();
-        match source.and_then(|i| self.desc.lights.get(i as usize).map(|l| (i, l))) {
-            Some((i, l)) => l.name.clone().unwrap_or_else(|| format!("{} light #{i}", l.value.type_name())),
-            None => format!("light #{light}"),
+        self.light_label(light).text
+    }
+
+    /// The same for a sentence.
+    pub fn light_label(&self, light: u32) -> Label {
+        let prepared = self.scene.lights.get(light as usize);
+        let own = self.scene.light_sources.get(light as usize).copied().flatten();
+        let Some(own) = own.filter(|i| (*i as usize) < self.desc.lights.len()) else {
+            let kind = match prepared {
+                Some(Light::Environment(_)) if self.desc.studio.is_some() => "built-in studio light",
+                Some(Light::Environment(_)) => "environment light",
+                Some(Light::Directional(_)) => "directional light",
+                Some(Light::Point(_)) => "point light",
+                Some(Light::Spot(_)) => "spot light",
+                Some(Light::Area(_)) => "area light",
+                None => "light",
+            };
+            return Label::new(None, || kind.to_owned());
+        };
+        let mut label = self.light_of_description(own);
+        // A sky is two lights.
+        let is_sky = matches!(self.desc.lights.get(own as usize).map(|l| &l.value), Some(LightDesc::Sky(_)));
+        if is_sky && matches!(prepared, Some(Light::Directional(_))) {
+            label = Label::new(None, || match label.is_name {
+                true => format!("sun of \"{}\"", label.text),
+                false => format!("sun of the {}", label.text),
+            });
         }
+        label
+    }
+
+    /// The same for a light by its index in the description.
+    pub fn light_of_description(&self, light: u32) -> Label {
+        let Some(own) = self.desc.lights.get(light as usize) else {
+            return Label::new(None, || "light".into());
+        };
+        Label::new(own.name.clone(), || {
+            let kind = own.value.type_name();
+            let alike =
+                || self.desc.lights.iter().filter(|l| l.value.type_name() == kind && l.name.is_none());
+            if alike().count() < 2 {
+                return format!("{kind} light");
+            }
+            let index = self.scene.light_sources.iter().position(|source| *source == Some(light));
+            let bounds = index.and_then(|i| self.scene.emitter_bounds(ListedEmitter::Light(i as u32)));
+            match bounds.map(|b| b.center()).filter(|p| p.is_finite()) {
+                Some(p) => format!("{kind} light at ({}, {}, {})", short(p.x), short(p.y), short(p.z)),
+                None => {
+                    let before = self.desc.lights.iter().take(light as usize + 1);
+                    let nth = before.filter(|l| l.value.type_name() == kind && l.name.is_none()).count();
+                    format!("{} {kind} light", ordinal(nth))
+                }
+            }
+        })
+    }
+}
+
+/// A coordinate with at most three decimals.
+fn short(v: f64) -> f64 {
+    let rounded = (v * 1e3).round() * 1e-3;
+    // Without "-0", and without the digits that rounding leaves.
+    (rounded * 1e3).round() / 1e3 + 0.0
+}
+
+/// `1st`, `2nd`, `11th`.
+fn ordinal(n: usize) -> String {
+    let ending = match (n % 10, n % 100) {
+        (_, 11..=13) => "th",
+        (1, _) => "st",
+        (2, _) => "nd",
+        (3, _) => "rd",
+        _ => "th",
+    };
+    format!("{n}{ending}")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn ordinals_end_as_they_are_spoken() {
+        let all: Vec<String> = [1, 2, 3, 4, 11, 12, 13, 21, 112].into_iter().map(ordinal).collect();
+        assert_eq!(all, ["1st", "2nd", "3rd", "4th", "11th", "12th", "13th", "21st", "112th"]);
+    }
+
+    #[test]
+    fn names_are_quoted_and_types_have_an_article() {
+        let name = Label { text: "bulb".into(), is_name: true };
+        let kind = Label { text: "point light".into(), is_name: false };
+        assert_eq!([name.to_string(), kind.to_string()], ["\"bulb\"", "the point light"]);
+    }
+
+    #[test]
+    fn coordinates_are_short() {
+        assert_eq!([short(0.1 + 0.2), short(-1e-9), short(12.3456)], [0.3, 0.0, 12.346]);
     }
 }

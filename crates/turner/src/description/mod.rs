@@ -19,7 +19,7 @@ mod write_names;
 
 pub use default_studio::StudioDesc;
 pub use edit::drop_foreign_keys;
-pub use labels::Labels;
+pub use labels::{Label, Labels};
 pub use model::{ModelDesc, UpAxis};
 pub use read::{SECTIONS, SceneAssets, read_scene};
 pub use scene_desc::{GroupDesc, ImportSummary, ObjectContent, ObjectDesc, SceneDesc, SceneLight};

@@ -145,7 +145,7 @@ impl Reader<'_> {
         if in_group {
             if !(model.lights.is_empty() && model.cameras.is_empty()) {
                 (self as &mut dyn ReadContext)
-                    .warn(None, "the lights and cameras of a model in a group are left out");
+                    .warn(None, "the lights and cameras of a model in a group are ignored: place the model in the scene itself to use them");
             }
             return;
         }

@@ -247,9 +247,10 @@ pub fn read_scene(root: &Value, assets: &mut dyn SceneAssets) -> Result<SceneDes
     }
     top.finish()?;
     let mut cx = Reader::new(assets);
-    // The film first: it says what hex colours mean.
+    // The film first: its transfer curve defines the hex colours. Some of its defaults depend on the integrator.
     let empty = Value { data: Data::Table(Table::default()), span: root.span };
-    let film = read_film(top.take("film").unwrap_or(&empty), &mut cx)?;
+    let integrator = top.take("integrator").unwrap_or(&empty);
+    let film = read_film(top.take("film").unwrap_or(&empty), integrator_type(integrator), &mut cx)?;
     cx.transfer = film.transfer;
 
     let textures = named_tables(top.take("texture"), "texture")?;
@@ -314,7 +315,7 @@ pub fn read_scene(root: &Value, assets: &mut dyn SceneAssets) -> Result<SceneDes
         cameras.push(read_camera(value, "a view", &mut cx)?);
     }
     cameras.append(&mut cx.cameras);
-    let integrator = read_integrator(top.take("integrator").unwrap_or(&empty), &mut cx)?;
+    let integrator = read_integrator(integrator, &mut cx)?;
     let background = read_background(top.take("background").unwrap_or(&empty), &mut cx)?;
     let studio = match top.take_renamed("studio", &mut cx) {
         None => None,
@@ -322,7 +323,7 @@ pub fn read_scene(root: &Value, assets: &mut dyn SceneAssets) -> Result<SceneDes
     };
     if objects.is_empty() {
         (&mut cx as &mut dyn ReadContext)
-            .warn(None, "the scene has no [[object]]: the picture shows the background alone");
+            .warn(None, "the scene has no [[object]]: the picture shows only the background. Add an object");
     }
     Ok(SceneDesc {
         camera,

@@ -5,7 +5,7 @@ use crate::color::named;
 use crate::description::SceneLight;
 use crate::description::default_studio::StudioDesc;
 use crate::film::FilmDesc;
-use crate::integrator::IntegratorDesc;
+use crate::integrator::{ClassicDesc, IntegratorDesc};
 use crate::light::{BackgroundDesc, LightDesc};
 use crate::material::MaterialDesc;
 use crate::medium::MediumDesc;
@@ -14,8 +14,25 @@ use crate::schema::value::{Data, Span, Value};
 use crate::schema::{ErrorCode, Named, ReadContext, SceneError, TableReader, old_names, wrong_type};
 use crate::texture::TextureDesc;
 
-pub(super) fn read_film(value: &Value, cx: &mut dyn ReadContext) -> Result<FilmDesc, SceneError> {
-    whole_table(value, "[film]", cx, FilmDesc::read)
+/// Reads `[film]`; keys that it lacks get the defaults of the integrator.
+pub(super) fn read_film(
+    value: &Value,
+    integrator: &str,
+    cx: &mut dyn ReadContext,
+) -> Result<FilmDesc, SceneError> {
+    FilmDesc::read_for(integrator, value, cx)
+}
+
+/// The integrator of a scene file that gives none.
+const DEFAULT_INTEGRATOR: &str = ClassicDesc::DOC.name;
+
+/// The `type` of an `[integrator]`. What is wrong with it is found when the section is read.
+pub(super) fn integrator_type(section: &Value) -> &str {
+    let Data::Table(table) = &section.data else { return DEFAULT_INTEGRATOR };
+    match table.get("type").map(|value| &value.data) {
+        Some(Data::String(name)) => name,
+        _ => DEFAULT_INTEGRATOR,
+    }
 }
 
 pub(super) fn read_background(value: &Value, cx: &mut dyn ReadContext) -> Result<BackgroundDesc, SceneError> {
@@ -29,7 +46,8 @@ pub(super) fn read_studio(value: &Value, cx: &mut dyn ReadContext) -> Result<Stu
 pub(super) fn read_integrator(value: &Value, cx: &mut dyn ReadContext) -> Result<IntegratorDesc, SceneError> {
     let mut table = TableReader::of(value, "[integrator]")?;
     let doc = &IntegratorDesc::DOC;
-    let integrator = read_kind(&mut table, "integrator", Some("classic"), cx, doc, IntegratorDesc::read)?;
+    let integrator =
+        read_kind(&mut table, "integrator", Some(DEFAULT_INTEGRATOR), cx, doc, IntegratorDesc::read)?;
     table.finish()?;
     Ok(integrator)
 }

@@ -106,6 +106,21 @@ pub struct SceneDesc {
     pub warnings: Vec<Warning>,
 }
 
+impl SceneDesc {
+    /// Whether any object moves while the shutter is open: it has a `motion` that differs from its `transform`.
+    pub fn moves(&self) -> bool {
+        let in_groups = self.groups.iter().flat_map(|group| &group.value.objects);
+        let moves = |o: &ObjectDesc| o.motion.is_some_and(|motion| motion != o.transform);
+        self.objects.iter().chain(in_groups).any(moves)
+    }
+
+    /// Whether any imported model has an animation. Only then do other frames or another time of the model show anything else.
+    pub fn is_animated(&self) -> bool {
+        let animations = self.imports.iter().flat_map(|import| &import.counts);
+        animations.into_iter().any(|(what, count)| *what == "animations" && *count > 0)
+    }
+}
+
 /// What a file of another program held.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ImportSummary {

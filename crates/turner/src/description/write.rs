@@ -119,7 +119,8 @@ pub fn write_scene(desc: &SceneDesc, assets: &mut dyn SceneAssetWriter) -> Resul
     }
     let views = desc.cameras.iter().map(|c| Ok(Data::Table(with_name(c.value.write(&mut cx)?, &c.name))));
     push_list(&mut top, "view", views.collect::<Result<_, SceneError>>()?);
-    push_table(&mut top, "film", desc.film.write(&mut cx)?);
+    let film = desc.film.write_for(Some(desc.integrator.type_name()), &mut cx)?;
+    push_table(&mut top, "film", film);
     top.push("integrator", Data::Table(desc.integrator.write(&mut cx)?));
     push_table(&mut top, "background", desc.background.write(&mut cx)?);
     if let Some(studio) = &desc.studio {

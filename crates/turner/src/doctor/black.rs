@@ -1,4 +1,4 @@
-//! Why it is black, where light and its measure are to blame.
+//! Why a picture is black or dark: no light, weak light, settings that remove light.
 
 use super::evidence::Evidence;
 use super::finding::{Finding, Question, Severity, percent, rounded, short};
@@ -8,6 +8,7 @@ use super::picture::{quantile, show};
 use super::trial::Trial;
 use crate::integrator::{IntegratorDesc, LightSampling};
 use crate::light::{Light, LightDesc};
+use crate::lint::{STUDIO_KEY, STUDIO_SECTION, can_have_studio};
 use crate::math::elementary::ln;
 use crate::schema::Remedy;
 
@@ -28,7 +29,7 @@ pub(super) fn ask(e: &Evidence<'_>, out: &mut Vec<Finding>) {
     }
 }
 
-/// Nothing shines at all.
+/// Nothing emits light.
 fn dark(e: &Evidence<'_>) -> Option<Finding> {
     let scene = e.scene;
     let background =
@@ -57,63 +58,87 @@ fn dark(e: &Evidence<'_>) -> Option<Finding> {
         let emissive = e.desc.materials.iter().filter(|m| materials::is_emissive(&m.value)).count();
         if emissive > 0 && !physical {
             let what = format!(
-                "{emissive} materials shine, but the integrator \"classic\" lets only lights shine on things"
+                "{emissive} materials emit light, but with the integrator \"classic\" only [[light]]s illuminate surfaces"
             );
             return Some(
                 Finding::new(BLACK, severity, "classic-emission", 1.0, what)
-                    .why("light from surfaces is followed by \"path\" and \"direct\" alone")
-                    .remedy("render with an integrator that follows light, or add a [[light]]")
-                    .or(Remedy::set("integrator.type", "path").and("film.antialias", "monte-carlo"))
+                    .why("only \"path\" and \"direct\" trace light from emissive surfaces")
+                    .remedy("render with \"path\", or add a [[light]]")
+                    .or(Remedy::set("integrator.type", "path")
+                        .and("film.antialias", "monte-carlo")
+                        .and("film.samples", 64)
+                        .and("film.transfer", "srgb"))
                     .measure("materials-that-shine", emissive as f64, "count"),
             );
         }
-        let what =
-            "nothing in the scene shines: it has no light, no shining material and no background".to_owned();
-        return Some(
-            Finding::new(BLACK, severity, "no-lights", 1.0, what)
-                .why("every ray ends at a surface that nothing lights")
-                .remedy("add a [[light]], an object with a material of type \"emissive\", or `[background] color`")
-                .set("background.color", 1.0)
-                .measure("lights", 0.0, "count"),
-        );
+        return Some(no_lights(e, severity, physical));
     }
     if let Some(finding) = (0..e.desc.lights.len() as u32).find_map(|i| night(e, i, 0.0)) {
         return Some(finding);
     }
     let first = off.first().copied().unwrap_or(0);
-    let name = e.desc.lights.get(first).map_or("light", |l| l.value.type_name());
+    let name = e.labels.light_of_description(first as u32);
     let key =
         e.desc.lights.get(first).and_then(|l| strength_key(&l.value)).map_or("intensity", |(key, _)| key);
-    let what = format!(
-        "all {} lights are switched off or black; the first is the {name} light #{first}",
-        e.desc.lights.len()
-    );
+    let what = match e.desc.lights.len() {
+        1 => format!("the only light of the scene, {name}, is off or black"),
+        n => format!("all {n} lights are off or black; the first is {name}"),
+    };
     Some(
         Finding::new(BLACK, severity, "lights-off", 1.0, what)
-            .why(format!("its `{key}` is 0, or its colour or picture is black"))
+            .why(format!("its `{key}` is 0, or its colour or image is black"))
             .remedy(format!("raise `{key}`, or choose another colour"))
             .set(&format!("light.{first}.{key}"), 1.0)
-            .about(format!("{name} light #{first}"))
+            .about(name.text)
+            .at(e.desc.lights.get(first).and_then(|l| l.span))
             .measure("lights", e.desc.lights.len() as f64, "count"),
     )
 }
 
-/// The sky of a light of this number is that of night.
+/// Nothing emits light, and there are no lights that are off.
+fn no_lights(e: &Evidence<'_>, severity: Severity, physical: bool) -> Finding {
+    let what = match (e.desc.imports.is_empty(), physical) {
+        (_, false) => "the scene has no [[light]]",
+        (true, true) => {
+            "nothing in the scene emits light: it has no light, no emissive material and no background"
+        }
+        (false, true) => {
+            "nothing in the scene emits light: the model brings no light, and the scene has none of its own"
+        }
+    };
+    let finding = Finding::new(BLACK, severity, "no-lights", 1.0, what)
+        .why("no light arrives at any surface")
+        .measure("lights", 0.0, "count");
+    if !physical {
+        return finding.remedy("add a [[light]], or render with \"path\" and a [background]");
+    }
+    let finding = match can_have_studio(e.desc) {
+        true => finding
+            .remedy(format!("add a [[light]], an object with a material of type \"emissive\" or `[background] color`; a {STUDIO_SECTION} section adds the built-in studio light, which lights a model that is rendered alone"))
+            .set(STUDIO_KEY, true),
+        false => finding.remedy("add a [[light]], an object with a material of type \"emissive\", or `[background] color`"),
+    };
+    finding.set("background.color", 1.0)
+}
+
+/// A sky light whose sun is below the horizon.
 fn night(e: &Evidence<'_>, light: u32, arrives: f64) -> Option<Finding> {
     let LightDesc::Sky(sky) = &e.desc.lights.get(light as usize)?.value else { return None };
     if sky.strength <= 0.0 || sky.direction.map_or(sky.elevation >= 0.0, |d| d.y >= 0.0) {
         return None;
     }
-    let what = format!("the sun of the sky light #{light} is below the horizon: it is night");
+    let name = e.labels.light_of_description(light);
+    let what = format!("the sun of {name} is below the horizon: it is night");
     let severity = if e.is_black() { Severity::Error } else { Severity::Warning };
     let finding = Finding::new(BLACK, severity, "sun-below-horizon", 1.0, what)
         .why(format!(
-            "an irradiance of {} arrives where surfaces are seen, and a white surface needs about 3 to look white",
+            "the irradiance at visible surfaces is {}; a white surface needs about 3 to look white",
             short(arrives)
         ))
         .remedy("raise `elevation` above 0, or the exposure")
         .set(&format!("light.{light}.elevation"), 35.0)
-        .about(format!("sky light #{light}"))
+        .about(name.text)
+        .at(e.desc.lights.get(light as usize).and_then(|l| l.span))
         .measure("irradiance", arrives, "irradiance");
     Some(if sky.direction.is_none() {
         finding.measure("elevation", sky.elevation, "degrees")
@@ -122,14 +147,14 @@ fn night(e: &Evidence<'_>, light: u32, arrives: f64) -> Option<Finding> {
     })
 }
 
-/// Whether any material that is used shines.
+/// Whether any material in use emits light.
 fn materials_shine(e: &Evidence<'_>) -> bool {
     e.scene
         .primitive_materials()
         .any(|(_, m)| materials::shines_at(e.scene, m, true) || materials::shines_at(e.scene, m, false))
 }
 
-/// What a light's numbers make of it; `None` for lights that have a say in it by pictures alone.
+/// The strength of a light by its values.
 fn strength(light: &LightDesc) -> Option<f64> {
     let product =
         |intensity: f64, color: crate::color::Spectrum| Some(intensity * f64::from(color.max_component()));
@@ -146,7 +171,7 @@ fn strength(light: &LightDesc) -> Option<f64> {
     }
 }
 
-/// Settings of the integrator that keep light off, found by trying others.
+/// Settings of the integrator that remove light, found by trying others.
 fn settings(e: &Evidence<'_>) -> Vec<Finding> {
     let mut out = Vec::new();
     let severity = |t: &Trial, error: f64, warning: f64| {
@@ -168,7 +193,7 @@ fn settings(e: &Evidence<'_>) -> Vec<Finding> {
         if t.ratio.is_finite() {
             format!("{} times the light", short(t.ratio))
         } else {
-            "light where there is none now".to_owned()
+            "light where there was none".to_owned()
         }
     };
     let integrator = &e.scene.integrator;
@@ -184,13 +209,13 @@ fn settings(e: &Evidence<'_>) -> Vec<Finding> {
     if let Some(t) = &e.g.deeper
         && let Some(severity) = severity(t, 0.5, 0.05)
     {
-        // Where it is deep already more light is a matter of taste.
+        // At high depths more light is a matter of taste.
         let severity = if depth >= 8 && t.ratio < 2.0 { Severity::Note } else { severity };
         let direct = matches!(integrator, IntegratorDesc::Direct(_));
-        let what = format!("`max_depth` is too low: light ends after {depth} scatterings");
+        let what = format!("`max_depth` is too low: paths end after {depth} bounces");
         let finding = Finding::new(BLACK, severity, "depth-too-low", if depth <= 1 { 0.94 } else { 0.8 }, what)
             .why(format!(
-                "tried with more, the same samples bring {}; {} of the pixels get brighter. Glass takes two scatterings a pane or ball, and one for what is behind it",
+                "with a higher depth the same samples give {}; {} of the pixels get brighter. A glass pane or ball takes two bounces, the surface behind it one more",
                 times(t),
                 percent(t.brighter)
             ))
@@ -202,19 +227,19 @@ fn settings(e: &Evidence<'_>) -> Vec<Finding> {
     if let Some(t) = &e.g.unclamped
         && let Some(severity) = severity(t, 1.0, 0.05)
     {
-        let what = format!("`clamp_indirect = {}` takes light away", short(p.clamp_indirect));
+        let what = format!("`clamp_indirect = {}` removes light", short(p.clamp_indirect));
         let finding = Finding::new(BLACK, severity, "clamp-darkens", 0.8, what)
-            .why(format!("without it the same samples bring {}", times(t)))
-            .remedy("raise it or leave it out: more samples take fireflies away, too")
+            .why(format!("without it the same samples give {}", times(t)))
+            .remedy("raise it or remove it: more samples reduce fireflies, too")
             .set("integrator.clamp_indirect", 0.0);
         out.push(measured(finding, t).measure("clamp", p.clamp_indirect, "radiance"));
     }
     if let Some(t) = &e.g.transparent
         && let Some(severity) = severity(t, 0.5, 0.02)
     {
-        let what = format!("`max_transparent = {}` ends rays among transparent layers", p.max_transparent);
+        let what = format!("`max_transparent = {}` ends rays between transparent layers", p.max_transparent);
         let finding = Finding::new(BLACK, severity, "transparency-too-low", 0.93, what)
-            .why(format!("with more the same samples bring {}", times(t)))
+            .why(format!("with a higher limit the same samples give {}", times(t)))
             .remedy("raise `max_transparent` of [integrator]")
             .set("integrator.max_transparent", p.max_transparent.max(16).saturating_mul(16).min(4096));
         out.push(measured(finding, t).measure("max-transparent", f64::from(p.max_transparent), "count"));
@@ -225,20 +250,22 @@ fn settings(e: &Evidence<'_>) -> Vec<Finding> {
     {
         let word = p.light_sampling.word();
         let why = match p.light_sampling {
-            LightSampling::Bsdf => "lights that are a point or a direction cannot be found by chance",
-            _ => "what cannot be sampled, as planes that shine, and what mirrors show is then left out",
+            LightSampling::Bsdf => "a BSDF-sampled ray never hits a point light or a directional light",
+            _ => {
+                "light sampling misses emitters that cannot be sampled, such as infinite planes, and everything that mirrors show"
+            }
         };
-        let what = format!("`light_sampling = \"{word}\"` leaves lights out");
+        let what = format!("`light_sampling = \"{word}\"` misses lights");
         let finding = Finding::new(BLACK, severity, "light-sampling", 0.94, what)
-            .why(format!("{why}: with \"both\" the same samples bring {}", times(t)))
-            .remedy("leave `light_sampling` of [integrator] out")
+            .why(format!("{why}: with \"both\" the same samples give {}", times(t)))
+            .remedy("remove `light_sampling` from [integrator]")
             .set("integrator.light_sampling", "both");
         out.push(measured(finding, t));
     }
     out
 }
 
-/// There is light enough, but it is shown too dark.
+/// There is enough light, but the exposure is too low.
 fn exposure(e: &Evidence<'_>) -> Option<Finding> {
     let film = e.scene.film();
     if film.exposure > -1.0 || e.is_black() && e.picture.light.iter().all(|l| *l <= 0.0 || l.is_nan()) {
@@ -251,14 +278,14 @@ fn exposure(e: &Evidence<'_>) -> Option<Finding> {
     }
     let severity = if e.is_black() || now < 0.1 { Severity::Error } else { Severity::Warning };
     let what = format!(
-        "the exposure of {} stops shows everything {} times darker",
+        "the exposure of {} stops makes the picture {} times darker",
         short(film.exposure),
         short(1.0 / e.picture.factor)
     );
     Some(
         Finding::new(BLACK, severity, "exposure-too-low", 0.97, what)
             .why(format!(
-                "nine tenths of the pixels are shown below {}; at exposure 0 the limit would be {} (of 1)",
+                "90 % of the pixels are displayed below {}; at exposure 0 that value is {} (of 1)",
                 short(now),
                 short(plain)
             ))
@@ -270,7 +297,7 @@ fn exposure(e: &Evidence<'_>) -> Option<Finding> {
     )
 }
 
-/// The mean albedo of surfaces that are seen and do not shine, and the share of these that are next to black.
+/// The mean albedo of visible surfaces without emission, and the fraction of these that are almost black.
 fn albedo(e: &Evidence<'_>) -> Option<(f64, f64)> {
     let list: Vec<f64> = e
         .mets()
@@ -292,7 +319,7 @@ fn too_dim(e: &Evidence<'_>) -> Option<Finding> {
     let arrives: f64 = e.g.lights.iter().map(|l| l.arrives).sum();
     let potential: f64 = e.g.lights.iter().map(|l| l.arrives + l.kept_off).sum();
     let (albedo, _) = albedo(e).unwrap_or((0.5, 0.0));
-    // What the brightest surfaces would show, at a fair albedo.
+    // What the brightest surfaces would show with an albedo of 0.5.
     let light = arrives * e.picture.factor * 0.5 / std::f64::consts::PI;
     if arrives <= 0.0 || arrives < 0.02 * potential || light > 0.05 || albedo < 0.02 {
         return None;
@@ -308,19 +335,19 @@ fn too_dim(e: &Evidence<'_>) -> Option<Finding> {
     }
     let far = most.distance.is_finite() && attenuates(e, most);
     let what = if far {
-        format!("the light of \"{name}\" is too weak for the distance of {} units", short(most.distance))
+        format!("{name} is too weak for its distance of {} units", short(most.distance))
     } else {
-        format!("the light of \"{name}\" is too weak")
+        format!("{name} is too weak")
     };
     let why = if far {
         format!(
-            "light weakens with the square of the distance: of its intensity 1/{} is left; {} arrives where surfaces are seen, and a white surface needs about 3 to look white. Scenes in millimetres take a million times the intensity of scenes in metres",
+            "light falls off with the square of the distance: 1/{} of its intensity is left. The irradiance at visible surfaces is {}; a white surface needs about 3 to look white. A scene in millimetres needs a million times the intensity of one in metres",
             short(most.distance * most.distance),
             short(arrives)
         )
     } else {
         format!(
-            "an irradiance of {} arrives where surfaces are seen, and a white surface needs about 3 to look white",
+            "the irradiance at visible surfaces is {}; a white surface needs about 3 to look white",
             short(arrives)
         )
     };
@@ -344,7 +371,8 @@ fn too_dim(e: &Evidence<'_>) -> Option<Finding> {
     }
     Some(
         finding
-            .about(name)
+            .about(name.text)
+            .at(e.place_of(most.one))
             .measure("irradiance", arrives, "irradiance")
             .measure("distance", most.distance, "units")
             .measure("factor-wanted", factor, "ratio")
@@ -352,7 +380,7 @@ fn too_dim(e: &Evidence<'_>) -> Option<Finding> {
     )
 }
 
-/// The key that a light's strength has, and its value.
+/// The key of a light's strength, and its value.
 pub(super) fn strength_key(light: &LightDesc) -> Option<(&'static str, f64)> {
     Some(match light {
         LightDesc::Ambient(l) => ("intensity", l.intensity),
@@ -367,15 +395,15 @@ pub(super) fn strength_key(light: &LightDesc) -> Option<(&'static str, f64)> {
     })
 }
 
-/// Whether what arrives depends on the distance.
+/// Whether the irradiance depends on the distance.
 fn attenuates(e: &Evidence<'_>, l: &LightFacts) -> bool {
     let light = e.light_number(l.one).and_then(|i| e.desc.lights.get(i as usize));
     let attenuation = light.and_then(|l| l.value.attenuation());
-    // Shapes that shine look smaller from afar.
+    // The solid angle of emissive shapes shrinks with the distance.
     attenuation.is_none_or(|a| a.coefficients[1] + a.coefficients[2] > 0.0)
 }
 
-/// Light arrives, but nothing returns it.
+/// Light arrives, but no surface reflects it.
 fn black_materials(e: &Evidence<'_>) -> Option<Finding> {
     let (mean, black) = albedo(e)?;
     let arrives: f64 = e.g.lights.iter().map(|l| l.arrives).sum();
@@ -384,17 +412,17 @@ fn black_materials(e: &Evidence<'_>) -> Option<Finding> {
     }
     let severity = if e.is_black() { Severity::Error } else { Severity::Warning };
     let (_, _, met) = e.mets().find(|(_, _, m)| m.albedo < 0.01 && !m.shines)?;
-    let name = e.labels.material(met.material);
-    let what = format!("the surfaces that are seen are black: their mean albedo is {}", short(mean));
+    let name = e.labels.material_label(met.material);
+    let what = format!("the visible surfaces are black: their mean albedo is {}", short(mean));
     Some(
         Finding::new(BLACK, severity, "materials-black", 0.92, what)
             .why(format!(
-                "an irradiance of {} arrives, and they return next to nothing of it; {} of the pixels show a material as black as \"{name}\"",
+                "they receive an irradiance of {} and reflect almost none of it; {} of the pixels show a material as black as {name}",
                 short(arrives),
                 percent(black)
             ))
-            .remedy("give the materials another `color` or `base_color`, and look whether textures were found")
-            .about(name)
+            .remedy("give the materials another `color` or `base_color`, and check that their textures were found")
+            .about(name.text)
             .measure("albedo", mean, "share")
             .measure("black-pixels", black, "share")
             .measure("irradiance", arrives, "irradiance"),

@@ -1,10 +1,11 @@
-//! Lights that bring nothing to what is seen, and what keeps them off.
+//! Lights that do not reach visible surfaces, and what blocks them.
 
 use std::collections::BTreeMap;
 
 use super::evidence::Evidence;
 use super::finding::{Finding, Question, Severity, percent, rounded, short};
 use super::lights::{Blocker, LightFacts};
+use crate::description::Label;
 use crate::light::{Light, LightDesc};
 use crate::math::DVec3;
 use crate::math::elementary::acos;
@@ -13,7 +14,7 @@ use crate::schema::Remedy;
 
 const BLACK: Question = Question::Black;
 
-/// Of the points asked, the share that light must reach to count as arriving.
+/// The fraction of points that a light must reach to count as arriving.
 const ARRIVES: f64 = 0.01;
 
 pub(super) fn ask(e: &Evidence<'_>, out: &mut Vec<Finding>) {
@@ -29,10 +30,10 @@ pub(super) fn ask(e: &Evidence<'_>, out: &mut Vec<Finding>) {
         let Some(cause) = cause(e, l) else { continue };
         let missed = potential(l) > 0.1 * all_arrives || l.none == l.asked;
         let severity = match (e.is_black(), missed) {
-            // Other settings let its light in.
+            // With other settings its light arrives.
             (true, _) if settings && indirectly(e, l) => Severity::Note,
             (true, _) => Severity::Error,
-            // It may be meant to light them by way of others.
+            // It may be meant as indirect light.
             (false, true) if indirectly(e, l) => Severity::Note,
             (false, true) => Severity::Warning,
             (false, false) => Severity::Note,
@@ -47,7 +48,7 @@ pub(super) fn ask(e: &Evidence<'_>, out: &mut Vec<Finding>) {
         let Some((_, mut finding)) = list.into_iter().next() else { continue };
         finding.severity = worst.unwrap_or(finding.severity);
         if count > 1 {
-            finding.what += &format!(" (and {} more lights like it)", count - 1);
+            finding.what += &format!("; the same holds for {} more lights", count - 1);
             finding = finding.measure("lights", count as f64, "count");
         }
         debug_assert_eq!(code, finding.code);
@@ -56,7 +57,7 @@ pub(super) fn ask(e: &Evidence<'_>, out: &mut Vec<Finding>) {
     out.extend(behind_glass(e, all_arrives));
 }
 
-/// Whether its light comes to the picture by way of other surfaces, or it is seen itself.
+/// Whether the picture shows its indirect light, or the light itself.
 fn indirectly(e: &Evidence<'_>, l: &LightFacts) -> bool {
     let source = match l.one {
         ListedEmitter::Light(i) => super::Source::Light(i),
@@ -65,10 +66,10 @@ fn indirectly(e: &Evidence<'_>, l: &LightFacts) -> bool {
     e.by_source.get(&source).is_some_and(|s| s[0] > 0.05 * e.all[0])
 }
 
-/// Lights with what was found of each.
+/// Lights with their findings.
 type Found<'a> = Vec<(&'a LightFacts, Finding)>;
 
-/// Why a light brings nothing, and what keeps it off.
+/// Why a light does not arrive, and the object that blocks it.
 struct Cause {
     finding: Finding,
     by: Option<u32>,
@@ -76,14 +77,15 @@ struct Cause {
 
 fn cause(e: &Evidence<'_>, l: &LightFacts) -> Option<Cause> {
     let share = |n: u32| f64::from(n) / f64::from(l.asked);
-    // Where floors reach to the horizon some light arrives far away.
+    // On floors that reach to the horizon some light arrives far away.
     let next_to_nothing = l.arrives < ARRIVES * (l.arrives + l.kept_off) && share(l.clear) < 0.5;
     if share(l.clear) > ARRIVES && !next_to_nothing {
         return None;
     }
     let name = e.emitter_name(l.one);
     let measured = |f: Finding| {
-        f.about(name.clone())
+        f.about(name.text.clone())
+            .at(e.place_of(l.one))
             .measure("points-reached", share(l.clear), "share")
             .measure("points-in-shadow", share(l.blocked), "share")
             .measure("points-turned-away", share(l.away), "share")
@@ -104,21 +106,21 @@ fn cause(e: &Evidence<'_>, l: &LightFacts) -> Option<Cause> {
     if l.blockers.first().is_some_and(|b| b.lets_through)
         && l.blockers.iter().filter(|b| b.lets_through).map(|b| b.share).sum::<f64>() > 0.9
     {
-        // Light that goes through glass is asked for elsewhere.
+        // Light through glass has a finding of its own.
         return None;
     }
-    let by = |b: &Blocker| e.labels.object(b.primitive, b.shape);
+    let by = |b: &Blocker| e.labels.object_label(b.primitive, b.shape);
     if l.bounds.is_none() {
         let b = blocker?;
-        let what = format!("\"{}\" shuts out the light of \"{name}\"", by(b));
+        let what = format!("{} blocks {name}", by(b));
         let finding = find("sky-blocked", 0.92, what)
             .why(format!(
-                "light from outside reaches {} of the points that are seen; \"{}\" keeps off {} of the rest",
+                "it reaches {} of the visible surface points; {} blocks {} of the rest",
                 percent(share(l.clear)),
                 by(b),
                 percent(b.share)
             ))
-            .remedy("open it, take it away, or put a light inside")
+            .remedy("make an opening in it, remove it, or put a light inside")
             .measure("kept-off-by-it", b.share, "share");
         return Some(Cause { finding, by: Some(b.primitive) });
     }
@@ -127,25 +129,25 @@ fn cause(e: &Evidence<'_>, l: &LightFacts) -> Option<Cause> {
     }
     match blocker {
         Some(b) => {
-            let what = format!("\"{}\" is between \"{name}\" and everything that is seen", by(b));
+            let what = format!("{} is between {name} and all visible surfaces", by(b));
             let finding = find("light-blocked", 0.94, what)
                 .why(format!(
-                    "the light reaches {} of the points that are seen; {} are in shadow, of which \"{}\" throws {}, and {} face away from it",
+                    "the light reaches {} of the visible surface points. {} are in shadow, and {} casts {} of that; {} face away from the light",
                     percent(share(l.clear)),
                     percent(share(l.blocked)),
                     by(b),
                     percent(b.share),
                     percent(share(l.away))
                 ))
-                .remedy("move the light to the side that is seen, or take away what is between")
+                .remedy("move the light to the side that the camera sees, or remove what is between")
                 .measure("distance", l.distance, "units");
             Some(Cause { finding, by: Some(b.primitive) })
         }
         None if share(l.away) > 0.9 => {
-            let what = format!("\"{name}\" is behind all surfaces that are seen");
+            let what = format!("{name} is behind all visible surfaces");
             let finding = find("light-blocked", 0.9, what)
-                .why(format!("{} of the points that are seen face away from it", percent(share(l.away))))
-                .remedy("move the light to the side of the camera, or the camera to that of the light: it may be below a floor or behind a wall")
+                .why(format!("{} of the visible surface points face away from it", percent(share(l.away))))
+                .remedy("move the light to the camera's side of the surfaces, or the camera to the light's: the light may be below a floor or behind a wall")
                 .measure("distance", l.distance, "units");
             Some(Cause { finding, by: None })
         }
@@ -153,11 +155,11 @@ fn cause(e: &Evidence<'_>, l: &LightFacts) -> Option<Cause> {
     }
 }
 
-/// What makes a finding of a light: its code, weight and what it says.
+/// Makes a finding about a light from its code, its weight and its text.
 type Find<'a> = &'a dyn Fn(&'static str, f64, String) -> Finding;
 
-/// Of a sun that shines from below.
-fn below_horizon(e: &Evidence<'_>, l: &LightFacts, name: &str, find: Find<'_>) -> Option<Finding> {
+/// A directional light from below the horizon.
+fn below_horizon(e: &Evidence<'_>, l: &LightFacts, name: &Label, find: Find<'_>) -> Option<Finding> {
     let up = e.scene.prepared.view.camera_desc.clone().placement_mut()[2].normalize_or(DVec3::Y);
     let height = l.towards.dot(up);
     let is_sun = match l.one {
@@ -168,10 +170,10 @@ fn below_horizon(e: &Evidence<'_>, l: &LightFacts, name: &str, find: Find<'_>) -
         return None;
     }
     let below = 90.0 - acos((-height).clamp(-1.0, 1.0)).to_degrees();
-    let what = format!("\"{name}\" shines from {} degrees below the horizon", short(below));
+    let what = format!("{name} comes from {} degrees below the horizon", short(below));
     let finding = find("sun-below-horizon", 0.93, what)
-        .why("what is seen is lit from above alone: the ground is in its way, or faces away from it")
-        .remedy("turn it round: `from` is the direction towards the light, `direction` the one in which it travels; a sky has `elevation`")
+        .why("the visible surfaces face up: the ground blocks the light, or faces away from it")
+        .remedy("reverse its direction: `from` points towards the light, `direction` is the direction in which the light travels; a sky has `elevation`")
         .measure("below-horizon", below, "degrees");
     let Some(i) = e.light_number(l.one) else { return Some(finding) };
     let is_sky = matches!(e.desc.lights.get(i as usize).map(|l| &l.value), Some(LightDesc::Sky(_)));
@@ -184,12 +186,12 @@ fn below_horizon(e: &Evidence<'_>, l: &LightFacts, name: &str, find: Find<'_>) -
     })
 }
 
-/// Of a light from which nearly all directions end at something: where nothing gets through, that is around it.
+/// A light from which nearly all directions end at an opaque object: that object encloses it.
 fn shut_in(
     e: &Evidence<'_>,
     l: &LightFacts,
     blocker: Option<&Blocker>,
-    name: &str,
+    name: &Label,
     find: Find<'_>,
 ) -> Option<Cause> {
     let (encloser, shape) = l.encloser?;
@@ -199,31 +201,26 @@ fn shut_in(
     if !is_enclosed {
         return None;
     }
-    let around = e.labels.object(encloser, shape);
-    let what = format!("\"{name}\" is shut in by \"{around}\"");
+    let around = e.labels.object_label(encloser, shape);
+    let what = format!("{name} is inside {around}");
     let finding = find("light-enclosed", 0.95, what)
         .why(format!(
-            "{} of all directions from it end at something that lets no light through, and it reaches {} of the points that are seen",
+            "{} of all directions from the light end at an opaque surface; it reaches {} of the visible surface points",
             percent(l.enclosed),
             percent(f64::from(l.clear) / f64::from(l.asked))
         ))
-        .remedy(format!("move the light out of \"{around}\", or make a hole in it; light that should come through it needs a material that lets it: transmission, or `shadow = \"none\"` with \"classic\""))
+        .remedy(format!("move the light out of {around}, or make an opening in it. For light to pass through, give it a transmissive material, or `shadow = \"none\"` with \"classic\""))
         .measure("directions-enclosed", l.enclosed, "share");
     Some(Cause { finding, by: Some(encloser) })
 }
 
-/// Of a light that sends nothing towards what is seen.
-fn turned_away(
-    e: &Evidence<'_>,
-    l: &LightFacts,
-    name: &str,
-    find: &dyn Fn(&'static str, f64, String) -> Finding,
-) -> Option<Finding> {
+/// A light that emits nothing towards visible surfaces.
+fn turned_away(e: &Evidence<'_>, l: &LightFacts, name: &Label, find: Find<'_>) -> Option<Finding> {
     let bounds = l.bounds?;
     let axis = l.axis.normalize_or_zero();
     let points = e.g.paths.iter().flatten().flat_map(|p| p.points.iter().map(|(p, _)| *p));
     let seen: Vec<DVec3> = points.chain(e.mets().map(|(_, _, m)| m.p)).collect();
-    // Not moved by floors that reach to the horizon.
+    // The median is not moved by floors that reach to the horizon.
     let axis_middle = |i: usize| super::picture::quantile(seen.iter().map(|p| p[i]), 0.5);
     let middle = DVec3::new(axis_middle(0), axis_middle(1), axis_middle(2));
     let spot = e.light_number(l.one).and_then(|i| match e.desc.lights.get(i as usize).map(|l| &l.value) {
@@ -235,22 +232,25 @@ fn turned_away(
     let angle = acos(spot_axis.dot(to).clamp(-1.0, 1.0)).to_degrees();
     if let Some((i, spot)) = spot {
         if angle < 45.0 && spot.angle < 5.0 {
-            let what =
-                format!("the cone of \"{name}\", {} degrees, is too narrow to be seen", short(spot.angle));
+            let what = format!("the cone of {name} is too narrow: {} degrees", short(spot.angle));
             return Some(
                 find("spot-too-narrow", 0.93, what)
-                    .why(format!("the middle of what is seen lies {} degrees off its axis", short(angle)))
+                    .why(format!(
+                        "the centre of the visible surfaces is {} degrees off its axis",
+                        short(angle)
+                    ))
                     .remedy("widen it with `angle`, the degrees from its axis to the rim")
                     .set(&format!("light.{i}.angle"), rounded((angle + 15.0).clamp(20.0, 90.0)))
                     .measure("angle-off-axis", angle, "degrees")
                     .measure("cone", spot.angle, "degrees"),
             );
         }
-        let what = format!("\"{name}\" points away: what is seen lies {} degrees off its axis", short(angle));
+        let what =
+            format!("{name} points away: the visible surfaces are {} degrees off its axis", short(angle));
         return Some(
             find("light-faces-away", 0.93, what)
-                .why(format!("its cone reaches {} degrees from the axis", short(spot.angle)))
-                .remedy("turn it with `look_at`")
+                .why(format!("its cone ends {} degrees from the axis", short(spot.angle)))
+                .remedy("aim it with `look_at`")
                 .set(&format!("light.{i}.look_at"), middle.to_array().map(rounded))
                 .measure("angle-off-axis", angle, "degrees")
                 .measure("cone", spot.angle, "degrees"),
@@ -259,22 +259,22 @@ fn turned_away(
     if l.lit <= 0.0 || l.lit > 0.9 {
         return None;
     }
-    let what = format!("\"{name}\" shines away from everything that is seen");
+    let what = format!("{name} emits light away from all visible surfaces");
     let one_sided = matches!(l.one, ListedEmitter::Shape { .. });
     let why = if one_sided {
-        "its material has `double_sided = false` and shines on one side alone, that of its normal, which points away"
+        "its material has `double_sided = false` and emits only on the side of the normal, which points away"
     } else {
-        "it shines in some directions alone, and none of them leads there"
+        "it emits only in some directions, and none of them leads there"
     };
     let remedy = if one_sided {
-        "turn the surface round (swap `edge_u` and `edge_v`, or reverse the order of a mesh's corners), or set `double_sided = true`"
+        "flip the surface (swap `edge_u` and `edge_v`, or reverse the winding of a mesh), or set `double_sided = true`"
     } else {
-        "turn it round"
+        "rotate it"
     };
     Some(
         find("light-faces-away", 0.93, what)
             .why(format!(
-                "{why}; the middle of what is seen lies {} degrees off the direction it shines in",
+                "{why}; the centre of the visible surfaces is {} degrees off its main direction",
                 short(angle)
             ))
             .remedy(remedy)
@@ -283,7 +283,7 @@ fn turned_away(
     )
 }
 
-/// Lights that are a point or a direction, seen through glass: paths from the camera never find them.
+/// Point and directional lights behind glass: paths from the camera never find them.
 fn behind_glass(e: &Evidence<'_>, all_arrives: f64) -> Option<Finding> {
     if !e.scene.integrator.capabilities().physical || e.g.by_light_paths.is_some() {
         return None;
@@ -303,20 +303,21 @@ fn behind_glass(e: &Evidence<'_>, all_arrives: f64) -> Option<Finding> {
         return None;
     }
     let b = most.blockers.iter().find(|b| b.lets_through)?;
-    let (name, glass) = (e.emitter_name(most.one), e.labels.object(b.primitive, b.shape));
+    let (name, glass) = (e.emitter_name(most.one), e.labels.object_label(b.primitive, b.shape));
     let severity = match share {
         s if e.is_black() && s > 0.5 => Severity::Error,
         s if s > 0.3 => Severity::Warning,
         _ => Severity::Note,
     };
     let what =
-        format!("the light of \"{name}\" that goes through \"{glass}\" is lost: {} of all", percent(share));
+        format!("light of {name} that passes through {glass} is missing: {} of all light", percent(share));
     Some(
         Finding::new(BLACK, severity, "light-behind-glass", 0.91, what)
-            .why("a light without extent cannot be found by chance, and sampling it asks for a straight way, which glass does not leave: its caustics are missing")
-            .remedy("let light paths find it; or give the lamp an extent: an object with a material of type \"emissive\" in its place, or `angle` on a directional light; or make the glass `thin_walled = true` with roughness 0, which lets light go straight")
+            .why("a BSDF-sampled ray never hits a light without extent, and light sampling needs a straight path, which refraction bends: the caustics are missing")
+            .remedy("trace light paths; or give the light an extent: an object with a material of type \"emissive\" in its place, or `angle` of a directional light; or make the glass `thin_walled = true` with roughness 0, which does not bend light")
             .or(Remedy::set("integrator.type", "path").and("integrator.caustics", "light-tracing"))
-            .about(name)
+            .about(name.text)
+            .at(e.place_of(most.one))
             .measure("light-lost", share, "share")
             .measure("lost-at-it", b.share, "share"),
     )

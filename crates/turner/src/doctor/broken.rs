@@ -1,4 +1,4 @@
-//! What is broken: numbers that are none, normals, meshes inside out, places where precision ends, and what was ignored.
+//! What is broken: non-finite samples, normals, meshes inside out, lost precision, and settings that are ignored.
 
 use std::collections::BTreeMap;
 
@@ -7,6 +7,7 @@ use super::finding::{Finding, Question, Severity, percent, short};
 use super::materials;
 use crate::description::{ObjectContent, ObjectDesc};
 use crate::math::{Bounds, DVec3};
+use crate::schema::value::Span;
 use crate::schema::{MaterialId, MeshData, Remedy, WarningKind};
 use crate::shape::ShapeDesc;
 
@@ -23,18 +24,19 @@ pub(super) fn ask(e: &Evidence<'_>, out: &mut Vec<Finding>) {
     out.extend(warnings(e));
     if !e.g.complete {
         let seen = e.g.paths.iter().flatten().count();
-        let what = format!("the time given was over after {seen} of {} pixels", e.g.pixels.len());
+        let what =
+            format!("the time limit ended the examination after {seen} of {} pixels", e.g.pixels.len());
         out.push(
             find(Severity::Note, "examination-cut", 0.1, what)
-                .why("this scene takes much longer to probe than most: what was found is right, but something may have been missed")
-                .remedy("give it more time")
+                .why("this scene takes much longer to probe than most. The findings are right, but others may be missing")
+                .remedy("raise the time limit")
                 .or(Remedy::Seconds(60.0))
                 .measure("pixels-looked-at", seen as f64, "count"),
         );
     }
 }
 
-/// Samples that are no numbers.
+/// Samples with a NaN or an infinity.
 fn non_finite(e: &Evidence<'_>) -> Option<Finding> {
     let paths = e.sum(|p| f64::from(p.samples));
     let of_paths = e.sum(|p| f64::from(p.non_finite));
@@ -43,16 +45,16 @@ fn non_finite(e: &Evidence<'_>) -> Option<Finding> {
     if bad == 0.0 || all == 0.0 || !e.g.complete {
         return None;
     }
-    let what = format!("{} of the samples are no finite numbers", percent(bad / all));
+    let what = format!("{} of the samples are non-finite", percent(bad / all));
     Some(
         find(Severity::Error, "non-finite", 1.0, what)
-            .why("they are left out of the picture; a pixel of nothing else is magenta. Numbers in the scene are too large to be multiplied")
-            .remedy("look for lights, emission and colours of 1e30 and more; the explanation of a magenta pixel shows where it begins. If there are none this is a bug: please report it")
+            .why("the film drops them; a pixel with no other samples is magenta. Products of values in the scene overflow")
+            .remedy("look for lights, emission and colours of 1e30 and more; `turner explain` at a magenta pixel shows where it begins. If there are none, this is a bug: please report it")
             .measure("samples", bad / all, "share"),
     )
 }
 
-/// Normals that are none.
+/// Shading normals on the wrong side.
 fn normals(e: &Evidence<'_>) -> Option<Finding> {
     let mets: Vec<_> = e.mets().map(|(_, _, m)| m).collect();
     let bad: Vec<_> = mets.iter().filter(|m| !m.sound).collect();
@@ -61,24 +63,24 @@ fn normals(e: &Evidence<'_>) -> Option<Finding> {
     if share < 0.01 {
         return None;
     }
-    let name = e.labels.object(first.primitive, first.shape);
+    let name = e.labels.object_label(first.primitive, first.shape);
     let what = format!(
-        "{} of the surfaces that are seen have shading normals that point to the other side, such as \"{name}\"",
+        "{} of the visible surfaces have shading normals that point to the other side; one of them is {name}",
         percent(share)
     );
     Some(
         find(Severity::Warning, "bad-normals", 0.6, what)
-            .why("the normals of the mesh's file disagree with the order of its corners: surfaces look black or torn")
-            .remedy("compute the normals anew in the program that the mesh comes from, or leave them out (`smooth = false`)")
-            .about(name)
+            .why("the normals in the mesh file disagree with the winding of its triangles: surfaces look black or torn")
+            .remedy("recompute the normals in the program that the mesh comes from, or ignore them with `smooth = false`")
+            .about(name.text)
             .measure("surfaces", share, "share"),
     )
 }
 
-/// Most triangles of meshes that are looked at.
+/// Most triangles that are checked.
 const MOST_TRIANGLES: usize = 4_000_000;
 
-/// Closed meshes whose corners run the wrong way round.
+/// Closed meshes with reversed winding.
 fn inside_out(e: &Evidence<'_>) -> Vec<Finding> {
     let mut flipped: BTreeMap<u32, bool> = BTreeMap::new();
     let mut left = MOST_TRIANGLES;
@@ -115,19 +117,19 @@ fn flipped_mesh(e: &Evidence<'_>, object: &ObjectDesc, uri: &str, material: Opti
         .unwrap_or_else(|| if uri.is_empty() { "a mesh".to_owned() } else { uri.to_owned() });
     let shines = principled.emission_luminance > 0.0;
     let (severity, effect) = if !principled.double_sided && !principled.is_transmissive() {
-        let effect =
-            if shines { "shines inwards alone" } else { "is seen from inside alone: its front is not there" };
+        let effect = if shines { "emits light inwards only" } else { "is visible from inside only" };
         (Severity::Error, effect)
     } else if principled.is_transmissive() && !principled.thin_walled {
-        (Severity::Error, "bends light as a bubble of nothing in glass would")
+        (Severity::Error, "refracts light like an air bubble in glass")
     } else {
-        (Severity::Note, "looks as it should, since its material has two sides")
+        (Severity::Note, "looks right, because its material is double-sided")
     };
     let what = format!("the mesh \"{name}\" is inside out: its normals point inwards");
     find(severity, "mesh-inside-out", 0.96, what)
-        .why(format!("it is closed, and the corners of its triangles run clockwise seen from outside; so it {effect}"))
-        .remedy("reverse the order of the corners (flip the normals in the program it comes from), or set `double_sided = true`")
+        .why(format!("it is closed, and seen from outside its triangles wind clockwise; so it {effect}"))
+        .remedy("reverse the winding (flip the normals in the program that it comes from), or set `double_sided = true`")
         .about(name)
+        .at(object.span)
 }
 
 /// The signed volume of a closed mesh; `None` for one that is open.
@@ -135,7 +137,7 @@ fn volume(mesh: &MeshData) -> Option<f64> {
     let point = |i: u32| mesh.positions.get(i as usize).copied().map(|p| DVec3::from(p.map(f64::from)));
     let (mut edges, mut sum) = (Vec::with_capacity(mesh.triangles.len() * 3), 0.0);
     let origin = point(0)?;
-    // Corners at the same place are one, whatever their numbers.
+    // Vertices at the same position are one, whatever their indices.
     let mut order: Vec<u32> = (0..mesh.positions.len() as u32).collect();
     let bits = |i: &u32| mesh.positions.get(*i as usize).map(|p| p.map(|v| (v + 0.0).to_bits()));
     order.sort_by_key(bits);
@@ -156,7 +158,7 @@ fn volume(mesh: &MeshData) -> Option<f64> {
             edges.push((corner(t[i]), corner(t[j])));
         }
     }
-    // Each edge is run through once each way.
+    // A closed mesh has each edge once in each direction.
     let mut there = edges.clone();
     let mut back: Vec<(u32, u32)> = edges.into_iter().map(|(a, b)| (b, a)).collect();
     there.sort_unstable();
@@ -164,7 +166,7 @@ fn volume(mesh: &MeshData) -> Option<f64> {
     (there == back && !there.is_empty()).then_some(sum)
 }
 
-/// Surfaces with one side that are looked at from the other.
+/// One-sided surfaces that the camera sees from the back.
 fn backs(e: &Evidence<'_>) -> Option<Finding> {
     if !e.desc.materials.iter().any(|m| m.value.cutout(true).is_some_and(|c| c.one_sided)) {
         return None;
@@ -178,26 +180,26 @@ fn backs(e: &Evidence<'_>) -> Option<Finding> {
         }
     }
     for (_, _, met) in e.mets() {
-        // What is seen elsewhere is closed, or bent.
+        // Objects whose front is visible elsewhere are closed or curved.
         passed.remove(&met.primitive);
     }
     let (&primitive, &(count, shape)) =
         passed.iter().max_by_key(|(i, (n, _))| (*n, std::cmp::Reverse(**i)))?;
     let share = f64::from(count) / e.g.first_hits.iter().flatten().count().max(1) as f64;
-    let name = e.labels.object(primitive, shape);
+    let name = e.labels.object_label(primitive, shape);
     let severity =
         if share > 0.2 || e.is_black() || e.met < 0.01 { Severity::Error } else { Severity::Warning };
-    let what = format!("\"{name}\" is looked at from its back, which is not there");
+    let what = format!("the camera sees the back of {name}, which is invisible");
     Some(
         find(severity, "seen-from-behind", 0.94, what)
-            .why(format!("{} of the camera's rays go through it: its material has `double_sided = false`, and its normals point away from the camera", percent(share)))
-            .remedy("turn it round (swap `edge_u` and `edge_v`, or reverse the order of a mesh's corners), or set `double_sided = true`")
-            .about(name)
+            .why(format!("{} of the camera rays pass through it: its material has `double_sided = false`, and its normals point away from the camera", percent(share)))
+            .remedy("flip it (swap `edge_u` and `edge_v`, or reverse the winding of a mesh), or set `double_sided = true`")
+            .about(name.text)
             .measure("rays-through", share, "share"),
     )
 }
 
-/// Places where numbers have few digits left.
+/// A scene so far from the origin that coordinates lose precision.
 fn far_away(e: &Evidence<'_>) -> Option<Finding> {
     let all = e.scene.all_bounds().map(|(_, b)| b).filter(Bounds::is_finite);
     let bounds = all.fold(Bounds::EMPTY, |a, b| a.union(&b));
@@ -209,42 +211,45 @@ fn far_away(e: &Evidence<'_>) -> Option<Finding> {
     if ratio < 1e5 {
         return None;
     }
-    let what = format!("the scene lies {} of its own sizes from the origin", short(ratio));
+    let what = format!("the scene is far from the origin: {} times its own size", short(ratio));
     let single = e.scene.stats.triangles > 0;
     Some(
         find(if single && ratio > 1e6 { Severity::Warning } else { Severity::Note }, "far-from-origin", 0.5, what)
-            .why("corners of meshes have seven digits: what is left of them there may show as torn surfaces and shadows")
+            .why("mesh vertices have seven digits. The few digits left there may show as torn surfaces and shadows")
             .remedy(format!("move everything by ({}, {}, {})", short(-bounds.center().x), short(-bounds.center().y), short(-bounds.center().z)))
             .measure("distance", offset, "units")
             .measure("size", size, "units"),
     )
 }
 
-/// What was ignored or doubtful while loading and preparing.
+/// Warnings of loading and preparing that have no finding of their own.
 fn warnings(e: &Evidence<'_>) -> Vec<Finding> {
-    let mut by: BTreeMap<(&str, &str), u64> = BTreeMap::new();
-    for w in &e.scene.prepared.warnings {
+    let own = crate::lint::with_findings(e.desc, &e.scene.prepared);
+    let mut by: BTreeMap<(&str, &str), (u64, Option<Span>)> = BTreeMap::new();
+    for w in e.scene.prepared.warnings.iter().filter(|w| own.iter().all(|own| own.message != w.message)) {
         let code = match w.kind {
             WarningKind::Ignored => "ignored",
             WarningKind::Doubtful => "doubtful",
             WarningKind::Approximated | WarningKind::Note => continue,
         };
-        *by.entry((code, w.message.as_str())).or_default() += w.count;
+        let (count, span) = by.entry((code, w.message.as_str())).or_default();
+        (*count, *span) = (*count + w.count, span.or(w.span));
     }
-    let finding = |((code, message), count): (&(&'static str, &str), &u64)| {
-        find(Severity::Warning, code, 0.3, (*message).to_owned())
-            .why(if *code == "ignored" {
-                "it was asked for, and has no effect on the picture"
+    let finding = |(code, message): (&'static str, &str), (count, span): (u64, Option<Span>)| {
+        find(Severity::Warning, code, 0.3, message.to_owned())
+            .why(if code == "ignored" {
+                "the scene has it, but the picture does not show it"
             } else {
-                "it is unlikely to be meant so"
+                "this is probably not what you want"
             })
-            .remedy("see what `turner info` says of it, and where it stands")
-            .measure("times", *count as f64, "count")
+            .remedy("`turner info` lists all warnings with their lines")
+            .at(span)
+            .measure("times", count as f64, "count")
     };
     let mut out = Vec::new();
-    for ((code, message), count) in by.iter().take(8) {
+    for ((code, message), found) in by.iter().take(8) {
         let code = if *code == "ignored" { "ignored" } else { "doubtful" };
-        out.push(finding((&(code, *message), count)));
+        out.push(finding((code, *message), *found));
     }
     out
 }

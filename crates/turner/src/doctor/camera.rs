@@ -1,4 +1,4 @@
-//! Whether the camera sees what is there.
+//! Whether the camera sees the objects.
 
 use std::collections::BTreeMap;
 
@@ -30,14 +30,14 @@ pub(super) fn ask(e: &Evidence<'_>, out: &mut Vec<Finding>) {
     out.extend(near(e, &view));
 }
 
-/// Where the camera is and looks.
+/// Position and direction of the camera.
 struct View {
     eye: DVec3,
     forward: DVec3,
     target: DVec3,
-    /// Cosine of the largest angle from its axis at which it sees anything.
+    /// Cosine of the largest angle between a camera ray and the axis.
     cos_rim: f64,
-    /// The largest angle between neighbouring pixels, radians, nearly.
+    /// Approximately the largest angle between neighbouring pixels, radians.
     pixel: f64,
 }
 
@@ -54,7 +54,7 @@ impl View {
     }
 }
 
-/// All that is bounded, without what is much larger than the rest: floors made of spheres and boxes around the scene are no subjects.
+/// The bounds of all bounded objects except those much larger than the rest, such as spheres that serve as floors, and boxes around the scene; with their number.
 fn subject(e: &Evidence<'_>) -> Option<(Bounds, usize)> {
     let mut all: Vec<Bounds> = e.scene.all_bounds().map(|(_, b)| b).filter(Bounds::is_finite).collect();
     let size = |b: &Bounds| b.size().length();
@@ -65,7 +65,7 @@ fn subject(e: &Evidence<'_>) -> Option<(Bounds, usize)> {
     (!bounds.is_empty()).then_some((bounds, subjects.len()))
 }
 
-/// A part of the picture was asked for in which there is nothing.
+/// The crop shows nothing.
 fn crop(e: &Evidence<'_>) -> Option<Finding> {
     let [(light, met), (all, met_all)] = e.g.crop?;
     let [x, y, width, height] = e.scene.film().crop?;
@@ -76,11 +76,11 @@ fn crop(e: &Evidence<'_>) -> Option<Finding> {
     }
     let what = format!(
         "the crop of {width}x{height} pixels at ({x}, {y}) shows {}",
-        if empty { "none of the objects" } else { "a dark part of the picture" }
+        if empty { "no object" } else { "a dark part of the picture" }
     );
     let finding = Finding::new(BLACK, Severity::Error, "crop-misses", 0.97, what)
-        .why("only the crop is rendered; elsewhere in the picture there is something to see")
-        .remedy("remove `crop` from [film], or move it to what should be seen")
+        .why("only the crop is rendered; the objects are elsewhere in the picture")
+        .remedy("remove `crop` from [film], or move it over the objects")
         .set("film.crop", [0, 0, e.scene.film().width, e.scene.film().height]);
     let finding = finding.measure("brightness-in-crop", light, "radiance").measure(
         "brightness-of-picture",
@@ -90,7 +90,7 @@ fn crop(e: &Evidence<'_>) -> Option<Finding> {
     Some(finding.measure("met-in-crop", met, "share").measure("met-in-picture", met_all, "share"))
 }
 
-/// The camera stands within a solid.
+/// The camera is inside a solid.
 fn inside(e: &Evidence<'_>, view: &View) -> Option<Finding> {
     const DIRECTIONS: u32 = 64;
     let mut around: BTreeMap<u32, (u32, &'static str, MaterialId)> = BTreeMap::new();
@@ -102,16 +102,16 @@ fn inside(e: &Evidence<'_>, view: &View) -> Option<Finding> {
     let (&primitive, &(count, shape, material)) =
         around.iter().max_by_key(|(id, (n, ..))| (*n, std::cmp::Reverse(**id)))?;
     let share = f64::from(count) / f64::from(DIRECTIONS);
-    // What the camera's own rays meet; a near plane may begin them outside.
+    // What camera rays hit; with a near plane they may start outside.
     let rays = e.g.first_hits.iter().flatten().count().max(1) as f64;
     let seen = e.mets().filter(|(_, _, m)| m.primitive == primitive && !m.outside).count() as f64 / rays;
     if share < 0.8 || seen < 0.8 {
         return None;
     }
-    let name = e.labels.object(primitive, shape);
+    let name = e.labels.object_label(primitive, shape);
     let own = e.scene.primitive_bounds(primitive)?;
     let within = |p: DVec3| (p.cmpge(own.min) & p.cmple(own.max)).all();
-    // A room holds what is in the scene: objects, and lights that have a place.
+    // A room contains most objects of the scene, and lights that have a position.
     let objects = e.scene.all_bounds().filter(|(id, _)| *id != primitive).map(|(_, b)| b.center());
     let lights = e.g.lights.iter().filter_map(|l| l.bounds).map(|b| b.center());
     let (mut held, mut others) = (0u64, 0u64);
@@ -127,15 +127,15 @@ fn inside(e: &Evidence<'_>, view: &View) -> Option<Finding> {
         (false, true) => Severity::Warning,
         (false, false) => Severity::Error,
     };
-    let what = format!("the camera is inside \"{name}\"");
+    let what = format!("the camera is inside {name}");
     let out = Finding::new(BLACK, severity, "camera-inside", 0.99, what)
         .why(format!(
-            "{} of all directions from the camera meet the inner side of it first, as do {} of the camera's rays; the other objects are outside",
+            "{} of all directions from the camera hit its inner side first, as do {} of the camera rays; the other objects are outside",
             percent(share),
             percent(seen)
         ))
         .remedy(format!("move the camera out of it: `[camera] position` is ({})", point(view.eye)))
-        .about(name)
+        .about(name.text)
         .measure("directions-enclosed", share, "share")
         .measure("rays-enclosed", seen, "share");
     Some(out)
@@ -145,7 +145,7 @@ fn point(p: DVec3) -> String {
     format!("{}, {}, {}", short(p.x), short(p.y), short(p.z))
 }
 
-/// Objects that are in the way of camera rays, but not there by their material.
+/// Objects that camera rays pass because their material is fully transparent.
 fn invisible(e: &Evidence<'_>) -> Option<Finding> {
     let gone = |i: usize| e.desc.materials.get(i).and_then(|m| materials::invisible(&m.value));
     let named: Vec<(usize, f64)> = (0..e.desc.materials.len()).filter_map(|i| Some((i, gone(i)?))).collect();
@@ -169,22 +169,23 @@ fn invisible(e: &Evidence<'_>) -> Option<Finding> {
     let (&i, &count) = through.iter().max_by_key(|(i, n)| (**n, std::cmp::Reverse(**i)))?;
     let share = f64::from(count) / rays;
     let opacity = gone(i)?;
-    let name = e.labels.material(MaterialId(i as u32));
+    let name = e.labels.material_label(MaterialId(i as u32));
     let severity = if e.met < 0.01 || e.is_black() || boxes.len() as u64 == e.scene.stats.primitives {
         Severity::Error
     } else {
         Severity::Warning
     };
-    let what = format!("objects of \"{name}\" are invisible: its opacity is {}", short(opacity));
+    let what = format!("objects with {name} are invisible: its opacity is {}", short(opacity));
     Some(
         Finding::new(BLACK, severity, "objects-invisible", 0.98, what)
             .why(format!(
-                "{} of the camera's rays go through the boxes around them and meet nothing there",
+                "{} of the camera rays pass through their bounding boxes and hit nothing there",
                 percent(share)
             ))
-            .remedy(format!("raise `opacity` of the material \"{name}\" to 1, or leave it out"))
-            .set(&format!("material.{name}.opacity"), 1.0)
-            .about(name)
+            .remedy(format!("raise `opacity` of {name} to 1, or remove it"))
+            .set(&format!("material.{}.opacity", name.text), 1.0)
+            .about(name.text)
+            .at(e.desc.materials.get(i).and_then(|m| m.span))
             .measure("opacity", opacity, "share")
             .measure("rays-through", share, "share"),
     )
@@ -198,7 +199,7 @@ fn enters(b: &Bounds, ray: &Ray) -> bool {
     near <= a.max(z).min_element().min(ray.t_max)
 }
 
-/// Rays that meet nothing though there is something.
+/// Camera rays that hit nothing, though there are objects.
 fn nothing_seen(e: &Evidence<'_>, view: &View) -> Option<Finding> {
     let (bounds, count) = subject(e)?;
     let bounded = e.mets().filter(|(_, _, m)| !m.endless).count();
@@ -225,14 +226,14 @@ fn nothing_seen(e: &Evidence<'_>, view: &View) -> Option<Finding> {
     };
     if angle - half > rim {
         let what = format!(
-            "the camera looks past everything: the middle of the {count} objects lies {} degrees off its axis, and it sees {} degrees around that",
+            "the camera looks past the objects: the centre of all {count} is {} degrees off its axis, and it sees {} degrees around the axis",
             short(angle),
             short(rim)
         );
         return Some(
             find("camera-looks-away", 0.96, what)
-                .why(format!("none of its rays meets an object; they are around ({})", point(center)))
-                .remedy(format!("look at them: `[camera] look_at = [{}]`", point(center)))
+                .why(format!("none of its rays hits an object; the objects are around ({})", point(center)))
+                .remedy(format!("aim the camera: `[camera] look_at = [{}]`", point(center)))
                 .set("camera.look_at", center.to_array().map(rounded)),
         );
     }
@@ -240,7 +241,7 @@ fn nothing_seen(e: &Evidence<'_>, view: &View) -> Option<Finding> {
         && pinhole.near > (distance - radius).max(0.0)
         && pinhole.near > 0.0
     {
-        let what = format!("the near plane of the camera, at {}, cuts everything off", short(pinhole.near));
+        let what = format!("the near plane of the camera, at {}, clips everything", short(pinhole.near));
         return Some(
             find("camera-near-clips", 0.96, what)
                 .why(format!("the objects are {} units away", short(distance)))
@@ -251,42 +252,40 @@ fn nothing_seen(e: &Evidence<'_>, view: &View) -> Option<Finding> {
     }
     let pixels = 2.0 * (radius / distance.max(1e-300)) / view.pixel.max(1e-300);
     if pixels < 4.0 {
-        let what = format!(
-            "everything together is {} pixels wide: too small or too far away to be seen",
-            short(pixels)
-        );
+        let what =
+            format!("all objects together are {} pixels wide: too small or too far away", short(pixels));
         return Some(
             find("objects-too-small", 0.96, what)
                 .why(format!(
-                    "the objects are {} units across and {} units away: they may be in other units than the camera's place (1 m is 1000 mm)",
+                    "the objects are {} units across and {} units away: their units may differ from those of the camera position (1 m is 1000 mm)",
                     short(2.0 * radius),
                     short(distance)
                 ))
-                .remedy(format!("scale the objects by about {}, or move the camera nearer", short(0.3 * distance / radius.max(1e-300))))
+                .remedy(format!("scale the objects by about {}, or move the camera closer", short(0.3 * distance / radius.max(1e-300))))
                 .measure("size-in-picture", pixels, "pixels"),
         );
     }
-    let what = "none of the camera's rays meets an object, though they lie in its view".to_owned();
+    let what = "no camera ray hits an object, though there are objects in view".to_owned();
     let one_sided = e.desc.materials.iter().any(|m| m.value.cutout(true).is_some_and(|c| c.one_sided));
     let (why, remedy) = if one_sided {
         (
-            "materials with `double_sided = false` are not there for rays that meet their back",
-            "turn the surfaces round, or set `double_sided = true`",
+            "materials with `double_sided = false` are invisible from the back",
+            "flip the surfaces, or set `double_sided = true`",
         )
     } else {
         (
-            "rays pass between the objects, or these have holes where they are looked at",
-            "move the camera, or look at the integrator \"depth\"",
+            "rays pass between the objects or through holes in them",
+            "move the camera; the integrator \"depth\" shows what its rays hit",
         )
     };
     Some(find("objects-not-met", 0.9, what).why(why).remedy(remedy))
 }
 
-/// A lens that nothing is in focus of.
+/// A lens with nothing in focus.
 fn blurred(e: &Evidence<'_>, view: &View) -> Option<Finding> {
     let CameraDesc::ThinLens(lens) = &e.scene.prepared.view.camera_desc else { return None };
     let focus = lens.focus_distance.unwrap_or((view.target - view.eye).length());
-    // Of points at a depth, the width of their circle in the plane in focus; that plane's height is what the picture shows of it.
+    // The diameter of the circle of confusion of points at a depth, in the plane of focus, in pixels.
     let pixels = |depth: f64| {
         let circle = 2.0 * lens.lens_radius * (depth - focus).abs() / depth.max(1e-300);
         circle / (focus * view.pixel).max(1e-300)
@@ -302,13 +301,13 @@ fn blurred(e: &Evidence<'_>, view: &View) -> Option<Finding> {
     }
     let nearest = super::picture::quantile(depths.iter().copied(), 0.3);
     let what = format!(
-        "nothing is in focus: nine tenths of what is seen are blurred over {} pixels or more",
+        "nothing is in focus: 90 % of the visible surfaces are blurred over {} pixels or more",
         short(sharpest)
     );
     let severity = if share > 0.1 { Severity::Error } else { Severity::Warning };
     Some(
         Finding::new(Question::Broken, severity, "out-of-focus", 0.5, what)
-            .why(format!("the plane in focus is {} units away, with a lens of radius {}; most of what is seen is {} units away or more", short(focus), short(lens.lens_radius), short(nearest)))
+            .why(format!("the plane of focus is {} units away, with a lens of radius {}; most visible surfaces are {} units away or more", short(focus), short(lens.lens_radius), short(nearest)))
             .remedy("set `focus_distance` of [camera] to that distance, or make `lens_radius` smaller")
             .set("camera.focus_distance", rounded(nearest))
             .set("camera.lens_radius", rounded(lens.lens_radius * 0.02 / share))
@@ -318,7 +317,7 @@ fn blurred(e: &Evidence<'_>, view: &View) -> Option<Finding> {
     )
 }
 
-/// Something near fills the picture.
+/// An object close to the camera fills the picture.
 fn near(e: &Evidence<'_>, view: &View) -> Option<Finding> {
     let rays = e.g.first_hits.iter().flatten().count();
     let mut by: BTreeMap<u32, (usize, &'static str, MaterialId, Vec<f64>)> = BTreeMap::new();
@@ -338,7 +337,7 @@ fn near(e: &Evidence<'_>, view: &View) -> Option<Finding> {
         return None;
     }
     let (to_target, to_rest) = ((view.target - view.eye).length(), (rest.center() - view.eye).length());
-    // It is what is looked at, or what holds everything.
+    // The camera looks at it, or it contains everything.
     let is_target = own.is_some_and(|b| {
         let grown = 1e-3 * b.size().length();
         (view.target.cmpge(b.min - grown) & view.target.cmple(b.max + grown)).all()
@@ -346,20 +345,20 @@ fn near(e: &Evidence<'_>, view: &View) -> Option<Finding> {
     if distance > 0.5 * to_rest.min(to_target) || is_target {
         return None;
     }
-    let name = e.labels.object(primitive, shape);
+    let name = e.labels.object_label(primitive, shape);
     let severity = if e.is_black() { Severity::Error } else { Severity::Warning };
-    let what = format!("\"{name}\" stands right before the camera and hides everything");
+    let what = format!("{name} is right in front of the camera and hides everything");
     Some(
         Finding::new(BLACK, severity, "camera-blocked", 0.95, what)
             .why(format!(
-                "{} of the camera's rays end at it, {} units away; what it looks at is {} units away",
+                "{} of the camera rays end at it, {} units away; the point that the camera looks at is {} units away",
                 percent(share),
                 short(distance),
                 short(to_target)
             ))
-            .remedy("move the camera or the object, or cut it off with `near` of [camera]")
+            .remedy("move the camera or the object, or clip it with `near` of [camera]")
             .set("camera.near", rounded(distance * 1.5))
-            .about(name)
+            .about(name.text)
             .measure("rays-that-end-there", share, "share")
             .measure("distance", distance, "units")
             .measure("distance-looked-at", to_target, "units"),

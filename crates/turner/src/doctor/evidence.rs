@@ -1,4 +1,4 @@
-//! All that is measured, and sums of it that several questions need.
+//! All measurements, and the sums of them that several questions need.
 
 use std::collections::BTreeMap;
 
@@ -12,43 +12,44 @@ use super::paths::{self, PixelPaths};
 use super::picture::{PictureFacts, quantile};
 use super::trees::{self, TreeFacts};
 use super::trial::{self, Trial};
-use crate::description::{Labels, SceneDesc};
+use crate::description::{Label, Labels, SceneDesc};
 use crate::doctor::subject::Subject;
 use crate::film::Antialias;
 use crate::integrator::{IntegratorDesc, Prepared, RayStats};
 use crate::math::DVec3;
 use crate::scene::ListedEmitter;
 use crate::schema::MaterialId;
+use crate::schema::value::Span;
 
-/// Samples of a pixel with which changes are tried.
+/// Samples per pixel for trials of changed settings.
 const TRIED: u32 = 4;
 
-/// What was measured.
+/// The measurements.
 pub(super) struct Gathered {
     pub(super) pixels: Vec<Pixel>,
     pub(super) first_hits: Vec<Option<FirstHit>>,
     pub(super) paths: Vec<Option<PixelPaths>>,
     pub(super) trees: Option<TreeFacts>,
     pub(super) lights: Vec<LightFacts>,
-    /// Things that shine, those that were not looked at included.
+    /// Lights and emissive shapes, including those that were not measured.
     pub(super) emitters: usize,
     pub(super) colors: Vec<[f64; 3]>,
-    /// More scatterings allowed; no clamp; light sampled and found.
+    /// Trials: a higher depth; no clamp; more transparent surfaces; light sampled in both ways.
     pub(super) deeper: Option<Trial>,
     pub(super) unclamped: Option<Trial>,
     pub(super) transparent: Option<Trial>,
     pub(super) both_ways: Option<Trial>,
-    /// Media and the insides of transparent materials left out, one at a time.
+    /// Trials without one medium, or without the absorption of one transparent material.
     pub(super) without: Vec<Without>,
-    /// The mean luminance within the crop, and outside of it, with the share of rays that meet something in each.
+    /// For the crop and for the complete picture: the luminance, and the fraction of rays that hit something.
     pub(super) crop: Option<[(f64, f64); 2]>,
-    /// The mean luminance of the picture that light paths bring, if there are any. They are left out of all else that is measured.
+    /// The mean luminance that light paths add to the picture, if there are any. All other measurements exclude them.
     pub(super) by_light_paths: Option<f64>,
-    /// Whether there was time for all.
+    /// Whether the time was enough for everything.
     pub(super) complete: bool,
 }
 
-/// Looks at the scene. Film and integrator of the subject are changed.
+/// Measures the scene. Changes film and integrator of the subject.
 pub(super) fn gather(scene: &mut Subject, options: &Options<'_>) -> Gathered {
     let by_light_paths = light_by_paths(&scene.prepared);
     let stop = options.stop;
@@ -58,7 +59,7 @@ pub(super) fn gather(scene: &mut Subject, options: &Options<'_>) -> Gathered {
     let crop = film.crop.filter(|crop| *crop != whole);
     scene.film_mut().crop = None;
     scene.film_mut().auto_exposure = false;
-    // Paths are looked at one by one.
+    // Paths are measured one at a time.
     scene.set_integrator(scene.integrator.clone());
     match (physical, film.antialias) {
         (true, _) => {
@@ -114,7 +115,7 @@ pub(super) fn gather(scene: &mut Subject, options: &Options<'_>) -> Gathered {
     g
 }
 
-/// The mean luminance of the picture that light paths bring, if there are any.
+/// The mean luminance that light paths add to the picture, if there are any.
 fn light_by_paths(p: &Prepared) -> Option<f64> {
     const PATHS: u64 = 16384;
     let mut tracer = p.integrator.light_tracer(&p.scene, &p.view)?;
@@ -127,14 +128,14 @@ fn light_by_paths(p: &Prepared) -> Option<f64> {
     Some(light / (PATHS as f64 * f64::from(p.view.film.width) * f64::from(p.view.film.height)))
 }
 
-/// How many samples of each pixel can be followed within reason; where paths are very long some pixels are left out, too.
+/// How many samples per pixel can be traced in reasonable time. Where paths are very long some pixels are dropped as well.
 fn affordable(
     scene: &Subject,
     g: &mut Gathered,
     options: &Options<'_>,
     stop: &(dyn Fn() -> bool + Sync),
 ) -> u32 {
-    /// Vertices and shadow casters in all: about two seconds.
+    /// Vertices and shadow casters in all: about two seconds on one core.
     const MOST: f64 = 800_000.0;
     const FEWEST: f64 = 4.0;
     let few: Vec<Pixel> = g.pixels.iter().copied().step_by(g.pixels.len().div_ceil(32).max(1)).collect();
@@ -169,7 +170,7 @@ fn colors(scene: &Subject, pixels: &[Pixel], samples: u32, options: &Options<'_>
     colors.into_iter().map(|c| c.unwrap_or([f64::NAN; 3])).collect()
 }
 
-/// The light of a few pixels within a crop and of the whole picture, and how many of their rays meet something.
+/// Luminance of a few pixels of a crop and of the complete picture, and the fraction of their rays that hit something.
 fn crop_facts(scene: &Subject, crop: [u32; 4], options: &Options<'_>) -> [(f64, f64); 2] {
     [crop, [0, 0, scene.film().width, scene.film().height]].map(|rect| {
         let (pixels, _) = pixels(rect, 64);
@@ -179,7 +180,7 @@ fn crop_facts(scene: &Subject, crop: [u32; 4], options: &Options<'_>) -> [(f64, 
     })
 }
 
-/// Surfaces that light can be asked for, with the normal on the side that is seen.
+/// Surface points at which light can be sampled, with the normal on the visible side.
 fn points(g: &Gathered) -> Vec<(DVec3, DVec3)> {
     let of_paths = g.paths.iter().flatten().flat_map(|p| p.points.iter().take(2).copied());
     let points: Vec<_> = of_paths.collect();
@@ -238,27 +239,32 @@ fn try_changes(scene: &mut Subject, g: &mut Gathered, samples: u32, options: &Op
     }
 }
 
-/// What was measured, with sums of it.
+/// The measurements with their sums.
 pub(super) struct Evidence<'a> {
     pub(super) scene: &'a Subject,
     pub(super) desc: &'a SceneDesc,
     pub(super) labels: Labels<'a>,
     pub(super) g: Gathered,
     pub(super) picture: PictureFacts,
-    /// Pixels whose ray meets something that does not shine: as shown, the value below which most of them lie.
+    /// The 95th percentile of the displayed brightness of pixels that show a surface without emission.
     pub(super) objects_shown: f64,
-    /// The same for all pixels.
+    /// The 98th percentile of that of all pixels.
     pub(super) all_shown: f64,
-    /// Share of pixels whose ray meets something.
+    /// Fraction of pixels whose camera ray hits something.
     pub(super) met: f64,
-    /// Relative variance of one sample of the picture, as one of those that are spread evenly over a pixel; mean of the pixels.
+    /// Relative variance of one sample, as one of a stratified set; mean over the pixels.
     pub(super) variance: f64,
-    /// Light and variance by kind, by source, and by material with its kind.
+    /// Light, variance and variance of BSDF-sampled light: by kind, by source, and by material with its kind.
     pub(super) by_kind: BTreeMap<PathKind, [f64; 3]>,
     pub(super) by_source: BTreeMap<Source, [f64; 3]>,
     pub(super) by_material: BTreeMap<(PathKind, Option<MaterialId>), [f64; 3]>,
-    /// Sums: light, variance, that of what was found by chance.
+    /// The same, in all.
     pub(super) all: [f64; 3],
+}
+
+/// A source without a name.
+fn unnamed(text: &str) -> Label {
+    Label { text: text.to_owned(), is_name: false }
 }
 
 impl<'a> Evidence<'a> {
@@ -288,7 +294,7 @@ impl<'a> Evidence<'a> {
         };
         let known = e.g.paths.iter().flatten().filter(|p| p.samples >= 2).count().max(1) as f64;
         for p in e.g.paths.iter().flatten().filter(|p| p.samples >= 2) {
-            // With few samples even spreading does little.
+            // With few samples stratification has little effect.
             let variance = if e.scene.film().samples_per_pixel() >= 8 { p.spread } else { p.variance };
             e.variance += variance / known;
             for (key, share) in &p.shares {
@@ -309,21 +315,21 @@ impl<'a> Evidence<'a> {
         if e.g.by_light_paths.is_some()
             && let Some(caustics) = e.by_kind.remove(&PathKind::Caustic)
         {
-            // Light paths find them without that noise.
+            // Light paths find these without that noise.
             let left = 1.0 - caustics[1] / e.all[1].max(f64::MIN_POSITIVE);
             e.variance *= left.clamp(0.0, 1.0);
         }
         e
     }
 
-    /// Whether next to nothing is to be seen of what is there.
+    /// Whether almost nothing of the scene is visible.
     pub(super) fn is_black(&self) -> bool {
-        /// Of the largest value in the file: about 15 of 255.
+        /// As a fraction of the largest value in the file: about 15 of 255.
         const BLACK: f64 = 0.06;
         if self.picture.shown.is_empty() {
             return false;
         }
-        // Light paths bring light that is in none of these.
+        // The light of light paths is in none of these.
         if self.g.by_light_paths.is_some_and(|light| light * self.picture.factor > BLACK * BLACK) {
             return false;
         }
@@ -336,28 +342,34 @@ impl<'a> Evidence<'a> {
         first_hits.filter_map(|(i, s)| s.as_ref().and_then(|s| Some((i, s, s.met?))))
     }
 
-    /// What a source is called.
-    pub(super) fn source(&self, source: Source) -> String {
+    /// What a source of light is called.
+    pub(super) fn source(&self, source: Source) -> Label {
         match source {
-            Source::Light(i) => self.labels.light(i),
-            Source::Object(i) => self.labels.object(i, self.scene.primitive_shape(i)),
-            Source::Background => "the background".to_owned(),
-            Source::Ambient => "the ambient light".to_owned(),
-            Source::Unknown => "one of many lights".to_owned(),
+            Source::Light(i) => self.labels.light_label(i),
+            Source::Object(i) => self.labels.object_label(i, self.scene.primitive_shape(i)),
+            Source::Background => unnamed("background"),
+            Source::Ambient => unnamed("ambient light"),
+            Source::Unknown => unnamed("sum of many lights"),
         }
     }
 
-    /// What something that shines is called.
-    pub(super) fn emitter_name(&self, one: ListedEmitter) -> String {
+    /// What a light or an emissive shape is called.
+    pub(super) fn emitter_name(&self, one: ListedEmitter) -> Label {
         match one {
-            ListedEmitter::Light(i) => self.labels.light(i),
+            ListedEmitter::Light(i) => self.labels.light_label(i),
             ListedEmitter::Shape { primitive, .. } => {
-                self.labels.object(primitive, self.scene.primitive_shape(primitive))
+                self.labels.object_label(primitive, self.scene.primitive_shape(primitive))
             }
         }
     }
 
-    /// The number of its light in the description: for the key path `light.N.…`.
+    /// Where the scene file defines it, if it is a light.
+    pub(super) fn place_of(&self, one: ListedEmitter) -> Option<Span> {
+        let light = self.light_number(one)?;
+        self.desc.lights.get(light as usize)?.span
+    }
+
+    /// The index of its light in the description: for the key path `light.N.…`.
     pub(super) fn light_number(&self, one: ListedEmitter) -> Option<u32> {
         match one {
             ListedEmitter::Light(i) => self.scene.light_sources.get(i as usize).copied().flatten(),
@@ -365,7 +377,7 @@ impl<'a> Evidence<'a> {
         }
     }
 
-    /// Samples that the picture has per pixel.
+    /// Samples per pixel of the film.
     pub(super) fn samples(&self) -> u32 {
         self.scene.film().samples_per_pixel()
     }

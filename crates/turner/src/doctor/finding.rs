@@ -1,21 +1,21 @@
-//! What was found.
+//! Findings: their severity, what they say and the measurements behind them.
 
 use crate::schema::Remedy;
-use crate::schema::value::Data;
+use crate::schema::value::{Data, Span};
 
 /// How bad it is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Severity {
-    /// The picture is not what anyone can have wanted.
+    /// The picture cannot be what its author wants.
     Error,
-    /// Something in it is likely to be wrong, or to cost much.
+    /// Something is probably wrong, or wastes much time.
     Warning,
-    /// Worth knowing.
+    /// Good to know, but hardly a fault.
     Note,
 }
 
 impl Severity {
-    /// In a word.
+    /// The word in reports.
     pub fn word(self) -> &'static str {
         match self {
             Severity::Error => "error",
@@ -28,20 +28,20 @@ impl Severity {
 /// What a finding is about.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Question {
-    /// Why it is black, or nothing is in it.
+    /// Why the picture is black or too dark, or shows nothing.
     Black,
-    /// Why it is noisy.
+    /// Why the picture is noisy.
     Noisy,
-    /// Why it is washed out.
+    /// Why the picture is washed out.
     WashedOut,
-    /// Why it takes long.
+    /// Why rendering is slow.
     Slow,
-    /// What is broken in it.
+    /// What is broken in the scene.
     Broken,
 }
 
 impl Question {
-    /// In a word.
+    /// The word in reports.
     pub fn word(self) -> &'static str {
         match self {
             Question::Black => "black",
@@ -53,44 +53,46 @@ impl Question {
     }
 }
 
-/// A number that was measured.
+/// A measured value.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Measure {
-    /// What, in kebab-case.
+    /// What was measured, in kebab-case.
     pub name: &'static str,
-    /// How much; finite.
+    /// The value; finite.
     pub value: f64,
     /// Its unit: `share` (0 to 1), `count`, `stops`, `degrees`, `units` of the scene, `radiance`, `irradiance`, `pixels`, `ratio`, `relmse`.
     pub unit: &'static str,
 }
 
-/// Something found.
+/// One finding.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Finding {
-    /// Its name, which stays the same from version to version.
+    /// Its code. Codes stay the same from version to version.
     pub code: &'static str,
     /// How bad it is.
     pub severity: Severity,
-    /// What it is about.
+    /// The question that it answers.
     pub question: Question,
-    /// How much it matters among those of its severity: 0 to 1.
+    /// How much it matters among findings of the same severity: 0 to 1.
     pub weight: f64,
-    /// What is wrong, in a sentence that names the thing.
+    /// What is wrong: a sentence that names the object, light or setting.
     pub what: String,
     /// Why it has this effect.
     pub why: String,
-    /// What to do about it.
+    /// What to do.
     pub remedy: String,
-    /// The same as data, where a program can do it: each of them alone.
+    /// The remedies that a program can apply. Each is enough alone.
     pub remedies: Vec<Remedy>,
-    /// What it rests on.
+    /// The measurements behind it.
     pub measured: Vec<Measure>,
-    /// The thing's name, as the scene has it; of several the first.
+    /// The name of the object, material or light, as the scene has it; of several the first.
     pub subject: Option<String>,
+    /// Where the scene file defines it.
+    pub span: Option<Span>,
 }
 
 impl Finding {
-    /// One without numbers so far.
+    /// A finding without measurements.
     pub(super) fn new(
         question: Question,
         severity: Severity,
@@ -109,6 +111,7 @@ impl Finding {
             remedies: Vec::new(),
             measured: Vec::new(),
             subject: None,
+            span: None,
         }
     }
 
@@ -138,7 +141,13 @@ impl Finding {
         self
     }
 
-    /// A number; what is not finite is left out.
+    /// Where it is in a file, if that is known.
+    pub(super) fn at(mut self, span: Option<Span>) -> Finding {
+        self.span = span;
+        self
+    }
+
+    /// A measured value. Non-finite ones are omitted.
     pub(super) fn measure(mut self, name: &'static str, value: f64, unit: &'static str) -> Finding {
         if value.is_finite() {
             self.measured.push(Measure { name, value, unit });
@@ -147,7 +156,7 @@ impl Finding {
     }
 }
 
-/// The worst first; among equals those that matter most, and then by code, so that the order is always the same.
+/// Sorts by severity, then by weight, then by code, so that the order never varies.
 pub(super) fn sort(findings: &mut [Finding]) {
     findings.sort_by(|a, b| {
         let order = a.severity.cmp(&b.severity).then(b.weight.total_cmp(&a.weight));
@@ -155,7 +164,7 @@ pub(super) fn sort(findings: &mut [Finding]) {
     });
 }
 
-/// A number with three digits.
+/// A number with three significant digits.
 pub(super) fn short(v: f64) -> String {
     let a = v.abs();
     if v == 0.0 || !v.is_finite() {
@@ -182,7 +191,7 @@ pub(super) fn rounded(v: f64) -> f64 {
     short(v).parse().unwrap_or(v)
 }
 
-/// A share as a percentage.
+/// A fraction as a percentage.
 pub(super) fn percent(v: f64) -> String {
     let p = 100.0 * v;
     if p > 0.0 && p < 0.1 {

@@ -1,4 +1,4 @@
-//! What camera rays meet first, and what it takes to find it.
+//! First hits of camera rays, and their cost.
 
 use super::grid::Pixel;
 use super::{Options, threads};
@@ -8,13 +8,13 @@ use crate::scene::Scene;
 use crate::schema::MaterialId;
 use crate::view::{camera_ray, place_of};
 
-/// What the camera ray in the middle of a pixel meets.
+/// The camera ray of a pixel's first sample.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct FirstHit {
     pub(super) ray: Ray,
-    /// What was hit, if anything was.
+    /// The first hit, if any.
     pub(super) met: Option<Met>,
-    /// Nodes and shapes that the search goes through.
+    /// Nodes and shapes tested.
     pub(super) steps: u64,
 }
 
@@ -23,24 +23,24 @@ pub(super) struct FirstHit {
 pub(super) struct Met {
     pub(super) t: f64,
     pub(super) p: DVec3,
-    /// Geometric normal, towards the viewer.
+    /// Geometric normal, towards the camera.
     pub(super) n: DVec3,
     pub(super) primitive: u32,
     pub(super) shape: &'static str,
     pub(super) material: MaterialId,
-    /// Whether the ray met the outer side.
+    /// Whether the ray hit the outer side.
     pub(super) outside: bool,
     /// Luminance of the base colour.
     pub(super) albedo: f64,
-    /// Whether it shines towards the camera, or shows its colour without light.
+    /// Whether it emits light towards the camera, or is unlit.
     pub(super) shines: bool,
-    /// Whether its shape has no end.
+    /// Whether its shape is unbounded.
     pub(super) endless: bool,
-    /// Whether its normals are finite and agree on the sides.
+    /// Whether its normals are finite and on the same side.
     pub(super) sound: bool,
 }
 
-/// The sights of the pixels, in their order; a camera that shows nothing there has none.
+/// The sights of the pixels, in their order; `None` where the camera sees nothing.
 pub(super) fn first_hits(scene: &Subject, pixels: &[Pixel], options: &Options<'_>) -> Vec<Option<FirstHit>> {
     let never = || false;
     let found = threads::map(pixels, options.threads, &never, |pixel| {
@@ -81,9 +81,9 @@ pub(super) fn first(scene: &Scene, ray: &Ray) -> Option<Met> {
     })
 }
 
-/// Directions spread evenly over the sphere, a spiral from pole to pole.
+/// Directions spread evenly over the sphere: a Fibonacci spiral from pole to pole.
 pub(super) fn directions(count: u32) -> impl Iterator<Item = DVec3> {
-    // The golden section of a turn.
+    // The golden angle, in turns.
     const STEP: f64 = 0.381_966_011_250_105_1;
     (0..count).map(move |i| {
         let z = 1.0 - (2.0 * f64::from(i) + 1.0) / f64::from(count);

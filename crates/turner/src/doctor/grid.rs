@@ -1,9 +1,9 @@
-//! Which pixels are looked at.
+//! The pixels of the probe.
 
 use crate::doctor::subject::Subject;
 use crate::sampler::SampleId;
 
-/// A pixel that is looked at.
+/// A pixel of the probe.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Pixel {
     /// Column.
@@ -12,8 +12,8 @@ pub struct Pixel {
     pub y: u32,
 }
 
-/// Pixels spread over a rectangle `[x, y, width, height]`, about `count` of them, each at a place of its own in its cell so that no regular pattern is
-/// mistaken for the whole; with how many columns and rows there are.
+/// About `count` pixels of a rectangle `[x, y, width, height]`, jittered in the cells of a grid so that regular patterns do not alias; with the columns and rows of
+/// the grid.
 pub(super) fn pixels([x0, y0, width, height]: [u32; 4], count: u32) -> (Vec<Pixel>, [u32; 2]) {
     let aspect = f64::from(width.max(1)) / f64::from(height.max(1));
     let columns =

@@ -1,4 +1,4 @@
-//! What sorts of paths there are, and whose light they bring.
+//! The kinds of paths, and which light or emissive object their light comes from.
 
 use super::materials;
 use crate::bsdf::Lobe;
@@ -9,27 +9,27 @@ use crate::math::{Bounds, DVec3, Ray};
 use crate::scene::Scene;
 use crate::schema::MaterialId;
 
-/// A sort of path from the camera to light. In Heckbert's letters, from light to eye: L, diffuse D, other lobes S, E.
+/// A kind of path between camera and light. In Heckbert's notation, from the light to the camera: L, diffuse D, other lobes S, E.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum PathKind {
-    /// What shines is seen, straight or through panes: LE.
+    /// An emitter is seen, directly or through thin panes: LE.
     Emitted,
     /// The background or environment is seen: LE.
     Background,
-    /// Light on a surface that is seen: LDE, L(glossy)E.
+    /// Light on a visible surface: LDE, L(glossy)E.
     Direct,
-    /// What shines, or a lit surface, is seen in a mirror or through glass: L(D)S+E.
+    /// An emitter or a lit surface is seen in a mirror or through glass: L(D)S+E.
     Specular,
-    /// Light that came by way of another diffuse surface: LDD+E.
+    /// Light that other diffuse surfaces reflect: LDD+E.
     Indirect,
-    /// Light that came by way of another surface's gloss, or in the gloss of the surface that is seen.
+    /// Light that another surface reflects glossily, or that the visible surface reflects glossily.
     Glossy,
-    /// Light that mirrors, glass or gloss throw on a diffuse surface: LS+DE, wherever that is seen.
+    /// Light that mirrors, glass or glossy surfaces focus on a diffuse surface: LS+DE, wherever that is seen.
     Caustic,
 }
 
 impl PathKind {
-    /// All of them, in the order of the legend.
+    /// All kinds, in the order of the legend.
     pub const ALL: [PathKind; 7] = [
         PathKind::Emitted,
         PathKind::Background,
@@ -40,7 +40,7 @@ impl PathKind {
         PathKind::Caustic,
     ];
 
-    /// In a word.
+    /// The word in reports.
     pub fn word(self) -> &'static str {
         match self {
             PathKind::Emitted => "emitted",
@@ -53,22 +53,22 @@ impl PathKind {
         }
     }
 
-    /// In words.
+    /// What it is, for a sentence.
     pub fn words(self) -> &'static str {
         match self {
-            PathKind::Emitted => "what shines, seen directly",
+            PathKind::Emitted => "emitters, seen directly",
             PathKind::Background => "the background, seen directly",
             PathKind::Direct => "direct light",
-            PathKind::Specular => "what is seen in mirrors and through glass",
-            PathKind::Indirect => "light by way of other diffuse surfaces",
+            PathKind::Specular => "light seen in mirrors and through glass",
+            PathKind::Indirect => "indirect diffuse light",
             PathKind::Glossy => "glossy reflections",
             PathKind::Caustic => "caustics",
         }
     }
 
-    /// The colour of the legend, display values.
+    /// The colour in the legend, display values.
     pub fn color(self) -> [u8; 3] {
-        // Okabe & Ito 2008: told apart by those who see colours differently, too.
+        // Okabe & Ito 2008: distinguishable with any type of colour vision.
         match self {
             PathKind::Emitted => [240, 228, 66],
             PathKind::Background => [110, 110, 110],
@@ -81,38 +81,38 @@ impl PathKind {
     }
 }
 
-/// Whose light it is.
+/// Where light comes from.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Source {
-    /// A light, by its number among the prepared scene's.
+    /// A light, by its index in the prepared scene.
     Light(u32),
-    /// A shape that shines, by its number in the description.
+    /// An emissive shape, by its primitive index.
     Object(u32),
-    /// The background's colour.
+    /// The background colour.
     Background,
     /// Ambient light.
     Ambient,
-    /// One of very many lights.
+    /// One of too many lights to tell apart.
     Unknown,
 }
 
-/// Light that a path brought.
+/// Light along a path.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Part {
     pub(super) kind: PathKind,
     pub(super) source: Source,
-    /// The material that makes it what it is: the glass of a caustic, the surface of direct light.
+    /// The material that makes it this kind: the glass of a caustic, the surface of direct light.
     pub(super) material: Option<MaterialId>,
-    /// Whether it was found by chance rather than by sampling a light.
+    /// Whether a BSDF-sampled ray hit the light, rather than light sampling.
     pub(super) by_chance: bool,
     /// Luminance.
     pub(super) value: f64,
 }
 
-/// Where lights are, to tell them apart.
+/// The bounds of lights, to tell them apart.
 pub(super) struct LightPlaces(Vec<Option<Bounds>>);
 
-/// More lights than this are not told apart by place.
+/// More lights than this are not told apart by position.
 const MOST: usize = 4096;
 
 impl LightPlaces {
@@ -140,7 +140,7 @@ impl LightPlaces {
     }
 }
 
-/// The light in a direction around the scene.
+/// The infinite light in a direction.
 fn around(scene: &Scene, direction: DVec3, is_delta: bool) -> Source {
     let mut environment = Source::Background;
     for (i, light) in (0..).zip(&scene.lights[..]) {
@@ -158,25 +158,25 @@ fn around(scene: &Scene, direction: DVec3, is_delta: bool) -> Source {
     environment
 }
 
-/// The shape that shines at a place.
+/// The emissive shape at a point.
 fn shape_at(scene: &Scene, p: DVec3, direction: DVec3, distance: f64) -> Source {
     let ray =
         Ray { t_min: distance * (1.0 - 1e-3), t_max: distance * (1.0 + 1e-2), ..Ray::new(p, direction) };
     scene.intersect(&ray).map_or(Source::Unknown, |hit| Source::Object(scene.primitive_id(&hit)))
 }
 
-/// What the way from the camera was like so far.
+/// What a path from the camera did so far.
 #[derive(Clone, Copy, Default)]
 struct Way {
-    /// A mirror or clear glass was met before anything else.
+    /// Its first surface was a mirror or clear glass.
     specular: bool,
-    /// A diffuse lobe was taken.
+    /// It sampled a diffuse lobe.
     diffuse: bool,
-    /// Another lobe that is not a mirror's, before any diffuse one.
+    /// It sampled a glossy lobe before any diffuse one.
     glossy: bool,
-    /// Mirrors, glass or gloss since the last diffuse lobe.
+    /// The first mirror, glass or glossy surface since the last diffuse lobe.
     focused: Option<MaterialId>,
-    /// How many lobes were taken that are not a mirror's.
+    /// How many lobes it sampled that are not delta lobes.
     rough: u32,
     /// The surface of the first diffuse lobe.
     first: Option<MaterialId>,
@@ -202,7 +202,7 @@ impl Way {
         self.glossy |= !is_diffuse;
     }
 
-    /// Of light that is found at the end of the way, behind `background` or on a surface.
+    /// The kind of light that the path's last ray hits: the `background`, or an emitter.
     fn found(&self, background: bool) -> PathKind {
         match self {
             Way { focused: Some(_), .. } => PathKind::Caustic,
@@ -216,7 +216,7 @@ impl Way {
         }
     }
 
-    /// Of light that is sampled from a surface.
+    /// The kind of light that is sampled at a surface.
     fn sampled(&self) -> PathKind {
         match self {
             Way { focused: Some(_), .. } => PathKind::Caustic,
@@ -228,7 +228,7 @@ impl Way {
     }
 }
 
-/// All light that a path brought, part by part.
+/// All contributions of a path, one at a time.
 pub(super) fn parts(scene: &Scene, places: &LightPlaces, path: &PathRecord, mut each: impl FnMut(Part)) {
     let value = |s: Spectrum| f64::from(s.luminance());
     let mut way = Way::default();
@@ -252,7 +252,7 @@ pub(super) fn parts(scene: &Scene, places: &LightPlaces, path: &PathRecord, mut 
                 value: value(l.contribution),
             });
         }
-        // A body is entered and left by one scattering: that where it is left.
+        // Subsurface scattering counts once: where the path leaves the body.
         let enters = path.vertices.get(i + 1).is_some_and(|next| next.walk.is_some());
         if let (Some(s), Passage::Surface | Passage::Exit, false) = (&v.scatter, v.passage, enters) {
             way.take(s, own);
@@ -278,7 +278,7 @@ pub(super) fn parts(scene: &Scene, places: &LightPlaces, path: &PathRecord, mut 
     }
 }
 
-/// Whether a material bends or mirrors light into caustics.
+/// Whether a material focuses light into caustics.
 pub(super) fn casts_caustics(scene: &Scene, id: MaterialId) -> bool {
     materials::lets_through(scene, id)
 }

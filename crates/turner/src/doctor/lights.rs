@@ -1,4 +1,4 @@
-//! What each light brings to the surfaces that are seen, and where the rest of it stays.
+//! The irradiance from each light at visible surfaces, and what blocks the rest.
 
 use std::collections::BTreeMap;
 
@@ -10,48 +10,48 @@ use crate::sampler::SampleId;
 use crate::scene::emitters::LightSample;
 use crate::scene::{ListedEmitter, Scene};
 
-/// Points of light asked for, in all.
+/// Light samples in all.
 const MOST_ASKED: usize = 60_000;
 
-/// Lights that are looked at one by one; of more, these many spread evenly over the list.
+/// The most lights that are measured; of a longer list, that many at even intervals.
 const MOST_LIGHTS: usize = 512;
 
-/// Points that are asked.
+/// The most surface points.
 const MOST_POINTS: usize = 192;
 
-/// One light, asked from many points.
+/// One light, sampled from many surface points.
 #[derive(Clone, Debug)]
 pub(super) struct LightFacts {
     pub(super) one: ListedEmitter,
-    /// Where it is, if it has a place.
+    /// Its bounds, if it has a position.
     pub(super) bounds: Option<Bounds>,
-    /// How often it was asked, and of these: nothing came that way; it came from behind the surface; something was in the way; it arrived.
+    /// Samples of it, and of these: without light towards the point; from behind the surface; blocked; arrived.
     pub(super) asked: u32,
     pub(super) none: u32,
     pub(super) away: u32,
     pub(super) blocked: u32,
     pub(super) clear: u32,
-    /// Mean irradiance (luminance): that arrives, that is blocked, that comes from behind the surface.
+    /// Mean irradiance (luminance) that arrives, is blocked, or comes from behind the surface.
     pub(super) arrives: f64,
     pub(super) kept_off: f64,
     pub(super) behind: f64,
-    /// What is in the way, by primitive: the share of what it keeps off, and whether it lets light through.
+    /// The objects that block it.
     pub(super) blockers: Vec<Blocker>,
-    /// Of directions around it, the share in which it shines, and their mean (not of length 1).
+    /// The fraction of directions in which it emits, and their mean (not of unit length).
     pub(super) lit: f64,
     pub(super) axis: DVec3,
     /// The median distance to the points.
     pub(super) distance: f64,
-    /// Of rays from its middle, the share that meets something that lets no light through; and what most of them meet.
+    /// The fraction of rays from its centre that hit an opaque surface, and the object that most of them hit.
     pub(super) enclosed: f64,
     pub(super) encloser: Option<(u32, &'static str)>,
-    /// The distance within which nine tenths of these rays end.
+    /// The distance within which 90 % of these rays end.
     pub(super) walls: f64,
-    /// The mean direction from the points towards it.
+    /// The mean direction from the surface points towards it.
     pub(super) towards: DVec3,
 }
 
-/// Something in the way of light.
+/// An object that blocks a light: its fraction of the blocked light, and whether it transmits light.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Blocker {
     pub(super) primitive: u32,
@@ -60,7 +60,7 @@ pub(super) struct Blocker {
     pub(super) lets_through: bool,
 }
 
-/// Asks all lights from the points, each with the normal on the side that is seen.
+/// Samples all lights from surface points, each with the normal on the visible side.
 pub(super) fn ask(scene: &Scene, points: &[(DVec3, DVec3)], options: &Options<'_>) -> Vec<LightFacts> {
     let all = scene.emitter_list();
     let step = all.len().div_ceil(MOST_LIGHTS).max(1);
@@ -73,7 +73,7 @@ pub(super) fn ask(scene: &Scene, points: &[(DVec3, DVec3)], options: &Options<'_
     facts.into_iter().flatten().collect()
 }
 
-/// The middle of places that is not moved by a few far ones.
+/// The median.
 fn median(mut values: Vec<f64>) -> f64 {
     values.sort_by(f64::total_cmp);
     values.get(values.len() / 2).copied().unwrap_or(f64::INFINITY)
@@ -144,7 +144,7 @@ fn of_light(scene: &Scene, one: ListedEmitter, points: &[(DVec3, DVec3)], size: 
     f
 }
 
-/// Whether light arrives at a point, or what is in its way.
+/// Whether light arrives at a point, or what blocks it.
 fn look(
     scene: &Scene,
     f: &mut LightFacts,
@@ -174,7 +174,7 @@ fn look(
     entry.share += arrives;
 }
 
-/// Of all that is in the way, what is next to the light: of several things this is the one that concerns most points.
+/// Of all objects on the way, the one closest to the light: it is the one that blocks most points.
 fn next_to_light(scene: &Scene, one: ListedEmitter, mut ray: Ray) -> Option<Blocker> {
     const MOST: u32 = 32;
     let own = match one {
@@ -196,7 +196,7 @@ fn next_to_light(scene: &Scene, one: ListedEmitter, mut ray: Ray) -> Option<Bloc
     last
 }
 
-/// Where it shines to, and what is around it.
+/// The directions in which it emits, and what surrounds it.
 fn around(scene: &Scene, f: &mut LightFacts, bounds: &Bounds, size: f64) {
     const DIRECTIONS: u32 = 128;
     let center = bounds.center();
@@ -214,7 +214,7 @@ fn around(scene: &Scene, f: &mut LightFacts, bounds: &Bounds, size: f64) {
             axis += d;
         }
         let mut ray = Ray::new(center, d);
-        // Out of its own shape.
+        // Leave its own shape first.
         for _ in 0..4 {
             let Some(hit) = scene.intersect(&ray) else { break };
             if Some(scene.primitive_id(&hit)) == own {

@@ -1,4 +1,4 @@
-//! Pictures of what the picture is like: cost, variance, and the sort of path that brings most light.
+//! Maps of a picture: cost, variance, and the kind of path that carries most light.
 
 use super::grid::Pixel;
 use super::kind::PathKind;
@@ -11,10 +11,10 @@ use crate::film::Antialias;
 use crate::integrator::Prepared;
 use crate::math::elementary::ln;
 
-/// A picture of 8-bit display values (sRGB), row by row.
+/// An image of 8-bit display values (sRGB), row by row.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Map {
-    /// What it shows, in a word: `cost`, `variance`, `path-kind`.
+    /// What it shows: `cost`, `variance`, `path-kind`.
     pub name: &'static str,
     /// Columns.
     pub width: u32,
@@ -22,14 +22,14 @@ pub struct Map {
     pub height: u32,
     /// Colours.
     pub pixels: Vec<[u8; 3]>,
-    /// What its darkest and its brightest colour stand for, and the unit.
+    /// The values of its darkest and its brightest colour, and their unit.
     pub range: Option<([f64; 2], &'static str)>,
 }
 
-/// Most pixels of a map: larger pictures are looked at in steps.
+/// Most pixels of a map: larger pictures are sampled at intervals.
 const MOST: f64 = 40_000.0;
 
-/// Maps of a scene. Of scenes whose integrator follows no light by paths there is the cost alone.
+/// Maps of a scene. With "classic" there is only the cost; debug views have no maps.
 /// `desc` is what it was prepared from.
 pub fn maps(prepared: &Prepared, desc: &SceneDesc, options: &Options<'_>) -> Vec<Map> {
     let scene = &mut Subject { prepared: prepared.clone(), integrator: desc.integrator.clone() };
@@ -83,7 +83,7 @@ pub fn maps(prepared: &Prepared, desc: &SceneDesc, options: &Options<'_>) -> Vec
     }
 }
 
-/// The sort of path that brings most of a pixel's light.
+/// The kind of path that carries most of a pixel's light.
 fn strongest(p: &PixelPaths) -> Option<PathKind> {
     let mut sums = [0.0; PathKind::ALL.len()];
     for (key, share) in &p.shares {
@@ -95,7 +95,7 @@ fn strongest(p: &PixelPaths) -> Option<PathKind> {
     (*most > 0.0).then(|| PathKind::ALL[i])
 }
 
-/// Values as heat, linear or by their logarithm over four decades, and what the ends stand for.
+/// Values as heat colours, linear or logarithmic over four decades, and the values of both ends.
 fn heat_map(values: &[f64], logarithmic: bool) -> (Vec<[u8; 3]>, [f64; 2]) {
     let most = super::picture::quantile(values.iter().copied(), 0.995).max(1e-12);
     let least = if logarithmic { most * 1e-4 } else { 0.0 };

@@ -1,4 +1,4 @@
-//! What materials are like, as far as it can be said beforehand.
+//! Properties of materials that are known without tracing rays.
 
 use crate::color::Spectrum;
 use crate::description::SceneDesc;
@@ -6,7 +6,7 @@ use crate::material::{AlphaMode, Material, MaterialDesc, PrincipledMaterial, Sha
 use crate::scene::Scene;
 use crate::schema::{ColorSource, MaterialId};
 
-/// Whether a material shines on this side, or shows its colour whatever the light.
+/// Whether a material emits light on this side, or is unlit.
 pub(super) fn shines_at(scene: &Scene, id: MaterialId, outside: bool) -> bool {
     match scene.materials.get(id.index()) {
         Some(Material::OpenPbr(m)) => m.desc.unlit || m.is_emissive() && (outside || m.shines_backwards()),
@@ -16,7 +16,7 @@ pub(super) fn shines_at(scene: &Scene, id: MaterialId, outside: bool) -> bool {
     }
 }
 
-/// Whether light goes through what is made of it, at least in part, bent or as through a pane.
+/// Whether a material transmits light, with or without refraction.
 pub(super) fn lets_through(scene: &Scene, id: MaterialId) -> bool {
     match scene.materials.get(id.index()) {
         Some(Material::OpenPbr(m)) => m.desc.is_transmissive(),
@@ -26,20 +26,20 @@ pub(super) fn lets_through(scene: &Scene, id: MaterialId) -> bool {
     }
 }
 
-/// Whether nothing is seen through what is made of it.
+/// Whether a material is opaque.
 pub(super) fn is_opaque(scene: &Scene, id: MaterialId) -> bool {
     let shadow = scene.materials.get(id.index()).map(|m| m.shadow());
     shadow == Some(ShadowKind::Opaque) && !lets_through(scene, id)
 }
 
-/// The physical terms of a material of the description.
+/// The principled form of a material of the description.
 pub(super) fn principled(desc: &SceneDesc, id: MaterialId) -> Option<PrincipledMaterial> {
     desc.materials.get(id.index())?.value.principled()
 }
 
-/// Why nothing of a material is ever seen: its opacity, if that is a number that leaves nothing.
+/// The opacity of a material that is always fully transparent; `None` for others.
 pub(super) fn invisible(material: &MaterialDesc) -> Option<f64> {
-    // The boundary of a medium is not meant to be seen.
+    // The interface of a medium is invisible on purpose.
     if matches!(material, MaterialDesc::Boundary(_)) {
         return None;
     }
@@ -54,7 +54,7 @@ pub(super) fn invisible(material: &MaterialDesc) -> Option<f64> {
     gone.then_some(opacity)
 }
 
-/// The way after which the inside of a transparent material has the colour that it states; `None` if it does not absorb.
+/// The distance at which white light has the colour of a transparent material; `None` if it does not absorb.
 pub(super) fn absorbing_depth(material: &Material) -> Option<f64> {
     match material {
         Material::OpenPbr(m) => Some(m.desc.transmission_depth).filter(|d| *d > 0.0),
@@ -62,7 +62,7 @@ pub(super) fn absorbing_depth(material: &Material) -> Option<f64> {
     }
 }
 
-/// Whether a material of the description shines.
+/// Whether a material of the description emits light.
 pub(super) fn is_emissive(material: &MaterialDesc) -> bool {
     material.principled().is_some_and(|m| {
         m.emission_luminance > 0.0 && m.emission_color != ColorSource::Constant(Spectrum::BLACK)

@@ -1,4 +1,4 @@
-//! Light that fog, smoke or the inside of glass swallows, found by looking at the same pixels without it.
+//! Light that fog, smoke or coloured glass absorbs, measured by tracing the same pixels without it.
 
 use std::sync::Arc;
 
@@ -8,6 +8,7 @@ use super::grid::Pixel;
 use super::trial::{self, Trial};
 use super::{Options, materials};
 use crate::color::Spectrum;
+use crate::description::Label;
 use crate::doctor::subject::Subject;
 use crate::material::Material;
 use crate::medium::{Medium, MediumDesc};
@@ -17,26 +18,26 @@ use crate::schema::{ColorSource, MaterialId};
 const WHITE: ColorSource = ColorSource::Constant(Spectrum::WHITE);
 const BLACK: ColorSource = ColorSource::Constant(Spectrum::BLACK);
 
-/// The most media, and the most materials, that are tried.
+/// The most media and the most materials that are tried.
 const MOST: usize = 8;
 
-/// What swallows light.
+/// What absorbs light.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Absorber {
-    /// A medium by its number.
+    /// A medium by its index.
     Medium(u32),
-    /// The inside of a transparent material.
+    /// The interior of a transparent material.
     Inside(MaterialId),
 }
 
-/// What the picture is without it.
+/// The light without it.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Without {
     pub(super) what: Absorber,
     pub(super) trial: Trial,
 }
 
-/// Tries each medium and each transparent material that absorbs. The scene is as before afterwards.
+/// Tries each medium and each absorbing transparent material. Restores the scene.
 pub(super) fn try_without(
     scene: &mut Subject,
     pixels: &[Pixel],
@@ -80,7 +81,7 @@ fn exchange(scene: &mut Subject, id: u32, medium: Medium) -> Option<Medium> {
     Arc::make_mut(scene.scene_mut().volumes.as_mut()?).exchange(id, medium)
 }
 
-/// Whether the inside of a transparent material absorbs.
+/// Whether the interior of a transparent material absorbs light.
 fn absorbs(scene: &Scene, id: MaterialId) -> bool {
     match scene.materials.get(id.index()) {
         Some(Material::OpenPbr(m)) => {
@@ -91,7 +92,7 @@ fn absorbs(scene: &Scene, id: MaterialId) -> bool {
     }
 }
 
-/// The colour that light has after the way that a transparent material states; `None` if its inside does not absorb.
+/// The colour of white light after the `transmission_depth` of a transparent material; `None` if its interior does not absorb.
 fn inside(scene: &mut Subject, id: MaterialId) -> Option<&mut ColorSource> {
     match Arc::make_mut(&mut scene.scene_mut().materials).get_mut(id.index())? {
         Material::OpenPbr(m) if m.desc.transmission_weight != BLACK && m.desc.transmission_depth > 0.0 => {
@@ -101,7 +102,7 @@ fn inside(scene: &mut Subject, id: MaterialId) -> Option<&mut ColorSource> {
     }
 }
 
-/// Whether a picture is dark for the light that something swallows.
+/// Whether absorption makes the picture dark.
 pub(super) fn ask(e: &Evidence<'_>, out: &mut Vec<Finding>) {
     let found = e.g.without.iter().max_by(|a, b| a.trial.ratio.total_cmp(&b.trial.ratio));
     let Some(found) = found else { return };
@@ -124,47 +125,50 @@ pub(super) fn ask(e: &Evidence<'_>, out: &mut Vec<Finding>) {
     match found.what {
         Absorber::Medium(id) => {
             let Some(medium) = e.desc.media.get(id as usize) else { return };
-            let name = medium.name.clone().unwrap_or_else(|| format!("medium #{id}"));
+            let name = medium.name.clone().unwrap_or_else(|| format!("{} medium", medium.value.type_name()));
+            let label = Label { text: name.clone(), is_name: medium.name.is_some() };
             let extinction = e.scene.volumes.as_ref().map_or(0.0, |v| v.extinction(id));
             let way = if extinction > 0.0 { 1.0 / extinction } else { f64::INFINITY };
-            let what = format!("the medium \"{name}\" swallows {lost} of the light");
+            let what = format!("{label} absorbs or scatters away {lost} of the light");
             let finding = Finding::new(Question::Black, severity, "medium-too-dense", 0.985, what)
                 .why(format!(
-                    "light goes {} units through it on average, where it is as dense as it says, and surfaces that are seen are {} units away; without it the same samples bring {more}",
+                    "the mean free path in it is {} units at its full density, and visible surfaces are {} units away; without it the same samples give {more}",
                     short(way),
                     short(distance(e))
                 ))
                 .remedy(format!(
-                    "make it thinner: about {} times as dense leaves a third on the way to what is seen; or move the camera and the lights out of it",
+                    "lower its density: about {} times the density lets a third of the light reach the visible surfaces; or move the camera and the lights out of it",
                     short(thinner(e, extinction))
                 ))
                 .set(&format!("medium.{name}.density"), rounded(density(&medium.value) * thinner(e, extinction)));
-            // Media in place have no name that a key path could use.
+            // Inline media have no name for a key path.
             let finding =
                 if medium.name.is_some() { finding } else { Finding { remedies: Vec::new(), ..finding } };
-            out.push(measured(finding.about(name)).measure("mean-way-of-light", way, "units"));
+            let finding = finding.about(name).at(medium.span);
+            out.push(measured(finding).measure("mean-way-of-light", way, "units"));
         }
         Absorber::Inside(id) => {
-            let name = e.labels.material(id);
+            let name = e.labels.material_label(id);
             let depth = e.scene.materials.get(id.index()).and_then(materials::absorbing_depth).unwrap_or(0.0);
-            let what = format!("the inside of \"{name}\" swallows {lost} of the light");
+            let what = format!("the interior of {name} absorbs {lost} of the light");
             let finding = Finding::new(Question::Black, severity, "glass-too-dark", 0.985, what)
                 .why(format!(
-                    "its colour is what is left of white after {} units, and nothing after a few times that; clear, the same samples bring {more}",
+                    "white light has its colour after {} units and is almost gone after a few times that; with clear glass the same samples give {more}",
                     short(depth)
                 ))
-                .remedy("raise `depth` (`transmission_depth` of \"principled\") to the size of the body, or choose a lighter colour");
-            out.push(measured(finding.about(name)).measure("depth", depth, "units"));
+                .remedy("raise `depth` (`transmission_depth` of \"principled\") to the size of the object, or choose a lighter colour");
+            let finding = finding.about(name.text).at(e.desc.materials.get(id.index()).and_then(|m| m.span));
+            out.push(measured(finding).measure("depth", depth, "units"));
         }
     }
 }
 
-/// How far away the surfaces are that are seen, the middle of them.
+/// The median distance of visible surfaces.
 fn distance(e: &Evidence<'_>) -> f64 {
     super::picture::quantile(e.mets().map(|(_, _, met)| met.t), 0.5)
 }
 
-/// The factor of density that a medium has now.
+/// The density factor of a medium.
 fn density(medium: &MediumDesc) -> f64 {
     match medium {
         MediumDesc::Homogeneous(m) => m.density,
@@ -173,7 +177,7 @@ fn density(medium: &MediumDesc) -> f64 {
     }
 }
 
-/// The factor that makes the way to what is seen one mean way of light, at most 1.
+/// The factor that makes the distance of visible surfaces one mean free path; at most 1.
 fn thinner(e: &Evidence<'_>, extinction: f64) -> f64 {
     let depth = extinction * distance(e);
     if depth > 1.0 { 1.0 / depth } else { 0.1 }

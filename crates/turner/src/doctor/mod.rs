@@ -1,16 +1,16 @@
-//! Why a picture is black, noisy, washed out or slow: judged by facts that a short probing render measures.
+//! Why a picture is black, noisy, washed out or slow. A short probe of the scene measures facts; rules turn them into findings.
 //!
 //! ```text
-//! examine ── grid (pixels) ─┬─ sights   what camera rays meet first, and at what cost       ┐
-//!                           ├─ paths    samples replayed: what each sort of path brings,    │
-//!                           │           and the variance it carries            (kind)       ├─ Evidence ── black · camera · noisy ·
+//! examine ── grid (pixels) ─┬─ sights   first hits of camera rays, and their search cost    ┐
+//!                           ├─ paths    replayed samples: light and variance of each kind   │
+//!                           │           of path                                (kind)       ├─ Evidence ── black · camera · noisy ·
 //!                           ├─ trees    the same for the classic integrator                 │    washed_out · slow · broken ── Finding
-//!                           ├─ lights   what each light brings where, and what keeps it off │
+//!                           ├─ lights   irradiance from each light, and what blocks it      │
 //!                           └─ trial    the same pixels with a setting changed              ┘
 //! ```
 //!
-//! What is looked at is a fixed number of samples, so that an examination finds the same every time, on any machine and with any
-//! number of threads; a limit of time cuts it short only where it would take far longer than usual, and it then says so.
+//! The probe traces a fixed number of samples. So an examination finds the same every time, on any machine and with any number of threads. A time limit stops it only where
+//! it would take far longer than usual; a finding then says so.
 
 mod black;
 mod blocked;
@@ -52,21 +52,21 @@ use crate::description::SceneDesc;
 use crate::integrator::{IntegratorDesc, Prepared};
 use crate::schema::Remedy;
 
-/// How much is looked at.
+/// The size of the probe.
 #[derive(Clone, Copy)]
 pub struct Options<'a> {
-    /// About how many pixels.
+    /// Pixels, approximately.
     pub pixels: u32,
-    /// Samples of each.
+    /// Samples per pixel.
     pub samples: u32,
-    /// Threads; 0 is all there are.
+    /// Threads; 0 uses all of them.
     pub threads: usize,
-    /// Whether time is up: asked before each pixel, from any thread; no more are begun then. Turner itself asks no clock.
+    /// Whether time is up. Called before each pixel, from any thread; when it returns true no more pixels are begun. Turner itself reads no clock.
     pub stop: &'a (dyn Fn() -> bool + Sync),
 }
 
 impl Default for Options<'_> {
-    /// Takes the time it needs.
+    /// No time limit.
     fn default() -> Self {
         Options { pixels: 640, samples: 32, threads: 0, stop: &|| false }
     }
@@ -83,28 +83,28 @@ impl fmt::Debug for Options<'_> {
     }
 }
 
-/// What was found.
+/// The result of an examination.
 #[derive(Clone, Debug)]
 pub struct Examination {
-    /// The worst first.
+    /// The findings, the worst first.
     pub findings: Vec<Finding>,
-    /// What was measured, in short.
+    /// A summary of the measurements.
     pub summary: Summary,
 }
 
 impl Examination {
-    /// Whether anything is an error.
+    /// Whether any finding is an error.
     pub fn has_errors(&self) -> bool {
         self.findings.iter().any(|f| f.severity == Severity::Error)
     }
 }
 
-/// Where one finding is the cause of another, the latter is a note.
+/// Where one finding causes another, the latter becomes a note.
 fn settle(findings: &mut [Finding]) {
     let has = |findings: &[Finding], code: &str| {
         findings.iter().any(|f| f.code == code && f.severity != Severity::Note)
     };
-    // Between surfaces that return all light it ends nowhere, however deep it is followed.
+    // Between surfaces that reflect all light a path never ends, whatever its depth.
     let pairs = [
         ("albedo-too-high", "depth-too-low"),
         ("light-enclosed", "light-too-weak"),
@@ -125,21 +125,21 @@ fn settle(findings: &mut [Finding]) {
     }
 }
 
-/// Light is not looked at where none is shown.
-fn looking(integrator: &IntegratorDesc) -> Finding {
+/// Debug views show no light, so their light is not examined.
+fn debug_view(integrator: &IntegratorDesc) -> Finding {
     let what = format!(
-        "the integrator \"{}\" shows what is at the first hit of each ray, not light",
+        "the integrator \"{}\" shows a property of the first hit of each camera ray, not light",
         integrator.type_name()
     );
     Finding::new(Question::Broken, Severity::Note, "not-light", 0.5, what)
-        .why("lights, materials and noise play no part in the picture")
-        .remedy("choose an integrator that follows light")
+        .why("lights and noise do not affect the picture")
+        .remedy("use an integrator that computes light, such as \"path\"")
         .or(Remedy::set("integrator.type", "path")
             .and("film.antialias", "monte-carlo")
             .and("film.samples", 64))
 }
 
-/// Looks at a scene and says what is wrong with it. `desc` is what it was prepared from.
+/// Examines a scene and lists what is wrong with it. `desc` is what it was prepared from.
 pub fn examine(prepared: &Prepared, desc: &SceneDesc, options: &Options<'_>) -> Examination {
     let own = Subject { prepared: prepared.clone(), integrator: desc.integrator.clone() };
     let gathered = evidence::gather(&mut own.clone(), options);
@@ -156,7 +156,7 @@ pub fn examine(prepared: &Prepared, desc: &SceneDesc, options: &Options<'_>) -> 
         noisy::ask(&e, &mut findings);
     }
     if scene.integrator.capabilities().debug {
-        findings.push(looking(&scene.integrator));
+        findings.push(debug_view(&scene.integrator));
     }
     slow::ask(&e, &mut findings);
     settle(&mut findings);

@@ -1,19 +1,19 @@
-//! Why it is noisy: which light, material or sort of path carries the variance.
+//! Why a picture is noisy: which light, material or kind of path carries the variance.
 
 use super::evidence::Evidence;
 use super::finding::{Finding, Question, Severity, percent, short};
 use super::kind::{PathKind, Source};
 use super::lights::LightFacts;
 use super::picture::quantile;
-use crate::film::Antialias;
 use crate::light::Light;
+use crate::lint::takes_one_sample;
 use crate::scene::ListedEmitter;
 use crate::schema::Remedy;
 
-/// Relative mean squared error above which noise is seen at once.
+/// Relative mean squared error above which noise is obvious.
 const VISIBLE: f64 = 0.01;
 
-/// Above this it is worth a note.
+/// Above this it is a note.
 const NOTABLE: f64 = 0.002;
 
 pub(super) fn ask(e: &Evidence<'_>, out: &mut Vec<Finding>) {
@@ -24,7 +24,7 @@ pub(super) fn ask(e: &Evidence<'_>, out: &mut Vec<Finding>) {
     }
 }
 
-/// What carries the variance that was measured.
+/// What carries the measured variance.
 fn measured(e: &Evidence<'_>, out: &mut Vec<Finding>) {
     if e.g.paths.is_empty() || e.variance <= 0.0 {
         return;
@@ -45,12 +45,13 @@ fn measured(e: &Evidence<'_>, out: &mut Vec<Finding>) {
             .measure("samples", samples, "count")
             .measure("samples-for-0.01", wanted, "count")
     };
-    if e.scene.film().antialias == Antialias::None && e.scene.integrator.capabilities().physical {
-        let what = "each pixel has one sample alone: `antialias = \"none\"`".to_owned();
+    if takes_one_sample(e.scene.film()) && e.scene.integrator.capabilities().physical {
+        let word = e.scene.film().antialias.word();
+        let what = format!("`antialias = \"{word}\"` takes one sample per pixel");
         out.push(flags(
             Finding::new(Question::Noisy, severity, "one-sample", 0.9, what)
-                .why(format!("light is found by chance; the error to expect is {} (relMSE), and below {VISIBLE} noise is hard to see", short(error)))
-                .remedy("give `antialias = \"monte-carlo\"` and `samples` in [film]"),
+                .why(format!("light transport is stochastic. The expected error is {} (relMSE); noise is hard to see below {VISIBLE}", short(error)))
+                .remedy("set `antialias = \"monte-carlo\"` and `samples` in [film]"),
         ));
     }
     if let Some(f) = fireflies(e) {
@@ -59,16 +60,16 @@ fn measured(e: &Evidence<'_>, out: &mut Vec<Finding>) {
     let mut kinds: Vec<(PathKind, [f64; 3])> = e.by_kind.iter().map(|(k, v)| (*k, *v)).collect();
     kinds.sort_by(|a, b| b.1[1].total_cmp(&a.1[1]).then(a.0.cmp(&b.0)));
     for (i, (kind, sums)) in kinds.into_iter().enumerate() {
-        // The one that carries most, and others that carry much.
+        // The kind that carries most, and others that carry much.
         if i == 0 || sums[1] > 0.25 * all {
             out.push(flags(of_kind(e, severity, kind, sums, all, error, wanted)));
         }
     }
 }
 
-/// Light that goes through glass to what is seen, by lights so small that the probe may not have found it at all.
+/// Caustics of lights so small that the probe may have missed them.
 fn rare_caustics(e: &Evidence<'_>) -> Option<Finding> {
-    /// Share of a hemisphere below which a light is hardly ever hit by chance.
+    /// Fraction of a hemisphere below which BSDF-sampled rays hardly ever hit a light.
     const SMALL: f64 = 2e-3;
     if e.g.by_light_paths.is_some() {
         return None;
@@ -92,24 +93,25 @@ fn rare_caustics(e: &Evidence<'_>) -> Option<Finding> {
     if share.is_nan() || share < 0.02 {
         return None;
     }
-    let (name, glass) = (e.emitter_name(light.one), e.labels.object(blocker.primitive, blocker.shape));
-    // What is noisy by way of other surfaces then comes from there, too.
+    let (name, glass) = (e.emitter_name(light.one), e.labels.object_label(blocker.primitive, blocker.shape));
+    // Then indirect light is noisy for the same reason.
     let weight = if share > 0.5 { 0.93 } else { 0.72 };
     let what = format!(
-        "{} of the light goes through \"{glass}\", as caustics of \"{name}\", which paths hardly ever find",
+        "{} of the light is caustics of {name} through {glass}, which paths hardly ever find",
         percent(share)
     );
     let finding = Finding::new(Question::Noisy, Severity::Warning, "noise-caustics", weight, what)
-        .why(format!("sampling a light asks for a straight way, which glass does not leave, and by chance one of {} paths hits a light of this size", short(1.0 / size)))
-        .remedy("find it by light paths; or make the light larger, or the glass `thin_walled` with roughness 0, which lets light go straight")
+        .why(format!("light sampling needs a straight path, which refraction bends, and only one BSDF-sampled ray in {} hits a light of this size", short(1.0 / size)))
+        .remedy("trace light paths; or make the light larger, or the glass `thin_walled` with roughness 0, which does not bend light")
         .or(Remedy::set("integrator.type", "path").and("integrator.caustics", "full"))
-        .about(glass)
+        .about(glass.text)
+        .at(e.place_of(light.one))
         .measure("light-through-glass", share, "share")
         .measure("chance-to-hit", size, "share");
     Some(finding)
 }
 
-/// A sort of path that carries much of the variance.
+/// A kind of path that carries much of the variance.
 fn of_kind(
     e: &Evidence<'_>,
     severity: Severity,
@@ -124,7 +126,9 @@ fn of_kind(
     let material = e.by_material.iter().filter(|((k, m), _)| *k == kind && m.is_some());
     let material = material.max_by(|a, b| a.1[1].total_cmp(&b.1[1]));
     let at = match material {
-        Some(((_, Some(m)), v)) if share(v[1]) > 0.3 * of_kind => Some((e.labels.material(*m), share(v[1]))),
+        Some(((_, Some(m)), v)) if share(v[1]) > 0.3 * of_kind => {
+            Some((e.labels.material_label(*m), share(v[1])))
+        }
         _ => None,
     };
     let source = e.by_source.iter().max_by(|a, b| a.1[1].total_cmp(&b.1[1]));
@@ -133,32 +137,35 @@ fn of_kind(
     let (code, why, remedy) = advice(e, kind, by.as_ref().map(|(_, _, s)| *s), chance);
     let mut what = format!("{} of the noise is {}", percent(of_kind), kind.words());
     if let Some((name, part)) = &at {
-        what += &format!(", {} of it at \"{name}\"", percent((part / of_kind).min(1.0)));
+        what += &format!(", {} of that on {name}", percent((part / of_kind).min(1.0)));
     }
     if let Some((name, part, _)) = by.as_ref().filter(|(_, part, _)| *part > 0.3) {
-        what += &format!("; {} of all noise is light of \"{name}\"", percent(part.min(1.0)));
+        what += &format!("; {} of all noise comes from {name}", percent(part.min(1.0)));
     }
     let samples = e.samples();
     let mut finding =
         Finding::new(Question::Noisy, severity, code, 0.7 + 0.15 * of_kind.clamp(0.0, 1.0), what)
-            .why(format!("{why}. The error to expect with {samples} samples is {} (relMSE)", short(error)))
-            .remedy(format!("{remedy}; {} samples bring the error to {VISIBLE}", short(wanted)))
+            .why(format!("{why}. The expected error with {samples} samples is {} (relMSE)", short(error)))
+            .remedy(format!("{remedy}; {} samples per pixel reduce the error to {VISIBLE}", short(wanted)))
             .measure("share-of-kind", of_kind, "share")
             .measure("found-by-chance", chance, "share");
     if kind == PathKind::Caustic {
         finding = finding.set("integrator.caustics", "full").set("integrator.clamp_indirect", 10.0);
     }
     if let Some((name, part)) = at {
-        finding = finding.about(name).measure("share-of-material", part, "share");
+        finding = finding.about(name.text).measure("share-of-material", part, "share");
     }
-    if let Some((name, part, _)) = by {
-        finding.subject.get_or_insert(name);
+    if let Some((name, part, source)) = by {
+        finding.subject.get_or_insert(name.text);
+        if let Source::Light(i) = source {
+            finding.span = e.place_of(ListedEmitter::Light(i));
+        }
         finding = finding.measure("share-of-light", part, "share");
     }
     finding
 }
 
-/// Why a sort of path is noisy, and what helps.
+/// Why a kind of path is noisy, and what helps.
 fn advice(
     e: &Evidence<'_>,
     kind: PathKind,
@@ -170,53 +177,53 @@ fn advice(
     match kind {
         PathKind::Caustic => (
             "noise-caustics",
-            "light that mirrors or glass throw on a surface is found only by paths that hit the light by chance",
-            "find it by light paths: `caustics = \"full\"` in [integrator]; or make the light larger, or the glass `thin_walled`; `clamp_indirect = 10` takes the brightest away, and light with them",
+            "light that mirrors or glass focus on a surface is found only by BSDF-sampled rays that hit the light",
+            "trace light paths: `caustics = \"full\"` in [integrator]; or make the light larger, or the glass `thin_walled`; `clamp_indirect = 10` removes the brightest spots, and some light with them",
         ),
         PathKind::Indirect => (
             "noise-indirect",
-            "light that comes by way of other surfaces is found by chance, the less often the smaller the opening or the lit patch that it comes from",
-            "put a light where the light comes from: a rectangle that shines in the window; or open the room towards it",
+            "indirect light is found by BSDF-sampled rays; the smaller the opening or lit surface that it comes from, the fewer rays find it",
+            "put a light where the light comes from, such as an emissive rectangle in the window; or make the opening larger",
         ),
         PathKind::Glossy => (
             "noise-glossy",
-            "what gloss shows of other surfaces is found by chance",
-            "raise or lower the roughness, or light the surfaces that are reflected more evenly",
+            "glossy reflections of other surfaces are found by BSDF-sampled rays",
+            "raise or lower the roughness, or light the reflected surfaces more evenly",
         ),
         PathKind::Direct if many && chance < 0.5 => (
             "noise-many-lights",
-            "each point asks one of many lights, and most of them bring it little",
-            "take away lights that are not seen to matter, or gather small ones into one shining surface",
+            "each sample takes one of many lights, and most of them contribute little",
+            "remove lights that contribute little, or replace small ones by one emissive surface",
         ),
         PathKind::Direct if chance > 0.5 && environment(source) => (
             "noise-environment",
-            "the environment has small bright places that paths find by chance",
-            "leave `light_sampling` at \"both\", or put a directional light in place of the sun in the picture",
+            "the environment has small bright regions that few BSDF-sampled rays hit",
+            "keep `light_sampling` at \"both\", or replace the sun in the environment map by a directional light",
         ),
         PathKind::Direct if chance > 0.5 => (
             "noise-light-by-chance",
-            "the light is found by chance alone: planes that shine, what moves, and lights seen through glass cannot be sampled",
-            "put a rectangle in place of a plane that shines, or a larger light",
+            "only BSDF-sampled rays find this light: emissive planes, moving emitters and lights behind glass cannot be sampled",
+            "replace an emissive plane by a rectangle, or make the light larger",
         ),
         PathKind::Direct => (
             "noise-direct",
-            "soft shadows ask one point of a light at a time, which is seen or not",
-            "a smaller light throws sharper shadows with less noise",
+            "in soft shadows each sample tests one point of the light, which is visible or not",
+            "a smaller light casts sharper shadows with less noise",
         ),
         PathKind::Specular => (
             "noise-specular",
-            "what is seen in mirrors and glass takes as many samples as where it is seen directly",
-            "look at what is reflected: its light is what is noisy",
+            "surfaces seen in mirrors and glass need as many samples as surfaces seen directly",
+            "find the reflected surface: its light is noisy",
         ),
         PathKind::Emitted | PathKind::Background => (
             "noise-edges",
-            "bright edges, defocus, motion and surfaces that cover a share of what is behind them change from sample to sample within a pixel",
-            "this noise goes away with few samples more",
+            "bright edges, depth of field, motion blur and partial opacity vary between the samples of a pixel",
+            "a few more samples remove this noise",
         ),
     }
 }
 
-/// Few samples that bring most of the variance.
+/// Few samples that carry most of the variance.
 fn fireflies(e: &Evidence<'_>) -> Option<Finding> {
     let pixels: Vec<_> =
         e.g.paths.iter().flatten().filter(|p| p.samples >= 2 && p.variance.is_finite()).collect();
@@ -237,7 +244,7 @@ fn fireflies(e: &Evidence<'_>) -> Option<Finding> {
         // Light paths find these.
         return None;
     }
-    let material = key.material.map_or(String::new(), |m| format!(" at \"{}\"", e.labels.material(m)));
+    let material = key.material.map_or(String::new(), |m| format!(" on {}", e.labels.material_label(m)));
     let what = format!(
         "fireflies: single samples in {} of the pixels carry {} of the variance: {}{material}",
         percent(count),
@@ -245,13 +252,13 @@ fn fireflies(e: &Evidence<'_>) -> Option<Finding> {
         key.kind.words()
     );
     let finding = Finding::new(Question::Noisy, Severity::Warning, "fireflies", 0.6, what)
-        .why("bright light that is found rarely by chance stands out as single pixels")
-        .remedy("more samples make them rarer and paler; `clamp_indirect = 10` in [integrator] takes them away, and their light with them; a larger or weaker light, or rougher glass, makes none")
+        .why("bright light that few samples find stands out as single pixels")
+        .remedy("more samples make them rarer and dimmer; `clamp_indirect = 10` in [integrator] removes them, and their light with them; a larger or weaker light, or rougher glass, avoids them")
         .set("integrator.clamp_indirect", 10.0)
         .measure("pixels", count, "share")
         .measure("share-of-variance", share, "share");
     Some(match key.material {
         Some(m) => finding.about(e.labels.material(m)),
-        None => finding.about(e.source(key.source)),
+        None => finding.about(e.source(key.source).text),
     })
 }

@@ -1,4 +1,4 @@
-//! Paths of the probe: what each sort brings, how much of the variance it carries, and what its rays cost.
+//! Paths of the probe: light, variance and cost of each kind.
 
 use std::collections::BTreeMap;
 
@@ -12,10 +12,10 @@ use crate::scene::Scene;
 use crate::schema::MaterialId;
 use crate::view::place_of;
 
-/// Vertices and shadow casters of one pixel's paths that are followed: so that no pixel takes for ever.
+/// Most vertices and shadow casters of one pixel's paths, so that no pixel takes too long.
 const MOST_WORK: u64 = 20_000;
 
-/// Of whom light came, and how.
+/// Where light came from, and how.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) struct Key {
     pub(super) kind: PathKind,
@@ -23,18 +23,18 @@ pub(super) struct Key {
     pub(super) material: Option<MaterialId>,
 }
 
-/// A part of all light.
+/// A part of the light.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Share {
-    /// Sum of the pixels' means: luminance.
+    /// Sum of the pixels' mean luminances.
     pub(super) light: f64,
     /// Its part of the relative variance of one sample: cov(part, sample) / (mean² + 0.01), summed over pixels.
     pub(super) variance: f64,
-    /// The same of what was found by chance alone.
+    /// The same of light that only BSDF-sampled rays found.
     pub(super) chance: f64,
 }
 
-/// What the paths of one pixel were like.
+/// The paths of one pixel.
 #[derive(Clone, Debug, Default)]
 pub(super) struct PixelPaths {
     pub(super) samples: u32,
@@ -46,14 +46,14 @@ pub(super) struct PixelPaths {
     pub(super) alpha: f64,
     /// Relative variance of one sample: var / (mean² + 0.01), the mean without the largest sample.
     pub(super) variance: f64,
-    /// The same of a sample as one of eight that are spread evenly: their mean's relative variance, times eight.
+    /// The same for a sample of a stratified set of eight: the relative variance of their mean, times eight.
     pub(super) spread: f64,
-    /// The share of that which its largest sample makes.
+    /// The fraction of the variance that is due to the largest sample.
     pub(super) spike: f64,
     pub(super) shares: BTreeMap<Key, Share>,
     pub(super) non_finite: u32,
     pub(super) ends: BTreeMap<&'static str, u32>,
-    /// Paths that were ended by a limit on depth though they still carried light.
+    /// Paths that a depth limit ended while they still carried light.
     pub(super) cut: u32,
     pub(super) vertices: u64,
     pub(super) passed: u64,
@@ -61,17 +61,17 @@ pub(super) struct PixelPaths {
     pub(super) shadow_rays: u64,
     /// Vertices by primitive.
     pub(super) by_primitive: BTreeMap<u32, (u64, MaterialId)>,
-    /// Sampled light that was lost to casters which let light through, by light and material.
+    /// Sampled light that transmissive casters block, by light and material.
     pub(super) behind_glass: BTreeMap<(Source, MaterialId), f64>,
-    /// Sampled light that was lost in shadows; by what it would have brought.
+    /// Sampled light that is blocked: what it would contribute unshadowed.
     pub(super) shadowed: f64,
-    /// Points that light can be sampled for, with the normal on the side the path came from.
+    /// Points at which light can be sampled, with the normal on the side that the path came from.
     pub(super) points: Vec<(DVec3, DVec3)>,
-    /// Surfaces that were not there, by material.
+    /// Surfaces that were passed, by material.
     pub(super) holes: BTreeMap<MaterialId, u64>,
 }
 
-/// Follows the paths of all pixels; `exposure` is the factor at which they are shown.
+/// Traces the paths of all pixels; `exposure` is the factor at which they are displayed.
 pub(super) fn follow(
     scene: &Subject,
     pixels: &[Pixel],
@@ -127,7 +127,7 @@ fn of_pixel(scene: &Subject, places: &LightPlaces, pixel: &Pixel, samples: u32, 
     out.mean = mean / exposure;
     out.color = out.color.map(|c| c / n);
     out.alpha /= f64::from(out.samples);
-    // What the pixel is without its largest sample: one firefly would else make itself look harmless.
+    // The mean without the largest sample: a firefly in the mean would make itself look harmless.
     let largest = totals.iter().copied().fold(0.0, f64::max);
     let usual = if n > 2.0 { (mean * n - largest) / (n - 1.0) } else { mean };
     let scale = 1.0 / ((n - 1.0).max(1.0) * (usual * usual + 0.01));
@@ -147,8 +147,8 @@ fn of_pixel(scene: &Subject, places: &LightPlaces, pixel: &Pixel, samples: u32, 
     out
 }
 
-/// The variance of means of eight successive samples, times eight: that of a sample, where their even spread does nothing. Of fewer than two such
-/// blocks that of samples.
+/// The variance of means of eight successive samples, times eight; without stratification this is the variance of a sample. With fewer than two such
+/// blocks, the variance of samples.
 fn blocks(totals: &[f64], mean: f64) -> f64 {
     const SIZE: usize = 8;
     let size = if totals.len() >= 2 * SIZE { SIZE } else { 1 };
@@ -158,7 +158,7 @@ fn blocks(totals: &[f64], mean: f64) -> f64 {
     squares.sum::<f64>() * size as f64 / (count - 1.0).max(1.0)
 }
 
-/// Notes what one path was like; gives the work it took.
+/// Adds one path; returns its work.
 fn note(out: &mut PixelPaths, scene: &Scene, places: &LightPlaces, path: &PathRecord) -> u64 {
     let mut work = path.vertices.len() as u64 + 1;
     *out.ends.entry(path.end.word()).or_default() += 1;
@@ -182,7 +182,7 @@ fn note(out: &mut PixelPaths, scene: &Scene, places: &LightPlaces, path: &PathRe
             }
             Passage::Hidden | Passage::Boundary | Passage::Medium | Passage::Exit => {}
         }
-        // The first surface of a path that light can be asked for.
+        // The first surface of a path at which light can be sampled.
         let rough = v.scatter.as_ref().is_none_or(|s| !s.lobe.is_delta) || v.light.is_some();
         if !seen && v.passage == Passage::Surface && rough && out.points.len() < 3 {
             seen = true;
@@ -212,10 +212,10 @@ mod tests {
 
     #[test]
     fn blocks_see_how_evenly_samples_are_spread() {
-        // Each block of eight has the same mean: nothing is left to chance.
+        // Each block of eight has the same mean: no variance.
         let even: Vec<f64> = (0..32).map(|i| f64::from(i % 8)).collect();
         assert!(blocks(&even, 3.5) < 1e-20);
-        // Samples that go together in their block are no better than one of them.
+        // Blocks of equal samples are no better than single samples.
         let lumps: Vec<f64> = (0..32).map(|i| f64::from(i / 8 % 2)).collect();
         assert!((blocks(&lumps, 0.5) - 8.0 / 3.0).abs() < 1e-12);
         assert!((blocks(&[0.0, 1.0], 0.5) - 0.5).abs() < 1e-12);

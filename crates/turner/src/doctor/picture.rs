@@ -1,28 +1,28 @@
-//! How bright the probe's pixels are, as light and as they are shown.
+//! The brightness of the probe's pixels, as radiance and as displayed.
 
 use crate::color::Spectrum;
 use crate::film::FilmDesc;
 use crate::math::elementary::{ln, pow};
 
-/// Brightness of the pixels that were looked at.
+/// Brightness of the probe's pixels.
 #[derive(Clone, Debug, Default)]
 pub(super) struct PictureFacts {
-    /// What light is multiplied by before it is shown: 2^exposure, what `auto_exposure` adds included.
+    /// The factor from radiance to tone mapping: 2^exposure, including `auto_exposure`.
     pub(super) factor: f64,
-    /// Luminance of scene values, pixel by pixel, in the order of the pixels; NaN where it is not known.
+    /// Luminance of scene values in the order of the pixels; NaN where it is unknown.
     pub(super) light: Vec<f64>,
-    /// Luminance as shown: 0 to 1, of the values in the file.
+    /// Luminance as displayed: 0 to 1, of the values in the file.
     pub(super) shown: Vec<f64>,
-    /// Share of pixels in which a band is shown at its most.
+    /// Fraction of pixels with a channel at its maximum.
     pub(super) clipped: f64,
-    /// Share in which all bands are.
+    /// Fraction of pixels with all channels at their maximum.
     pub(super) white: f64,
-    /// Mean saturation of what is shown: (most − least) / most.
+    /// Mean saturation as displayed: (max − min) / max.
     pub(super) saturation: f64,
 }
 
 impl PictureFacts {
-    /// Of the pixels' mean colours.
+    /// From the pixels' mean colours.
     pub(super) fn new(film: &FilmDesc, colors: &[[f64; 3]]) -> PictureFacts {
         let luminance = |c: &[f64; 3]| f64::from(Spectrum::from(c.map(|v| v as f32)).luminance());
         let light: Vec<f64> = colors.iter().map(luminance).collect();
@@ -47,14 +47,14 @@ impl PictureFacts {
     }
 }
 
-/// A colour as the display values of the file.
+/// The display values of a colour in the file.
 pub(super) fn show(film: &FilmDesc, color: &[f64; 3], factor: f64) -> [f64; 3] {
     let light = Spectrum::from(color.map(|v| (v * factor) as f32));
     let mapped = film.tonemap.map(light);
     mapped.to_array().map(|v| f64::from(film.transfer.encode(v)))
 }
 
-/// As the film chooses it.
+/// The exposure that the film chooses, in stops.
 fn auto_exposure(light: &[f64]) -> f64 {
     let mut logs: Vec<f64> = light.iter().filter(|v| **v > 0.0 && v.is_finite()).map(|v| ln(*v)).collect();
     logs.sort_by(f64::total_cmp);
@@ -67,7 +67,7 @@ fn auto_exposure(light: &[f64]) -> f64 {
     (ln(0.18) - mean) * std::f64::consts::LOG2_E
 }
 
-/// The value below which the given share of values lies; NaN are left out. 0 if there are none.
+/// A quantile, `share` from 0 to 1, without NaNs. 0 if there are no values.
 pub(super) fn quantile(values: impl IntoIterator<Item = f64>, share: f64) -> f64 {
     let mut sorted: Vec<f64> = values.into_iter().filter(|v| !v.is_nan()).collect();
     sorted.sort_by(f64::total_cmp);

@@ -1,4 +1,4 @@
-//! Why it takes long: what costs what.
+//! Why rendering is slow: what costs most.
 
 use std::collections::BTreeMap;
 
@@ -21,9 +21,10 @@ pub(super) fn ask(e: &Evidence<'_>, out: &mut Vec<Finding>) {
     out.extend(costly_object(e));
     out.extend(dense_mesh(e));
     out.extend(film(e));
+    out.extend(caustics(e));
 }
 
-/// Surfaces that rays pass straight.
+/// Transparent layers that rays pass without scattering.
 fn layers(e: &Evidence<'_>) -> Option<Finding> {
     let paths = e.sum(|p| f64::from(p.samples)).max(1.0);
     let per_path = e.sum(|p| p.passed as f64) / paths;
@@ -36,20 +37,20 @@ fn layers(e: &Evidence<'_>) -> Option<Finding> {
         *by.entry(*m).or_default() += n;
     }
     let (&material, _) = by.iter().max_by_key(|(m, n)| (**n, std::cmp::Reverse(**m)))?;
-    let name = e.labels.material(material);
-    let what = format!("paths pass {} transparent layers of \"{name}\" each", short(per_path));
+    let name = e.labels.material_label(material);
+    let what = format!("each path passes {} transparent layers, most of them of {name}", short(per_path));
     let severity = if per_path > 8.0 { Severity::Warning } else { Severity::Note };
     Some(
         find(severity, "transparent-layers", if per_path > 16.0 { 0.95 } else { 0.7 }, what)
-            .why(format!("each layer is a search of its own, for shadow rays as well: {} of all surfaces met are only passed", percent(share)))
-            .remedy("use `alpha_mode = \"mask\"` where opacity is 0 or 1, which costs no search; merge layers, or lower `max_transparent`")
-            .about(name)
+            .why(format!("each layer needs another ray, for shadow rays as well: {} of all surfaces on paths are only passed", percent(share)))
+            .remedy("use `alpha_mode = \"mask\"` where opacity is 0 or 1, which needs no extra ray; merge layers, or lower `max_transparent`")
+            .about(name.text)
             .measure("layers-per-path", per_path, "count")
             .measure("surfaces-passed", share, "share"),
     )
 }
 
-/// Paths of many scatterings.
+/// Paths with many bounces.
 fn long_paths(e: &Evidence<'_>) -> Option<Finding> {
     let paths = e.sum(|p| f64::from(p.samples)).max(1.0);
     let length = e.sum(|p| (p.vertices - p.passed) as f64) / paths;
@@ -63,14 +64,14 @@ fn long_paths(e: &Evidence<'_>) -> Option<Finding> {
     }
     let (&material, &count) = by.iter().max_by_key(|(m, n)| (**n, std::cmp::Reverse(**m)))?;
     let share = count as f64 / e.sum(|p| p.vertices as f64).max(1.0);
-    let name = e.labels.material(material);
+    let name = e.labels.material_label(material);
     let what =
-        format!("paths meet {} surfaces on average, {} of them of \"{name}\"", short(length), percent(share));
+        format!("paths hit {} surfaces on average, {} of them of {name}", short(length), percent(share));
     let mut finding = find(if length > 24.0 { Severity::Warning } else { Severity::Note }, "long-paths", 0.7, what)
-        .why(format!("the longest of the probe met {longest}: surfaces that return nearly all light, or let it through, keep paths alive"))
-        .remedy("lower `max_depth`, or albedos near 1 to 0.8, or let Russian roulette begin earlier with `rr_start`")
+        .why(format!("the longest path of the probe has {longest}: surfaces that reflect or transmit nearly all light keep paths alive"))
+        .remedy("lower `max_depth`, lower albedos near 1 to 0.8, or start Russian roulette earlier with `rr_start`")
         .set("integrator.max_depth", 8)
-        .about(name)
+        .about(name.text)
         .measure("surfaces-per-path", length, "count")
         .measure("longest-path", f64::from(longest), "count")
         .measure("share-of-material", share, "share");
@@ -82,25 +83,25 @@ fn long_paths(e: &Evidence<'_>) -> Option<Finding> {
     Some(finding)
 }
 
-/// Rays of the classic integrator.
+/// Ray trees of the classic integrator.
 fn trees(e: &Evidence<'_>) -> Vec<Finding> {
     let mut out = Vec::new();
     let Some(t) = e.g.trees.filter(|t| t.samples > 0) else { return out };
     let (rays, shadow) = (t.rays as f64 / t.samples as f64, t.shadow_rays as f64 / t.samples as f64);
     if shadow > 64.0 && shadow > 4.0 * rays {
-        let what = format!("{} shadow rays are sent for each sample", short(shadow));
+        let what = format!("each sample traces {} shadow rays", short(shadow));
         let lights: u32 = e.scene.lights.iter().map(|l| l.samples()).sum();
         out.push(
             find(if shadow > 200.0 { Severity::Warning } else { Severity::Note }, "shadow-rays", 0.8, what)
-                .why(format!("each surface asks {lights} points of lights: `samples` of lights with an extent count for each"))
-                .remedy("lower `samples` of these lights and take more samples per pixel, or use \"path\", which asks one point at a time")
+                .why(format!("each surface traces shadow rays to {lights} points on lights: `samples` for each light with an extent"))
+                .remedy("lower `samples` of these lights and take more samples per pixel, or use \"path\", which takes one point per surface")
                 .set("integrator.type", "path")
                 .measure("shadow-rays-per-sample", shadow, "count")
                 .measure("points-of-lights", f64::from(lights), "count"),
         );
     }
     if rays > 64.0 || t.dropped > 0 {
-        let what = format!("a sample's tree has {} rays on average, down to depth {}", short(rays), t.depth);
+        let what = format!("a sample traces {} rays on average, down to depth {}", short(rays), t.depth);
         out.push(
             find(
                 if t.dropped > 0 || rays > 500.0 { Severity::Warning } else { Severity::Note },
@@ -108,7 +109,7 @@ fn trees(e: &Evidence<'_>) -> Vec<Finding> {
                 0.8,
                 what,
             )
-            .why("at glass each ray becomes two: their number doubles with each depth")
+            .why("at glass each ray splits in two, so their number doubles with each bounce")
             .remedy("lower `max_depth`")
             .set("integrator.max_depth", 5)
             .measure("rays-per-sample", rays, "count")
@@ -118,7 +119,7 @@ fn trees(e: &Evidence<'_>) -> Vec<Finding> {
     out
 }
 
-/// An object whose search takes much.
+/// An object that is expensive to intersect.
 fn costly_object(e: &Evidence<'_>) -> Option<Finding> {
     let mut by: BTreeMap<u32, (u64, u64, &'static str)> = BTreeMap::new();
     let (mut all, mut rays) = (0, 0);
@@ -137,25 +138,25 @@ fn costly_object(e: &Evidence<'_>) -> Option<Finding> {
     let (&primitive, &(steps, count, shape)) =
         by.iter().max_by_key(|(i, (n, ..))| (*n, std::cmp::Reverse(**i)))?;
     let (share, pixels) = (steps as f64 / all.max(1) as f64, count as f64 / f64::from(rays.max(1)));
-    let name = e.labels.object(primitive, shape);
+    let name = e.labels.object_label(primitive, shape);
     let what = format!(
-        "a camera ray goes through {} boxes and shapes; {} of that is rays to \"{name}\"",
+        "a camera ray tests {} boxes and shapes; rays to {name} take {} of that",
         short(mean),
         percent(share)
     );
     Some(
         find(Severity::Note, "costly-search", 0.6, what)
-            .why(format!("it fills {} of the picture. Objects whose boxes overlap, long thin triangles, and many shapes in one place take most; the integrator \"cost\" shows where", percent(pixels)))
-            .remedy("make instances of a group rather than one large object, or build the trees with more care")
+            .why(format!("it fills {} of the picture. Objects with overlapping boxes, long thin triangles and many shapes in one place cost most; the integrator \"cost\" shows where", percent(pixels)))
+            .remedy("use instances of a group instead of one large object, or build the BVHs with higher quality")
             .or(Remedy::TreeQuality(Quality::High))
-            .about(name)
+            .about(name.text)
             .measure("steps-per-ray", mean, "count")
             .measure("share-of-steps", share, "share")
             .measure("share-of-picture", pixels, "share"),
     )
 }
 
-/// More triangles than the picture can show.
+/// Many more triangles than pixels.
 fn dense_mesh(e: &Evidence<'_>) -> Option<Finding> {
     let pixels = f64::from(e.scene.film().width) * f64::from(e.scene.film().height);
     let triangles = e.scene.stats.triangles as f64;
@@ -173,7 +174,7 @@ fn dense_mesh(e: &Evidence<'_>) -> Option<Finding> {
     let name = name.unwrap_or_else(|| mesh.uri.clone());
     let own = mesh.data.triangles.len() as f64;
     let what = format!(
-        "{} triangles for {} pixels: {} to a pixel, {} of them of \"{name}\"",
+        "{} triangles for {} pixels: {} per pixel, {} of them in \"{name}\"",
         short(triangles),
         short(pixels),
         short(triangles / pixels),
@@ -181,8 +182,8 @@ fn dense_mesh(e: &Evidence<'_>) -> Option<Finding> {
     );
     Some(
         find(if triangles > 20.0 * pixels { Severity::Warning } else { Severity::Note }, "dense-mesh", 0.75, what)
-            .why(format!("most of them are smaller than a pixel: they take {} of memory and time to load, and rays no longer find neighbours in the cache", crate::doctor::finding::short(e.scene.stats.mesh_bytes as f64 / 1e6) + " MB"))
-            .remedy("reduce the mesh in the program it comes from, or put the detail in a normal map")
+            .why(format!("most of them are smaller than a pixel. They take {} of memory and time to load, and rays miss the CPU caches", crate::doctor::finding::short(e.scene.stats.mesh_bytes as f64 / 1e6) + " MB"))
+            .remedy("simplify the mesh in the program that it comes from, or bake the detail into a normal map")
             .about(name)
             .measure("triangles", triangles, "count")
             .measure("triangles-per-pixel", triangles / pixels, "ratio")
@@ -190,7 +191,7 @@ fn dense_mesh(e: &Evidence<'_>) -> Option<Finding> {
     )
 }
 
-/// More samples than it takes.
+/// More samples than needed, and other film settings that cost much.
 fn film(e: &Evidence<'_>) -> Vec<Finding> {
     let mut out = Vec::new();
     let film = e.scene.film();
@@ -198,10 +199,13 @@ fn film(e: &Evidence<'_>) -> Vec<Finding> {
     let enough = (e.variance / 1e-4).ceil().max(16.0);
     if samples > 1024.0 && samples > 8.0 * enough && !e.g.paths.is_empty() {
         let what =
-            format!("{samples} samples per pixel are {} times as many as it takes", short(samples / enough));
+            format!("{samples} samples per pixel are {} times as many as needed", short(samples / enough));
         out.push(
             find(Severity::Warning, "samples-excessive", 0.9, what)
-                .why(format!("with {} the error would be 0.0001 (relMSE), which nobody sees", short(enough)))
+                .why(format!(
+                    "with {} samples the error is 0.0001 (relMSE), which is invisible",
+                    short(enough)
+                ))
                 .remedy("lower `samples` of [film]")
                 .set("film.samples", enough as u32)
                 .measure("samples", samples, "count")
@@ -211,7 +215,7 @@ fn film(e: &Evidence<'_>) -> Vec<Finding> {
         let what = format!("{samples} samples per pixel are many for \"{}\"", e.scene.integrator.type_name());
         out.push(
             find(Severity::Warning, "samples-excessive", 0.9, what)
-                .why("its samples differ at edges and by soft shadows alone")
+                .why("its samples differ only at edges and in soft shadows")
                 .remedy("lower `samples` of [film]")
                 .set("film.samples", 64)
                 .measure("samples", samples, "count"),
@@ -226,7 +230,7 @@ fn film(e: &Evidence<'_>) -> Vec<Finding> {
         );
         out.push(
             find(Severity::Warning, "picture-huge", 0.85, what)
-                .why("at a million samples a second that is over half a day")
+                .why("at a million samples per second that takes over half a day")
                 .remedy("lower `width` and `height`, or `samples`")
                 .or(Remedy::set("film.width", film.width.div_ceil(4))
                     .and("film.height", film.height.div_ceil(4)))
@@ -238,7 +242,7 @@ fn film(e: &Evidence<'_>) -> Vec<Finding> {
         let what = format!("adaptive anti-aliasing divides a pixel into up to {} squares", short(most));
         out.push(
             find(Severity::Warning, "adaptive-too-fine", 0.7, what)
-                .why(format!("a difference of {} is enough to divide it further", short(film.threshold)))
+                .why(format!("a difference of {} is enough to subdivide further", short(film.threshold)))
                 .remedy("raise `threshold` of [film] to 0.05, or lower `max_subdivisions` to 3")
                 .set("film.max_subdivisions", 3)
                 .set("film.threshold", 0.05)
@@ -246,4 +250,24 @@ fn film(e: &Evidence<'_>) -> Vec<Finding> {
         );
     }
     out
+}
+
+/// Light paths that the integrator chose, and that take most of the time.
+fn caustics(e: &Evidence<'_>) -> Option<Finding> {
+    let [work, brings, alone] = crate::lint::expensive_caustics(e.desc, &e.scene.prepared)?;
+    let what = format!("light paths for caustics multiply the work per sample by about {}", short(work));
+    let loss = match alone {
+        a if a < 5e-4 => format!("caustics, {} of the light, then have more noise", percent(brings)),
+        _ => format!("{} of the light then is missing, because only light paths find it", percent(alone)),
+    };
+    let severity = if alone < 0.01 || work > 4.0 { Severity::Warning } else { Severity::Note };
+    Some(
+        find(severity, "caustics-costly", 0.9, what)
+            .why(format!("`caustics = \"auto\"` traces light paths because they find caustics: {} of the light of the picture", percent(brings)))
+            .remedy(format!("switch them off with `caustics = \"off\"` in [integrator]: {loss}"))
+            .set("integrator.caustics", "off")
+            .measure("work", work, "ratio")
+            .measure("light-of-caustics", brings, "share")
+            .measure("light-lost-without", alone, "share"),
+    )
 }

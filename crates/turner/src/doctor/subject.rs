@@ -1,4 +1,4 @@
-//! What is looked at.
+//! The scene under examination.
 
 use std::ops::Deref;
 use std::sync::Arc;
@@ -7,10 +7,10 @@ use crate::film::FilmDesc;
 use crate::integrator::{IntegratorDesc, Prepared};
 use crate::scene::Scene;
 
-/// A prepared scene with its integrator's settings; both can be changed, for what was prepared is shared and not touched.
+/// A prepared scene with the settings of its integrator. Both can be changed: the original is shared and stays as it is.
 #[derive(Clone)]
 pub(super) struct Subject {
-    /// What is rendered.
+    /// The scene, view and integrator.
     pub(super) prepared: Prepared,
     /// The settings of the integrator.
     pub(super) integrator: IntegratorDesc,
@@ -25,12 +25,12 @@ impl Subject {
         &mut self.prepared.view.film
     }
 
-    /// The scene, to be changed: a copy of it, if it is shared.
+    /// The scene to change: a copy if it is shared.
     pub(super) fn scene_mut(&mut self) -> &mut Scene {
         Arc::make_mut(&mut self.prepared.scene)
     }
 
-    /// Renders with other integrator settings from now on, without caustic photons or path reuse, so that paths are independent of each other.
+    /// Changes the integrator settings. Light paths and shared paths are switched off, so that camera paths are independent of each other.
     pub(super) fn set_integrator(&mut self, mut integrator: IntegratorDesc) {
         use crate::integrator::{Caustics, SharedPathsMode};
         if let IntegratorDesc::Path(path) = &mut integrator {

@@ -1,70 +1,70 @@
-//! What was measured, in short.
+//! A summary of the measurements.
 
 use super::evidence::Evidence;
 use super::kind::PathKind;
 use super::picture::quantile;
 use crate::scene::ListedEmitter;
 
-/// Of one sort of path.
+/// One kind of path.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct KindShare {
-    /// The sort.
+    /// The kind.
     pub kind: PathKind,
-    /// Its share of the light in the picture, 0 to 1.
+    /// Its fraction of the light in the picture, 0 to 1.
     pub light: f64,
-    /// Its share of the variance: that of its covariance with the whole, so that shares sum to 1. Where sorts make up for each other one may be below 0.
+    /// Its fraction of the variance, by its covariance with the complete sample, so that fractions sum to 1. Where kinds are anticorrelated one may be below 0.
     pub variance: f64,
 }
 
-/// Of one light, or shape that shines.
+/// One light or emissive shape.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LightShare {
     /// Its name.
     pub name: String,
-    /// Mean irradiance (luminance) on the surfaces that are seen: that arrives, and that something keeps off.
+    /// Mean irradiance (luminance) that arrives at visible surfaces.
     pub arrives: f64,
-    /// See `arrives`.
+    /// Mean irradiance that something blocks.
     pub kept_off: f64,
-    /// Share of points of these surfaces that it reaches.
+    /// Fraction of points on these surfaces that it reaches.
     pub reaches: f64,
-    /// Its share of the light in the picture, where paths were followed.
+    /// Its fraction of the light in the picture, where paths were traced.
     pub light: Option<f64>,
-    /// Its share of the variance.
+    /// Its fraction of the variance.
     pub variance: Option<f64>,
 }
 
-/// What was measured.
+/// The measurements in short.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Summary {
-    /// Pixels and samples of each.
+    /// Pixels probed.
     pub pixels: u32,
-    /// See `pixels`.
+    /// Samples per pixel.
     pub samples: u32,
-    /// Whether there was time for all of them.
+    /// Whether the time was enough for all of them.
     pub complete: bool,
-    /// Brightness as shown (0 to 1, values in the file): of a twentieth of the pixels, half of them, and all but a twentieth.
+    /// The 5th, 50th and 95th percentile of the pixels' brightness as displayed (0 to 1, values in the file).
     pub shown: [f64; 3],
-    /// Share of pixels that are white.
+    /// Fraction of pixels that are white.
     pub white: f64,
-    /// Share of camera rays that meet something.
+    /// Fraction of camera rays that hit something.
     pub met: f64,
-    /// Whether next to nothing is to be seen.
+    /// Whether almost nothing is visible.
     pub black: bool,
-    /// The error to expect with the picture's samples (relMSE); `None` where paths are not followed.
+    /// The expected error with the samples of the film (relMSE); `None` where no paths are traced.
     pub error: Option<f64>,
-    /// Samples per pixel that bring it to 0.01.
+    /// Samples per pixel for an error of 0.01.
     pub samples_wanted: Option<u64>,
-    /// Surfaces that a path meets on average, or rays of a classic tree.
+    /// Surfaces on a path on average, or rays of a classic ray tree.
     pub surfaces_per_sample: f64,
-    /// Rays towards lights per sample.
+    /// Shadow rays per sample.
     pub shadow_rays_per_sample: f64,
-    /// Boxes and shapes that the search for a camera ray's hit goes through.
+    /// Boxes and shapes tested per camera ray.
     pub steps_per_ray: f64,
-    /// Light and variance by sort of path, the most variance first.
+    /// Light and variance by kind of path, the most variance first.
     pub kinds: Vec<KindShare>,
-    /// Lights, those first that bring most; at most 16.
+    /// Lights, by irradiance; at most 16.
     pub lights: Vec<LightShare>,
-    /// Things that shine, in all.
+    /// Lights and emissive shapes in all.
     pub emitters: usize,
 }
 
@@ -89,7 +89,7 @@ pub(super) fn of(e: &Evidence<'_>) -> Summary {
                 let sums = e.by_source.get(&source);
                 let followed = !e.g.paths.is_empty();
                 LightShare {
-                    name: e.emitter_name(l.one),
+                    name: e.emitter_name(l.one).text,
                     arrives: l.arrives,
                     kept_off: l.kept_off,
                     reaches: f64::from(l.clear) / f64::from(l.asked.max(1)),
@@ -101,7 +101,7 @@ pub(super) fn of(e: &Evidence<'_>) -> Summary {
     lights.sort_by(|a, b| {
         b.arrives.total_cmp(&a.arrives).then(b.kept_off.total_cmp(&a.kept_off)).then(a.name.cmp(&b.name))
     });
-    // The faces of a box are one.
+    // The faces of a box are one light.
     lights.dedup_by(|a, b| a.name == b.name);
     lights.truncate(16);
     let paths = e.sum(|p| f64::from(p.samples));

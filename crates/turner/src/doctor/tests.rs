@@ -12,7 +12,7 @@ use crate::render::sample;
 use crate::schema::{ColorSource, MaterialId, PrepareOptions};
 use crate::shape::{BoxDesc, ShapeDesc, SphereDesc};
 
-/// A ball of glass over a floor, under a lamp: light paths are traced.
+/// A ball of glass over a floor, under a light: light paths are traced.
 fn glass() -> SceneDesc {
     let mut desc = SceneDesc::default();
     (desc.film.width, desc.film.height) = (24, 16);
@@ -36,7 +36,7 @@ fn glass() -> SceneDesc {
     desc
 }
 
-/// Of all pixels.
+/// The first sample of each pixel.
 fn picture(prepared: &Prepared) -> Vec<Spectrum> {
     let pixels = (0..16).flat_map(|y| (0..24).map(move |x| (x, y)));
     pixels.map(|(x, y)| sample(prepared, x, y, 0).unwrap().color).collect()

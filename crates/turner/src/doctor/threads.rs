@@ -1,8 +1,8 @@
-//! Work on a list by several threads, with the results in the list's order.
+//! Parallel work on a list, with the results in the order of the list.
 
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-/// `f` of each item, or `None` for those that were not come to because `stop` said so; the same for any number of threads.
+/// `f` of each item, or `None` for items not begun before `stop` returned true. The results do not depend on the number of threads.
 pub(super) fn map<T: Sync, R: Send>(
     items: &[T],
     threads: usize,
@@ -40,7 +40,7 @@ pub(super) fn map<T: Sync, R: Send>(
     }
     let lists = std::thread::scope(|scope| {
         let workers: Vec<_> = (0..threads.min(64)).map(|_| scope.spawn(work)).collect();
-        // A thread that came to an unexpected end leaves its items out.
+        // The items of a thread that panicked are `None`.
         workers.into_iter().filter_map(|w| w.join().ok()).collect::<Vec<_>>()
     });
     lists.into_iter().for_each(keep);

@@ -1,4 +1,4 @@
-//! Trees of rays of the classic integrator: how many there are, and where they were cut.
+//! Ray trees of the classic integrator: their size, and where they were cut.
 
 use super::grid::Pixel;
 use super::{Options, threads};
@@ -6,22 +6,22 @@ use crate::doctor::subject::Subject;
 use crate::integrator::classic::{CutReason, RayEnd, RayKind, replay_at};
 use crate::view::place_of;
 
-/// What the trees of all pixels were like.
+/// The ray trees of all pixels.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct TreeFacts {
     /// Trees.
     pub(super) samples: u64,
-    /// Rays without those towards lights, and these.
+    /// Rays without shadow rays, and shadow rays.
     pub(super) rays: u64,
     pub(super) shadow_rays: u64,
-    /// Rays that were not traced because of the limit on depth, and of the limit on their number.
+    /// Rays that the depth limit cut, and rays that the limit on their number dropped.
     pub(super) cut: u64,
     pub(super) dropped: u64,
-    /// The deepest.
+    /// The greatest depth.
     pub(super) depth: u32,
 }
 
-/// Of one sample of each pixel.
+/// Traces one sample of each pixel.
 pub(super) fn of(scene: &Subject, pixels: &[Pixel], options: &Options<'_>) -> TreeFacts {
     let one = |pixel: &Pixel| {
         let id = pixel.sample(scene, 0);

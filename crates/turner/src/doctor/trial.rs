@@ -1,20 +1,20 @@
-//! The same pixels with a setting changed: whether it is to blame.
+//! The same pixels with a setting changed, to see whether that setting is the cause.
 
 use super::grid::Pixel;
 use super::subject::Subject;
 use super::{Options, threads};
 use crate::render::sample;
 
-/// Pixels before and after.
+/// The light before and after a change.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Trial {
-    /// Light of all of them after over before; infinite where there was none.
+    /// All light after over before; infinite where there was none.
     pub(super) ratio: f64,
-    /// The share of pixels that get brighter by more than a quarter.
+    /// The fraction of pixels that get brighter by more than a quarter.
     pub(super) brighter: f64,
 }
 
-/// The light of each pixel by a few of its samples; NaN where they are no numbers.
+/// The mean luminance of a few samples of each pixel; NaN where a sample is.
 pub(super) fn light(scene: &Subject, pixels: &[Pixel], samples: u32, options: &Options<'_>) -> Vec<f64> {
     let of = |pixel: &Pixel| {
         let one = |i| {
@@ -26,7 +26,7 @@ pub(super) fn light(scene: &Subject, pixels: &[Pixel], samples: u32, options: &O
     light.into_iter().map(|l| l.unwrap_or(f64::NAN)).collect()
 }
 
-/// What a change does to the light of pixels.
+/// Compares the light of pixels before and after a change.
 pub(super) fn compare(before: &[f64], after: &[f64]) -> Trial {
     let sound = || before.iter().zip(after).filter(|(a, b)| a.is_finite() && b.is_finite());
     let (sum_before, sum_after) = sound().fold((0.0, 0.0), |(a, b), (x, y)| (a + x, b + y));
@@ -42,7 +42,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_trial_compares_what_is_known() {
+    fn a_trial_compares_finite_pixels() {
         let t = compare(&[1.0, 0.0, f64::NAN, 2.0], &[1.0, 1.0, 5.0, 4.0]);
         assert_eq!(t.ratio, 2.0);
         assert!((t.brighter - 2.0 / 3.0).abs() < 1e-12);

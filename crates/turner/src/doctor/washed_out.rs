@@ -1,4 +1,4 @@
-//! Why it is washed out: too bright, too flat.
+//! Why a picture is washed out: too bright, or without contrast.
 
 use super::black::strength_key;
 use super::evidence::Evidence;
@@ -11,7 +11,13 @@ use crate::scene::ListedEmitter;
 
 pub(super) fn ask(e: &Evidence<'_>, out: &mut Vec<Finding>) {
     let p = &e.picture;
-    if p.shown.is_empty() || e.is_black() {
+    if p.shown.is_empty() {
+        return;
+    }
+    if e.is_black() {
+        let is_linear =
+            e.scene.integrator.capabilities().physical && e.scene.film().transfer == Transfer::None;
+        out.extend(is_linear.then(transfer_missing));
         return;
     }
     let find = |severity, code, weight, what: String| {
@@ -42,13 +48,13 @@ pub(super) fn ask(e: &Evidence<'_>, out: &mut Vec<Finding>) {
         let plain = white(1.0);
         if film.exposure >= 0.5 && plain < 0.5 * p.white {
             let what = format!(
-                "the exposure of {} stops shows {} of the pixels as white",
+                "the exposure of {} stops makes {} of the pixels white",
                 short(film.exposure),
                 percent(p.white)
             );
             out.push(measured(
                 find(severity, "exposure-too-high", 0.9, what)
-                    .why(format!("at exposure 0 it would be {}", percent(plain)))
+                    .why(format!("at exposure 0 it is {}", percent(plain)))
                     .remedy("lower `exposure` of [film]")
                     .set("film.exposure", 0.0)
                     .measure("exposure", film.exposure, "stops")
@@ -66,26 +72,28 @@ pub(super) fn ask(e: &Evidence<'_>, out: &mut Vec<Finding>) {
     }
     let physical = e.scene.integrator.capabilities().physical;
     if physical && e.scene.film().transfer == Transfer::None {
-        let what =
-            "light is written as display values without the sRGB curve: `transfer = \"none\"`".to_owned();
-        out.push(
-            find(Severity::Note, "transfer-missing", 0.4, what)
-                .why("displays take values by that curve: middle tones look too dark, and lights that are turned up to make up for it wash the rest out")
-                .remedy("set `transfer = \"srgb\"` in [film] (colours as #rrggbb are then read by the same curve)")
-                .set("film.transfer", "srgb"),
-        );
+        out.push(transfer_missing());
     } else if physical && e.scene.film().tonemap == Tonemap::None && p.clipped > 0.1 && !too_bright {
-        let what = format!("{} of the pixels are cut off at the brightest value", percent(p.clipped));
+        let what = format!("{} of the pixels are clipped at the brightest value", percent(p.clipped));
         out.push(measured(
             find(Severity::Note, "tonemap-missing", 0.4, what)
-                .why("without tone mapping whatever is brighter than 1 is shown as 1, and loses its colour")
-                .remedy("choose a tone mapping in [film]")
+                .why("without tone mapping values above 1 are clipped, and bright colours turn white")
+                .remedy("set `tonemap` in [film]")
                 .set("film.tonemap", "agx"),
         ));
     }
 }
 
-/// Of the pixels of objects that do not shine themselves, the share that is white.
+/// Linear values in a picture for displays.
+fn transfer_missing() -> Finding {
+    let what = "`transfer = \"none\"` writes light to the picture without the sRGB curve: it looks too dark";
+    Finding::new(Question::Black, Severity::Warning, "transfer-missing", 0.4, what)
+        .why("displays expect sRGB values. Without the curve midtones look too dark, and brighter lights to compensate for that wash out the rest")
+        .remedy("set `transfer = \"srgb\"` in [film]; colours given as #rrggbb are then decoded with the same curve. EXR and HDR files are not affected")
+        .set("film.transfer", "srgb")
+}
+
+/// The fraction of white pixels among those of surfaces without emission.
 fn objects_white(e: &Evidence<'_>) -> f64 {
     let list: Vec<f64> = e
         .mets()
@@ -103,9 +111,9 @@ fn too_strong(e: &Evidence<'_>, severity: Severity, stops: f64) -> Finding {
     let lower = |f: Finding| f.set("film.exposure", rounded(e.scene.film().exposure - stops));
     let ambient = ambient_share(e);
     if ambient > 0.5 {
-        let what = format!("ambient light is {} of all light, and makes the picture white", percent(ambient));
+        let what = format!("ambient light is {} of all light and makes the picture white", percent(ambient));
         let finding = Finding::new(q, severity, "ambient-too-strong", 0.8, what)
-            .why("it is the same on all sides: it takes away shadows and contrast")
+            .why("ambient light is the same from all directions: it removes shadows and contrast")
             .remedy(format!("multiply its `intensity` by about {}", short(factor)))
             .measure("share-of-light", ambient, "share");
         return lower(finding);
@@ -125,25 +133,26 @@ fn too_strong(e: &Evidence<'_>, severity: Severity, stops: f64) -> Finding {
             (e.emitter_name(l.one), l.arrives / arrives.max(f64::MIN_POSITIVE), e.light_number(l.one))
         }
         (None, None) => {
-            let what = "the picture is white, though no light can be made out".to_owned();
+            let what = "the picture is white, though no light could be identified".to_owned();
             return lower(Finding::new(q, severity, "overexposed", 0.7, what).remedy("lower the exposure"));
         }
     };
     let what = format!(
-        "\"{name}\" is too strong: it brings {} of the light, and {} of the pixels are white",
+        "{name} is too strong: it is the source of {} of the light, and {} of the pixels are white",
         percent(share),
         percent(e.picture.white)
     );
     let key =
         light.and_then(|i| e.desc.lights.get(i as usize).and_then(|l| Some((i, strength_key(&l.value)?))));
     let mut finding = Finding::new(q, severity, "light-too-strong", 0.8, what)
-        .why(format!("surfaces are {} stops brighter than what is shown as white", short(stops)))
+        .why(format!("surfaces are {} stops brighter than white", short(stops)))
         .remedy(format!(
             "multiply its strength by about {}, or lower the exposure by {} stops",
             short(factor),
             short(stops)
         ))
-        .about(name)
+        .about(name.text)
+        .at(light.and_then(|i| e.desc.lights.get(i as usize)?.span))
         .measure("share-of-light", share, "share")
         .measure("stops-too-bright", stops, "stops");
     if let Some((i, (key, now))) = key {
@@ -152,7 +161,7 @@ fn too_strong(e: &Evidence<'_>, severity: Severity, stops: f64) -> Finding {
     lower(finding).set("film.auto_exposure", true)
 }
 
-/// The share of light that has no direction.
+/// The fraction of light that is ambient.
 fn ambient_share(e: &Evidence<'_>) -> f64 {
     let ambient = f64::from(e.scene.ambient.luminance());
     if ambient <= 0.0 {
@@ -184,17 +193,17 @@ fn flat(e: &Evidence<'_>) -> Option<Finding> {
     if middle < 0.35 || high - low > 0.3 || ambient < 0.6 {
         return None;
     }
-    let what = format!("ambient light is {} of all light: there is next to no contrast", percent(ambient));
+    let what = format!("ambient light is {} of all light: there is almost no contrast", percent(ambient));
     Some(
         Finding::new(Question::WashedOut, Severity::Warning, "ambient-too-strong", 0.6, what)
-            .why(format!("nine tenths of the surfaces are shown between {} and {} (of 1)", short(low), short(high)))
-            .remedy("lower the `intensity` of the ambient light, and raise that of lights with a place or a direction")
+            .why(format!("90 % of the surfaces are displayed between {} and {} (of 1)", short(low), short(high)))
+            .remedy("lower the `intensity` of the ambient light, and raise that of lights with a position or a direction")
             .measure("share-of-light", ambient, "share")
             .measure("contrast", high - low, "share"),
     )
 }
 
-/// Surfaces that return next to all light.
+/// Surfaces that reflect almost all light.
 fn albedo(e: &Evidence<'_>) -> Option<Finding> {
     if !e.scene.integrator.capabilities().physical {
         return None;
@@ -210,16 +219,27 @@ fn albedo(e: &Evidence<'_>) -> Option<Finding> {
         return None;
     }
     let met = list.iter().find(|m| m.albedo > 0.95)?;
-    let name = e.labels.material(met.material);
-    let what =
-        format!("{} of the surfaces return over 95 % of the light, such as \"{name}\"", percent(white));
+    let name = e.labels.material_label(met.material);
+    let what = format!(
+        "{} of the surfaces reflect over 95 % of the light; one of their materials is {name}",
+        percent(white)
+    );
     Some(
-        Finding::new(Question::WashedOut, Severity::Warning, "albedo-too-high", if indirect > 0.6 { 0.9 } else { 0.5 }, what)
-            .why(format!("light goes to and fro between them: {} of it came by way of other surfaces. White paint returns 80 %, snow 90 %", percent(indirect)))
-            .remedy("lower their `color` to 0.8 or less; it also takes less time")
-            .about(name)
-            .measure("bright-surfaces", white, "share")
-            .measure("indirect-light", indirect, "share"),
+        Finding::new(
+            Question::WashedOut,
+            Severity::Warning,
+            "albedo-too-high",
+            if indirect > 0.6 { 0.9 } else { 0.5 },
+            what,
+        )
+        .why(format!(
+            "light bounces between them: {} of the light is indirect. White paint reflects 80 %, snow 90 %",
+            percent(indirect)
+        ))
+        .remedy("lower their `color` to 0.8 or less, which also renders faster")
+        .about(name.text)
+        .measure("bright-surfaces", white, "share")
+        .measure("indirect-light", indirect, "share"),
     )
 }
 

@@ -23,6 +23,7 @@ mod bytes;
 mod bytes_tests;
 mod channel;
 mod checksum;
+mod defaults;
 mod develop;
 mod exposure;
 mod fixed;
@@ -96,7 +97,7 @@ choice! {
 }
 
 params! {
-    /// Size, sampling, exposure and transfer curve of the picture.
+    /// Size, sampling, exposure and transfer curve of the picture. The defaults of `antialias`, `samples` and `transfer` depend on the integrator. Keys that are given always win.
     pub struct FilmDesc as "film" {
         /// Columns of pixels.
         width: u32 = 640, in Range::closed(1.0, 65536.0);
@@ -104,9 +105,9 @@ params! {
         height: u32 = 480, in Range::closed(1.0, 65536.0);
         /// Part of the picture to render: [first column, first row, columns, rows], from the top left.
         crop: Option<[u32; 4]> = None;
-        /// How a pixel's colour comes about.
+        /// How a pixel's colour comes about. With the integrators "path" and "direct" the default is "monte-carlo". "ids" takes one sample through the centre of each pixel, whatever is given here.
         antialias: Antialias = Antialias::None;
-        /// Rays per pixel for "grid" and "monte-carlo".
+        /// Samples per pixel for "grid" and "monte-carlo". With the integrator "path" the default is 64.
         samples: u32 = 16, in Range::closed(1.0, 16777216.0);
         /// For "adaptive": the difference between corners, in any colour channel, above which a square is divided.
         threshold: f64 = 0.05, in Range::NON_NEGATIVE;
@@ -123,7 +124,7 @@ params! {
         shutter: [f64; 2] = [0.0, 1.0], in Range::UNIT;
         /// Where in the pixel the one ray of "none" and "mean" goes.
         pixel_sample: PixelSample = PixelSample::Center;
-        /// How scene values become display values, and display colours (#rrggbb, names, 8-bit pictures) scene values.
+        /// How scene values become display values, and display colours (#rrggbb, names, 8-bit images) scene values. With the integrators "path" and "direct" the default is "srgb".
         transfer: Transfer = Transfer::None;
         /// How light of any strength becomes what a display can show. Applied before the transfer curve, to PNG and JPEG alone: EXR and HDR files hold scene values.
         tonemap: Tonemap = Tonemap::None;

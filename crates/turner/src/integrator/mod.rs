@@ -21,7 +21,7 @@ use std::sync::Arc;
 
 use crate::camera::CameraDesc;
 use crate::color::Spectrum;
-use crate::film::{Picture, Splat};
+use crate::film::{Antialias, Picture, Splat};
 use crate::scene::Scene;
 use crate::schema::{SceneError, Warning, family};
 use crate::view::{View, ViewSampling};
@@ -96,6 +96,8 @@ pub struct Capabilities {
     pub compensates: bool,
     /// It shows what is at the first hit rather than light: lights are then not missed.
     pub debug: bool,
+    /// Pixels hold labels, such as the index of an object, which have no mean: each pixel then gets one sample through its centre, whatever the film asks for.
+    pub labels: bool,
     /// It shows what a search goes through: after an edit all trees are those of a fresh preparation, however long they take to build.
     pub shows_search: bool,
 }
@@ -191,7 +193,11 @@ impl Prepared {
     ///
     /// Errors: those of the integrator's preparation.
     pub fn with_integrator(&self, integrator: &dyn Integrator) -> Result<Prepared, SceneError> {
-        let view = View { sobol: integrator.capabilities().physical, ..self.view.clone() };
+        let Capabilities { physical, labels, .. } = integrator.capabilities();
+        let mut view = View { sobol: physical, labels, ..self.view.clone() };
+        if labels {
+            view.film.antialias = Antialias::None;
+        }
         let integrator = integrator.prepare(&self.scene, &view)?;
         integrator.choose(&self.scene, &view);
         Ok(Prepared { integrator, view, ..self.clone() })
@@ -205,11 +211,12 @@ impl Prepared {
         camera: CameraDesc,
         integrator: &dyn Integrator,
     ) -> Result<Prepared, SceneError> {
-        let View { sobol, moves, .. } = self.view;
+        let View { sobol, moves, labels, .. } = self.view;
         let sampling = ViewSampling {
             sobol,
             filtered: self.view.pixel_cone.is_some(),
             moves,
+            labels,
             instruction_set: self.scene.instruction_set,
         };
         let view = View::new(camera, self.view.film.clone(), sampling)?;

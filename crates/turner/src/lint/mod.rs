@@ -1,54 +1,96 @@
-//! What a scene says that is unlikely to be meant: surfaces that return more light than arrives, and nothing that shines.
+//! Warnings about a scene that can be rendered but is probably not what its author meant: no light, surfaces that reflect more light than they receive, one sample per pixel
+//! with a physically based integrator, light paths that multiply the time.
 
+#[cfg(test)]
+mod tests;
+
+use crate::color::Transfer;
 use crate::description::SceneDesc;
-use crate::film::Antialias;
-use crate::integrator::{Capabilities, IntegratorDesc, Prepared};
+use crate::film::{Antialias, FilmDesc};
+use crate::integrator::{Capabilities, Caustics, IntegratorDesc, Prepared};
 use crate::light::{Light, LightDesc};
 use crate::material::{Material, MaterialDesc};
 use crate::scene::Scene;
-use crate::schema::{ColorSource, Warning, WarningKind};
+use crate::schema::value::Span;
+use crate::schema::{ColorSource, Named, Remedy, Warning, WarningKind};
 
 /// Colours up to here are 1 but for rounding.
 const ONE: f32 = 1.0 + 1e-4;
 
-fn doubt(message: String) -> Warning {
-    Warning::new(WarningKind::Doubtful, message)
+/// Light paths that multiply the work of a sample by more than this are reported.
+const EXPENSIVE: f64 = 2.0;
+
+/// The key that lights a scene with the built-in studio.
+pub(crate) const STUDIO_KEY: &str = "studio.lights";
+
+/// The section that this key is in.
+pub(crate) const STUDIO_SECTION: &str = "[studio]";
+
+fn doubt(message: String, span: Option<Span>) -> Warning {
+    Warning { span, ..Warning::new(WarningKind::Doubtful, message) }
 }
 
-/// Objects that were asked for are not seen.
-fn unlit(message: &str) -> Warning {
+/// Part of the scene is not visible.
+fn unlit(message: String) -> Warning {
     Warning::new(WarningKind::Ignored, message)
 }
 
-/// What there is to say about a scene and what it was prepared from.
+/// All warnings about a scene; `desc` is what it was prepared from.
 pub fn lint(desc: &SceneDesc, prepared: &Prepared) -> Vec<Warning> {
     let capabilities = prepared.integrator.capabilities();
-    let mut out = of_description(desc, capabilities.physical);
-    out.extend(of_scene(&prepared.scene, desc, capabilities));
+    let mut out = of_materials(desc, capabilities.physical);
+    out.extend(black_environment(&prepared.scene));
+    out.extend(of_labels(desc, capabilities));
+    out.extend(with_findings(desc, prepared));
     out
 }
 
-/// About the description; `physical` if materials are taken as physical ones.
-fn of_description(scene: &SceneDesc, physical: bool) -> Vec<Warning> {
+/// The warnings that are findings of their own in an examination.
+pub(crate) fn with_findings(desc: &SceneDesc, prepared: &Prepared) -> Vec<Warning> {
+    let capabilities = prepared.integrator.capabilities();
+    let mut out = of_film(&prepared.view.film, prepared.integrator.name(), capabilities);
+    out.extend(of_lights(&prepared.scene, desc, capabilities));
+    out.extend(of_caustics(desc, prepared));
+    out
+}
+
+/// Colours and emission of materials; `physical` if the integrator takes them as physically based.
+fn of_materials(scene: &SceneDesc, physical: bool) -> Vec<Warning> {
     let mut out = Vec::new();
-    if physical {
-        let bright: usize = scene.materials.iter().map(|m| colors_above_one(&m.value)).sum();
-        if bright > 0 {
-            out.push(doubt(format!(
-                "{bright} colours of materials are above 1: no surface returns more light than it gets, they count as 1"
-            )));
-        }
-        let wrong = scene.materials.iter().filter(|m| shines_wrongly(&m.value)).count();
-        if wrong > 0 {
-            out.push(doubt(format!(
-                "the emission of {wrong} materials is negative, too large or no number: it counts as 0 or as the largest there is"
-            )));
-        }
+    if !physical {
+        return out;
+    }
+    let first = |is: &dyn Fn(&MaterialDesc) -> bool| {
+        let found = scene.materials.iter().find(|m| is(&m.value));
+        let Some(Named { name, span, .. }) = found else { return (String::new(), None) };
+        (name.as_ref().map_or_else(String::new, |name| format!(" (\"{name}\")")), *span)
+    };
+    let bright: usize = scene.materials.iter().map(|m| colors_above_one(&m.value)).sum();
+    if bright > 0 {
+        let (name, span) = first(&|m| colors_above_one(m) > 0);
+        let message = format!(
+            "{} above 1{name}: a surface cannot reflect more light than it receives, so 1 is used",
+            plural(bright, "material colour is", "material colours are")
+        );
+        out.push(doubt(message, span));
+    }
+    let wrong = scene.materials.iter().filter(|m| has_unsound_emission(&m.value)).count();
+    if wrong > 0 {
+        let (name, span) = first(&has_unsound_emission);
+        let message = format!(
+            "the emission of {}{name} is negative, too large or NaN: 0 or the largest valid value is used",
+            plural(wrong, "material", "materials")
+        );
+        out.push(doubt(message, span));
     }
     out
 }
 
-/// Constant colours of what a material reflects or lets through.
+fn plural(n: usize, one: &str, many: &str) -> String {
+    format!("{n} {}", if n == 1 { one } else { many })
+}
+
+/// How many constant colours for reflection and transmission are above 1.
 fn colors_above_one(material: &MaterialDesc) -> usize {
     let Some(m) = material.principled() else { return 0 };
     let colors = [
@@ -63,64 +105,155 @@ fn colors_above_one(material: &MaterialDesc) -> usize {
     colors.iter().filter(|c| above(c)).count()
 }
 
-fn shines_wrongly(material: &MaterialDesc) -> bool {
+fn has_unsound_emission(material: &MaterialDesc) -> bool {
     material.principled().is_some_and(|m| m.sound_emission() != (m.emission_luminance, m.emission_color))
 }
 
-/// What there is to say about a scene that is ready.
-fn of_scene(scene: &Scene, desc: &SceneDesc, capabilities: Capabilities) -> Vec<Warning> {
+fn is_black_environment(light: &Light) -> bool {
+    matches!(light, Light::Environment(e) if e.is_black())
+}
+
+fn black_environment(scene: &Scene) -> Option<Warning> {
+    let message = "the environment light is black: it lights nothing. Check its image and `strength`";
+    scene.lights.iter().any(is_black_environment).then(|| doubt(message.to_owned(), None))
+}
+
+/// Settings that have no effect on labels.
+fn of_labels(desc: &SceneDesc, capabilities: Capabilities) -> Option<Warning> {
+    let asks = desc.film.antialias != Antialias::None || desc.film.samples != FilmDesc::default().samples;
+    if !capabilities.labels || !asks {
+        return None;
+    }
+    let message = format!(
+        "\"{}\" takes one sample through the centre of each pixel: IDs cannot be averaged, so `antialias` and `samples` are ignored",
+        desc.integrator.type_name()
+    );
+    Some(Warning::new(WarningKind::Note, message))
+}
+
+/// Film settings that do not suit physically based light transport.
+fn of_film(film: &FilmDesc, integrator: &str, capabilities: Capabilities) -> Vec<Warning> {
     let mut out = Vec::new();
-    let dark = scene.lights.iter().filter(|l| matches!(l, Light::Environment(e) if e.is_black())).count();
-    if dark > 0 {
-        out.push(doubt("the environment is black: no light comes from it".into()));
-    }
-    if matches!(desc.integrator, IntegratorDesc::Ids(_)) && desc.film.antialias != Antialias::None {
-        let word = desc.film.antialias.word();
-        out.push(doubt(format!(
-            "antialias = \"{word}\" takes means of numbers of objects, which mean nothing: use \"none\""
-        )));
-    }
-    if capabilities.debug || scene.primitives.is_empty() {
+    if !capabilities.physical {
         return out;
     }
-    let off = desc.lights.iter().filter(|l| is_off(&l.value)).count();
-    let emissive = scene.lights.len() + usize::from(!scene.ambient.is_black()) > dark + off;
-    if emissive || surfaces_shine(scene) {
-        return out;
+    let warn = |message: String, remedy| Warning { remedy: Some(remedy), ..doubt(message, None) };
+    if takes_one_sample(film) {
+        let samples = FilmDesc::default_for(integrator).samples;
+        let message = format!(
+            "`antialias = \"{}\"` takes one sample per pixel: a picture by \"{integrator}\" is noisy. Use \"monte-carlo\" with {samples} samples or more",
+            film.antialias.word()
+        );
+        let remedy = Remedy::set("film.antialias", "monte-carlo").and("film.samples", samples);
+        out.push(warn(message, remedy));
     }
-    let around = !scene.background.color.is_black()
-        || scene.background.zenith.is_some_and(|zenith| !zenith.is_black());
-    if capabilities.physical {
-        if !around {
-            out.push(unlit("nothing in the scene shines, so that the picture is black: add a [[light]], a material with emission or a [background]"));
-        }
-    } else if off + dark > 0 {
-        out.push(unlit("all lights of the scene are black"));
-    } else {
-        out.push(unlit("the scene has no [[light]]: whatever does not reflect the background is black"));
+    if film.transfer == Transfer::None {
+        let message = "`transfer = \"none\"` writes light to the picture without the sRGB curve: on a display it looks too dark. Use \"srgb\"; EXR and HDR files are not affected";
+        out.push(warn(message.to_owned(), Remedy::set("film.transfer", "srgb")));
     }
     out
 }
 
-/// Whether any surface has light of its own.
-fn surfaces_shine(scene: &Scene) -> bool {
-    let shines: Vec<bool> = scene.materials.iter().map(|m| shines(m, scene)).collect();
-    let ids = scene.primitives.iter().map(|p| p.material).chain(scene.face_materials());
-    ids.into_iter().any(|id| shines.get(id.index()) == Some(&true))
+/// Whether a pixel gets a single sample, however noisy.
+pub(crate) fn takes_one_sample(film: &FilmDesc) -> bool {
+    matches!(film.antialias, Antialias::None | Antialias::Mean)
 }
 
-fn shines(material: &Material, scene: &Scene) -> bool {
+/// A scene in which nothing emits light.
+fn of_lights(scene: &Scene, desc: &SceneDesc, capabilities: Capabilities) -> Option<Warning> {
+    if capabilities.debug || scene.primitives.is_empty() {
+        return None;
+    }
+    let black = scene.lights.iter().filter(|l| is_black_environment(l)).count();
+    let off = desc.lights.iter().filter(|l| is_off(&l.value)).count();
+    let emitting = scene.lights.len() + usize::from(!scene.ambient.is_black()) > black + off;
+    if emitting || surfaces_emit(scene) {
+        return None;
+    }
+    let background = !scene.background.color.is_black()
+        || scene.background.zenith.is_some_and(|zenith| !zenith.is_black());
+    if capabilities.physical {
+        return (!background).then(|| no_light(desc));
+    }
+    Some(unlit(match off + black {
+        0 => "the scene has no [[light]]: surfaces are black unless they reflect the background. Add a light"
+            .to_owned(),
+        _ => "all lights of the scene are black or have intensity 0: raise the intensity of one".to_owned(),
+    }))
+}
+
+fn no_light(desc: &SceneDesc) -> Warning {
+    let has_lights = !desc.lights.is_empty();
+    let what = if has_lights {
+        "all lights of the scene are black or have strength 0, so the picture is black"
+    } else if desc.imports.is_empty() {
+        "nothing in the scene emits light, so the picture is black"
+    } else {
+        "nothing in the scene emits light, so the picture is black: the model brings no light with it"
+    };
+    if has_lights {
+        return unlit(format!("{what}. Raise the strength of one"));
+    }
+    if !can_have_studio(desc) {
+        return unlit(format!("{what}. Add a [[light]], a material with emission or a [background]"));
+    }
+    let message = format!(
+        "{what}. Add a [[light]], a material with emission or a [background]; a {STUDIO_SECTION} section adds the built-in studio light"
+    );
+    Warning { remedy: Some(Remedy::set(STUDIO_KEY, true)), ..unlit(message) }
+}
+
+/// Whether the scene says nothing about the built-in studio, so that it can be suggested.
+pub(crate) fn can_have_studio(desc: &SceneDesc) -> bool {
+    desc.studio.is_none() && desc.lights.is_empty()
+}
+
+/// Light paths that take most of the time, where the integrator chose them itself.
+fn of_caustics(desc: &SceneDesc, prepared: &Prepared) -> Option<Warning> {
+    let [work, brings, alone] = expensive_caustics(desc, prepared)?;
+    let loss = match alone {
+        a if a < 5e-4 => format!(
+            "`caustics = \"off\"` avoids that: caustics, {:.1} % of the light, then have more noise",
+            100.0 * brings
+        ),
+        _ => format!(
+            "`caustics = \"off\"` avoids that and loses caustics: {:.1} % of the light is found by light paths alone",
+            100.0 * alone
+        ),
+    };
+    let message = format!("light paths for caustics multiply the work per sample by about {work:.0}. {loss}");
+    let remedy = Some(Remedy::set("integrator.caustics", "off"));
+    Some(Warning { remedy, ..Warning::new(WarningKind::Note, message) })
+}
+
+/// Where light paths were chosen automatically and multiply the work: by how much, and the fractions of the picture's light that they bring and that nothing else finds. Estimates of
+/// the probe that made the choice.
+pub(crate) fn expensive_caustics(desc: &SceneDesc, prepared: &Prepared) -> Option<[f64; 3]> {
+    let IntegratorDesc::Path(path) = &desc.integrator else { return None };
+    let price = prepared.path()?.caustics()?.price?;
+    let is_expensive = path.caustics == Caustics::Auto && price.work > EXPENSIVE;
+    is_expensive.then_some([price.work, price.contribution.min(1.0), price.light_paths_only.min(1.0)])
+}
+
+/// Whether any surface emits light.
+fn surfaces_emit(scene: &Scene) -> bool {
+    let emits: Vec<bool> = scene.materials.iter().map(|m| emits(m, scene)).collect();
+    let ids = scene.primitives.iter().map(|p| p.material).chain(scene.face_materials());
+    ids.into_iter().any(|id| emits.get(id.index()) == Some(&true))
+}
+
+fn emits(material: &Material, scene: &Scene) -> bool {
     match material {
         Material::Classic(_) => false,
         Material::Principled(m, _) => m.unlit || m.sound_emission().0 > 0.0,
         Material::OpenPbr(m) => m.desc.unlit || m.is_emissive(),
         Material::Mix(m) => m.shares().any(|(id, share)| {
-            share > 0.0 && scene.materials.get(id.index()).is_some_and(|m| shines(m, scene))
+            share > 0.0 && scene.materials.get(id.index()).is_some_and(|m| emits(m, scene))
         }),
     }
 }
 
-/// Whether a light is switched off by its own numbers.
+/// Whether the values of a light switch it off.
 fn is_off(light: &LightDesc) -> bool {
     match light {
         LightDesc::Point(l) => l.intensity == 0.0 || l.color.is_black(),
@@ -129,7 +262,7 @@ fn is_off(light: &LightDesc) -> bool {
         LightDesc::Rectangle(l) => l.intensity == 0.0 || l.color.is_black(),
         LightDesc::Disk(l) => l.intensity == 0.0 || l.color.is_black(),
         LightDesc::Sphere(l) => l.intensity == 0.0 || l.color.is_black(),
-        // An ambient light counts by its sum, an environment by its picture.
+        // Ambient lights are counted by their sum, environments by their radiance.
         LightDesc::Ambient(_) | LightDesc::Environment(_) | LightDesc::Sky(_) => false,
     }
 }

@@ -60,7 +60,7 @@ impl StudioDesc {
             let far = bounds.center().abs().max_element();
             // Vertices are numbers of 24 bits: what is left of them there makes steps of 1/160 of the size.
             if far > 1e5 * radius && radius > 0.0 {
-                let message = "everything lies far from the origin for its size: single precision leaves coarse steps there";
+                let message = "the scene is far from the origin for its size: mesh vertices, in single precision, are rounded coarsely there. Move it to the origin";
                 studio.notes.push(Warning::new(WarningKind::Doubtful, message));
             }
         }
@@ -69,7 +69,7 @@ impl StudioDesc {
         };
         if framed {
             note(
-                "no camera in the file: framed from three-quarters above (`camera` in [studio] changes it)",
+                "no camera in the file: the view is from the front, right and above",
                 Remedy::set("studio.camera", "orbit:azimuth,elevation"),
             );
         }
@@ -81,7 +81,7 @@ impl StudioDesc {
             };
             lights.push(Light::Environment(studio.prepare(&[], compensates)?));
             note(
-                "no light in the file: lit by the built-in studio (a [[light]] takes its place)",
+                "no light in the file: the built-in studio lights it until you add a light or an environment map",
                 Remedy::Environment,
             );
         }
@@ -93,10 +93,7 @@ impl StudioDesc {
             let material = PrincipledMaterial { base_color, ..PrincipledMaterial::matte() };
             studio.ground = Some((Plane { point, normal: DVec3::Y }, material));
             if self.ground.is_none() {
-                note(
-                    "a floor was added (`ground = false` in [studio] leaves it out)",
-                    Remedy::set("studio.ground", false),
-                );
+                note("no floor in the file: one was added", Remedy::set("studio.ground", false));
             }
         }
         Ok(studio)

@@ -65,10 +65,10 @@ impl SceneDesc {
         Film::check(&self.film)?;
         let [open, close] = self.film.shutter;
         if open > close {
-            let message = format!("the shutter opens at {open} and closes before, at {close}");
+            let message = format!("the shutter closes at {close}, before it opens at {open}");
             return Err(SceneError::new(ErrorCode::Conflict, message).help("write shutter = [OPEN, CLOSE]"));
         }
-        let message = "`filter` and `filter_radius` have no effect without antialias = \"monte-carlo\"";
+        let message = "`filter` and `filter_radius` are ignored: they need `antialias = \"monte-carlo\"`";
         let ignored = self.film.ignores_filter().then(|| Warning::new(WarningKind::Ignored, message));
         Ok(ignored.into_iter().collect())
     }

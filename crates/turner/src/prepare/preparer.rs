@@ -298,6 +298,7 @@ impl Preparer {
             sobol: capabilities.physical,
             filtered,
             moves: scene.moves,
+            labels: capabilities.labels,
             instruction_set: scene.instruction_set,
         };
         let view =
@@ -308,7 +309,7 @@ impl Preparer {
                 && last.integrator == own
                 && Arc::ptr_eq(&last.prepared.scene, &scene)
                 && last.prepared.view.camera_desc == camera.value
-                && same_samples(&last.prepared.view.film, &desc.film)
+                && same_samples(&last.prepared.view.film, &view.film)
         });
         let integrator = match last {
             Some(last) => last.prepared.integrator.clone(),
@@ -478,6 +479,6 @@ fn same_samples(a: &FilmDesc, b: &FilmDesc) -> bool {
 
 fn invalid_pixels(count: u64) -> Warning {
     let message =
-        format!("{count} pixels of the environment are negative or no finite numbers: they count as 0");
+        format!("{count} pixels of the environment map are negative or non-finite: 0 is used for them");
     Warning::new(WarningKind::Doubtful, message)
 }

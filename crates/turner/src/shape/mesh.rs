@@ -103,7 +103,7 @@ impl FaceMaterials {
                     let names = left.join(", ");
                     cx.warn(
                         None,
-                        format!("faces of the mesh's materials {names} take the object's material"),
+                        format!("`materials` has no entry for the mesh's {names}: their faces get the material of the object"),
                     );
                 }
                 Ok(list)

@@ -10,7 +10,7 @@ pub(crate) use sample::{camera_point, check_pixel, place, place_of, sample_id, t
 use turner_bvh::InstructionSet;
 
 use crate::camera::{Camera, CameraDesc, PixelCone};
-use crate::film::{Film, FilmDesc};
+use crate::film::{Antialias, Film, FilmDesc};
 use crate::schema::SceneError;
 
 /// A camera and a film's settings that are ready.
@@ -28,19 +28,25 @@ pub struct View {
     pub sobol: bool,
     /// Whether anything in the scene moves.
     pub moves: bool,
+    /// Whether pixels hold labels: then each has one sample, through the centre of the lens.
+    pub labels: bool,
     /// What camera rays are made with.
     pub instruction_set: InstructionSet,
 }
 
 impl View {
-    /// A view through a camera. With `filtered`, texture look-ups are filtered over the pixel's footprint.
+    /// A view through a camera. With `filtered`, texture look-ups are filtered over the pixel's footprint. With `labels`, the film has no anti-aliasing, whatever it asks for.
     ///
     /// Errors: a camera that sees nothing.
-    pub fn new(camera: CameraDesc, film: FilmDesc, sampling: ViewSampling) -> Result<View, SceneError> {
+    pub fn new(camera: CameraDesc, mut film: FilmDesc, sampling: ViewSampling) -> Result<View, SceneError> {
         let prepared = camera.prepare(film.aspect())?;
-        let ViewSampling { sobol, filtered, moves, instruction_set } = sampling;
+        let ViewSampling { sobol, filtered, moves, labels, instruction_set } = sampling;
+        if labels {
+            film.antialias = Antialias::None;
+        }
         let pixel_cone = filtered.then(|| PixelCone::new(&prepared, &film));
-        Ok(View { camera: prepared, camera_desc: camera, pixel_cone, film, sobol, moves, instruction_set })
+        let camera_desc = camera;
+        Ok(View { camera: prepared, camera_desc, pixel_cone, film, sobol, moves, labels, instruction_set })
     }
 
     /// Bytes of the film's sums; 0 for a film that there cannot be.
@@ -58,6 +64,8 @@ pub struct ViewSampling {
     pub filtered: bool,
     /// Something in the scene moves.
     pub moves: bool,
+    /// Pixels hold labels: see [`Capabilities::labels`](crate::integrator::Capabilities::labels).
+    pub labels: bool,
     /// What camera rays are made with.
     pub instruction_set: InstructionSet,
 }

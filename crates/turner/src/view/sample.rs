@@ -107,7 +107,8 @@ pub(crate) fn take_points(
     samples: &mut CameraSamples,
     mut points: impl Iterator<Item = (SampleId, DVec2)>,
 ) {
-    let has_lens = view.camera.has_lens();
+    // Labels of neighbouring pixels must not be mixed by random points on the lens.
+    let has_lens = view.camera.has_lens() && !view.labels;
     let sobol = view.sobol;
     loop {
         let first = samples.ids.len();

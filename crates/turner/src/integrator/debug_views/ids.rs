@@ -8,8 +8,8 @@ use crate::schema::params;
 params! {
     /// Shows which object, which material and which part of it is seen. EXR files hold, from 0, the number of the object in red (in the order of the
     /// description, instances in order), of the material in green and of the part in blue (a triangle, a side of a box), exact up to
-    /// 2^24, with alpha 0 where nothing is hit. PNG gives each object a colour. Numbers have no means: `antialias = "none"` is the one that
-    /// keeps them.
+    /// 2^24, with alpha 0 where nothing is hit. PNG gives each object a colour. IDs cannot be averaged: each pixel
+    /// has one sample through its centre, whatever `antialias` and `samples` of the film say.
     pub struct IdsDesc as "ids" {
     }
     example r#"[integrator]
@@ -24,6 +24,10 @@ impl DebugView for IdsDesc {
 
     fn shown(&self, picture: &mut Picture) {
         shown::ids(picture);
+    }
+
+    fn has_labels(&self) -> bool {
+        true
     }
 
     fn at(&self, hit: &FirstHit<'_>, _: &mut RayStats) -> Radiance {

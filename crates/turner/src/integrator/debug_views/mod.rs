@@ -69,6 +69,11 @@ pub(super) trait DebugView: Clone + Send + Sync + 'static {
         false
     }
 
+    /// Whether its numbers are labels, which have no mean.
+    fn has_labels(&self) -> bool {
+        false
+    }
+
     /// At a hit; counts the rays that it takes.
     fn at(&self, hit: &FirstHit<'_>, stats: &mut RayStats) -> Radiance;
 
@@ -103,7 +108,8 @@ impl<L: DebugView> Integrator for L {
     }
 
     fn capabilities(&self) -> Capabilities {
-        Capabilities { debug: true, shows_search: self.shows_search(), ..Capabilities::default() }
+        let (labels, shows_search) = (self.has_labels(), self.shows_search());
+        Capabilities { debug: true, labels, shows_search, ..Capabilities::default() }
     }
 
     fn prepare(&self, _: &Scene, _: &View) -> Result<Arc<dyn PreparedIntegrator>, SceneError> {

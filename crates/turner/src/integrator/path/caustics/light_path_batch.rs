@@ -31,11 +31,12 @@ use crate::integrator::path::media::{Boundary, Media};
 use crate::integrator::path::settings::{Bounces, Settings};
 use crate::integrator::path::shade::{FIRST_SET, MAX_VERTICES};
 use crate::integrator::{LightTracer, RayStats};
-use crate::material::{AlphaMode, Material};
+use crate::material::{AlphaMode, Material, PrincipledMaterial};
 use crate::math::{DVec2, DVec3, Ray};
 use crate::sampler::{OwenSobol, SampleId};
 use crate::scene::caustic_targets::{NO_GROUP, Source};
 use crate::scene::{Hit, RayBatch, Scene, SpectrumBlock, SurfaceInteraction};
+use crate::schema::ColorSource;
 use crate::view::View;
 
 /// Seed of the light paths' random numbers, separate from those of pixels.
@@ -71,6 +72,8 @@ pub(in crate::integrator::path) struct LightPathBatch<'a> {
     pub(super) photons: Vec<Photon>,
     /// Number of scattering events so far.
     pub(super) scatterings: u64,
+    /// Number of these on surfaces with a thin film.
+    pub(super) films: u64,
 }
 
 impl<'a> LightPathBatch<'a> {
@@ -95,6 +98,7 @@ impl<'a> LightPathBatch<'a> {
             through: Vec::new(),
             photons: Vec::new(),
             scatterings: 0,
+            films: 0,
         }
     }
 
@@ -352,6 +356,7 @@ impl<'a> LightPathBatch<'a> {
     /// Samples the next direction of a path.
     fn scatter(&mut self, index: u32, seen: &SurfaceBsdf<'_>, light: DVec3, set: u32) {
         self.scatterings += 1;
+        self.films += u64::from(has_film(&seen.material.desc));
         let path = &mut self.paths[index as usize];
         let surface = seen.surface;
         let [u0, u1, u2, u3] = path.numbers.four(set);
@@ -447,4 +452,9 @@ impl LightTracer for LightPathBatch<'_> {
     fn photons(&mut self) -> &mut Vec<Photon> {
         &mut self.photons
     }
+}
+
+/// Whether a material may have a thin film.
+fn has_film(material: &PrincipledMaterial) -> bool {
+    material.thin_film_weight != ColorSource::Constant(Spectrum::BLACK)
 }

@@ -39,6 +39,10 @@ const RATIOS: [f64; 6] = [0.0625, 0.125, 0.25, 0.5, 1.0, 2.0];
 const RAY_COST: f64 = 0.4;
 const SCATTERING_COST: f64 = 2.2;
 
+/// Further cost of a scattering event on a thin film, whose interference colours are expensive. Only for the reported price;
+/// measured with IridescenceSuzanne of glTF's sample models.
+const FILM_COST: f64 = 19.0;
+
 /// The samples of a render are well distributed, those of the probe are not: the fraction of the variance that remains,
 /// for camera paths and for light paths. Measured.
 const STRATIFIED: f64 = 0.25;
@@ -68,7 +72,11 @@ pub(super) struct ProbeResult {
     pub(super) pays: bool,
     /// Cost for the same noise relative to no light paths; `None` where only light paths find some of the light.
     pub(super) gain: Option<f64>,
-    /// Fraction of the image's light that photons contribute.
+    /// Cost of a light path, thin films included, in camera paths with their shading.
+    pub(super) price: f64,
+    /// Fractions of the image's light: what light paths contribute, what only they find, what photons contribute.
+    pub(super) contribution: f64,
+    pub(super) light_paths_only: f64,
     pub(super) by_photons: f64,
     /// For each caustic target, the weight with which to choose it.
     pub(super) groups: Vec<f64>,
@@ -230,7 +238,9 @@ pub(super) fn probe(context: Context<'_>, strategy: &CausticsStrategy) -> ProbeR
     let cost_per_path = (RAY_COST * stats.light as f64 + SCATTERING_COST * batch.scatterings as f64)
         / n
         / pilot.rays.max(1.0);
-    let light_paths_only = sums.light_paths_only / (n * pixels) / pilot.mean().max(1e-30);
+    let price = cost_per_path + FILM_COST * batch.films as f64 / n / pilot.rays.max(1.0);
+    let of_image = |light: f64| light / (n * pixels) / pilot.mean().max(1e-30);
+    let (light_paths_only, contribution) = (of_image(sums.light_paths_only), of_image(sums.light));
     let ratio_of = strategy.paths as f64 / pixels;
     // Light of near-specular lobes is found by other strategies too, and is no reason for photons.
     let mut photons = batch.take_photons();
@@ -255,5 +265,15 @@ pub(super) fn probe(context: Context<'_>, strategy: &CausticsStrategy) -> ProbeR
         .zip(&sums.of_group)
         .map(|(g, m)| (m * strategy.caustic_targets.probability(g)).sqrt())
         .collect();
-    ProbeResult { ratio, ratio_with_photons, pays, gain, by_photons, groups }
+    ProbeResult {
+        ratio,
+        ratio_with_photons,
+        pays,
+        gain,
+        price,
+        contribution,
+        light_paths_only,
+        by_photons,
+        groups,
+    }
 }

@@ -22,6 +22,17 @@ const UNPROBED: f64 = 0.25;
 /// Minimum fraction of the image's light that must come from photons for them to be used.
 const LEAST_BY_PHOTONS: f64 = 1e-3;
 
+/// Cost and contribution of light paths, as the probe estimates them from a few paths.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Price {
+    /// Cost of a sample with its fraction of the light paths, relative to the sample alone.
+    pub(crate) work: f64,
+    /// Fraction of the image's light that light paths contribute.
+    pub(crate) contribution: f64,
+    /// Fraction of the image's light that camera paths never find.
+    pub(crate) light_paths_only: f64,
+}
+
 /// The light paths of an image.
 #[derive(Clone, Debug)]
 pub struct CausticsStrategy {
@@ -35,6 +46,8 @@ pub struct CausticsStrategy {
     pub first_radius: f64,
     /// Cost for the same noise relative to no light paths, where these are optional.
     pub(crate) gain: Option<f64>,
+    /// What the probe measured; `None` where it was too expensive to run.
+    pub(crate) price: Option<Price>,
     /// Width of the margin around the image in which splats still count (pixel filter), in pixels.
     pub(super) margin: f64,
 }
@@ -57,8 +70,15 @@ impl CausticsStrategy {
         let pixels = u64::from(view.film.width) * u64::from(view.film.height);
         let margin = (view.film.filter().radius() - 0.5).max(0.0);
         let paths = pixels.min(MOST_PATHS);
-        let mut strategy =
-            CausticsStrategy { caustic_targets, paths, merges: true, first_radius: 0.0, gain: None, margin };
+        let mut strategy = CausticsStrategy {
+            caustic_targets,
+            paths,
+            merges: true,
+            first_radius: 0.0,
+            gain: None,
+            price: None,
+            margin,
+        };
         if !is_cheap(scene, view) {
             // Light that only light paths find must be kept. Without photons light paths are always unbiased.
             strategy.merges = desc.caustics == Caustics::Full;
@@ -81,6 +101,13 @@ impl CausticsStrategy {
         let _ = strategy.caustic_targets.choose_by(&result.groups);
         let ratio = if strategy.merges { result.ratio_with_photons } else { result.ratio };
         strategy.paths = ((pixels as f64 * ratio) as u64).clamp(1, MOST_PATHS);
+        let only = result.light_paths_only;
+        let light_paths_only = if strategy.merges { only.max(result.by_photons) } else { only };
+        strategy.price = Some(Price {
+            work: 1.0 + result.price * strategy.paths as f64 / pixels as f64,
+            contribution: result.contribution.max(light_paths_only),
+            light_paths_only,
+        });
         Some(strategy)
     }
 }

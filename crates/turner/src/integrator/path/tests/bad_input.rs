@@ -3,7 +3,7 @@
 
 use std::sync::Arc;
 
-use crate::color::{Spectrum, named};
+use crate::color::{Spectrum, Transfer, named};
 use crate::description::{ObjectDesc, SceneDesc};
 use crate::image::{Image, Pixels};
 use crate::integrator::{IntegratorDesc, NormalsDesc, PathDesc};
@@ -20,7 +20,10 @@ use crate::testing::scenes::{grey, path, rectangle, render_with, rgb, sphere, v}
 
 /// An empty scene, seen from the front, 8 × 8 pixels.
 fn small() -> SceneDesc {
-    path(PathDesc { rr_start: 1000, ..PathDesc::default() }).filmed([8, 8], 16).seen_from_front(4.0, 10.0)
+    let desc = path(PathDesc { rr_start: 1000, ..PathDesc::default() });
+    let mut desc = desc.filmed([8, 8], 16).seen_from_front(4.0, 10.0);
+    desc.film.transfer = Transfer::Srgb;
+    desc
 }
 
 /// Adds a sphere with the material.
@@ -182,21 +185,21 @@ fn in_environment(pixels: [f32; 24]) -> SceneDesc {
 fn black_and_non_finite_environments() {
     let black = in_environment([0.0; 24]);
     let text = warnings(&black);
-    has(&text, "environment is black");
-    has(&text, "nothing in the scene shines");
+    has(&text, "environment light is black");
+    has(&text, "the picture is black");
     assert!(brightness(&black) == 0.0);
 
     let mut some = [1.0; 24];
     (some[0], some[4], some[11]) = (f32::NAN, f32::INFINITY, -3.0);
     let some = in_environment(some);
-    has(&warnings(&some), "3 pixels of the environment");
+    has(&warnings(&some), "3 pixels of the environment map");
     let seen = brightness(&some);
     assert!(seen > 0.3 && seen < 0.5, "{seen}");
 
     let none = in_environment([f32::NAN; 24]);
     let text = warnings(&none);
-    has(&text, "8 pixels of the environment");
-    has(&text, "environment is black");
+    has(&text, "8 pixels of the environment map");
+    has(&text, "environment light is black");
     assert!(brightness(&none) == 0.0);
 }
 
@@ -277,7 +280,7 @@ fn with_light() -> Vec<SceneDesc> {
 
 #[test]
 fn only_scenes_without_light_give_a_warning() {
-    let dark = "nothing in the scene shines";
+    let dark = "the picture is black";
     let white = || ball(small(), matte(grey(0.8)));
     has(&warnings(&white()), dark);
     has(&warnings(&white().lit(point(0.0))), dark);
