@@ -25,19 +25,19 @@ use crate::text;
 pub(crate) struct ConvertArgs {
     #[command(flatten)]
     scene: SceneArgs,
-    /// The file to write: .toml or .glb
+    /// Output file: .toml or .glb
     #[arg(value_name = "OUT")]
     out: PathBuf,
-    /// Replace files that are there already
+    /// Overwrite existing files
     #[arg(long)]
     force: bool,
-    /// Refuse scenes of which something is ignored
+    /// Treat warnings about ignored features as errors
     #[arg(long)]
     strict: bool,
-    /// Report as JSON lines on standard output
+    /// Print events as JSON lines: `turner help json`
     #[arg(long)]
     json: bool,
-    #[command(flatten, next_help_heading = "Film")]
+    #[command(flatten)]
     film: FilmArgs,
 }
 

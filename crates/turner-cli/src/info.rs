@@ -20,7 +20,7 @@ use crate::text;
 pub(crate) struct InfoArgs {
     #[command(flatten)]
     scene: SceneArgs,
-    /// As JSON
+    /// Print JSON
     #[arg(long)]
     json: bool,
 }

@@ -21,13 +21,13 @@ use turner_io::scene::SceneFormat;
 use crate::reference::{first_sentence, paragraph};
 use crate::text;
 
-/// List the names of shapes, materials, formats, errors, …
+/// List the names of shapes, materials, formats, errors and so on
 #[derive(Debug, Args)]
 pub(crate) struct ListArgs {
-    /// Which names [default: the topics]
+    /// Which names to list [default: the topics]
     #[arg(value_parser = PossibleValuesParser::new(TOPICS.iter().map(|t| t.name)), hide_possible_values = true)]
     topic: Option<String>,
-    /// As JSON
+    /// Print JSON
     #[arg(long)]
     json: bool,
 }

@@ -10,12 +10,12 @@ use turner_io::image::OutputFile;
 use crate::failure::{Failure, two_lines};
 use crate::{report, text};
 
-/// Write a commented scene to start from
+/// Write a commented scene file to start from
 #[derive(Debug, Args)]
 pub(crate) struct NewArgs {
-    /// The scene's name; `.toml` is added
+    /// Name of the new file; `.toml` is appended
     name: PathBuf,
-    /// What is in it
+    /// Which scene to start from
     #[arg(long, value_name = "NAME", default_value = "physical")]
     template: Template,
 }
@@ -23,9 +23,9 @@ pub(crate) struct NewArgs {
 /// Scenes to start from.
 #[derive(Clone, Copy, Debug, ValueEnum)]
 enum Template {
-    /// Glass, metal and paint in a studio, by path tracing
+    /// Glass, metal and paint in a studio, rendered by path tracing
     Physical,
-    /// Mirrors and glass of 1980, by recursive ray tracing
+    /// Mirrors and glass, rendered by Whitted's recursive ray tracing (1980)
     Classic,
 }
 

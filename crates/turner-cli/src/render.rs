@@ -23,35 +23,35 @@ use crate::sequence::{SequenceArgs, Step};
 use crate::text;
 use crate::watch::{Changes, Watched};
 
-/// Render a scene into a picture (the command may be left out)
+/// Render a scene (the command `render` may be omitted)
 #[derive(Debug, Args)]
 #[command(
-    after_help = "Ctrl-C saves what is rendered and ends with exit code 130 (SIGTERM: 143); a second one leaves at once.\n\
-                        Exit codes: 0 done, 1 bad scene or output, 2 bad usage. `turner help json` explains --json."
+    after_help = "Ctrl-C saves what is rendered and exits with code 130 (SIGTERM: 143); a second Ctrl-C exits at once.\n\
+                  Exit codes: 0 done, 1 bad scene or output, 2 bad usage. `turner help json` explains --json."
 )]
 pub(crate) struct RenderArgs {
-    #[command(flatten)]
-    scene: SceneArgs,
-    /// The picture: .png, .exr, .jpg or .hdr, or `-` for standard output [default: SCENE.png here]
+    /// Picture file: .png, .exr, .jpg or .hdr, or `-` for standard output [default: SCENE.png in this folder]
     #[arg(short, long, value_name = "FILE")]
     output: Option<PathBuf>,
-    /// Format of the picture, if not by its extension
+    /// Format of the picture, if the extension does not tell
     #[arg(long)]
     format: Option<FormatArg>,
     #[command(flatten)]
     film: FilmArgs,
     #[command(flatten)]
+    scene: SceneArgs,
+    #[command(flatten)]
     sequence: SequenceArgs,
-    /// Threads [default: all there are]; the picture is the same for any number
-    #[arg(long, default_value_t = 0, hide_default_value = true)]
+    /// Number of threads [default: all cores]; the picture does not depend on it
+    #[arg(long, value_name = "N", default_value_t = 0, hide_default_value = true)]
     threads: usize,
-    /// Show nothing but errors
+    /// Print errors only
     #[arg(long)]
     quiet: bool,
-    /// Write events as JSON lines: `turner help json`
+    /// Print events as JSON lines: `turner help json`
     #[arg(long)]
     json: bool,
-    /// Take warnings for errors
+    /// Treat warnings as errors
     #[arg(long)]
     strict: bool,
 }

@@ -22,7 +22,7 @@ use crate::report::Reporter;
 pub(crate) struct WatchArgs {
     #[command(flatten)]
     render: RenderArgs,
-    /// End after so many pictures and errors
+    /// Stop after N pictures and errors
     #[arg(long, value_name = "N")]
     count: Option<u32>,
 }

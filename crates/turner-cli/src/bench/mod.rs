@@ -28,7 +28,7 @@ use crate::text;
     args_conflicts_with_subcommands = true,
     disable_help_subcommand = true,
     subcommand_help_heading = "Others",
-    after_help = "Seconds are the median over the repetitions of tracing alone: neither loading nor saving."
+    after_help = "Seconds are the median over the repetitions of the render time, without loading and saving."
 )]
 pub(crate) struct BenchArgs {
     #[command(subcommand)]
@@ -40,18 +40,18 @@ pub(crate) struct BenchArgs {
 /// Which scenes are measured, and how.
 #[derive(Debug, Args)]
 pub struct ScenesArgs {
-    /// Names of scenes, without .toml [default: all of the folder]
+    /// Scene names without .toml [default: all scenes in the folder]
     names: Vec<String>,
-    /// The folder of the scenes
+    /// Folder with the scenes
     #[arg(long, default_value = "scenes/bench")]
     dir: PathBuf,
-    /// Numbers of threads; 0 is all there are
+    /// Numbers of threads to measure; 0 means all cores
     #[arg(long, value_delimiter = ',', default_value = "0")]
     threads: Vec<usize>,
-    /// How often each is rendered
+    /// How often each scene is rendered
     #[arg(long, default_value_t = 5, value_parser = clap::value_parser!(u32).range(1..=10_000))]
     repeat: u32,
-    /// One JSON object per line
+    /// Print one JSON object per line
     #[arg(long)]
     json: bool,
 }

@@ -49,19 +49,19 @@ failed check with --only and other seeds. Exit code 1 if a check fails.";
 /// Which checks are run, and how.
 #[derive(Debug, Args)]
 pub struct RunArgs {
-    /// Seed of all random numbers, or `fresh` for one from the clock
+    /// Seed of the random numbers, or `fresh` for a seed from the clock
     #[arg(long, value_name = "N|fresh", default_value = "fresh", value_parser = parse_seed)]
     seed: Seed,
-    /// One JSON object per line
+    /// Print one JSON object per line
     #[arg(long)]
     json: bool,
-    /// Only checks whose name contains this (repeatable)
+    /// Run only checks whose name contains NAME (repeatable)
     #[arg(long, value_name = "NAME")]
     only: Vec<String>,
-    /// Name the checks and run none
+    /// List the checks without running them
     #[arg(long)]
     list: bool,
-    /// Threads; 0 is all there are
+    /// Number of threads; 0 means all cores
     #[arg(long, default_value_t = 0)]
     threads: usize,
 }

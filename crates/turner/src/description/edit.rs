@@ -120,7 +120,7 @@ impl Changes {
         for (section, _) in SECTIONS {
             top.take(section);
         }
-        top.finish()?;
+        top.finish(cx)?;
         let mut changes = Changes {
             film: top.take("film").map(|value| read_film(value, cx)).transpose()?,
             ..Changes::default()
@@ -206,7 +206,7 @@ impl Changes {
             let name = new.map(str::to_owned);
             let mut table = TableReader::of(value, "a group")?;
             let objects = list(table.take("object"), "object", |value| read_object(value, cx))?;
-            table.finish()?;
+            table.finish(cx)?;
             self.groups.push((number, name, objects.unwrap_or_default()));
         }
         cx.in_group = false;
