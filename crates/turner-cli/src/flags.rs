@@ -32,6 +32,11 @@ pub(crate) fn option(key: &str) -> Option<&'static str> {
     OPTIONS.iter().find(|(k, _)| *k == key).map(|(_, option)| *option)
 }
 
+/// The key that an option sets, if it sets one.
+pub(crate) fn key(option: &str) -> Option<&'static str> {
+    OPTIONS.iter().find(|(_, o)| *o == option).map(|(key, _)| *key)
+}
+
 /// The options that carry out a remedy.
 pub(crate) fn of(remedy: &Remedy) -> String {
     match remedy {
