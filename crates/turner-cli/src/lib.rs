@@ -72,6 +72,27 @@ use failure::Failure;
 pub use render::threads;
 use turner::schema::{ErrorCode, SceneError};
 
+/// Every word that `turner help` explains, but for those of other programs.
+pub fn words() -> std::collections::BTreeSet<String> {
+    let cli = cli::command();
+    let mut words = lookup::words(&cli);
+    words.extend(cli::command_names());
+    words
+}
+
+/// What `turner help WORD` prints for a word that is no command.
+pub fn explained(word: &str) -> Option<String> {
+    let mut cli = cli::command();
+    cli.build();
+    lookup::explain(word, &cli).or_else(|| cli.find_subcommand(word).map(ToString::to_string))
+}
+
+/// All answers to words of other programs.
+pub fn remedies() -> Vec<&'static str> {
+    use turner::schema::foreign::{KEYS, KINDS};
+    KEYS.iter().chain(KINDS).map(|f| f.remedy).chain(foreign::OPTIONS.iter().map(|o| o.remedy)).collect()
+}
+
 /// What the main thread waits for.
 enum Event {
     /// The command came to its end with this exit code.

@@ -147,7 +147,11 @@ fn example(head: &str, key: &Key, page: &Page) -> String {
         (None, Some(default)) => format!("{start}{default}"),
     };
     // The type is an example itself where it is asked for.
-    if key.name == "type" { format!("{}\n{line}", head.lines().next().unwrap_or_default()) } else { head.to_owned() + &line }
+    if key.name == "type" {
+        format!("{}\n{line}", head.lines().next().unwrap_or_default())
+    } else {
+        head.to_owned() + &line
+    }
 }
 
 fn values(word: &str) -> Option<String> {
@@ -218,7 +222,11 @@ fn option(word: &str, cli: &Command) -> Option<String> {
 fn elsewhere(word: &str) -> Option<String> {
     let mut out = String::new();
     for foreign in foreign::everywhere(word) {
-        let within = foreign.within.first().map_or("anywhere", |w| w.trim_matches(['[', ']'])).replace("a model", "model");
+        let within = foreign
+            .within
+            .first()
+            .map_or("anywhere", |w| w.trim_matches(['[', ']']))
+            .replace("a model", "model");
         out += &format!("\n  {within}  {}\n", foreign.remedy.replace('`', ""));
     }
     if let Some(remedy) = crate::foreign::option(word) {

@@ -44,7 +44,7 @@ pub(crate) fn run(args: &NewArgs) -> u8 {
         Ok(path) => {
             let name = path.display();
             text::print(&format!(
-                "{name} written\n\n  turner {name}          renders it\n  turner watch {name}    renders it again whenever it is saved\n"
+                "{name} created\n\n  turner {name}          renders it\n  turner watch {name}    renders it again after each change\n"
             ));
             0
         }
@@ -61,20 +61,20 @@ fn write(args: &NewArgs) -> Result<PathBuf, Failure> {
     };
     let shown = args.name.to_string_lossy();
     if args.name.file_name().is_none() || shown.ends_with(std::path::is_separator) || shown.ends_with("/.") {
-        return refuse(format!("\"{}\": names no file", escape(&shown)), "give a name, such as scene");
+        return refuse(format!("\"{}\": is not a file name", escape(&shown)), "give a name, e.g. `turner new scene`");
     }
     // The name stands in the scene's first lines and is shown to be typed.
     if shown.chars().any(char::is_control) {
         return refuse(
-            format!("\"{}\": has a character that cannot be shown", escape(&shown)),
+            format!("\"{}\": contains a control character", escape(&shown)),
             "choose another name",
         );
     }
     let path = with_extension(&args.name);
     if path.symlink_metadata().is_ok() {
         return refuse(
-            format!("{}: there is such a file already", path.display()),
-            "choose another name, or remove it",
+            format!("{}: the file already exists", path.display()),
+            "choose another name, or remove the file",
         );
     }
     let name = path.file_name().unwrap_or(path.as_os_str()).to_string_lossy();

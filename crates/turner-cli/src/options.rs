@@ -54,7 +54,10 @@ const EXAMPLES: &[(&str, &[(&str, &str)])] = &[
             ("turner scene.toml", "writes scene.png"),
             ("turner scene.toml -o big.exr --width 1920 --samples 256", "size, quality, linear EXR"),
             ("turner scene.toml --integrator path --max-depth 8", "path tracing"),
-            ("turner model.glb --environment sky.hdr --camera orbit:30,20", "a model under an environment map"),
+            (
+                "turner model.glb --environment sky.hdr --camera orbit:30,20",
+                "a model under an environment map",
+            ),
             ("turner scene.toml -D camera.fov=35 -D light.0.intensity=2", "sets any value of the scene"),
             ("turner model.glb --turntable 36 -o frame_##.png", "36 pictures, once around the model"),
         ],
@@ -91,7 +94,10 @@ const EXAMPLES: &[(&str, &[(&str, &str)])] = &[
         "compare",
         &[
             ("turner compare reference.png picture.png", "all metrics"),
-            ("turner compare a.exr b.exr --metric rmse --tolerance 0.01", "exit code 1 if the error is larger"),
+            (
+                "turner compare a.exr b.exr --metric rmse --tolerance 0.01",
+                "exit code 1 if the error is larger",
+            ),
         ],
     ),
     ("info", &[("turner info scene.toml", "objects, lights, memory, bounds")]),

@@ -178,9 +178,8 @@ fn load(
         && !matches!(ready.prepared.view.film.antialias, Antialias::Grid | Antialias::MonteCarlo)
     {
         let word = ready.prepared.view.film.antialias.word();
-        let message = format!(
-            "--samples is ignored with antialias = \"{word}\": add --antialias monte-carlo"
-        );
+        let message =
+            format!("--samples is ignored with antialias = \"{word}\": add --antialias monte-carlo");
         ready.prepared.warnings.push(Warning::new(WarningKind::Ignored, message));
     }
     if let Some(steps) = first

@@ -34,12 +34,8 @@ pub(crate) fn failure(error: &clap::Error, args: &[OsString], cli: &Command) -> 
     let (message, help) = said.words(cli, name);
     let mut sources = Sources::default();
     let (text, marked) = line(&words, said.wrong());
-    let file = sources.add(SourceFile {
-        name: ARGUMENTS.to_owned(),
-        uri: String::new(),
-        text,
-        is_argument: true,
-    });
+    let file =
+        sources.add(SourceFile { name: ARGUMENTS.to_owned(), uri: String::new(), text, is_argument: true });
     let error = match marked {
         Some((start, end)) => {
             SceneError::at(ErrorCode::Usage, Span { file, start: start as u32, end: end as u32 }, message)
@@ -205,5 +201,10 @@ impl Said<'_> {
 
 /// The long names of a command's options.
 pub(crate) fn options(command: &Command) -> Vec<String> {
-    command.get_arguments().filter(|a| !a.is_hide_set()).filter_map(|a| a.get_long()).map(str::to_owned).collect()
+    command
+        .get_arguments()
+        .filter(|a| !a.is_hide_set())
+        .filter_map(|a| a.get_long())
+        .map(str::to_owned)
+        .collect()
 }

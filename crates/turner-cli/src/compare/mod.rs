@@ -76,11 +76,11 @@ impl ValueEnum for MetricArg {
 fn parse_tolerance(text: &str) -> Result<f64, String> {
     match text.parse::<f64>() {
         Ok(v) if v.is_finite() && v >= 0.0 => Ok(v),
-        _ => Err("expected a number of 0 or more".to_owned()),
+        _ => Err("expected a number, 0 or more".to_owned()),
     }
 }
 
-/// What a tolerance says of a metric.
+/// A tolerance and whether the metric is within it.
 struct Verdict {
     metric: Metric,
     value: f64,
@@ -88,22 +88,22 @@ struct Verdict {
     within: bool,
 }
 
-/// What was found.
+/// The result.
 struct Compared {
-    /// The pictures' names, fit to be shown.
+    /// The names of the pictures, safe for a terminal.
     names: [String; 2],
     pair: Pair,
     measured: Vec<(Metric, Measured)>,
     verdict: Option<Verdict>,
-    /// The picture of the difference.
+    /// The difference picture.
     diff: Option<Diff>,
 }
 
-/// The picture of the difference that was written.
+/// The difference picture that was written.
 struct Diff {
     path: String,
     metric: Metric,
-    /// What pale yellow stands for.
+    /// The value shown as pale yellow.
     white: f32,
 }
 
@@ -162,18 +162,18 @@ fn mismatch([a, b]: &[String; 2], error: Mismatch) -> Failure {
             "render both with the same --width, --height and --crop",
         ),
         Mismatch::Alpha { first } => (
-            format!("{}: transparent in places, {} is nowhere", name(first), name(!first)),
-            "render both on the same background, or both without one",
+            format!("{}: partly transparent, but {} is opaque", name(first), name(!first)),
+            "render both with the same background, or both with a transparent one",
         ),
         Mismatch::Encoding { first } => (
             format!("{}: linear light, but {} holds display values", name(first), name(!first)),
-            "compare two EXR or HDR files, or two PNG files: exposure and tone mapping lie between them",
+            "compare two EXR or HDR files, or two PNG files: display values include exposure and tone mapping",
         ),
     };
     Failure::new(SceneError::new(ErrorCode::Image, message).help(help))
 }
 
-/// A usage error about the picture of the difference.
+/// A usage error about the difference picture.
 fn refused(path: &Path, what: &str, help: &str) -> Failure {
     let message = format!("{}: {what}", escape(&path.to_string_lossy()));
     Failure { exit: USAGE, ..Failure::new(SceneError::new(ErrorCode::Output, message).help(help)) }

@@ -90,7 +90,7 @@ enum Format {
 fn parse_pixel(text: &str) -> Result<(u32, u32), String> {
     let numbers =
         text.split_once(',').and_then(|(x, y)| Some((x.trim().parse().ok()?, y.trim().parse().ok()?)));
-    numbers.ok_or_else(|| "expected two whole numbers X,Y".to_owned())
+    numbers.ok_or_else(|| "expected two integers X,Y; write `--pixel 320,240`".to_owned())
 }
 
 impl ExplainArgs {

@@ -29,10 +29,10 @@ use crate::events::Events;
 use crate::failure::{FAILED, Failure};
 use crate::report::Reporter;
 
-/// How probable it is that a run in which all is right fails a check.
+/// Significance level of a run: the probability that a check fails although nothing is wrong.
 const FALSE_ALARM: f64 = 0.01;
 
-/// Check by statistics that what is rendered is true: half a minute
+/// Test with statistics that Turner renders correct pictures (half a minute)
 #[derive(Debug, Args)]
 #[command(after_help = VERIFY_HELP)]
 pub(crate) struct VerifyArgs {
@@ -40,13 +40,13 @@ pub(crate) struct VerifyArgs {
     run: RunArgs,
 }
 
-/// How the results of statistical tests are read.
+/// How to read the results of the statistical tests.
 pub const VERIFY_HELP: &str = "\
 Each run uses a new random seed unless --seed is given. The statistical tests together have a
 significance level of 1 %: if nothing is wrong, at most one run in a hundred fails. Repeat a
 failed check with --only and other seeds. Exit code 1 if a check fails.";
 
-/// Which checks are run, and how.
+/// Which checks to run, and how.
 #[derive(Debug, Args)]
 pub struct RunArgs {
     /// Seed of the random numbers, or `fresh` for a seed from the clock
@@ -78,7 +78,7 @@ fn parse_seed(text: &str) -> Result<Seed, String> {
         n => n
             .parse()
             .map(Seed::Given)
-            .map_err(|_| "expected a whole number of 0 or more, or `fresh`".to_owned()),
+            .map_err(|_| "expected an integer, 0 or more, or `fresh`".to_owned()),
     }
 }
 
@@ -117,7 +117,7 @@ fn selected(all: Vec<Check>, args: &RunArgs) -> Result<Vec<Check>, Failure> {
         if !all.iter().any(|c| c.name.contains(asked.as_str())) {
             let message = format!("there is no check \"{}\"", escape(asked));
             let names: Vec<&str> = all.iter().map(|c| c.name.as_str()).collect();
-            let help = suggestion(asked, &names).unwrap_or_else(|| "--list names them".into());
+            let help = suggestion(asked, &names).unwrap_or_else(|| "`turner verify --list` lists the checks".into());
             return Err(Failure::usage(SceneError::new(ErrorCode::UnknownName, message).help(help)));
         }
     }

@@ -106,10 +106,7 @@ impl<'a> Reader<'a> {
 }
 
 /// The value that was read; `None` if it could not be read and the error was noted.
-pub(super) fn noted<T>(
-    cx: &mut Reader<'_>,
-    read: Result<T, SceneError>,
-) -> Result<Option<T>, SceneError> {
+pub(super) fn noted<T>(cx: &mut Reader<'_>, read: Result<T, SceneError>) -> Result<Option<T>, SceneError> {
     (cx as &mut dyn ReadContext).noted(read)
 }
 
@@ -208,8 +205,7 @@ impl ReadContext for Reader<'_> {
                 | ErrorCode::Profile
                 | ErrorCode::Volume
         );
-        let is_same =
-            |f: &SceneError| f.message == error.message && (is_file || f.span == error.span);
+        let is_same = |f: &SceneError| f.message == error.message && (is_file || f.span == error.span);
         if !faults.iter().any(is_same) {
             faults.push(error);
         }

@@ -2,8 +2,8 @@
 
 use crate::camera::CameraDesc;
 use crate::color::named;
-use crate::description::{ModelDesc, SceneLight};
 use crate::description::stage::StageDesc;
+use crate::description::{ModelDesc, SceneLight};
 use crate::film::FilmDesc;
 use crate::integrator::IntegratorDesc;
 use crate::light::{BackgroundDesc, LightDesc};
@@ -155,9 +155,8 @@ pub(super) fn named_tables<'a>(
 ) -> Result<Vec<(&'a str, Span, &'a Value)>, SceneError> {
     let Some(section) = section else { return Ok(Vec::new()) };
     let Data::Table(table) = &section.data else {
-        return Err(wrong_type(section, &format!("named tables [{kind}.NAME]")).help(format!(
-            "give it a name, e.g. `[{kind}.red]`, and refer to it by that name"
-        )));
+        return Err(wrong_type(section, &format!("named tables [{kind}.NAME]"))
+            .help(format!("give it a name, e.g. `[{kind}.red]`, and refer to it by that name")));
     };
     Ok(table.entries.iter().map(|e| (e.key.as_str(), e.key_span, &e.value)).collect())
 }

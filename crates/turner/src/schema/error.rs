@@ -89,7 +89,14 @@ pub struct SceneError {
 impl SceneError {
     /// An error at a place.
     pub fn at(code: ErrorCode, span: Span, message: impl Into<String>) -> SceneError {
-        SceneError { code, message: message.into(), span: Some(span), help: None, remedy: None, more: Vec::new() }
+        SceneError {
+            code,
+            message: message.into(),
+            span: Some(span),
+            help: None,
+            remedy: None,
+            more: Vec::new(),
+        }
     }
 
     /// An error of the scene as a whole.
