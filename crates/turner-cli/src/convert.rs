@@ -68,7 +68,9 @@ fn convert(args: &ConvertArgs, reporter: &Reporter, control: &Control) -> Result
         && from == to
     {
         let message = format!("{}: the scene is read from this file", args.out.display());
-        return Err(Failure::usage(SceneError::new(ErrorCode::Output, message).help("name another output file")));
+        return Err(Failure::usage(
+            SceneError::new(ErrorCode::Output, message).help("name another output file"),
+        ));
     }
     let pictures = KeptPictures::default();
     let limits = args.scene.watched_limits(control);

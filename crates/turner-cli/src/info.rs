@@ -155,7 +155,9 @@ fn as_text(ready: &Ready) -> String {
     let groups: Vec<&str> = desc.groups.iter().filter_map(|g| g.name.as_deref()).collect();
     let camera = match desc.camera.as_ref().or(desc.cameras.first()) {
         Some(camera) => camera.value.type_name().to_owned(),
-        None if desc.stage.is_some() => "none in the file: the scene is framed from the front right and above".to_owned(),
+        None if desc.stage.is_some() => {
+            "none in the file: the scene is framed from the front right and above".to_owned()
+        }
         None => "none: the scene is framed from the front".to_owned(),
     };
     let memory = memory(ready).map(|(what, n)| format!("{what} {}", text::bytes(n))).join(", ");

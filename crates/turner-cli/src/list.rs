@@ -45,19 +45,23 @@ const TOPICS: &[Topic] = &[
     Topic { name: "media", what: "participating media: fog and smoke", rows: || family(&MediumDesc::DOC) },
     Topic { name: "lights", what: "light sources", rows: || family(&LightDesc::DOC) },
     Topic { name: "cameras", what: "projections", rows: || family(&CameraDesc::DOC) },
-    Topic { name: "integrators", what: "light transport algorithms and debug views", rows: || family(&IntegratorDesc::DOC) },
-    Topic { name: "antialias", what: "where a pixel's samples lie and how they are averaged", rows: || words(Antialias::DOCS) },
+    Topic {
+        name: "integrators",
+        what: "light transport algorithms and debug views",
+        rows: || family(&IntegratorDesc::DOC),
+    },
+    Topic {
+        name: "antialias",
+        what: "where a pixel's samples lie and how they are averaged",
+        rows: || words(Antialias::DOCS),
+    },
     Topic { name: "filters", what: "pixel filters", rows: || words(FilterKind::DOCS) },
     Topic {
         name: "transfers",
         what: "transfer functions from scene values to display values",
         rows: || words(Transfer::DOCS),
     },
-    Topic {
-        name: "tonemaps",
-        what: "tone mapping operators",
-        rows: || words(Tonemap::DOCS),
-    },
+    Topic { name: "tonemaps", what: "tone mapping operators", rows: || words(Tonemap::DOCS) },
     Topic { name: "formats", what: "file formats that Turner reads and writes", rows: formats },
     Topic { name: "sections", what: "sections of a scene file", rows: || words(SECTIONS) },
     Topic { name: "colors", what: "colour names", rows: colors },
@@ -85,7 +89,10 @@ fn formats() -> Vec<(String, String)> {
     });
     let scenes = SceneFormat::all()
         .map(|f| (dotted(f.extensions()), format!("{}, read: {}", f.name(), f.description())));
-    let profiles = (".ies".to_owned(), "IES LM-63, read: measured emission profiles of point and spot lights".to_owned());
+    let profiles = (
+        ".ies".to_owned(),
+        "IES LM-63, read: measured emission profiles of point and spot lights".to_owned(),
+    );
     scenes.chain(pictures).chain([profiles]).collect()
 }
 

@@ -61,7 +61,10 @@ fn write(args: &NewArgs) -> Result<PathBuf, Failure> {
     };
     let shown = args.name.to_string_lossy();
     if args.name.file_name().is_none() || shown.ends_with(std::path::is_separator) || shown.ends_with("/.") {
-        return refuse(format!("\"{}\": is not a file name", escape(&shown)), "give a name, e.g. `turner new scene`");
+        return refuse(
+            format!("\"{}\": is not a file name", escape(&shown)),
+            "give a name, e.g. `turner new scene`",
+        );
     }
     // The name stands in the scene's first lines and is shown to be typed.
     if shown.chars().any(char::is_control) {

@@ -151,7 +151,12 @@ impl Output {
                 .and_then(|path| path.caustics())
                 .map(|plan| ("turner:caustics", plan.to_string())),
         )
-        .chain(prepared.integrator.shares_paths().then(|| ("turner:sharedPaths", "groups of 16 pixels".to_owned())))
+        .chain(
+            prepared
+                .integrator
+                .shares_paths()
+                .then(|| ("turner:sharedPaths", "groups of 16 pixels".to_owned())),
+        )
         .chain(clamp.map(|most| ("turner:clampIndirect", most.to_string())))
         .map(|(name, value)| (name.to_owned(), value.as_str().into()))
         .collect()

@@ -55,7 +55,7 @@ pub(crate) struct Chapter {
 pub(crate) fn chapters() -> Vec<Chapter> {
     vec![
         single("Film", &[], &FilmDesc::DOC),
-        family("Camera", &["cameras"], &CameraDesc::DOC, topics::CAMERA),
+        family("Camera", &["cameras", "view"], &CameraDesc::DOC, topics::CAMERA),
         family("Integrator", &["integrators"], &IntegratorDesc::DOC, topics::INTEGRATOR),
         single("Background", &[], &BackgroundDesc::DOC),
         written("Objects", &["objects"], topics::object()),
@@ -233,9 +233,8 @@ fn capitalised(text: &str) -> String {
 
 /// The complete reference as Markdown.
 pub fn markdown() -> String {
-    let mut out = String::from(
-        "## Sections\n\nEvery section is optional.\n\n| section | contents |\n| --- | --- |\n",
-    );
+    let mut out =
+        String::from("## Sections\n\nEvery section is optional.\n\n| section | contents |\n| --- | --- |\n");
     for (name, what) in topics::sections() {
         out += &format!("| `{name}` | {} |\n", cell(what));
     }

@@ -4,7 +4,7 @@ use std::io::Read;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
-use clap::builder::PossibleValuesParser;
+use clap::builder::{PossibleValue, PossibleValuesParser};
 use clap::{Args, ValueEnum};
 use turner::color::Tonemap;
 use turner::description::SceneDesc;
@@ -12,7 +12,7 @@ use turner::film::{Antialias, FilmDesc};
 use turner::filter::FilterKind;
 use turner::integrator::{Caustics, IntegratorDesc, PathReuse, Prepared};
 use turner::lint::lint;
-use turner::schema::{ErrorCode, Limits, PrepareOptions, Quality, SceneError};
+use turner::schema::{EntryDoc, ErrorCode, Limits, PrepareOptions, Quality, SceneError};
 use turner_io::assets::FolderAssets;
 use turner_io::image::KeptPictures;
 use turner_io::load_with;
@@ -26,6 +26,7 @@ use crate::failure::{Failure, Labels};
 use crate::flags;
 use crate::instructions::instruction_set;
 use crate::limits::LimitArgs;
+use crate::reference::{first_sentence, paragraph};
 use crate::stage::StageArgs;
 
 /// Which scene, and what is changed in it.
@@ -78,39 +79,45 @@ pub(crate) struct FilmArgs {
     #[arg(long)]
     auto_exposure: bool,
     /// Tone mapping for display formats; EXR and HDR files keep scene values
-    #[arg(long, value_name = "NAME", value_parser = PossibleValuesParser::new(Tonemap::WORDS))]
+    #[arg(long, value_name = "NAME", value_parser = words(Tonemap::DOCS))]
     tonemap: Option<String>,
     /// Samples per pixel
     #[arg(long, value_name = "N")]
     samples: Option<u32>,
     /// Anti-aliasing: where the samples of a pixel lie and how they are averaged
-    #[arg(long, value_name = "MODE", value_parser = PossibleValuesParser::new(Antialias::WORDS))]
+    #[arg(long, value_name = "MODE", value_parser = words(Antialias::DOCS))]
     antialias: Option<String>,
     /// Pixel filter of monte-carlo anti-aliasing
-    #[arg(long, value_name = "NAME", value_parser = PossibleValuesParser::new(FilterKind::WORDS))]
+    #[arg(long, value_name = "NAME", value_parser = words(FilterKind::DOCS))]
     filter: Option<String>,
     /// Seed of the random numbers
     #[arg(long, value_name = "N")]
     seed: Option<u32>,
     /// Light transport algorithm, or a debug view; settings that it does not know are dropped
-    #[arg(long, value_name = "NAME", value_parser = PossibleValuesParser::new(integrators()))]
+    #[arg(long, value_name = "NAME", value_parser = integrators())]
     integrator: Option<String>,
     /// Longest path, in bounces
     #[arg(long, value_name = "N")]
     max_depth: Option<u32>,
     /// Caustics of mirrors and glass, for "path"
-    #[arg(long, value_name = "MODE", value_parser = PossibleValuesParser::new(Caustics::WORDS))]
+    #[arg(long, value_name = "MODE", value_parser = words(Caustics::DOCS))]
     caustics: Option<String>,
     /// Limit on the radiance of an indirect path, for "path": removes fireflies and some energy
     #[arg(long, value_name = "RADIANCE")]
     clamp_indirect: Option<f64>,
     /// Shared paths among neighbouring pixels, for "path": less noise on diffuse surfaces
-    #[arg(long, alias = "reuse", value_name = "MODE", value_parser = PossibleValuesParser::new(PathReuse::WORDS))]
+    #[arg(long, alias = "reuse", value_name = "MODE", value_parser = words(PathReuse::DOCS))]
     shared_paths: Option<String>,
 }
 
-fn integrators() -> Vec<&'static str> {
-    IntegratorDesc::DOC.entries.iter().map(|e| e.name).collect()
+/// The words of a choice, with their meanings for `--help-all`.
+fn words(docs: &[(&'static str, &'static str)]) -> PossibleValuesParser {
+    PossibleValuesParser::new(docs.iter().map(|(word, meaning)| PossibleValue::new(*word).help(*meaning)))
+}
+
+fn integrators() -> PossibleValuesParser {
+    let value = |e: &&'static EntryDoc| PossibleValue::new(e.name).help(first_sentence(&paragraph(e.doc)));
+    PossibleValuesParser::new(IntegratorDesc::DOC.entries.iter().map(value))
 }
 
 fn parse_override(text: &str) -> Result<Override, String> {

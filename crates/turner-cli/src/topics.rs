@@ -22,10 +22,8 @@ position = [5, 8, 5]
 /// Further text on families of kinds.
 pub(crate) const CAMERA: &str = "Without `[camera]` the scene is framed from the front.";
 pub(crate) const INTEGRATOR: &str = "";
-pub(crate) const SHAPE: &str =
-    "The keys of a shape and those of every object (`name`, `material`, `transform`, `motion`) share one table.";
-pub(crate) const MATERIAL: &str =
-    "An object refers to a material by name, `material = \"NAME\"`, or defines it in place, `material = { … }`.";
+pub(crate) const SHAPE: &str = "The keys of a shape and those of every object (`name`, `material`, `transform`, `motion`) share one table.";
+pub(crate) const MATERIAL: &str = "An object refers to a material by name, `material = \"NAME\"`, or defines it in place, `material = { … }`.";
 pub(crate) const MEDIUM: &str = "An object that bounds only a medium has `medium = \"NAME\"` and no material. A dielectric has its interior medium as \
     `interior = \"NAME\"`. The `medium` of `[background]` fills the rest of the scene. Shapes with a medium must be closed. Where they \
     overlap, the material that comes first in the scene has priority, and a dielectric has priority over both.";
@@ -94,7 +92,12 @@ pub(crate) fn object() -> Page {
                 "The name of a `[material.NAME]`, or a material defined in place. In a group, an object without one \
                  takes the material of the instance. Otherwise the default material is used.",
             ),
-            key("transform", "transform", Some("none"), "Transform from object space to scene space; see `transform`."),
+            key(
+                "transform",
+                "transform",
+                Some("none"),
+                "Transform from object space to scene space; see `transform`.",
+            ),
             key(
                 "motion",
                 "transform",

@@ -28,8 +28,10 @@ pub(crate) fn failure(error: &clap::Error, args: &[OsString], cli: &Command) -> 
         return None;
     }
     let words: Vec<String> = args.iter().skip(1).map(|a| escape(&a.to_string_lossy())).collect();
-    let found = words.iter().find_map(|w| cli.find_subcommand(w).map(|c| (w, c)));
-    let (name, command) = found.map_or(("", cli), |(w, c)| (w.as_str(), c));
+    // Without a command the arguments are those of `render`.
+    let first = words.first().map_or("", String::as_str);
+    let name = if words.is_empty() || cli.find_subcommand(first).is_some() { first } else { "render" };
+    let command = cli.find_subcommand(name).unwrap_or(cli);
     let said = Said { error, command };
     let (message, help) = said.words(cli, name);
     let mut sources = Sources::default();

@@ -180,10 +180,7 @@ fn refusal(scene: &Path, output: &crate::output::Output, args: &RenderArgs) -> O
         return usage("`turner watch` writes a file repeatedly", "name the file with `-o FILE`");
     }
     if args.is_sequence() {
-        return usage(
-            "cannot watch sequences of pictures",
-            "render one picture, or use `turner render`",
-        );
+        return usage("cannot watch sequences of pictures", "render one picture, or use `turner render`");
     }
     None
 }

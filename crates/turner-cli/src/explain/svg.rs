@@ -174,7 +174,8 @@ fn tree_rows(out: &mut String, tree: &SampleTree, rows: &[Row], display: &Displa
                 );
             }
             Row::Hidden { hidden, .. } => {
-                let line = format!("… {} with a sum of {} not shown", rays(hidden.rays), color(hidden.brings));
+                let line =
+                    format!("… {} with a sum of {} not shown", rays(hidden.rays), color(hidden.brings));
                 *out += &format!(
                     "<text class=\"dim\" x=\"{:.1}\" y=\"{:.1}\">{}</text>\n",
                     x + 4.0,
@@ -200,8 +201,7 @@ fn sums(out: &mut String, tree: &SampleTree, display: &Display<'_>, y: f64) -> f
     if parts.is_empty() || total <= 0.0 {
         return y;
     }
-    *out +=
-        &format!("<text class=\"dim\" x=\"{LEFT}\" y=\"{y:.1}\">contribution of each ray alone</text>\n");
+    *out += &format!("<text class=\"dim\" x=\"{LEFT}\" y=\"{y:.1}\">contribution of each ray alone</text>\n");
     let (mut x, y) = (LEFT, y + 8.0);
     for (node, part) in parts {
         let width = TREE * tree.share(part) / total;

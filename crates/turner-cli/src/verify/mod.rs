@@ -75,10 +75,7 @@ enum Seed {
 fn parse_seed(text: &str) -> Result<Seed, String> {
     match text {
         "fresh" => Ok(Seed::Fresh),
-        n => n
-            .parse()
-            .map(Seed::Given)
-            .map_err(|_| "expected an integer, 0 or more, or `fresh`".to_owned()),
+        n => n.parse().map(Seed::Given).map_err(|_| "expected an integer, 0 or more, or `fresh`".to_owned()),
     }
 }
 
@@ -117,7 +114,8 @@ fn selected(all: Vec<Check>, args: &RunArgs) -> Result<Vec<Check>, Failure> {
         if !all.iter().any(|c| c.name.contains(asked.as_str())) {
             let message = format!("there is no check \"{}\"", escape(asked));
             let names: Vec<&str> = all.iter().map(|c| c.name.as_str()).collect();
-            let help = suggestion(asked, &names).unwrap_or_else(|| "`turner verify --list` lists the checks".into());
+            let help =
+                suggestion(asked, &names).unwrap_or_else(|| "`turner verify --list` lists the checks".into());
             return Err(Failure::usage(SceneError::new(ErrorCode::UnknownName, message).help(help)));
         }
     }

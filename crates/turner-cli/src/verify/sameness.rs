@@ -146,8 +146,7 @@ pub(super) fn checks() -> Vec<Check> {
 pub(super) fn all_finite() -> Check {
     Check::limit("finite/all-samples", |cx| {
         let (bad, samples) = *cx.rendered.lock().unwrap_or_else(|e| e.into_inner());
-        let found =
-            format!("{} of {} samples are non-finite", bad.count, crate::text::count(samples as f64));
+        let found = format!("{} of {} samples are non-finite", bad.count, crate::text::count(samples as f64));
         Ok(Finding { verdict: Verdict::Limit(bad.count as f64, 0.0), found })
     })
 }

@@ -156,7 +156,8 @@ fn what_cannot_be_compared_is_said() {
     write(&f, "a.hdr", &[[0.5, 0.5, 0.5, 1.0]; 6], 3);
     f.turner(&["compare", "a.exr", "tall.exr"])
         .fails(1, &["E0202", "tall.exr: 2x3 pixels, expected 3x2 as in a.exr"]);
-    f.turner(&["compare", "a.exr", "clear.exr"]).fails(1, &["E0202", "clear.exr: partly transparent", "background"]);
+    f.turner(&["compare", "a.exr", "clear.exr"])
+        .fails(1, &["E0202", "clear.exr: partly transparent", "background"]);
     f.turner(&["compare", "a.png", "a.exr"]).fails(1, &["E0202", "a.exr: linear light", "two EXR"]);
     f.turner(&["compare", "a.exr", "b.exr"]).fails(1, &["E0201", "b.exr", "nearest is \"a.exr\""]);
     f.turner(&["compare", "a.exr", "."]).fails(1, &["E0201"]);

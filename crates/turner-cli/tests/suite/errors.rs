@@ -86,7 +86,7 @@ fn what_failed_causes_no_further_errors() {
         &["E0201"],
     );
     // A section that is no table.
-    one("background = 3", &["E0104"]);
+    one("integrator = 3", &["E0104"]);
     // TOML's own errors come alone.
     one("[[object]\ncolor = 3\nradus = 4", &["E0101"]);
 }

@@ -97,7 +97,10 @@ fn watch_renders_again_when_a_file_is_saved() {
     let run = end(child);
     assert_eq!(run.code, Some(0), "{run:?}");
     assert_eq!(run.stderr.matches("error[").count(), 1, "{run:?}");
-    assert!(run.stderr.contains("does not exist: waiting") || run.stdout.contains("does not exist: waiting"), "{run:?}");
+    assert!(
+        run.stderr.contains("does not exist: waiting") || run.stdout.contains("does not exist: waiting"),
+        "{run:?}"
+    );
     assert_eq!(f.names(), ["paint.toml", "s.toml", "w.png"]);
 }
 

@@ -111,6 +111,13 @@ pub(super) fn noted<T>(cx: &mut Reader<'_>, read: Result<T, SceneError>) -> Resu
 }
 
 impl Reader<'_> {
+    /// The names to choose the nearest from. Of very many names only the first error gets one: sorting and comparing them takes
+    /// about a second for a million.
+    pub(super) fn names<'n, T>(&self, ids: &'n HashMap<String, T>) -> Vec<&'n str> {
+        const MANY: usize = 10_000;
+        if ids.len() > MANY && self.faults() > 0 { Vec::new() } else { sorted_names(ids) }
+    }
+
     /// Reads a file, unless that failed before.
     pub(super) fn once<T>(
         &mut self,
@@ -140,7 +147,7 @@ impl ReadContext for Reader<'_> {
     }
 
     fn texture_names(&self) -> Vec<&str> {
-        sorted_names(&self.texture_ids)
+        self.names(&self.texture_ids)
     }
 
     fn inline_texture(&mut self, value: &Value) -> Result<TextureId, SceneError> {
@@ -219,7 +226,7 @@ impl ReadContext for Reader<'_> {
     fn material(&mut self, value: &Value) -> Result<MaterialId, SceneError> {
         match &value.data {
             Data::String(name) => self.material_ids.get(name).copied().ok_or_else(|| {
-                let names = sorted_names(&self.material_ids);
+                let names = self.names(&self.material_ids);
                 let error = unknown_name(ErrorCode::UnknownName, value.span, "material", name, &names);
                 if names.is_empty() {
                     error.help(
@@ -248,7 +255,7 @@ impl ReadContext for Reader<'_> {
     fn medium(&mut self, value: &Value) -> Result<MediumId, SceneError> {
         match &value.data {
             Data::String(name) => self.medium_ids.get(name).copied().ok_or_else(|| {
-                let names = sorted_names(&self.medium_ids);
+                let names = self.names(&self.medium_ids);
                 let error = unknown_name(ErrorCode::UnknownName, value.span, "medium", name, &names);
                 if names.is_empty() {
                     error.help(
@@ -278,7 +285,7 @@ fn intern<T>(list: &mut Vec<Asset<T>>, uri: &str, data: Arc<T>) -> u32 {
     }
 }
 
-pub(super) fn sorted_names<T>(ids: &HashMap<String, T>) -> Vec<&str> {
+fn sorted_names<T>(ids: &HashMap<String, T>) -> Vec<&str> {
     let mut names: Vec<&str> = ids.keys().map(String::as_str).collect();
     names.sort_unstable();
     names

@@ -1,6 +1,6 @@
 //! Objects of scene files.
 
-use super::read::{Reader, noted, sorted_names};
+use super::read::{Reader, noted};
 use super::read_parts::{light_group, read_kind};
 use crate::description::{ModelDesc, *};
 use crate::material::{BoundaryMaterial, MaterialDesc};
@@ -53,7 +53,7 @@ pub(super) fn read_object(value: &Value, cx: &mut Reader<'_>) -> Result<ObjectDe
         let before = cx.faults();
         let group: String = table.required("group", None, cx, String::new)?;
         let id = cx.group_ids.get(&group).copied().ok_or_else(|| {
-            let names = sorted_names(&cx.group_ids);
+            let names = cx.names(&cx.group_ids);
             unknown_name(ErrorCode::UnknownName, table.span_of("group"), "group", &group, &names)
         });
         let id = (cx as &mut dyn ReadContext).noted_after(before, id)?;

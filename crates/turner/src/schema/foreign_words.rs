@@ -68,7 +68,7 @@ pub const KEYS: &[Foreign] = words! {
         "write `k_refract` for the weight of the refracted ray and `ior` for the index of refraction";
     PRINCIPLED, "metallic" | "metalness" | "metal" => "write `base_metalness`";
     PRINCIPLED, "roughness" => "write `specular_roughness`; the roughness of the diffuse base is `base_diffuse_roughness`";
-    PRINCIPLED, "color" | "colour" | "diffuse" | "albedo" | "diffusecolor" | "reflectance" | "pigment" => "write `base_color`";
+    PRINCIPLED, "basecolor" | "color" | "colour" | "diffuse" | "albedo" | "diffusecolor" | "reflectance" | "pigment" => "write `base_color`";
     PRINCIPLED, "specular" | "specularlevel" => "write `specular_weight`; the colour is `specular_color`";
     PRINCIPLED, "transmission" | "transparency" | "spectrans" => "write `transmission_weight`";
     PRINCIPLED, "subsurface" | "sss" => "write `subsurface_weight`, with `subsurface_color` and `subsurface_radius`";
