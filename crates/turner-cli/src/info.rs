@@ -181,7 +181,7 @@ fn as_text(ready: &Ready) -> String {
     text::columns(rows.iter().map(|(name, what)| (*name, what.clone())))
 }
 
-/// `lamps: 3 lights, 2 objects`.
+/// `ceiling: 3 lights, 2 objects`.
 fn light_groups(scene: &turner::scene::Scene) -> String {
     let one = |(name, lights, objects): &(&str, u64, u64)| {
         let (lights, objects) = (text::plural(*lights, "light"), text::plural(*objects, "object"));

@@ -146,7 +146,7 @@ fn example(head: &str, key: &Key, page: &Page) -> String {
         (None, None | Some("none")) => format!("{start}{}", key.kind),
         (None, Some(default)) => format!("{start}{default}"),
     };
-    // The type is an example itself where it is asked for.
+    // For the key `type` the section is enough.
     if key.name == "type" {
         format!("{}\n{line}", head.lines().next().unwrap_or_default())
     } else {

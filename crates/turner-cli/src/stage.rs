@@ -114,7 +114,7 @@ impl StageArgs {
         ModelOverrides { time: Some(f64::from(frame) / self.fps), ..self.models() }
     }
 
-    /// The orbit that was asked for, if one was.
+    /// The orbit of `--camera`, if it is one.
     pub(crate) fn orbit(&self) -> Option<Orbit> {
         Orbit::parse(self.camera.as_deref()?)?.ok()
     }

@@ -1,6 +1,6 @@
 //! `turner watch`: renders again whenever a file of the scene is saved.
 //!
-//! Files are looked at a few times a second, by time and length: no service of the system is needed, and network folders and
+//! Files are checked a few times a second, by time and length: no service of the system is needed, and network folders and
 //! editors that replace files are all the same to it.
 
 use std::path::{Path, PathBuf};

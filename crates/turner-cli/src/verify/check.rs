@@ -60,7 +60,7 @@ pub type Work = dyn Fn(&Context) -> Result<Finding, SceneError>;
 pub struct Check {
     /// `group/what`.
     pub name: String,
-    /// Whether it is a statistical test, which can fail by chance.
+    /// Whether it is a statistical test, which can fail although nothing is wrong.
     pub by_chance: bool,
     /// Does it. An error is a check that cannot be done: it fails.
     pub run: Box<Work>,
@@ -85,7 +85,7 @@ impl Check {
 }
 
 impl Finding {
-    /// What is as probable as `p` by chance, if all is right.
+    /// A statistical result with p-value `p`.
     pub fn chance(p: f64, found: impl Into<String>) -> Finding {
         Finding { verdict: Verdict::Chance(p), found: found.into() }
     }

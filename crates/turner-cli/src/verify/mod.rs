@@ -95,7 +95,7 @@ pub fn checks() -> Vec<Check> {
     all
 }
 
-/// Runs those of the checks that were asked for, and one more that looks at all samples; prints what they found. Returns the
+/// Runs the selected checks, and one more on all samples; prints their findings. Returns the
 /// exit code.
 pub fn run_checks(mut checks: Vec<Check>, args: &RunArgs, effort: Effort) -> u8 {
     checks.push(sameness::all_finite());
@@ -108,7 +108,7 @@ pub fn run_checks(mut checks: Vec<Check>, args: &RunArgs, effort: Effort) -> u8 
     }
 }
 
-/// Those asked for, or all.
+/// The selected checks, or all.
 fn selected(all: Vec<Check>, args: &RunArgs) -> Result<Vec<Check>, Failure> {
     for asked in &args.only {
         if !all.iter().any(|c| c.name.contains(asked.as_str())) {
