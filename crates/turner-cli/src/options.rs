@@ -123,7 +123,8 @@ pub(crate) fn arrange(cli: Command) -> Command {
 
 fn one(command: Command) -> Command {
     let name = command.get_name().to_owned();
-    let mut command = command.disable_help_flag(true);
+    // The setting applies to nested commands as well, which get their own option.
+    let mut command = command.disable_help_flag(true).mut_subcommands(one);
     let is_grouped = GROUPED.contains(&name.as_str());
     if is_grouped {
         command = command.mut_args(grouped);

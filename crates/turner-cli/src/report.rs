@@ -17,6 +17,9 @@ use crate::{flags, text};
 /// Most errors, and most warnings, that are printed one by one.
 const MAX_SHOWN: usize = 20;
 
+/// So many errors mean that the scene has more: reading stopped at the one after the hundredth.
+const MAX_READ: usize = 101;
+
 /// Where messages go.
 pub struct Reporter {
     /// Print errors only.
@@ -144,11 +147,11 @@ pub(crate) fn print_error(failure: &Failure) {
         out += &error_text(error, &failure.sources, &failure.labels, &renderer);
     }
     let count = failure.errors.len();
-    if count > MAX_SHOWN {
-        out += &format!("… and {} more\n", count - MAX_SHOWN);
-    }
-    if count > 1 {
-        out += &format!("{count} errors\n");
+    match count {
+        MAX_READ.. => out += "… and more: reading stopped after 100 errors\n",
+        _ if count > MAX_SHOWN => out += &format!("… and {} more\n{count} errors\n", count - MAX_SHOWN),
+        2.. => out += &format!("{count} errors\n"),
+        _ => {}
     }
     eprint_all(&out);
 }

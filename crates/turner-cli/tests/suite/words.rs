@@ -31,8 +31,8 @@ const KEYS: &[(&str, &[&str], &str)] = &[
     ("[camera]", &["lookat", "target"], "look_at"),
     ("[camera]", &["width", "resolution"], "[film]"),
     ("[camera]", &["aperture"], "lens_radius"),
-    ("[[light]]\ntype = \"point\"", &["Le", "radiance"], "intensity"),
-    ("[[light]]\ntype = \"point\"", &["power", "energy"], "intensity"),
+    ("[[light]]\ntype = \"point\"\nposition = [0, 1, 0]", &["Le", "radiance"], "intensity"),
+    ("[[light]]\ntype = \"point\"\nposition = [0, 1, 0]", &["power", "energy"], "intensity"),
     ("[[light]]\ntype = \"spot\"\nposition = [0, 1, 0]\nlook_at = [0, 0, 0]", &["target"], "look_at"),
     ("[film]", &["spp", "pixelsamples"], "samples"),
     ("[film]", &["size", "resolution"], "width"),
@@ -135,7 +135,7 @@ fn answers_name_what_exists() {
                     || NEW_NAMES.contains(&part)
                     || other.contains(&part)
                     || turner::color::NAMES.iter().any(|(name, _)| *name == part)
-                    || ["true", "false", "D", "-D", "o", "-o", "type"].contains(&part)
+                    || ["true", "false", "D", "-D", "o", "-o", "type", "orbit"].contains(&part)
                     || is_number;
                 assert!(known, "{part}: {remedy}");
                 count += 1;
