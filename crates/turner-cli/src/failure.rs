@@ -62,7 +62,7 @@ impl Failure {
             error.span.and_then(|s| sources.get(s.file)).is_some_and(|source| source.is_argument);
         let more = std::mem::take(&mut error.more);
         let mut errors = vec![error];
-        errors.extend(more);
+        errors.extend(more.into_vec());
         for error in &mut errors {
             // An error of the entire scene names the file.
             if let (None, Some(scene)) = (error.span, sources.files().first())

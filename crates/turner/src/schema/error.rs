@@ -83,7 +83,7 @@ pub struct SceneError {
     /// The same, or another one, as data, where a program can carry it out.
     pub remedy: Option<Box<Remedy>>,
     /// Further errors of the same scene, in the order of their places. Empty in each of them.
-    pub more: Vec<SceneError>,
+    pub more: Box<[SceneError]>,
 }
 
 impl SceneError {
@@ -95,13 +95,13 @@ impl SceneError {
             span: Some(span),
             help: None,
             remedy: None,
-            more: Vec::new(),
+            more: Box::default(),
         }
     }
 
     /// An error of the scene as a whole.
     pub fn new(code: ErrorCode, message: impl Into<String>) -> SceneError {
-        SceneError { code, message: message.into(), span: None, help: None, remedy: None, more: Vec::new() }
+        SceneError { code, message: message.into(), span: None, help: None, remedy: None, more: Box::default() }
     }
 
     /// With a remedy in words.
@@ -122,7 +122,7 @@ impl SceneError {
         errors.sort_by_key(|e| e.span.map_or((u32::MAX, u32::MAX), |s| (s.file.0, s.start)));
         let mut errors = errors.into_iter();
         let mut first = errors.next()?;
-        first.more.extend(errors);
+        first.more = errors.collect();
         Some(first)
     }
 
