@@ -3,16 +3,17 @@
 use std::ffi::{OsStr, OsString};
 use std::path::Path;
 
-use clap::{CommandFactory, Parser, Subcommand};
-use turner::schema::error::{escape, nearest};
+use clap::error::{ContextKind, ContextValue, ErrorKind};
+use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
+use turner::schema::error::nearest;
 
 use crate::control::Control;
 use crate::{
-    bench, color, compare, convert, doctor, explain, failure, help, info, list, new, render, shell, verify,
-    watch,
+    bench, color, compare, convert, doctor, explain, failure, help, info, list, new, options, render, report,
+    shell, usage, verify, watch,
 };
 
-/// Turns a scene file into a picture by ray tracing.
+/// Renders scene files by ray tracing.
 #[derive(Debug, Parser)]
 #[command(
     name = "turner",
@@ -22,7 +23,8 @@ use crate::{
     arg_required_else_help = true,
     subcommand_value_name = "COMMAND | SCENE",
     after_help = "`turner scene.toml` is short for `turner render scene.toml` and writes scene.png.\n\
-                  `turner help scene` explains the scene format, `turner list` names all there is."
+                  `turner help WORD` explains a command, an option, a key, a kind or an error code;\n\
+                  `turner help scene` the scene format. `turner list` lists the names."
 )]
 pub(crate) struct Cli {
     #[command(subcommand)]
@@ -49,8 +51,7 @@ enum Command {
 
 /// Runs the command and returns the exit code.
 pub(crate) fn run(args: Vec<OsString>, control: &Control) -> u8 {
-    let parsed = with_command(args).and_then(|args| Cli::try_parse_from(args).map_err(Box::new));
-    match parsed.map(|cli| cli.command) {
+    match parse(args.clone()).map(|cli| cli.command) {
         Ok(Command::Render(args)) => render::run(&args, control),
         Ok(Command::Watch(args)) => watch::run(&args, control),
         Ok(Command::New(args)) => new::run(&args),
@@ -65,12 +66,28 @@ pub(crate) fn run(args: Vec<OsString>, control: &Control) -> u8 {
         Ok(Command::Help(args)) => help::run(&args),
         Ok(Command::Completions(args)) => shell::completions(&args),
         Ok(Command::Man(args)) => shell::man(&args),
-        Err(error) => {
-            // A closed pipe is no reason to complain.
-            let _ = error.print();
-            u8::try_from(error.exit_code()).unwrap_or(failure::USAGE)
-        }
+        Err(error) => match usage::failure(&error, &args, &command()) {
+            Some(failure) => {
+                report::print_error(&failure);
+                failure.exit
+            }
+            None => {
+                // Standard output may be closed; there is nobody to tell.
+                let _ = error.print();
+                u8::try_from(error.exit_code()).unwrap_or(failure::USAGE)
+            }
+        },
     }
+}
+
+/// The command line with its help arranged.
+pub(crate) fn command() -> clap::Command {
+    options::arrange(Cli::command())
+}
+
+fn parse(args: Vec<OsString>) -> Result<Cli, Box<clap::Error>> {
+    let matches = command().try_get_matches_from(with_command(args)?)?;
+    Cli::from_arg_matches(&matches).map_err(Box::new)
 }
 
 /// The names of all commands.
@@ -78,7 +95,7 @@ pub(crate) fn command_names() -> Vec<String> {
     Cli::command().get_subcommands().map(|c| c.get_name().to_owned()).collect()
 }
 
-/// Puts `render` before arguments that begin with neither a command nor a flag of the program itself.
+/// Inserts `render` before arguments that begin with neither a command nor an option of the program itself.
 fn with_command(mut args: Vec<OsString>) -> Result<Vec<OsString>, Box<clap::Error>> {
     const OWN_FLAGS: [&str; 4] = ["-h", "--help", "-V", "--version"];
     let Some(first) = args.get(1) else { return Ok(args) };
@@ -88,16 +105,13 @@ fn with_command(mut args: Vec<OsString>) -> Result<Vec<OsString>, Box<clap::Erro
     if is(&names, first) || is(&OWN_FLAGS, first) {
         return Ok(args);
     }
-    // A bare word that is no file was meant as a command.
+    // A plain word that names no file was meant as a command.
     let word = first.to_string_lossy();
-    let bare = !word.starts_with('-') && !word.contains(['.', '/', '\\']) && !Path::new(first).exists();
-    if bare && let Some(near) = nearest(&word, &names) {
-        let message = format!(
-            "there is no command and no file \"{}\"\n\n  tip: did you mean `turner {near}`? commands: {}\n",
-            escape(&word),
-            names.join(", ")
-        );
-        return Err(Box::new(Cli::command().error(clap::error::ErrorKind::InvalidSubcommand, message)));
+    let is_plain = !word.starts_with('-') && !word.contains(['.', '/', '\\']) && !Path::new(first).exists();
+    if is_plain && nearest(&word, &names).is_some() {
+        let mut error = clap::Error::new(ErrorKind::InvalidSubcommand);
+        error.insert(ContextKind::InvalidSubcommand, ContextValue::String(word.clone().into_owned()));
+        return Err(Box::new(error));
     }
     args.insert(1, "render".into());
     Ok(args)

@@ -19,14 +19,14 @@ pub const STYLES: Styles = Styles::styled()
     .valid(AnsiColor::Green.on_default())
     .invalid(AnsiColor::Yellow.on_default());
 
-/// Whether a stream is a terminal, and nobody objects to colours (<https://no-color.org>).
+/// Whether a stream is a terminal and `NO_COLOR` is not set (<https://no-color.org>).
 pub(crate) fn are_wanted(stream: &impl IsTerminal) -> bool {
     let is = |name: &str, value: fn(&str) -> bool| std::env::var(name).is_ok_and(|v| value(&v));
     stream.is_terminal() && !is("NO_COLOR", |v| !v.is_empty()) && !is("TERM", |v| v == "dumb")
 }
 
-/// Help of the scene format with its titles, names and examples in colours: titles stand at the margin, names two places in before two blanks, what can be
-/// copied four places in.
+/// Colours the titles, names and examples of help on the scene format. Titles start at the margin, names after two spaces, examples
+/// after four.
 pub(crate) fn paint(text: &str) -> String {
     let mut out = String::new();
     for line in text.lines() {

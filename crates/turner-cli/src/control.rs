@@ -1,6 +1,6 @@
-//! What an interrupt does, by phase.
+//! The effect of an interrupt in each phase of the work.
 //!
-//! Ctrl-C is one, and so is a request to terminate: its exit code is the only difference.
+//! Ctrl-C and a request to terminate differ only in the exit code.
 
 use std::sync::atomic::{AtomicBool, AtomicU8, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
@@ -15,48 +15,48 @@ const IDLE: u8 = 0;
 const RENDERING: u8 = 1;
 const SAVING: u8 = 2;
 
-/// The phase of the work and the wish to stop it; shared between the worker and the main thread.
+/// The phase of the work and the request to stop it; shared between the worker and the main thread.
 #[derive(Debug, Default)]
 pub struct Control {
-    /// Becomes true when rendering should stop and what there is should be saved.
+    /// Becomes true when rendering should stop and save the picture so far.
     pub(crate) cancel: AtomicBool,
     phase: AtomicU8,
-    /// The memory that loading may take, while there is a scene.
+    /// The memory limit, while there is a scene.
     memory: Mutex<Option<Arc<Memory>>>,
-    /// Memory ran out while there was something to save.
+    /// The error, if memory ran out while there was a picture to save.
     starved: AtomicBool,
-    /// Where programs hear why the command ends.
+    /// Where errors from outside the command are reported.
     events: Mutex<Option<Events>>,
-    /// The exit code of a program that was interrupted so.
+    /// The exit code after the interrupt.
     code: AtomicU8,
 }
 
-/// How often memory is looked at, at most and at least.
+/// Shortest and longest interval between memory checks.
 const INTERVALS: [Duration; 2] = [Duration::from_millis(1), Duration::from_millis(100)];
 
-/// Bytes that all threads together fill in a millisecond.
+/// Bytes that all threads together can fill in a millisecond.
 const GROWTH: u64 = 8 << 20;
 
-/// How near the limit memory ends: what may be filled between two looks.
+/// Margin below the limit: the memory that may be filled between two checks.
 const MARGIN: u64 = 16 << 20;
 
 impl Control {
-    /// From here on an interrupt asks for what is rendered to be saved.
+    /// From here on an interrupt saves the picture so far.
     pub(crate) fn begin_rendering(&self) {
         self.phase.store(RENDERING, Ordering::SeqCst);
     }
 
-    /// From here on an interrupt waits for the file, which takes moments.
+    /// From here on an interrupt waits for the file, which takes little time.
     pub(crate) fn begin_saving(&self) {
         self.phase.store(SAVING, Ordering::SeqCst);
     }
 
-    /// There is nothing to lose any more.
+    /// From here on an interrupt ends the program at once.
     pub(crate) fn end(&self) {
         self.phase.store(IDLE, Ordering::SeqCst);
     }
 
-    /// Whether rendering was asked to stop.
+    /// Whether rendering should stop.
     pub(crate) fn is_interrupted(&self) -> bool {
         self.cancel.load(Ordering::SeqCst)
     }
@@ -66,8 +66,8 @@ impl Control {
         self.code.load(Ordering::SeqCst)
     }
 
-    /// Asks the work to stop and end with this exit code. False if the program should leave at once: it was asked before,
-    /// or has nothing to save.
+    /// Requests a stop with this exit code. False if the program should exit at once: it was interrupted before, or has
+    /// nothing to save.
     pub(crate) fn interrupt(&self, code: u8) -> bool {
         if !self.is_interrupted() {
             self.code.store(code, Ordering::SeqCst);
@@ -75,23 +75,23 @@ impl Control {
         self.phase.load(Ordering::SeqCst) != IDLE && !self.cancel.swap(true, Ordering::SeqCst)
     }
 
-    /// From here on errors that end the program from outside the command go where its own do.
+    /// From here on errors from outside the command are reported like its own.
     pub(crate) fn hear(&self, reporter: &Reporter) {
         *self.events.lock().unwrap_or_else(PoisonError::into_inner) = reporter.events;
     }
 
-    /// Who hears why the program ends.
+    /// The reporter of errors.
     pub(crate) fn reporter(&self) -> Reporter {
         Reporter { quiet: false, events: *self.events.lock().unwrap_or_else(PoisonError::into_inner) }
     }
 
-    /// From here on the main thread looks at how much memory there is. Whatever is large asks for memory before it takes it
-    /// ([`Memory::need`]); this is for what is large because it is many small things.
+    /// From here on the main thread checks the memory in use. Large allocations ask before ([`Memory::need`]); this is for many
+    /// small ones.
     pub(crate) fn watch_memory(&self, memory: &Arc<Memory>) {
         *self.memory.lock().unwrap_or_else(PoisonError::into_inner) = Some(Arc::clone(memory));
     }
 
-    /// When to look at the memory again: sooner the less is left.
+    /// Time until the next memory check: shorter when less memory is left.
     pub(crate) fn memory_interval(&self) -> Option<Duration> {
         let Some(memory) = self.watched() else { return Some(5 * INTERVALS[0]) };
         if memory.limit() == u64::MAX || self.starved.load(Ordering::SeqCst) {
@@ -101,8 +101,8 @@ impl Control {
         Some(Duration::from_millis(left / GROWTH).clamp(INTERVALS[0], INTERVALS[1]))
     }
 
-    /// Why the program must end now, if memory has run out. While there is something to save it is saved first, and
-    /// [`Control::starved`] has the error.
+    /// The error if memory ran out and the program must end now. A picture is saved first, and [`Control::starved`] has the
+    /// error then.
     pub(crate) fn out_of_memory(&self) -> Option<SceneError> {
         let memory = self.watched()?;
         if memory.in_use()?.saturating_add(MARGIN) <= memory.limit() {
@@ -116,7 +116,7 @@ impl Control {
         None
     }
 
-    /// The error of a render that was ended because memory ran out.
+    /// The error of a render that stopped because memory ran out.
     pub(crate) fn starved(&self) -> Option<SceneError> {
         self.starved.load(Ordering::SeqCst).then(|| self.watched().map(|m| m.exhausted())).flatten()
     }
@@ -125,7 +125,7 @@ impl Control {
         self.memory.lock().unwrap_or_else(PoisonError::into_inner).clone()
     }
 
-    /// Whether a file is being put in its place.
+    /// Whether the output file is being written.
     pub(crate) fn is_saving(&self) -> bool {
         self.phase.load(Ordering::SeqCst) == SAVING
     }

@@ -17,31 +17,31 @@ use crate::report::{Reporter, strict};
 use crate::scene::{FilmArgs, SceneArgs};
 use crate::text;
 
-/// Write a scene or model as a TOML scene that can be edited by hand, or as a glTF model
+/// Convert a scene or model to an editable TOML scene or to a glTF model
 ///
-/// A .toml holds everything and renders to the same picture; its meshes become PLY files in NAME-meshes, its pictures files in NAME-pictures, lamps and
-/// grids files in NAME-data. A .glb is one file with what glTF 2.0 can say; the rest is named.
+/// A .toml keeps everything and renders to the same picture; meshes become PLY files in NAME-meshes, textures files in NAME-pictures, IES profiles and
+/// grids files in NAME-data. A .glb is one file with what glTF 2.0 can represent; warnings name the rest.
 #[derive(Debug, Args)]
 pub(crate) struct ConvertArgs {
     #[command(flatten)]
     scene: SceneArgs,
-    /// The file to write: .toml or .glb
+    /// Output file: .toml or .glb
     #[arg(value_name = "OUT")]
     out: PathBuf,
-    /// Replace files that are there already
+    /// Overwrite existing files
     #[arg(long)]
     force: bool,
-    /// Refuse scenes of which something is ignored
+    /// Treat warnings about ignored features as errors
     #[arg(long)]
     strict: bool,
-    /// Report as JSON lines on standard output
+    /// Print events as JSON lines: `turner help json`
     #[arg(long)]
     json: bool,
-    #[command(flatten, next_help_heading = "Film")]
+    #[command(flatten)]
     film: FilmArgs,
 }
 
-/// What can be written.
+/// Output formats.
 #[derive(Clone, Copy)]
 enum Target {
     Toml,
@@ -68,7 +68,9 @@ fn convert(args: &ConvertArgs, reporter: &Reporter, control: &Control) -> Result
         && from == to
     {
         let message = format!("{}: the scene is read from this file", args.out.display());
-        return Err(Failure::usage(SceneError::new(ErrorCode::Output, message).help("name another one")));
+        return Err(Failure::usage(
+            SceneError::new(ErrorCode::Output, message).help("name another output file"),
+        ));
     }
     let pictures = KeptPictures::default();
     let limits = args.scene.watched_limits(control);
@@ -99,16 +101,16 @@ fn target(out: &Path) -> Result<Target, Failure> {
         "toml" => Ok(Target::Toml),
         "glb" => Ok(Target::Glb),
         other => {
-            let message = format!("{}: expected the name of a .toml or a .glb file", out.display());
+            let message = format!("{}: expected a .toml or .glb file", out.display());
             let near = nearest(other, &["toml", "glb"]);
             let help =
-                near.map_or("end its name with .toml or .glb".into(), |n| format!("did you mean .{n}?"));
+                near.map_or("use the extension .toml or .glb".into(), |n| format!("did you mean .{n}?"));
             Err(Failure::usage(SceneError::new(ErrorCode::Output, message).help(help)))
         }
     }
 }
 
-/// Says what was written.
+/// Reports the output files.
 fn done(converted: &Converted, out: &Path, seconds: f64, reporter: &Reporter) {
     let bytes: u64 = converted.files.iter().map(|f| f.bytes).sum();
     if let Some(events) = &reporter.events {
@@ -124,7 +126,7 @@ fn done(converted: &Converted, out: &Path, seconds: f64, reporter: &Reporter) {
     }
     let beside = converted.files.len() as u64 - 1;
     let more =
-        if beside == 0 { String::new() } else { format!(" and {} beside it", text::plural(beside, "file")) };
+        if beside == 0 { String::new() } else { format!(" and {} more", text::plural(beside, "file")) };
     reporter.line(&format!(
         "{}{more} written: {} in {}",
         out.display(),

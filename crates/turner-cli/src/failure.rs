@@ -1,4 +1,4 @@
-//! Why a command ends early: an error, the texts it lies in, the exit code.
+//! Why a command failed: errors, the texts that they lie in, the exit code.
 
 use std::collections::HashMap;
 
@@ -18,15 +18,15 @@ pub(crate) const TERMINATED: u8 = 143;
 #[cfg(unix)]
 pub(crate) const HUNG_UP: u8 = 129;
 
-/// How options of the command line are called in messages: by the override they became.
+/// The options of the command line as they were given, by the override that they became.
 pub type Labels = HashMap<String, String>;
 
-/// An error with all it takes to show it.
+/// Errors with what is needed to print them.
 #[derive(Debug)]
 pub struct Failure {
-    /// What is wrong. Several at once under `--strict`.
+    /// What is wrong.
     pub errors: Vec<SceneError>,
-    /// The texts that its place may lie in.
+    /// The texts that they may lie in.
     pub sources: Sources,
     /// Names of options.
     pub labels: Labels,
@@ -35,7 +35,7 @@ pub struct Failure {
 }
 
 impl Failure {
-    /// A failure without a place.
+    /// A failure without a location.
     pub fn new(error: SceneError) -> Failure {
         Failure { errors: vec![error], sources: Sources::default(), labels: Labels::new(), exit: FAILED }
     }
@@ -45,7 +45,7 @@ impl Failure {
         Failure { exit: USAGE, ..Failure::new(error) }
     }
 
-    /// The same with more to say at the end.
+    /// With a further note in the help of the last error.
     pub(crate) fn note(mut self, text: String) -> Failure {
         if let Some(error) = self.errors.last_mut() {
             error.help = Some(match error.help.take() {
@@ -56,25 +56,30 @@ impl Failure {
         self
     }
 
-    /// An error of a scene; bad usage if its place is an argument.
+    /// The errors of a scene; bad usage if the first lies in an argument.
     pub fn in_scene(mut error: SceneError, sources: &Sources, labels: &Labels) -> Failure {
-        // What concerns the scene as a whole has no place in it, but names its file.
-        if let (None, Some(scene)) = (error.span, sources.files().first())
-            && !error.message.starts_with(&scene.name)
-        {
-            error.message = format!("{}: {}", scene.name, error.message);
-        }
         let is_argument =
             error.span.and_then(|s| sources.get(s.file)).is_some_and(|source| source.is_argument);
+        let more = std::mem::take(&mut error.more);
+        let mut errors = vec![error];
+        errors.extend(more.into_vec());
+        for error in &mut errors {
+            // An error of the entire scene names the file.
+            if let (None, Some(scene)) = (error.span, sources.files().first())
+                && !error.message.starts_with(&scene.name)
+            {
+                error.message = format!("{}: {}", scene.name, error.message);
+            }
+        }
         Failure {
-            errors: vec![error],
+            errors,
             sources: sources.clone(),
             labels: labels.clone(),
             exit: if is_argument { USAGE } else { FAILED },
         }
     }
 
-    /// An error of loading.
+    /// The errors of loading a scene.
     pub fn load(error: LoadError, labels: &Labels) -> Failure {
         Failure::in_scene(error.error, &error.sources, labels)
     }

@@ -1,7 +1,10 @@
-//! How remedies of the library are worded here: keys of a scene as the options that set them.
+//! Remedies of the library as options of the command line: a key of the scene becomes the option that sets it.
 
 use turner::schema::value::{Data, Value};
 use turner::schema::{ErrorCode, KeyEdit, Quality, Remedy, SceneError, Warning};
+
+/// The key that `--shared-paths` sets.
+pub(crate) const SHARED_PATHS: &str = "integrator.shared_paths";
 
 /// Keys of a scene that have options of their own.
 const OPTIONS: &[(&str, &str)] = &[
@@ -18,7 +21,7 @@ const OPTIONS: &[(&str, &str)] = &[
     ("integrator.caustics", "--caustics"),
     ("integrator.clamp_indirect", "--clamp-indirect"),
     ("integrator.max_depth", "--max-depth"),
-    ("integrator.shared_paths", "--shared-paths"),
+    (SHARED_PATHS, "--shared-paths"),
     ("integrator.type", "--integrator"),
     ("studio.camera", "--camera"),
     ("studio.ground", "--ground"),
@@ -27,6 +30,11 @@ const OPTIONS: &[(&str, &str)] = &[
 /// The option that sets a key, if one does.
 pub(crate) fn option(key: &str) -> Option<&'static str> {
     OPTIONS.iter().find(|(k, _)| *k == key).map(|(_, option)| *option)
+}
+
+/// The key that an option sets, if it sets one.
+pub(crate) fn key(option: &str) -> Option<&'static str> {
+    OPTIONS.iter().find(|(_, o)| *o == option).map(|(key, _)| *key)
 }
 
 /// The options that carry out a remedy.

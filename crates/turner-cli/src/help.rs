@@ -1,21 +1,22 @@
-//! `turner help`: of commands, and of the scene format from the tables that read it.
+//! `turner help`: commands, and every name of the scene format, from the tables that read them.
 
-use clap::{Args, CommandFactory};
-use turner::schema::error::{escape, suggestion};
+use clap::Args;
+use turner::schema::error::{escape, nearest};
 use turner::schema::{ErrorCode, SceneError};
 
-use crate::cli::{Cli, command_names};
+use crate::cli::{self, command_names};
 use crate::failure::Failure;
-use crate::{color, events, failure, reference, report, text};
+use crate::{color, events, failure, lookup, reference, report, text};
 
-/// Explain a command, the scene format, or a name in it
+/// Explain a command, an option, an error code, or any word of the scene format
 #[derive(Debug, Args)]
 pub(crate) struct HelpArgs {
-    /// A command, `json`, or `scene`
+    /// A command, an option, a section, kind, key or value, an error code, `json`, or `scene`
+    #[arg(allow_hyphen_values = true)]
     topic: Option<String>,
-    /// After `scene`: a shape, light, section, … [default: an overview]
+    /// After `scene`: a section, kind, key or value [default: an overview]
     name: Option<String>,
-    /// The whole reference of the scene format as Markdown
+    /// Print the complete reference of the scene format as Markdown
     #[arg(long)]
     markdown: bool,
 }
@@ -27,10 +28,13 @@ pub(crate) fn run(args: &HelpArgs) -> u8 {
     let help = match (args.topic.as_deref(), args.name.as_deref()) {
         (Some("scene"), None) if args.markdown => Ok(reference::markdown()),
         (Some("scene"), None) => Ok(paint(reference::overview())),
-        (Some("scene"), Some(name)) => scene_name(name).map(paint),
+        (Some("scene"), Some(name)) => word(name).map(paint),
         (Some("json"), None) => Ok(events::SCHEMA.to_owned()),
-        (None, _) => command(None, colors),
-        (Some(topic), _) => command(Some(topic), colors),
+        (None, _) => Ok(command(None, colors).unwrap_or_default()),
+        (Some(topic), _) => match command(Some(topic), colors) {
+            Some(help) => Ok(help),
+            None => word(topic).map(paint),
+        },
     };
     match help {
         Ok(help) => {
@@ -44,38 +48,32 @@ pub(crate) fn run(args: &HelpArgs) -> u8 {
     }
 }
 
-fn scene_name(name: &str) -> Result<String, Failure> {
-    reference::explain(name).ok_or_else(|| {
-        let names = reference::names();
-        unknown("scene format has", name, &names)
-    })
-}
-
-/// The help of a command, with `colors` if they are wanted.
-fn command(name: Option<&str>, colors: bool) -> Result<String, Failure> {
+/// The help of a command, with `colors` if they are wanted; `None` if there is no such command.
+fn command(name: Option<&str>, colors: bool) -> Option<String> {
     let shown =
         |help: clap::builder::StyledStr| if colors { help.ansi().to_string() } else { help.to_string() };
-    let mut cli = Cli::command();
+    let mut cli = cli::command();
     cli.build();
-    let Some(name) = name else { return Ok(shown(cli.render_long_help())) };
-    if let Some(command) = cli.find_subcommand_mut(name) {
-        return Ok(shown(command.render_long_help()));
+    match name {
+        None => Some(shown(cli.render_long_help())),
+        Some(name) => cli.find_subcommand_mut(name).map(|command| shown(command.render_help())),
     }
-    // Someone who asks for a sphere means the one of the scene format.
-    if let Some(help) = reference::explain(name) {
-        return Ok(if colors { color::paint(&help) } else { help });
-    }
-    let mut names = command_names();
-    names.extend(["scene".to_owned(), "json".to_owned()]);
-    let names: Vec<&str> = names.iter().map(String::as_str).collect();
-    Err(unknown("help has", name, &names))
 }
 
-fn unknown(who: &str, name: &str, valid: &[&str]) -> Failure {
-    let error = SceneError::new(ErrorCode::UnknownName, format!("the {who} no \"{}\"", escape(name)));
-    let error = match suggestion(name, valid) {
-        Some(help) => error.help(help),
-        None => error,
-    };
-    Failure { exit: failure::USAGE, ..Failure::new(error) }
+fn word(name: &str) -> Result<String, Failure> {
+    let mut cli = cli::command();
+    cli.build();
+    lookup::explain(name, &cli).ok_or_else(|| {
+        let mut names: Vec<String> = lookup::words(&cli).into_iter().collect();
+        names.extend(command_names());
+        let names: Vec<&str> = names.iter().map(String::as_str).collect();
+        let error =
+            SceneError::new(ErrorCode::UnknownName, format!("there is no help on \"{}\"", escape(name)));
+        let near = nearest(name, &names);
+        let error = match near {
+            Some(near) => error.help(format!("did you mean \"{}\"?", escape(near))),
+            None => error.help("`turner help scene` gives an overview, `turner list` lists the names"),
+        };
+        Failure { exit: failure::USAGE, ..Failure::new(error) }
+    })
 }

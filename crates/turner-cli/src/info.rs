@@ -1,4 +1,4 @@
-//! `turner info`: what is in a scene.
+//! `turner info`: contents of a scene, memory and bounds.
 
 use std::collections::BTreeMap;
 
@@ -15,12 +15,12 @@ use crate::report::{Reporter, summed};
 use crate::scene::{FilmArgs, Ready, SceneArgs};
 use crate::text;
 
-/// Show what is in a scene and what it takes, without rendering it
+/// Show the contents of a scene, its memory and its bounds, without rendering it
 #[derive(Debug, Args)]
 pub(crate) struct InfoArgs {
     #[command(flatten)]
     scene: SceneArgs,
-    /// As JSON
+    /// Print JSON
     #[arg(long)]
     json: bool,
 }
@@ -46,7 +46,7 @@ pub(crate) fn run(args: &InfoArgs, control: &Control) -> u8 {
     }
 }
 
-/// How many of each name.
+/// Count of each name.
 type Counts = BTreeMap<&'static str, u64>;
 
 fn count(names: impl Iterator<Item = &'static str>) -> Counts {
@@ -67,7 +67,7 @@ fn camera(desc: &SceneDesc) -> &'static str {
     desc.camera.as_ref().map_or("none", |c| c.value.type_name())
 }
 
-/// Sizes in bytes, by what they are for.
+/// Bytes by use.
 fn memory(ready: &Ready) -> [(&'static str, u64); 5] {
     let s = &ready.prepared.scene.stats;
     [
@@ -140,7 +140,7 @@ fn as_json(ready: &Ready) -> Value {
 fn as_text(ready: &Ready) -> String {
     let (desc, scene, view) = (&ready.desc, &ready.prepared.scene, &ready.prepared.view);
     let stats = &scene.stats;
-    let bounds = stats.bounds.map_or("none: nothing bounded in it".to_owned(), |b| {
+    let bounds = stats.bounds.map_or("none: the scene has no bounded object".to_owned(), |b| {
         format!("{} to {}", point(b.min.to_array()), point(b.max.to_array()))
     });
     let names =
@@ -155,8 +155,10 @@ fn as_text(ready: &Ready) -> String {
     let groups: Vec<&str> = desc.groups.iter().filter_map(|g| g.name.as_deref()).collect();
     let camera = match desc.camera.as_ref().or(desc.cameras.first()) {
         Some(camera) => camera.value.type_name().to_owned(),
-        None if desc.studio.is_some() => "none in the file: framed from three-quarters above".to_owned(),
-        None => "none given: the scene is framed from the front".to_owned(),
+        None if desc.studio.is_some() => {
+            "none in the file: the scene is framed from the front right and above".to_owned()
+        }
+        None => "none: the scene is framed from the front".to_owned(),
     };
     let memory = memory(ready).map(|(what, n)| format!("{what} {}", text::bytes(n))).join(", ");
     let imports = desc.imports.iter().map(|i| ("model", text::import(i)));
@@ -179,7 +181,7 @@ fn as_text(ready: &Ready) -> String {
     text::columns(rows.iter().map(|(name, what)| (*name, what.clone())))
 }
 
-/// `lamps: 3 lights, 2 objects`.
+/// `ceiling: 3 lights, 2 objects`.
 fn light_groups(scene: &turner::scene::Scene) -> String {
     let one = |(name, lights, objects): &(&str, u64, u64)| {
         let (lights, objects) = (text::plural(*lights, "light"), text::plural(*objects, "object"));
@@ -189,7 +191,7 @@ fn light_groups(scene: &turner::scene::Scene) -> String {
     if all.is_empty() { "none".into() } else { all.join("; ") }
 }
 
-/// Where the picture is taken from: the eye, what it looks at, and the vertical field of view in degrees or the height of the screen.
+/// Position, target, up vector and vertical field of view in degrees.
 fn view(camera: &CameraDesc) -> Value {
     let [position, look_at, up] = camera.clone().placement_mut().map(|v| v.to_array());
     let mut view = json!({ "position": position, "look_at": look_at, "up": up });
@@ -235,7 +237,7 @@ fn film(film: &FilmDesc) -> String {
     )
 }
 
-/// Four digits are enough to know a box by.
+/// A point with four digits.
 fn point(p: [f64; 3]) -> String {
     let p = p.map(|v| {
         let digits = if v.abs() >= 1e6 || (v != 0.0 && v.abs() < 1e-3) {

@@ -1,12 +1,12 @@
-//! The instruction set, as the environment may choose it.
+//! The instruction set that an environment variable selects.
 
 use turner_bvh::InstructionSet;
 
 /// The environment variables that name an instruction set; the second is the former name.
 const NAMES: [&str; 2] = ["TURNER_INSTRUCTION_SET", "TURNER_KERNEL"];
 
-/// The set that the environment variable `TURNER_INSTRUCTION_SET` names: `scalar`, `neon`, `avx2` or `avx512`. The best one where there is
-/// none, or this machine does not have it: pictures are the same.
+/// The instruction set named by `TURNER_INSTRUCTION_SET`: `scalar`, `neon`, `avx2` or `avx512`. The best one if it is not set or not
+/// available. Pictures do not depend on it.
 pub fn instruction_set() -> InstructionSet {
     chosen(NAMES.iter().find_map(|name| std::env::var(name).ok()).as_deref())
 }

@@ -2,43 +2,49 @@
 //!
 //! ```text
 //! main ── start ── cli ─┬─ render   scene ─> picture file      ┌─ scene      load, prepare, overrides
-//!                       ├─ info     what is in a scene         ├─ output     where the picture goes
+//!                       ├─ info     contents of a scene        ├─ output     the output file
 //!                       ├─ list     names                      ├─ report     errors, warnings, events
-//!                       ├─ help     ── reference ── topics     └─ progress   bar and time left
-//!                       ├─ bench    how fast this machine renders
-//!                       ├─ verify   statistics
-//!                       ├─ explain  a pixel's rays
-//!                       ├─ doctor   why it is black, noisy, washed out, slow
+//!                       ├─ help     ── lookup ── reference     ├─ usage      errors of arguments
+//!                       │                                      └─ progress   bar and time left
+//!                       ├─ bench    render speed of this machine
+//!                       ├─ verify   statistical tests
+//!                       ├─ explain  the rays of a pixel
+//!                       ├─ doctor   why a picture is black, noisy, washed out, slow
 //!                       ├─ compare  two pictures
-//!                       ├─ convert  a scene as files of another format
-//!                       ├─ watch    render, again and again
+//!                       ├─ convert  a scene to another format
+//!                       ├─ watch    render after each change
 //!                       ├─ new      ── templates
 //!                       └─ completions, man ── shell
 //! ```
 //!
 //! What `turner-lab` shares with it is public: measuring scenes, running checks, messages and failures.
 //!
-//! The work runs on a thread of its own; the main thread waits for its end or for a signal, so that the second
-//! Ctrl-C can leave at once without a process exit anywhere below `main`.
+//! The work runs on its own thread; the main thread waits for its end or for a signal, so that a second Ctrl-C can
+//! end the program at once without a process exit anywhere below `main`.
 #![forbid(unsafe_code)]
 
 pub mod bench;
 mod cli;
 pub mod color;
+pub mod command_line;
 mod compare;
 mod control;
 mod convert;
 mod doctor;
+pub mod error_pages;
 pub mod events;
 mod explain;
 pub mod failure;
 mod flags;
+mod foreign;
 mod help;
 mod info;
 pub mod instructions;
 pub mod limits;
 mod list;
+mod lookup;
 mod new;
+mod options;
 mod output;
 mod progress;
 pub mod reference;
@@ -51,6 +57,7 @@ mod signals;
 mod studio;
 pub mod text;
 mod topics;
+mod usage;
 pub mod verify;
 mod watch;
 
@@ -66,19 +73,40 @@ use failure::Failure;
 pub use render::threads;
 use turner::schema::{ErrorCode, SceneError};
 
+/// Every word that `turner help` explains, but for those of other programs.
+pub fn words() -> std::collections::BTreeSet<String> {
+    let cli = cli::command();
+    let mut words = lookup::words(&cli);
+    words.extend(cli::command_names());
+    words
+}
+
+/// What `turner help WORD` prints for a word that is no command.
+pub fn explained(word: &str) -> Option<String> {
+    let mut cli = cli::command();
+    cli.build();
+    lookup::explain(word, &cli).or_else(|| cli.find_subcommand(word).map(ToString::to_string))
+}
+
+/// All answers to words of other programs.
+pub fn remedies() -> Vec<&'static str> {
+    use turner::schema::foreign::{KEYS, KINDS};
+    KEYS.iter().chain(KINDS).map(|f| f.remedy).chain(foreign::OPTIONS.iter().map(|o| o.remedy)).collect()
+}
+
 /// What the main thread waits for.
 enum Event {
-    /// The command came to its end with this exit code.
+    /// The command ended with this exit code.
     Done(u8),
-    /// Ctrl-C or a request to terminate, with the exit code that goes with it.
+    /// Ctrl-C or a request to terminate, with its exit code.
     Signal(u8),
 }
 
-/// How long the second Ctrl-C waits for a file that is being put in its place.
+/// How long the second Ctrl-C waits for an output file that is being written.
 const SAVING: Duration = Duration::from_secs(2);
 
-/// Runs the command of the process' arguments and returns its exit code: 0, 1 for bad input and failures, 2 for bad
-/// usage, 130 if interrupted, 143 if asked to terminate.
+/// Runs the command given by the process' arguments. Exit codes: 0 success, 1 bad input or failure, 2 bad usage, 130
+/// after an interrupt, 143 after a request to terminate.
 pub fn start() -> ExitCode {
     start_with(cli::run)
 }
@@ -92,7 +120,7 @@ pub fn start_with(run: fn(Vec<OsString>, &Control) -> u8) -> ExitCode {
     signals::watch(sender.clone());
     let worker = spawn(run, sender, Arc::clone(&control), fault);
     if let Err(error) = worker {
-        report::print_error(&internal(&format!("no thread can be started: {error}")));
+        report::print_error(&internal(&format!("cannot start a thread: {error}")));
         return ExitCode::from(failure::FAILED);
     }
     loop {
@@ -135,7 +163,7 @@ fn spawn(
             control.reporter().failure(&internal(&fault.unwrap_or_default()));
             failure::FAILED
         });
-        // The main thread may have left already.
+        // The main thread may have ended.
         let _ = sender.send(Event::Done(code));
     };
     std::thread::Builder::new().name("turner".into()).stack_size(STACK).spawn(work).map(drop)

@@ -1,4 +1,4 @@
-//! What a scene may read and take: options, and defaults by the machine.
+//! Which files a scene may read and how much memory it may use: options, and defaults by the machine.
 
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -6,32 +6,31 @@ use std::sync::Arc;
 use clap::Args;
 use turner::schema::{Limits, Memory};
 
-/// What files may make the program read and take. What is beyond is refused with the name of the option.
+/// Limits for untrusted scene files. An error names the option that raises the limit.
 #[derive(Debug, Default, Args)]
-#[command(next_help_heading = "Limits")]
 pub(crate) struct LimitArgs {
-    /// Let the scene read files from this folder, too (repeatable)
+    /// Also allow the scene to read files in this folder (repeatable)
     #[arg(long, value_name = "DIR")]
     pub(crate) allow_path: Vec<PathBuf>,
-    /// Let the scene read files from anywhere
+    /// Allow the scene to read files anywhere
     #[arg(long)]
     pub(crate) allow_outside: bool,
-    /// Most memory, e.g. 4G or 500M; four fifths of what the machine has, unless given
+    /// Memory limit, e.g. 4G or 500M [default: four fifths of the machine's memory]
     #[arg(long, value_name = "SIZE", value_parser = parse_size)]
     max_memory: Option<u64>,
-    /// Longest side of pictures: larger ones are halved until they fit
+    /// Longest side of a texture image; larger images are halved until they fit
     #[arg(long, value_name = "PIXELS", value_parser = clap::value_parser!(u32).range(1..))]
     pub(crate) max_texture_size: Option<u32>,
-    /// Most triangles of all meshes, each mesh counted once
+    /// Limit on the triangles of all meshes, each mesh counted once
     #[arg(long, value_name = "N", value_parser = parse_count)]
     max_triangles: Option<u64>,
 }
 
-/// Least memory that may be asked for: the program itself and its threads take some of it.
+/// Smallest memory limit: the program and its threads need some of it.
 const LEAST: u64 = 32 << 20;
 
 impl LimitArgs {
-    /// Those asked for, or those of the machine.
+    /// The limits given, otherwise those of the machine.
     pub(crate) fn limits(&self) -> Limits {
         let memory = match self.max_memory.or_else(default_memory) {
             Some(limit) => Memory::new(limit, resident),
@@ -41,7 +40,7 @@ impl LimitArgs {
     }
 }
 
-/// Those of the machine, for commands without options.
+/// The limits of the machine, for commands without these options.
 pub fn of_machine() -> Limits {
     LimitArgs::default().limits()
 }
@@ -67,7 +66,7 @@ fn parse_size(text: &str) -> Result<u64, String> {
     if bytes >= u64::MAX as f64 { Err(expected()) } else { Ok(bytes as u64) }
 }
 
-/// A number of things: `2000000`, `20M`, `1.5k`. Letters are powers of 1000.
+/// A count: `2000000`, `20M`, `1.5k`. Letters are powers of 1000.
 fn parse_count(text: &str) -> Result<u64, String> {
     let expected = || "expected a number such as 20000000 or 20M".to_owned();
     let lower = text.trim().to_ascii_lowercase();
@@ -85,13 +84,13 @@ fn parse_count(text: &str) -> Result<u64, String> {
     }
 }
 
-/// Four fifths of the memory that the process could have; `None` where the system does not say.
+/// Four fifths of the memory available to the process; `None` where the system does not tell.
 fn default_memory() -> Option<u64> {
     let all = [machine(), control_group(), address_space()].into_iter().flatten().min()?;
     Some((all / 5 * 4).max(LEAST))
 }
 
-/// Bytes that the process has in memory.
+/// Resident memory of the process, bytes.
 #[cfg(target_os = "linux")]
 fn resident() -> Option<u64> {
     let text = std::fs::read_to_string("/proc/self/statm").ok()?;
@@ -104,14 +103,14 @@ fn resident() -> Option<u64> {
     None
 }
 
-/// Memory of the machine.
+/// Memory of the machine, bytes.
 fn machine() -> Option<u64> {
     let text = std::fs::read_to_string("/proc/meminfo").ok()?;
     let line = text.lines().find_map(|l| l.strip_prefix("MemTotal:"))?;
     line.split_ascii_whitespace().next()?.parse::<u64>().ok()?.checked_mul(1024)
 }
 
-/// What the process' control group, and those around it, may have (cgroup v2, or v1).
+/// The memory limit of the process' control group and of the groups that contain it (cgroup v2 or v1), bytes.
 fn control_group() -> Option<u64> {
     let number = |path: PathBuf| std::fs::read_to_string(path).ok()?.trim().parse::<u64>().ok();
     let groups = std::fs::read_to_string("/proc/self/cgroup").unwrap_or_default();
@@ -136,7 +135,7 @@ fn control_group() -> Option<u64> {
     found
 }
 
-/// What `ulimit -v` leaves.
+/// The limit set by `ulimit -v`, bytes.
 fn address_space() -> Option<u64> {
     let text = std::fs::read_to_string("/proc/self/limits").ok()?;
     let line = text.lines().find_map(|l| l.strip_prefix("Max address space"))?;

@@ -1,4 +1,4 @@
-//! `turner list`: the names of all there is.
+//! `turner list`: names of kinds, formats, colours and errors.
 
 use clap::Args;
 use clap::builder::PossibleValuesParser;
@@ -21,13 +21,13 @@ use turner_io::scene::SceneFormat;
 use crate::reference::{first_sentence, paragraph};
 use crate::text;
 
-/// List the names of shapes, materials, formats, errors, …
+/// List the names of shapes, materials, formats, errors and so on
 #[derive(Debug, Args)]
 pub(crate) struct ListArgs {
-    /// Which names [default: the topics]
+    /// Which names to list [default: the topics]
     #[arg(value_parser = PossibleValuesParser::new(TOPICS.iter().map(|t| t.name)), hide_possible_values = true)]
     topic: Option<String>,
-    /// As JSON
+    /// Print JSON
     #[arg(long)]
     json: bool,
 }
@@ -39,29 +39,33 @@ struct Topic {
 }
 
 const TOPICS: &[Topic] = &[
-    Topic { name: "shapes", what: "what an object can be", rows: || family(&ShapeDesc::DOC) },
-    Topic { name: "materials", what: "how surfaces answer light", rows: || family(&MaterialDesc::DOC) },
-    Topic { name: "textures", what: "colours that vary", rows: || family(&TextureDesc::DOC) },
-    Topic { name: "media", what: "what fog and smoke are made of", rows: || family(&MediumDesc::DOC) },
-    Topic { name: "lights", what: "where light comes from", rows: || family(&LightDesc::DOC) },
-    Topic { name: "cameras", what: "how the picture is taken", rows: || family(&CameraDesc::DOC) },
-    Topic { name: "integrators", what: "how light is computed", rows: || family(&IntegratorDesc::DOC) },
-    Topic { name: "antialias", what: "how a pixel's colour comes about", rows: || words(Antialias::DOCS) },
-    Topic { name: "filters", what: "how a pixel's samples are weighted", rows: || words(FilterKind::DOCS) },
+    Topic { name: "shapes", what: "kinds of objects", rows: || family(&ShapeDesc::DOC) },
+    Topic { name: "materials", what: "how surfaces scatter light", rows: || family(&MaterialDesc::DOC) },
+    Topic { name: "textures", what: "colours that vary over a surface", rows: || family(&TextureDesc::DOC) },
+    Topic { name: "media", what: "participating media: fog and smoke", rows: || family(&MediumDesc::DOC) },
+    Topic { name: "lights", what: "light sources", rows: || family(&LightDesc::DOC) },
+    Topic { name: "cameras", what: "projections", rows: || family(&CameraDesc::DOC) },
+    Topic {
+        name: "integrators",
+        what: "light transport algorithms and debug views",
+        rows: || family(&IntegratorDesc::DOC),
+    },
+    Topic {
+        name: "antialias",
+        what: "where a pixel's samples lie and how they are averaged",
+        rows: || words(Antialias::DOCS),
+    },
+    Topic { name: "filters", what: "pixel filters", rows: || words(FilterKind::DOCS) },
     Topic {
         name: "transfers",
-        what: "how scene values become display values",
+        what: "transfer functions from scene values to display values",
         rows: || words(Transfer::DOCS),
     },
-    Topic {
-        name: "tonemaps",
-        what: "how strong light becomes what a display can show",
-        rows: || words(Tonemap::DOCS),
-    },
-    Topic { name: "formats", what: "files that are read and written", rows: formats },
-    Topic { name: "sections", what: "what a scene file is made of", rows: || words(SECTIONS) },
-    Topic { name: "colors", what: "names of colours", rows: colors },
-    Topic { name: "errors", what: "codes of errors", rows: errors },
+    Topic { name: "tonemaps", what: "tone mapping operators", rows: || words(Tonemap::DOCS) },
+    Topic { name: "formats", what: "file formats that Turner reads and writes", rows: formats },
+    Topic { name: "sections", what: "sections of a scene file", rows: || words(SECTIONS) },
+    Topic { name: "colors", what: "colour names", rows: colors },
+    Topic { name: "errors", what: "error codes: `turner help CODE` explains one", rows: errors },
 ];
 
 fn family(doc: &FamilyDoc) -> Vec<(String, String)> {
@@ -85,8 +89,11 @@ fn formats() -> Vec<(String, String)> {
     });
     let scenes = SceneFormat::all()
         .map(|f| (dotted(f.extensions()), format!("{}, read: {}", f.name(), f.description())));
-    let lamps = (".ies".to_owned(), "IES LM-63, read: measured lamps of point and spot lights".to_owned());
-    scenes.chain(pictures).chain([lamps]).collect()
+    let profiles = (
+        ".ies".to_owned(),
+        "IES LM-63, read: measured emission profiles of point and spot lights".to_owned(),
+    );
+    scenes.chain(pictures).chain([profiles]).collect()
 }
 
 fn colors() -> Vec<(String, String)> {
@@ -110,7 +117,7 @@ pub(crate) fn run(args: &ListArgs) -> u8 {
         text::print(&text::columns(rows.iter().map(|(name, what)| (name.as_str(), what.clone()))));
         if args.topic.is_none() {
             text::print(
-                "\n`turner list TOPIC` lists one of them, `turner help scene NAME` explains a name.\n",
+                "\n`turner list TOPIC` lists the names of a topic, `turner help NAME` explains a name.\n",
             );
         }
     }

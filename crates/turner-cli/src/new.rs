@@ -10,12 +10,12 @@ use turner_io::image::OutputFile;
 use crate::failure::{Failure, two_lines};
 use crate::{report, text};
 
-/// Write a commented scene to start from
+/// Write a commented scene file to start from
 #[derive(Debug, Args)]
 pub(crate) struct NewArgs {
-    /// The scene's name; `.toml` is added
+    /// Name of the new file; `.toml` is appended
     name: PathBuf,
-    /// What is in it
+    /// Which scene to start from
     #[arg(long, value_name = "NAME", default_value = "physical")]
     template: Template,
 }
@@ -23,9 +23,9 @@ pub(crate) struct NewArgs {
 /// Scenes to start from.
 #[derive(Clone, Copy, Debug, ValueEnum)]
 enum Template {
-    /// Glass, metal and paint in a studio, by path tracing
+    /// Glass, metal and paint in a studio, rendered by path tracing
     Physical,
-    /// Mirrors and glass of 1980, by recursive ray tracing
+    /// Mirrors and glass, rendered by Whitted's recursive ray tracing (1980)
     Classic,
 }
 
@@ -44,7 +44,7 @@ pub(crate) fn run(args: &NewArgs) -> u8 {
         Ok(path) => {
             let name = path.display();
             text::print(&format!(
-                "{name} written\n\n  turner {name}          renders it\n  turner watch {name}    renders it again whenever it is saved\n"
+                "{name} created\n\n  turner {name}          renders it\n  turner watch {name}    renders it again after each change\n"
             ));
             0
         }
@@ -61,20 +61,23 @@ fn write(args: &NewArgs) -> Result<PathBuf, Failure> {
     };
     let shown = args.name.to_string_lossy();
     if args.name.file_name().is_none() || shown.ends_with(std::path::is_separator) || shown.ends_with("/.") {
-        return refuse(format!("\"{}\": names no file", escape(&shown)), "give a name, such as scene");
+        return refuse(
+            format!("\"{}\": is not a file name", escape(&shown)),
+            "give a name, e.g. `turner new scene`",
+        );
     }
     // The name stands in the scene's first lines and is shown to be typed.
     if shown.chars().any(char::is_control) {
         return refuse(
-            format!("\"{}\": has a character that cannot be shown", escape(&shown)),
+            format!("\"{}\": contains a control character", escape(&shown)),
             "choose another name",
         );
     }
     let path = with_extension(&args.name);
     if path.symlink_metadata().is_ok() {
         return refuse(
-            format!("{}: there is such a file already", path.display()),
-            "choose another name, or remove it",
+            format!("{}: the file already exists", path.display()),
+            "choose another name, or remove the file",
         );
     }
     let name = path.file_name().unwrap_or(path.as_os_str()).to_string_lossy();

@@ -1,4 +1,4 @@
-//! Where the picture goes, checked before anything is rendered, and what is written with it.
+//! The output file, checked before rendering, and its metadata.
 
 use std::io::{IsTerminal, Write};
 use std::path::{Path, PathBuf};
@@ -16,16 +16,16 @@ use turner_io::{SaveOptions, to_bytes};
 use crate::failure::{Failure, two_lines};
 use crate::sequence::Step;
 
-/// Formats by their option.
+/// Values of `--format`.
 #[derive(Clone, Copy, Debug, ValueEnum)]
 pub(crate) enum FormatArg {
-    /// 8 bits, what the display shows
+    /// 8 bits per channel, display values
     Png,
-    /// Linear floats, what was computed
+    /// Linear 32-bit floats, scene values
     Exr,
-    /// 8 bits, lossy
+    /// 8 bits per channel, lossy compression
     Jpg,
-    /// Linear, shared exponent
+    /// Linear with a shared exponent (Radiance)
     Hdr,
 }
 
@@ -40,7 +40,7 @@ impl From<FormatArg> for ImageFormat {
     }
 }
 
-/// A place for a picture that has been found fit to be written.
+/// An output file that was checked to be writable.
 #[derive(Debug)]
 pub(crate) struct Output {
     /// `None` is standard output.
@@ -49,7 +49,7 @@ pub(crate) struct Output {
 }
 
 impl Output {
-    /// Checks the path and the format. Nothing is left behind, so that a render that is killed leaves nothing either.
+    /// Checks the path and the format. Leaves no file behind, so that a killed render leaves none either.
     pub(crate) fn new(
         path: Option<&Path>,
         format: Option<FormatArg>,
@@ -61,7 +61,7 @@ impl Output {
         let path = match path {
             Some(path) => path.to_owned(),
             None if scene == Path::new("-") => {
-                return usage("a scene from standard input has no name for its picture", "add `-o FILE`");
+                return usage("a scene from standard input has no name for the output file", "add `-o FILE`");
             }
             None => {
                 let extension = format.map_or("png", |f| ImageFormat::from(f).extensions()[0]);
@@ -73,7 +73,7 @@ impl Output {
         };
         if path == Path::new("-") {
             return match format {
-                None => usage("standard output has no extension to tell the format", "add `--format png`"),
+                None => usage("the format of standard output is unknown", "add `--format png`"),
                 Some(_) if std::io::stdout().is_terminal() => {
                     usage("standard output is a terminal", "redirect it: `-o - --format png > picture.png`")
                 }
@@ -89,7 +89,7 @@ impl Output {
         Ok(Output { path: Some(path), format })
     }
 
-    /// The place of one picture of a sequence.
+    /// The output file of one picture of a sequence.
     pub(crate) fn numbered(&self, step: &Step) -> Result<Output, Failure> {
         let path = self.path.as_ref().map(|path| step.path(path));
         if let (Some(path), false) = (&path, *step == Step::Only) {
@@ -99,7 +99,7 @@ impl Output {
         Ok(Output { path, format: self.format })
     }
 
-    /// Refuses to write over a file that the scene was read from: `cup.obj` may well have a texture `cup.png`.
+    /// Refuses to overwrite a file that the scene reads: `cup.obj` may have a texture `cup.png`.
     pub(crate) fn check_against(&self, scene: &Path, desc: &SceneDesc) -> Result<(), Failure> {
         let Some(own) = self.path.as_ref().and_then(|p| p.canonicalize().ok()) else { return Ok(()) };
         let folder = scene.parent().unwrap_or(Path::new(""));
@@ -107,16 +107,16 @@ impl Output {
         let mut read =
             images.chain(desc.meshes.iter().map(|m| folder.join(&m.uri))).chain([scene.to_owned()]);
         if read.any(|path| path.canonicalize().is_ok_and(|path| path == own)) {
-            let message = format!("{}: the scene is made of this file", own.display());
+            let message = format!("{}: the scene reads this file", own.display());
             return Err(Failure::new(
-                SceneError::new(ErrorCode::Output, message).help("name another one with `-o FILE`"),
+                SceneError::new(ErrorCode::Output, message).help("name another output file with `-o FILE`"),
             ));
         }
         Ok(())
     }
 
-    /// What the picture says about its making: the same for the same scene, on any machine, at any time. `exposure` is
-    /// that of its display values, in stops.
+    /// The metadata of the picture: the same for the same scene on any machine, at any time. `exposure` is that of the
+    /// display values, in stops.
     pub(crate) fn metadata(
         &self,
         prepared: &Prepared,
@@ -131,7 +131,7 @@ impl Output {
             IntegratorDesc::Path(path) => Some(path.clamp_indirect).filter(|most| *most > 0.0),
             _ => None,
         };
-        // PNG has a keyword of its own for it.
+        // PNG has its own keyword.
         let software = if self.format == ImageFormat::Png { "Software" } else { "turner:software" };
         [
             (software, format!("Turner {}", env!("CARGO_PKG_VERSION"))),
@@ -155,14 +155,14 @@ impl Output {
             prepared
                 .integrator
                 .shares_paths()
-                .then(|| ("turner:shared-paths", "groups of 16 pixels".to_owned())),
+                .then(|| ("turner:sharedPaths", "groups of 16 pixels".to_owned())),
         )
         .chain(clamp.map(|most| ("turner:clampIndirect", most.to_string())))
         .map(|(name, value)| (name.to_owned(), value.as_str().into()))
         .collect()
     }
 
-    /// Checks, before anything is rendered, that the disk has room for a picture of this size.
+    /// Checks before rendering that the disk has room for a picture of this size.
     pub(crate) fn check_space(&self, width: u32, height: u32) -> Result<(), Failure> {
         let Some(path) = &self.path else { return Ok(()) };
         OutputFile::create(path)
@@ -180,8 +180,8 @@ impl Output {
         self.path.as_ref().map_or("-".into(), |p| p.display().to_string())
     }
 
-    /// Encodes the picture and puts it in its place, whole or not at all. What cannot be put there (a disk that has filled up
-    /// meanwhile) is kept in the folder for temporary files, so that hours of work are not lost.
+    /// Encodes the picture and writes the file atomically. If that fails, e.g. because the disk is full, the picture is kept in the
+    /// folder for temporary files, so that hours of work are not lost.
     pub(crate) fn write(
         &self,
         picture: &Picture,
@@ -212,13 +212,13 @@ impl Output {
                 let mut out = std::io::stdout().lock();
                 out.write_all(&bytes)
                     .and_then(|()| out.flush())
-                    .map_err(|e| failed(&format!("standard output cannot be written: {e}")))
+                    .map_err(|e| failed(&format!("cannot write to standard output: {e}")))
             }
         }
     }
 }
 
-/// Keeps a picture among the temporary files, under a name of its own.
+/// Keeps a picture as a temporary file with a unique name.
 fn rescue(bytes: &[u8], format: ImageFormat) -> Option<PathBuf> {
     let suffix = format!(".{}", format.extensions()[0]);
     let mut file = tempfile::Builder::new().prefix("turner-kept-").suffix(&suffix).tempfile().ok()?;
@@ -226,7 +226,7 @@ fn rescue(bytes: &[u8], format: ImageFormat) -> Option<PathBuf> {
     file.keep().ok().map(|(_, path)| path)
 }
 
-/// The fields of plain data as `name=value`: what stands between the outermost braces of its debug form.
+/// The fields of plain data as `name=value`, from its debug form.
 fn compact(value: &impl std::fmt::Debug) -> String {
     let text = format!("{value:?}");
     let fields = text.split_once("{ ").map_or(text.as_str(), |(_, rest)| rest);

@@ -1,4 +1,4 @@
-//! How far rendering is: a bar on a terminal, events for programs, nothing in a pipe.
+//! Progress: a bar on a terminal, events for programs, nothing in a pipe.
 
 use std::io::IsTerminal;
 use std::sync::Mutex;
@@ -10,14 +10,14 @@ use serde_json::json;
 use crate::report::Reporter;
 use crate::text;
 
-/// Renders shorter than this show no bar: it would only flash.
+/// Renders shorter than this show no bar; it would only flash.
 const BAR_DELAY: Duration = Duration::from_millis(400);
 const BAR_INTERVAL: Duration = Duration::from_millis(100);
 const EVENT_INTERVAL: Duration = Duration::from_millis(250);
-/// No estimate before that much time and work is done.
+/// Least time and fraction of work before the remaining time is estimated.
 const FIRST_ESTIMATE: (Duration, f64) = (Duration::from_millis(500), 0.01);
 
-/// Told of every tile, from any thread; shows what is worth showing.
+/// Receives every finished tile, from any thread, and shows the progress at intervals.
 pub(crate) struct Progress<'a> {
     reporter: &'a Reporter,
     bar: Option<ProgressBar>,
@@ -26,11 +26,11 @@ pub(crate) struct Progress<'a> {
 }
 
 struct State {
-    /// Samples per pixel of finished passes, of the pass under way, and in all.
+    /// Samples per pixel: of finished passes, of the current pass, in total.
     before: u32,
     pass: u32,
     total: u32,
-    /// Share of all the work.
+    /// Fraction of all the work.
     done: f64,
     next: Instant,
 }
@@ -57,7 +57,7 @@ impl<'a> Progress<'a> {
         let mut state = self.lock();
         let share = done as f64 / tiles.max(1) as f64;
         let total = (f64::from(state.before) + share * f64::from(state.pass)) / f64::from(state.total);
-        // Threads may come here out of turn.
+        // Threads may arrive out of order.
         state.done = state.done.max(total);
         let now = Instant::now();
         if now < state.next {
@@ -74,7 +74,7 @@ impl<'a> Progress<'a> {
             }));
         } else if let Some(bar) = &self.bar {
             bar.set_position((state.done * 1000.0) as u64);
-            // Rounded down: 100 % is when it is done.
+            // Rounded down: 100 % means complete.
             let percent = (state.done * 100.0).floor();
             let left = left.map_or(String::new(), |s| format!("  about {} left", rough(s)));
             bar.set_message(format!("{percent:>3} %{left}"));
@@ -82,7 +82,7 @@ impl<'a> Progress<'a> {
         }
     }
 
-    /// Removes the bar and returns the share of the work that was done.
+    /// Removes the bar and returns the fraction of the work that is done.
     pub(crate) fn finish(self) -> f64 {
         if let Some(bar) = &self.bar {
             bar.finish_and_clear();
@@ -90,7 +90,7 @@ impl<'a> Progress<'a> {
         self.lock().done
     }
 
-    /// At the mean rate since the beginning: all tiles count alike, none is forgotten.
+    /// Extrapolates the mean rate since the beginning.
     fn seconds_left(&self, done: f64) -> Option<f64> {
         let elapsed = self.start.elapsed();
         (elapsed >= FIRST_ESTIMATE.0 && done >= FIRST_ESTIMATE.1)
@@ -110,7 +110,7 @@ fn bar() -> ProgressBar {
     }
 }
 
-/// An estimate claims no more digits than it has.
+/// An estimate, without digits that it does not have.
 fn rough(seconds: f64) -> String {
     if seconds < 1.0 {
         "1 s".into()

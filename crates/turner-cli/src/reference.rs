@@ -1,7 +1,7 @@
-//! The reference of the scene format: the tables that read it, as text and as Markdown.
+//! The reference of the scene format as text and as Markdown, from the tables that read scenes.
 //!
-//! Chapters follow the sections of a scene; each has an introduction and one page per kind. `turner help scene`
-//! shows single pages, docs/reference/scene-format.md holds them all.
+//! Chapters follow the sections of a scene; each has an introduction and one page per kind. `turner help NAME`
+//! prints single pages, docs/reference/scene-format.md contains all of them.
 
 use turner::camera::CameraDesc;
 use turner::description::{ModelDesc, StudioDesc};
@@ -22,11 +22,11 @@ use crate::topics;
 pub(crate) struct Key {
     pub(crate) name: String,
     pub(crate) kind: String,
-    /// As written; `None` if the key must be given.
+    /// As written in a scene; `None` if the key is required.
     pub(crate) default: Option<String>,
     pub(crate) range: Option<String>,
     pub(crate) doc: String,
-    /// Words it can be, with their meanings.
+    /// Its valid words, with their meanings.
     pub(crate) words: &'static [(&'static str, &'static str)],
 }
 
@@ -41,7 +41,7 @@ pub(crate) struct Page {
     pub(crate) example: Option<String>,
 }
 
-/// A section of a scene with the kinds it may hold.
+/// A section of a scene with its kinds.
 #[derive(Clone, Debug)]
 pub(crate) struct Chapter {
     pub(crate) heading: &'static str,
@@ -55,7 +55,7 @@ pub(crate) struct Chapter {
 pub(crate) fn chapters() -> Vec<Chapter> {
     vec![
         single("Film", &[], &FilmDesc::DOC),
-        family("Camera", &["cameras"], &CameraDesc::DOC, topics::CAMERA),
+        family("Camera", &["cameras", "view"], &CameraDesc::DOC, topics::CAMERA),
         family("Integrator", &["integrators"], &IntegratorDesc::DOC, topics::INTEGRATOR),
         single("Background", &[], &BackgroundDesc::DOC),
         written("Objects", &["objects"], topics::object()),
@@ -155,7 +155,7 @@ pub(crate) fn names() -> Vec<&'static str> {
     names
 }
 
-/// All pages of that name, as text; `None` if there are none.
+/// All pages of that name, as text; `None` if there is none.
 pub(crate) fn explain(name: &str) -> Option<String> {
     let mut parts = Vec::new();
     for chapter in chapters() {
@@ -164,7 +164,7 @@ pub(crate) fn explain(name: &str) -> Option<String> {
             if !chapter.pages.is_empty() {
                 out += "\n";
                 out += &columns(chapter.pages.iter().map(|p| (p.name, first_sentence(&p.paragraphs[0]))));
-                out += "\n`turner help scene NAME` explains one of them.\n";
+                out += "\n`turner help NAME` explains one of them.\n";
             }
             parts.push(out);
         }
@@ -175,22 +175,22 @@ pub(crate) fn explain(name: &str) -> Option<String> {
 
 /// The sections and the families, as text.
 pub(crate) fn overview() -> String {
-    let mut out = String::from("A scene is a TOML file. Every section may be left out.\n\n");
+    let mut out = String::from("A scene is a TOML file. Every section is optional.\n\n");
     out += &columns(topics::sections().iter().map(|(name, what)| (name.as_str(), (*what).to_owned())));
-    out += "\nKinds of things, by their `type`:\n\n";
+    out += "\nKinds, by their `type`:\n\n";
     let chapters = chapters();
     let kinds = chapters
         .iter()
         .filter(|c| !c.pages.is_empty())
         .map(|c| (c.intro.title.as_str(), c.pages.iter().map(|p| p.name).collect::<Vec<_>>().join(", ")));
     out += &columns(kinds);
-    out += "\nA whole scene:\n\n";
+    out += "\nA complete scene:\n\n";
     for line in topics::SCENE.lines() {
         out += format!("    {line}").trim_end();
         out.push('\n');
     }
-    out += "\n`turner help scene NAME` explains a section, a kind, `object`, `transform` or `color`;\n\
-            `turner list colors` names the colours.\n";
+    out += "\n`turner help NAME` explains a section, a kind, a key or a value;\n\
+            `turner list colors` lists the colour names.\n";
     out
 }
 
@@ -206,7 +206,7 @@ fn page_text(page: &Page) -> String {
             out += &format!(", {range}");
         }
         match key.default.as_deref() {
-            None => out += "; must be given",
+            None => out += "; required",
             Some("none") => out += "; optional",
             Some(default) => out += &format!("; default {default}"),
         }
@@ -231,11 +231,10 @@ fn capitalised(text: &str) -> String {
     chars.next().map_or(String::new(), |c| c.to_uppercase().chain(chars).collect())
 }
 
-/// The whole reference as Markdown.
+/// The complete reference as Markdown.
 pub fn markdown() -> String {
-    let mut out = String::from(
-        "## Sections\n\nEvery section may be left out.\n\n| section | what it holds |\n| --- | --- |\n",
-    );
+    let mut out =
+        String::from("## Sections\n\nEvery section is optional.\n\n| section | contents |\n| --- | --- |\n");
     for (name, what) in topics::sections() {
         out += &format!("| `{name}` | {} |\n", cell(what));
     }
@@ -259,7 +258,7 @@ fn page_markdown(out: &mut String, page: &Page) {
     for key in &page.keys {
         let range = key.range.as_ref().map_or(String::new(), |r| format!(", {}", cell(r)));
         let default = match key.default.as_deref() {
-            None => "*must be given*".to_owned(),
+            None => "*required*".to_owned(),
             Some("none") => "–".to_owned(),
             Some(default) => format!("`{}`", cell(default)),
         };

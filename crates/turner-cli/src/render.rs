@@ -1,4 +1,4 @@
-//! `turner render`: a scene to a picture.
+//! `turner render`: renders a scene and writes the picture.
 
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -23,47 +23,47 @@ use crate::sequence::{SequenceArgs, Step};
 use crate::text;
 use crate::watch::{Changes, Watched};
 
-/// Render a scene into a picture (the command may be left out)
+/// Render a scene (the command `render` may be omitted)
 #[derive(Debug, Args)]
 #[command(
-    after_help = "Ctrl-C saves what is rendered and ends with exit code 130 (SIGTERM: 143); a second one leaves at once.\n\
-                        Exit codes: 0 done, 1 bad scene or output, 2 bad usage. `turner help json` explains --json."
+    after_help = "Ctrl-C saves what is rendered and exits with code 130 (SIGTERM: 143); a second Ctrl-C exits at once.\n\
+                  Exit codes: 0 done, 1 bad scene or output, 2 bad usage. `turner help json` explains --json."
 )]
 pub(crate) struct RenderArgs {
-    #[command(flatten)]
-    scene: SceneArgs,
-    /// The picture: .png, .exr, .jpg or .hdr, or `-` for standard output [default: SCENE.png here]
+    /// Picture file: .png, .exr, .jpg or .hdr, or `-` for standard output [default: SCENE.png in this folder]
     #[arg(short, long, value_name = "FILE")]
     output: Option<PathBuf>,
-    /// Format of the picture, if not by its extension
+    /// Format of the picture, if the extension does not tell
     #[arg(long)]
     format: Option<FormatArg>,
     #[command(flatten)]
     film: FilmArgs,
     #[command(flatten)]
+    scene: SceneArgs,
+    #[command(flatten)]
     sequence: SequenceArgs,
-    /// Threads [default: all there are]; the picture is the same for any number
-    #[arg(long, default_value_t = 0, hide_default_value = true)]
+    /// Number of threads [default: all cores]; the picture does not depend on it
+    #[arg(long, value_name = "N", default_value_t = 0, hide_default_value = true)]
     threads: usize,
-    /// Show nothing but errors
+    /// Print errors only
     #[arg(long)]
     quiet: bool,
-    /// Write events as JSON lines: `turner help json`
+    /// Print events as JSON lines: `turner help json`
     #[arg(long)]
     json: bool,
-    /// Take warnings for errors
+    /// Treat warnings as errors
     #[arg(long)]
     strict: bool,
 }
 
-/// Samples per pixel of the next pass. Short passes, so that an interrupted picture is noisy all over rather than cut
-/// off; longer ones later, when a pass is a small share of what is there, because each starts its threads anew.
+/// Samples per pixel of the next pass. Passes are short at first, so that an interrupted picture is complete but noisy;
+/// later they are longer, because each pass starts its threads again.
 fn pass_samples(done: u32) -> u32 {
     (done / 8).clamp(16, 256)
 }
 
 impl RenderArgs {
-    /// Where the picture goes, and who hears of it.
+    /// The output file and the reporter.
     pub(crate) fn begin(&self) -> Result<(Output, Reporter), (Failure, Reporter)> {
         let mut reporter = Reporter { quiet: self.quiet, events: self.json.then_some(Events::Stdout) };
         match Output::new(self.output.as_deref(), self.format, &self.scene.scene) {
@@ -77,12 +77,12 @@ impl RenderArgs {
         }
     }
 
-    /// The scene's file.
+    /// The scene file.
     pub(crate) fn scene_path(&self) -> &Path {
         &self.scene.scene
     }
 
-    /// Whether more than one picture is asked for.
+    /// Whether several pictures are rendered.
     pub(crate) fn is_sequence(&self) -> bool {
         self.sequence.steps().len() > 1
     }
@@ -104,8 +104,8 @@ pub(crate) fn run(args: &RenderArgs, control: &Control) -> u8 {
     })
 }
 
-/// Renders one picture and adds to `watched` what files it is made of; leaves off, and keeps the picture that is there, where one of
-/// them changes.
+/// Renders one picture and adds the files of the scene to `watched`. Stops, and keeps the existing picture, when one of them
+/// changes.
 pub(crate) fn again(
     args: &RenderArgs,
     output: &Output,
@@ -114,7 +114,7 @@ pub(crate) fn again(
     watched: &mut Watched,
 ) -> Result<Option<u8>, Failure> {
     let studio = &args.scene.studio;
-    let ready = load(args, studio.models(), output, (reporter, control), true);
+    let ready = load(args, studio.models(), output, (reporter, control), Some(&[]));
     match &ready {
         Ok(ready) => watched.add(&args.scene.scene, &ready.sources, Some(&ready.desc)),
         Err(failure) => watched.add(&args.scene.scene, &failure.sources, None),
@@ -131,8 +131,8 @@ fn render_all(
 ) -> Result<u8, Failure> {
     let steps = args.sequence.steps();
     if steps.len() > 1 && output.is_stdout() {
-        let error = SceneError::new(ErrorCode::Output, "several pictures cannot go to standard output");
-        return Err(Failure::usage(error.help("name a file with `-o`: the pictures are numbered")));
+        let error = SceneError::new(ErrorCode::Output, "cannot write several pictures to standard output");
+        return Err(Failure::usage(error.help("name a file with `-o FILE`: the pictures are numbered")));
     }
     let studio = &args.scene.studio;
     let mut ready = None;
@@ -141,10 +141,11 @@ fn render_all(
             Step::Frame(frame) => studio.at_frame(*frame),
             _ => studio.models(),
         };
-        // A turntable changes nothing but the camera.
+        // A turntable moves only the camera.
         if ready.is_none() || matches!(step, Step::Frame(_)) {
             drop(ready.take());
-            ready = Some(load(args, models, output, (reporter, control), i == 0)?);
+            let steps = (i == 0).then_some(steps.as_slice());
+            ready = Some(load(args, models, output, (reporter, control), steps)?);
         }
         let Some(ready) = &mut ready else { continue };
         let fov = ready.desc.studio.as_ref().map_or(FOV, |s| s.fov);
@@ -163,13 +164,14 @@ fn render_all(
     Ok(0)
 }
 
-/// Loads and prepares the scene and reports what is to be said about it, unless that was done before.
+/// Loads and prepares the scene. `first` are the pictures of the sequence when its first one is loaded; warnings are reported only
+/// then.
 fn load(
     args: &RenderArgs,
     models: ModelOverrides,
     output: &Output,
     (reporter, control): (&Reporter, &Control),
-    first: bool,
+    first: Option<&[Step]>,
 ) -> Result<Ready, Failure> {
     let mut ready = args.scene.ready(&args.film, models, args.threads, control)?;
     if args.film.has_samples()
@@ -177,27 +179,51 @@ fn load(
         && !ready.prepared.view.labels
     {
         let word = ready.prepared.view.film.antialias.word();
-        let message = format!(
-            "--samples has no effect with antialias = \"{word}\"; add --antialias grid or monte-carlo"
-        );
+        let message =
+            format!("--samples is ignored with antialias = \"{word}\": add --antialias monte-carlo");
+        ready.prepared.warnings.push(Warning::new(WarningKind::Ignored, message));
+    }
+    if let Some(steps) = first
+        && !moves(args, steps, &ready, control)?
+    {
+        let message = "nothing in this scene moves: all frames are the same picture; omit --frames, or use a glTF model with an animation";
         ready.prepared.warnings.push(Warning::new(WarningKind::Ignored, message));
     }
     let warnings = &ready.prepared.warnings;
     if args.strict && warnings.iter().any(|w| w.kind == WarningKind::Ignored) {
         return Err(strict(warnings, &ready.sources, &ready.labels));
     }
-    // What there is to say of models stands in the closing lines, unless a program reads it.
-    if first && (ready.desc.imports.is_empty() || reporter.events.is_some()) {
+    // Warnings about models follow the closing line, unless a program reads them.
+    if first.is_some() && (ready.desc.imports.is_empty() || reporter.events.is_some()) {
         reporter.imports(&ready.desc.imports);
         reporter.warnings(warnings, &ready.sources, &ready.labels);
     }
     output.check_against(&args.scene.scene, &ready.desc)?;
-    // Rendering needs none of it.
+    // Rendering does not need them.
     (ready.desc.objects, ready.desc.groups) = (Vec::new(), Vec::new());
     Ok(ready)
 }
 
-/// Renders and writes a picture; gives the exit code, or `None` if it left off because a file has changed.
+/// Whether the scene differs between the frames `steps`; true where no frames are rendered. Only glTF models have animations. The first
+/// frame is compared with the second and with one halfway: an animation that loops may end as it begins.
+fn moves(args: &RenderArgs, steps: &[Step], ready: &Ready, control: &Control) -> Result<bool, Failure> {
+    let (Some(Step::Frame(_)), [_, second, ..]) = (steps.first(), steps) else { return Ok(true) };
+    if !ready.desc.imports.iter().any(|i| i.format.starts_with("glTF")) {
+        return Ok(false);
+    }
+    let limits = args.scene.watched_limits(control);
+    for step in [second, &steps[steps.len() / 2]] {
+        let Step::Frame(frame) = step else { continue };
+        let models = args.scene.stage.at_frame(*frame);
+        let other = args.scene.described(&args.film, models, args.threads, None, &limits)?;
+        if other.desc.same_scene(&ready.desc).is_err() {
+            return Ok(true);
+        }
+    }
+    Ok(false)
+}
+
+/// Renders and writes a picture; gives the exit code, or `None` if it stopped because a file changed.
 fn render(
     args: &RenderArgs,
     ready: &Ready,
@@ -224,7 +250,7 @@ fn render(
     }
     let traced = trace(renderer, args.threads, reporter, control, changes);
     if traced.interrupted && !control.is_interrupted() {
-        reporter.line("a file of the scene has changed: once more");
+        reporter.line("a file of the scene changed: rendering again");
         return Ok(None);
     }
 
@@ -254,22 +280,22 @@ fn render(
     }
 }
 
-/// Threads that will be used: those asked for, or with 0 all there are.
+/// The number of threads: as given, or with 0 the number of cores.
 pub fn threads(asked: usize) -> usize {
     if asked > 0 { asked } else { std::thread::available_parallelism().map_or(1, usize::from) }
 }
 
-/// What came of tracing.
+/// The result of tracing.
 struct Traced {
     renderer: Renderer,
     seconds: f64,
-    /// Share of the work that was done.
+    /// Fraction of the work that is done.
     finished: f64,
     interrupted: bool,
     fault: Option<SceneError>,
 }
 
-/// Pass after pass until the picture is complete, the user has enough, or a worker fails.
+/// Renders pass after pass until the picture is complete, the user interrupts, or a worker fails.
 fn trace(
     mut renderer: Renderer,
     threads: usize,
@@ -306,8 +332,7 @@ fn trace(
     Traced { renderer, seconds, finished, interrupted, fault }
 }
 
-/// For tests of what happens when a worker panics: names the variable with the number of parts of a pass (tiles, batches of
-/// light paths) after which one does.
+/// For tests: the environment variable with the number of tiles or batches of light paths of a pass after which a worker panics.
 const FAULT_AFTER: &str = "TURNER_FAULT_AFTER";
 
 fn fault_after() -> Option<usize> {
@@ -318,17 +343,15 @@ fn is_set(flag: &AtomicBool) -> bool {
     flag.load(Ordering::SeqCst)
 }
 
-/// What was doubtful while rendering.
+/// Warnings that arise while rendering.
 fn late_warnings(traced: &Traced, integrator: &turner::integrator::IntegratorDesc) -> Vec<Warning> {
     let mut out = Vec::new();
     let mut warn = |message: String| out.push(Warning::new(WarningKind::Ignored, message));
     let bad = traced.renderer.film.non_finite;
     if let Some((y, x, sample)) = bad.first {
-        let n = text::plural(bad.count, "sample");
-        let verb =
-            if bad.count == 1 { "was no finite number and is" } else { "were no finite numbers and are" };
+        let n = text::plural(bad.count, "non-finite sample");
         warn(format!(
-            "{n} {verb} left out; the first is sample {sample} of the pixel in column {x}, row {y}"
+            "{n} (NaN or infinite) omitted; the first is sample {sample} of the pixel in column {x}, row {y}"
         ));
     }
     let dropped = traced.renderer.stats.dropped;
@@ -336,11 +359,11 @@ fn late_warnings(traced: &Traced, integrator: &turner::integrator::IntegratorDes
         let n = text::plural(dropped, "sample");
         let remedy = match integrator {
             turner::integrator::IntegratorDesc::Classic(_) => {
-                "; raise `integrator.max_rays` or lower `max_depth`"
+                ": raise `integrator.max_rays` or lower `max_depth`"
             }
             _ => "",
         };
-        warn(format!("the tree of rays was cut off in {n}{remedy}"));
+        warn(format!("the ray tree was truncated in {n}{remedy}"));
     }
     out
 }
@@ -396,29 +419,27 @@ impl Report<'_> {
         })
     }
 
+    /// `scene.png: 640x480, 64 samples per pixel, 12.3 s`.
     fn line(&self, output: &Output) -> String {
         let Traced { renderer, seconds, finished, interrupted, fault } = self.traced;
         let film = &renderer.film;
         let name = if output.is_stdout() { "standard output".to_owned() } else { output.name() };
-        let cut = *interrupted || fault.is_some();
-        let share = if cut {
-            // Rounded down: what is not finished is never 100 %.
+        let mut line = format!("{name}: {}x{}, ", film.crop.width, film.crop.height);
+        if *interrupted || fault.is_some() {
+            // Rounded down: an unfinished picture is never at 100 %.
             let percent = (finished * 100.0).floor();
-            let why = if *interrupted { "interrupted" } else { "stopped by a fault" };
+            let why = if *interrupted { "interrupted" } else { "stopped by an error" };
             let kept = if self.written { "" } else { ", nothing written" };
-            format!("{why} with {percent} % finished{kept}, ")
-        } else {
-            String::new()
-        };
-        format!(
-            "{name} {}x{} {share}rendered in {}: {} rays, {} rays/s, {} samples, {} non-finite",
-            film.crop.width,
-            film.crop.height,
-            text::seconds(*seconds),
-            text::count(renderer.stats.total() as f64),
-            text::count(self.rays_per_second()),
-            text::count(film.samples() as f64),
-            film.non_finite.count,
-        )
+            line += &format!("{why} at {percent} %{kept}, ");
+        }
+        let pixels = f64::from(film.crop.width) * f64::from(film.crop.height);
+        let mean = film.samples() as f64 / pixels.max(1.0);
+        let samples = if mean.fract() == 0.0 { format!("{mean}") } else { format!("{mean:.1}") };
+        let plural = if samples == "1" { "" } else { "s" };
+        line += &format!("{samples} sample{plural} per pixel, {}", text::seconds(*seconds));
+        if film.non_finite.count > 0 {
+            line += &format!(", {}", text::plural(film.non_finite.count, "non-finite sample"));
+        }
+        line
     }
 }

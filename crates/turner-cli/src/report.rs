@@ -1,4 +1,4 @@
-//! Errors and warnings: for people with the place in the file, for programs as events.
+//! Errors and warnings: for people with an excerpt of the file, for programs as events.
 
 use std::io::Write;
 
@@ -11,21 +11,25 @@ use turner_io::scene::{Location, Sources};
 
 use crate::events::Events;
 use crate::failure::{Failure, Labels};
+use crate::usage::ARGUMENTS;
 use crate::{flags, text};
 
-/// Most warnings that are shown one by one.
+/// Most errors, and most warnings, that are printed one by one.
 const MAX_SHOWN: usize = 20;
+
+/// So many errors mean that the scene has more: reading stopped at the one after the hundredth.
+const MAX_READ: usize = 101;
 
 /// Where messages go.
 pub struct Reporter {
-    /// Neither progress nor warnings nor the closing line; errors are still shown.
+    /// Print errors only.
     pub quiet: bool,
     /// Events instead of text.
     pub events: Option<Events>,
 }
 
 impl Reporter {
-    /// Reports why the command ends.
+    /// Reports why the command failed.
     pub fn failure(&self, failure: &Failure) {
         let Some(events) = &self.events else { return print_error(failure) };
         for error in &failure.errors {
@@ -43,7 +47,7 @@ impl Reporter {
         }
     }
 
-    /// Reports warnings: equal ones once, with their number.
+    /// Reports warnings; equal ones once, with their count.
     pub(crate) fn warnings(&self, warnings: &[Warning], sources: &Sources, labels: &Labels) {
         let warnings = summed(warnings);
         if let Some(events) = &self.events {
@@ -79,7 +83,7 @@ impl Reporter {
         eprint_all(&out);
     }
 
-    /// Says what models held.
+    /// Reports what the model files contain.
     pub(crate) fn imports(&self, imports: &[ImportSummary]) {
         for import in imports {
             if let Some(events) = &self.events {
@@ -105,7 +109,7 @@ impl Reporter {
     }
 }
 
-/// Equal messages as one, with the place of the first and the sum of their counts.
+/// Equal messages merged: the location of the first and the sum of the counts.
 pub(crate) fn summed(warnings: &[Warning]) -> Vec<Warning> {
     let mut out: Vec<Warning> = Vec::new();
     let mut seen = std::collections::HashMap::new();
@@ -124,7 +128,7 @@ pub(crate) fn summed(warnings: &[Warning]) -> Vec<Warning> {
     out
 }
 
-/// Warnings as the errors they are under `--strict`.
+/// Warnings as errors, for `--strict`.
 pub(crate) fn strict(warnings: &[Warning], sources: &Sources, labels: &Labels) -> Failure {
     let errors = summed(warnings)
         .into_iter()
@@ -139,13 +143,20 @@ pub(crate) fn strict(warnings: &[Warning], sources: &Sources, labels: &Labels) -
 pub(crate) fn print_error(failure: &Failure) {
     let renderer = renderer();
     let mut out = String::new();
-    for error in &failure.errors {
+    for error in failure.errors.iter().take(MAX_SHOWN) {
         out += &error_text(error, &failure.sources, &failure.labels, &renderer);
+    }
+    let count = failure.errors.len();
+    match count {
+        MAX_READ.. => out += "… and more: reading stopped after 100 errors\n",
+        _ if count > MAX_SHOWN => out += &format!("… and {} more\n{count} errors\n", count - MAX_SHOWN),
+        2.. => out += &format!("{count} errors\n"),
+        _ => {}
     }
     eprint_all(&out);
 }
 
-/// Coloured on terminals only, and only where colours are wanted.
+/// With colours on terminals only, unless they are turned off.
 fn renderer() -> Renderer {
     let plain = !crate::color::are_wanted(&std::io::stderr());
     if plain { Renderer::plain() } else { Renderer::styled() }
@@ -160,7 +171,7 @@ fn error_text(error: &SceneError, sources: &Sources, labels: &Labels, renderer: 
         let group = title.element(place.snippet()).elements(help.map(|help| Level::HELP.message(help)));
         return format!("{}\n", renderer.render(&[group]));
     }
-    // One after the other: together they would be joined by an empty margin.
+    // Rendered separately: together they would be joined by an empty margin.
     let groups =
         [Some(Group::with_title(title)), help.map(|h| Group::with_title(Level::HELP.secondary_title(h)))];
     groups.into_iter().flatten().map(|group| format!("{}\n", renderer.render(&[group]))).collect()
@@ -179,7 +190,7 @@ fn warning_text(warning: &Warning, sources: &Sources, labels: &Labels, renderer:
     format!("{}\n", renderer.render(&[Group::with_title(level.primary_title(message))]))
 }
 
-/// An excerpt with a place in it.
+/// An excerpt with a marked range.
 struct Place {
     /// `file:line:column`, or the argument.
     title: String,
@@ -206,7 +217,17 @@ impl Place {
                 is_argument: false,
             });
         }
-        // An option is shown as it was given; in a `-D` the place of the mistake is shown too.
+        if at.file == ARGUMENTS {
+            return Some(Place {
+                title: file,
+                range: byte_range(&at.excerpt, before, length),
+                file: String::new(),
+                line: 1,
+                excerpt: at.excerpt,
+                is_argument: true,
+            });
+        }
+        // An option is shown as it was given; in a `-D` the wrong part is marked.
         let is_set = file == at.file;
         let excerpt = if is_set { format!("-D {}", at.excerpt) } else { file.clone() };
         let range = if is_set { byte_range(&excerpt, before + 3, length) } else { 0..excerpt.len() };
@@ -234,7 +255,7 @@ fn label(at: &Location<'_>, labels: &Labels) -> String {
     labels.get(at.file).cloned().unwrap_or_else(|| at.file.to_owned())
 }
 
-/// Characters to bytes.
+/// A range of characters as a range of bytes.
 fn byte_range(text: &str, start: usize, length: usize) -> std::ops::Range<usize> {
     let at = |n: usize| text.char_indices().nth(n).map_or(text.len(), |(i, _)| i);
     at(start)..at(start + length)

@@ -1,10 +1,10 @@
-//! From the arguments to a prepared scene: overrides, loading, preparing.
+//! From the arguments to a prepared scene: overrides, loading, preparation.
 
 use std::io::Read;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
-use clap::builder::PossibleValuesParser;
+use clap::builder::{PossibleValue, PossibleValuesParser};
 use clap::{Args, ValueEnum};
 use turner::color::Tonemap;
 use turner::description::SceneDesc;
@@ -12,7 +12,7 @@ use turner::film::{Antialias, FilmDesc};
 use turner::filter::FilterKind;
 use turner::integrator::{Caustics, IntegratorDesc, Prepared, SharedPathsMode};
 use turner::lint::lint;
-use turner::schema::{ErrorCode, Limits, PrepareOptions, Quality, SceneError};
+use turner::schema::{EntryDoc, ErrorCode, Limits, PrepareOptions, Quality, SceneError};
 use turner_io::assets::FolderAssets;
 use turner_io::image::KeptPictures;
 use turner_io::load_with;
@@ -26,91 +26,100 @@ use crate::failure::{Failure, Labels};
 use crate::flags;
 use crate::instructions::instruction_set;
 use crate::limits::LimitArgs;
+use crate::reference::{first_sentence, paragraph};
 use crate::studio::StageArgs;
 
 /// Which scene, and what is changed in it.
 #[derive(Debug, Args)]
 pub(crate) struct SceneArgs {
-    /// The scene file; `-` reads standard input
+    /// Scene or model file; `-` reads a scene from standard input
     pub(crate) scene: PathBuf,
+    #[command(flatten)]
+    pub(crate) stage: StageArgs,
     /// Set any value of the scene, e.g. -D object.0.radius=2 (repeatable)
     #[arg(short = 'D', long = "set", value_name = "KEY.PATH=VALUE", value_parser = parse_override)]
     set: Vec<Override>,
-    /// Give a value for a $name of a Mitsuba scene, e.g. --define spp=256 (repeatable); for .xml also -D spp=256
+    /// Set a $name of a Mitsuba scene, e.g. --define spp=256 (repeatable); for .xml also -D spp=256
     #[arg(long, value_name = "NAME=VALUE", value_parser = parse_define)]
     define: Vec<(String, String)>,
-    /// Work put into the search trees of meshes: the picture is the same, the time to prepare and to render is not
-    #[arg(long, value_name = "QUALITY", default_value = "balanced")]
-    bvh_quality: BvhQuality,
     #[command(flatten)]
     pub(crate) studio: StageArgs,
     #[command(flatten)]
     limits: LimitArgs,
+    /// Build quality of the mesh BVHs: affects build time and speed, never the picture
+    #[arg(long, value_name = "QUALITY", default_value = "balanced")]
+    bvh_quality: BvhQuality,
 }
 
-/// How much work goes into the trees of meshes.
+/// Build quality of the BVHs of meshes.
 #[derive(Clone, Copy, Debug, ValueEnum)]
 enum BvhQuality {
-    /// Soon ready, slower rays
+    /// Fastest build, slower rays
     Fast,
-    /// For most pictures
+    /// Good for most scenes
     Balanced,
-    /// Takes several times as long, faster rays
+    /// Several times the build time, faster rays
     High,
 }
 
 /// Values of `[film]` and `[integrator]` with options of their own.
 #[derive(Debug, Default, Args)]
 pub(crate) struct FilmArgs {
-    /// Columns of pixels; without --height the picture keeps its shape
-    #[arg(long)]
+    /// Width in pixels; without --height the aspect ratio is kept
+    #[arg(long, value_name = "PIXELS")]
     width: Option<u32>,
-    /// Rows of pixels; without --width the picture keeps its shape
-    #[arg(long)]
+    /// Height in pixels; without --width the aspect ratio is kept
+    #[arg(long, value_name = "PIXELS")]
     height: Option<u32>,
-    /// Render a part of the picture: first column, first row, columns, rows
+    /// Render only a part: first column, first row, columns, rows
     #[arg(long, value_name = "X,Y,W,H", value_parser = parse_crop)]
     crop: Option<String>,
-    /// Rays per pixel for grid and monte-carlo
-    #[arg(long)]
-    samples: Option<u32>,
-    /// How a pixel's colour comes about
-    #[arg(long, value_name = "MODE", value_parser = PossibleValuesParser::new(Antialias::WORDS))]
-    antialias: Option<String>,
-    /// How monte-carlo weights the light around a pixel's middle
-    #[arg(long, value_name = "NAME", value_parser = PossibleValuesParser::new(FilterKind::WORDS))]
-    filter: Option<String>,
-    /// How often a ray may be reflected or refracted
-    #[arg(long, value_name = "N")]
-    max_depth: Option<u32>,
-    /// Most radiance that one path may bring by way of another surface, for "path": takes fireflies away, and light
-    #[arg(long, value_name = "RADIANCE")]
-    clamp_indirect: Option<f64>,
-    /// How light is found that mirrors and glass gather, for "path"
-    #[arg(long, value_name = "WAY", value_parser = PossibleValuesParser::new(Caustics::WORDS))]
-    caustics: Option<String>,
-    /// Whether neighbouring pixels use one another's paths, for "path"
-    #[arg(long, alias = "reuse", value_name = "MODE", value_parser = PossibleValuesParser::new(SharedPathsMode::WORDS))]
-    shared_paths: Option<String>,
-    /// Seed of the random numbers
-    #[arg(long)]
-    seed: Option<u32>,
-    /// How light of any strength becomes what a display can show; EXR and HDR files hold scene values
-    #[arg(long, value_name = "NAME", value_parser = PossibleValuesParser::new(Tonemap::WORDS))]
-    tonemap: Option<String>,
-    /// Show everything 2^STOPS times as bright, e.g. 1 or -0.5
+    /// Exposure in stops: 1 doubles the brightness, -1 halves it
     #[arg(long, value_name = "STOPS", allow_negative_numbers = true)]
     exposure: Option<f64>,
-    /// Choose the exposure by the picture; --exposure is added
+    /// Choose the exposure from the picture; --exposure is added to it
     #[arg(long)]
     auto_exposure: bool,
-    /// How light is computed; settings that this integrator does not know are dropped
-    #[arg(long, value_name = "NAME", value_parser = PossibleValuesParser::new(integrators()))]
+    /// Tone mapping for display formats; EXR and HDR files keep scene values
+    #[arg(long, value_name = "NAME", value_parser = words(Tonemap::DOCS))]
+    tonemap: Option<String>,
+    /// Samples per pixel
+    #[arg(long, value_name = "N")]
+    samples: Option<u32>,
+    /// Anti-aliasing: where the samples of a pixel lie and how they are averaged
+    #[arg(long, value_name = "MODE", value_parser = words(Antialias::DOCS))]
+    antialias: Option<String>,
+    /// Pixel filter of monte-carlo anti-aliasing
+    #[arg(long, value_name = "NAME", value_parser = words(FilterKind::DOCS))]
+    filter: Option<String>,
+    /// Seed of the random numbers
+    #[arg(long, value_name = "N")]
+    seed: Option<u32>,
+    /// Light transport algorithm, or a debug view; settings that it does not know are dropped
+    #[arg(long, value_name = "NAME", value_parser = integrators())]
     integrator: Option<String>,
+    /// Longest path, in bounces
+    #[arg(long, value_name = "N")]
+    max_depth: Option<u32>,
+    /// Caustics of mirrors and glass, for "path"
+    #[arg(long, value_name = "MODE", value_parser = words(Caustics::DOCS))]
+    caustics: Option<String>,
+    /// Limit on the radiance of an indirect path, for "path": removes fireflies and some energy
+    #[arg(long, value_name = "RADIANCE")]
+    clamp_indirect: Option<f64>,
+    /// Shared paths among neighbouring pixels, for "path": less noise on diffuse surfaces
+    #[arg(long, alias = "reuse", value_name = "MODE", value_parser = words(SharedPathsMode::DOCS))]
+    shared_paths: Option<String>,
 }
 
-fn integrators() -> Vec<&'static str> {
-    IntegratorDesc::DOC.entries.iter().map(|e| e.name).collect()
+/// The words of a choice, with their meanings for `--help-all`.
+fn words(docs: &[(&'static str, &'static str)]) -> PossibleValuesParser {
+    PossibleValuesParser::new(docs.iter().map(|(word, meaning)| PossibleValue::new(*word).help(*meaning)))
+}
+
+fn integrators() -> PossibleValuesParser {
+    let value = |e: &&'static EntryDoc| PossibleValue::new(e.name).help(first_sentence(&paragraph(e.doc)));
+    PossibleValuesParser::new(IntegratorDesc::DOC.entries.iter().map(value))
 }
 
 fn parse_override(text: &str) -> Result<Override, String> {
@@ -125,16 +134,16 @@ fn parse_define(text: &str) -> Result<(String, String), String> {
         Some((name, value)) if !name.is_empty() => {
             Ok((name.trim_start_matches('$').to_owned(), value.to_owned()))
         }
-        _ => Err("expected NAME=VALUE".to_owned()),
+        _ => Err("expected NAME=VALUE; write `--define spp=256`".to_owned()),
     }
 }
 
-/// Four numbers, kept as text: whether they fit the picture is for the film to say.
+/// Four integers, kept as text: the film checks whether they fit the picture.
 fn parse_crop(text: &str) -> Result<String, String> {
     let numbers: Result<Vec<u32>, _> = text.split(',').map(|n| n.trim().parse::<u32>()).collect();
     match numbers {
         Ok(n) if n.len() == 4 => Ok(text.to_owned()),
-        _ => Err("expected four whole numbers X,Y,W,H".to_owned()),
+        _ => Err("expected four integers X,Y,W,H; write `--crop 0,0,320,240`".to_owned()),
     }
 }
 
@@ -155,7 +164,7 @@ impl FilmArgs {
         let clamp = self.clamp_indirect.map(|most| format!("{most:?}").to_lowercase());
         set("integrator.clamp_indirect", clamp, None);
         set("integrator.caustics", quoted(&self.caustics), self.caustics.as_deref());
-        set("integrator.shared_paths", quoted(&self.shared_paths), self.shared_paths.as_deref());
+        set(flags::SHARED_PATHS, quoted(&self.shared_paths), self.shared_paths.as_deref());
         if self.side().is_none() {
             set("film.width", number(self.width), None);
             set("film.height", number(self.height), None);
@@ -173,7 +182,7 @@ impl FilmArgs {
         out
     }
 
-    /// The one side that was given, and whether it is the width; a side of zero is for the film to refuse.
+    /// The one side that was given, and whether it is the width. The film refuses a side of 0.
     fn side(&self) -> Option<(u32, bool)> {
         match (self.width, self.height) {
             (Some(side @ 1..), None) => Some((side, true)),
@@ -182,7 +191,7 @@ impl FilmArgs {
         }
     }
 
-    /// Makes the picture as wide or as high as was asked, in the shape that it has. A part of it that the scene renders stays the same part.
+    /// Scales the film to the given width or height with its aspect ratio kept. A crop of the scene scales with it.
     fn fit(&self, film: &mut FilmDesc, hash: &mut String) {
         let Some((side, is_width)) = self.side() else { return };
         let (old, across) = if is_width { (film.width, film.height) } else { (film.height, film.width) };
@@ -204,37 +213,37 @@ impl FilmArgs {
         *hash = hash_with(hash, format!("{} {}", film.width, film.height).as_bytes());
     }
 
-    /// Whether the number of samples was asked for.
+    /// Whether `--samples` was given.
     pub(crate) fn has_samples(&self) -> bool {
         self.samples.is_some()
     }
 }
 
-/// A scene, ready, with what its messages need.
+/// A prepared scene with what its messages need.
 pub(crate) struct Ready {
-    /// What was asked for.
+    /// The description.
     pub(crate) desc: SceneDesc,
-    /// What is rendered.
+    /// The scene prepared for rendering.
     pub(crate) prepared: Prepared,
     /// The texts.
     pub(crate) sources: Sources,
     /// Names of options.
     pub(crate) labels: Labels,
-    /// Over all that makes the picture.
+    /// Hash over everything that determines the picture.
     pub(crate) hash: String,
     /// Seconds to load and prepare.
     pub(crate) seconds: f64,
 }
 
-/// A scene as it was asked for, with what its messages need.
+/// A scene description with what its messages need.
 pub(crate) struct Described {
-    /// What was asked for.
+    /// The description.
     pub(crate) desc: SceneDesc,
     /// The texts.
     pub(crate) sources: Sources,
     /// Names of options.
     pub(crate) labels: Labels,
-    /// Over all that makes the picture.
+    /// Hash over everything that determines the picture.
     pub(crate) hash: String,
 }
 
@@ -264,14 +273,14 @@ impl SceneArgs {
         Ok(Ready { desc, prepared, sources, labels, hash, seconds: start.elapsed().as_secs_f64() })
     }
 
-    /// What the scene may take, watched from here on.
+    /// The limits of the scene. The main thread watches the memory from here on.
     pub(crate) fn watched_limits(&self, control: &Control) -> Limits {
         let limits = self.limits.limits();
         control.watch_memory(&limits.memory);
         limits
     }
 
-    /// Loads the scene and changes what is to be changed in it. Pictures are kept as their files have them where it is said.
+    /// Loads the scene and applies the options. `kept_pictures` keeps the bytes of image files, for `turner convert`.
     pub(crate) fn described(
         &self,
         film: &FilmArgs,
@@ -290,7 +299,7 @@ impl SceneArgs {
                 .insert(format!("-D {}", Override::integrator(name).text()), format!("--integrator {name}"));
         }
         let mut overrides: Vec<Override> = film_overrides.into_iter().map(|(o, _)| o).collect();
-        // As Mitsuba's own program has it: its scenes have no keys without a dot in their paths that could be set.
+        // As in Mitsuba's own program: no key of a scene that could be set lacks a dot in its path.
         let is_mitsuba = self.scene.extension().is_some_and(|e| e.eq_ignore_ascii_case("xml"));
         let is_define = |o: &&Override| is_mitsuba && !o.path.contains('.');
         let defined = self.set.iter().filter(is_define).map(|o| (o.path.clone(), o.value.clone()));
@@ -316,7 +325,7 @@ impl SceneArgs {
     }
 }
 
-/// The scene file, or the text that came in on standard input: it can be read but once.
+/// The scene file, or the text of standard input, which can be read only once.
 enum Input<'a> {
     File(&'a Path),
     Text(String),
@@ -330,7 +339,7 @@ impl Input<'_> {
         let mut text = String::new();
         let read = std::io::stdin().lock().take(MAX_TEXT + 1).read_to_string(&mut text);
         read.map_err(|e| {
-            let message = format!("standard input cannot be read: {e}");
+            let message = format!("cannot read standard input: {e}");
             Failure::new(SceneError::new(ErrorCode::File, message).help("scenes are UTF-8 text"))
         })?;
         Ok(Input::Text(text))

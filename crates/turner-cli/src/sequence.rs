@@ -1,4 +1,4 @@
-//! Several pictures of one scene: turntables and frames of an animation.
+//! Several pictures of one scene: turntables and animation frames.
 
 use std::path::{Path, PathBuf};
 
@@ -8,14 +8,13 @@ use turner::integrator::{Integrator, Prepared};
 use turner::math::Bounds;
 use turner::schema::SceneError;
 
-/// Which pictures are wanted, if not one.
+/// Which pictures to render, if not one.
 #[derive(Debug, Default, Args)]
-#[command(next_help_heading = "Models")]
 pub(crate) struct SequenceArgs {
-    /// Go once around the scene in N pictures, numbered
+    /// Render N numbered pictures from a camera that circles the scene once
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=100_000))]
     turntable: Option<u32>,
-    /// Render frames of the animation, numbered: FIRST-LAST
+    /// Render the animation frames FIRST to LAST as numbered pictures
     #[arg(long, value_name = "FIRST-LAST", value_parser = parse_frames, conflicts_with_all = ["turntable", "time", "frame"])]
     frames: Option<(u32, u32)>,
 }
@@ -25,9 +24,9 @@ pub(crate) struct SequenceArgs {
 pub(crate) enum Step {
     /// The only one.
     Only,
-    /// Number and degrees on a turntable.
+    /// Number and angle on a turntable, degrees.
     Turn(u32, f64),
-    /// A frame of the animation.
+    /// An animation frame.
     Frame(u32),
 }
 
@@ -35,7 +34,7 @@ fn parse_frames(text: &str) -> Result<(u32, u32), String> {
     let numbers = text.split_once('-').map(|(a, b)| (a.trim().parse(), b.trim().parse()));
     match numbers {
         Some((Ok(first), Ok(last))) if first <= last && last - first < 100_000 => Ok((first, last)),
-        _ => Err("expected the first and the last frame, as in 0-47".to_owned()),
+        _ => Err("expected the first and the last frame; write `--frames 0-47`".to_owned()),
     }
 }
 
@@ -51,7 +50,7 @@ impl SequenceArgs {
 }
 
 impl Step {
-    /// The name of this picture: the number takes the place of `#`s in the name, or stands before the extension.
+    /// The file name of this picture: the number replaces the `#`s in the name, or precedes the extension.
     pub(crate) fn path(&self, path: &Path) -> PathBuf {
         let number = match self {
             Step::Only => return path.to_owned(),
@@ -71,7 +70,7 @@ impl Step {
         path.with_file_name(numbered)
     }
 
-    /// Puts the camera where this picture is taken from. What the integrator finds out for a view is found out again.
+    /// Moves the camera to the position of this picture and prepares the integrator for the new view.
     pub(crate) fn turn(
         &self,
         prepared: &mut Prepared,
@@ -83,7 +82,7 @@ impl Step {
         let orbit = orbit.unwrap_or(Orbit::DEFAULT);
         let aspect = prepared.view.film.aspect();
         let bounds = prepared.scene.stats.bounds.unwrap_or(Bounds::EMPTY);
-        // The same distance from all sides: that at which the sphere around everything fits.
+        // The same distance from all sides, at which the bounding sphere fits.
         let distance = orbit.distance.unwrap_or_else(|| {
             let half = turner::math::radians(0.5 * fov);
             1.02 / turner::math::elementary::sin(half)

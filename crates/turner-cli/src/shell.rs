@@ -1,15 +1,14 @@
-//! `turner completions` and `turner man`: what a shell and a manual reader know of the arguments.
+//! `turner completions` and `turner man`: completion scripts and manual pages from the definitions of the arguments.
 
 use std::path::PathBuf;
 
-use clap::{Args, Command, CommandFactory};
+use clap::{Args, Command};
 use clap_complete::Shell;
 use turner::schema::ErrorCode;
 use turner_io::image::OutputFile;
 
-use crate::cli::Cli;
 use crate::failure::{Failure, two_lines};
-use crate::{report, text};
+use crate::{cli, report, text};
 
 /// Write the completion script of a shell to standard output
 #[derive(Debug, Args)]
@@ -23,12 +22,12 @@ pub(crate) struct CompletionsArgs {
     shell: Shell,
 }
 
-/// Write the manual page to standard output, or all pages into a folder
+/// Write the manual page to standard output, or all pages to a folder
 #[derive(Debug, Args)]
 #[command(after_help = "To read it: turner man | man -l -\n\
                         To install: turner man --into ~/.local/share/man/man1")]
 pub(crate) struct ManArgs {
-    /// Folder for turner.1, turner-render.1, …
+    /// Folder for turner.1, turner-render.1 and so on
     #[arg(long, value_name = "FOLDER")]
     into: Option<PathBuf>,
 }
@@ -36,7 +35,7 @@ pub(crate) struct ManArgs {
 /// Runs `turner completions`.
 pub(crate) fn completions(args: &CompletionsArgs) -> u8 {
     let mut script = Vec::new();
-    clap_complete::generate(args.shell, &mut Cli::command(), "turner", &mut script);
+    clap_complete::generate(args.shell, &mut cli::command(), "turner", &mut script);
     text::print(&String::from_utf8_lossy(&script));
     0
 }
@@ -44,7 +43,7 @@ pub(crate) fn completions(args: &CompletionsArgs) -> u8 {
 /// Runs `turner man`.
 pub(crate) fn man(args: &ManArgs) -> u8 {
     let result = match &args.into {
-        None => page(Cli::command()).map(|page| text::print(&String::from_utf8_lossy(&page))),
+        None => page(cli::command()).map(|page| text::print(&String::from_utf8_lossy(&page))),
         Some(folder) => write_all(folder),
     };
     match result {
@@ -69,8 +68,8 @@ fn page(command: Command) -> Result<Vec<u8>, Failure> {
 /// The page of the program and one for each command.
 fn write_all(folder: &std::path::Path) -> Result<(), Failure> {
     std::fs::create_dir_all(folder)
-        .map_err(|e| failed(&format!("{}: the folder cannot be made: {e}", folder.display())))?;
-    let mut cli = Cli::command();
+        .map_err(|e| failed(&format!("{}: cannot create the folder: {e}", folder.display())))?;
+    let mut cli = cli::command();
     cli.build();
     let mut pages = vec![("turner".to_owned(), cli.clone())];
     for command in cli.get_subcommands().filter(|c| !c.is_hide_set()) {

@@ -1,18 +1,18 @@
-//! Requests of the system to stop.
+//! Signals that ask the program to stop.
 
 use std::sync::mpsc::Sender;
 
 use crate::Event;
 use crate::failure::INTERRUPTED;
 
-/// Reports signals as they come. Without a handler a signal ends the program as it ends any other.
+/// Reports signals. Without a handler a signal ends the program.
 #[cfg(not(unix))]
 pub(crate) fn watch(events: Sender<Event>) {
     let _ = ctrlc::set_handler(move || drop(events.send(Event::Signal(INTERRUPTED))));
 }
 
-/// Reports signals as they come, but for those that whoever started the program has turned off (`nohup`, jobs in the
-/// background of a script). Without a handler a signal ends the program as it ends any other.
+/// Reports signals, except for those that the parent process ignores (`nohup`, background jobs of a script). Without a handler a
+/// signal ends the program.
 #[cfg(unix)]
 pub(crate) fn watch(events: Sender<Event>) {
     use crate::failure::{HUNG_UP, TERMINATED};
@@ -32,7 +32,7 @@ pub(crate) fn watch(events: Sender<Event>) {
     let _ = std::thread::Builder::new().name("signals".into()).spawn(report);
 }
 
-/// The signals that are ignored from the start, a bit each from signal 1 on; none where the system does not tell.
+/// The signals that are ignored at the start, one bit each from signal 1; none where the system does not tell.
 #[cfg(unix)]
 fn ignored() -> u64 {
     let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();

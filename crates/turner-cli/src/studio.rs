@@ -1,4 +1,4 @@
-//! Options for models: camera, light, floor, background, moment.
+//! Options for camera, environment, floor, background and animation time.
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -14,47 +14,46 @@ use turner_io::scene::{LoadOptions, ModelOverrides, Override, hash_with};
 
 use crate::failure::Failure;
 
-/// Most bytes of a picture of the surroundings: 2 GiB.
+/// Largest environment map file: 2 GiB.
 const MAX_ENVIRONMENT: u64 = 2 << 30;
 
-/// How a model is shown. In scenes that say these things themselves the options win.
+/// How a model is shown. Options win over the scene file.
 #[derive(Debug, Default, Args)]
-#[command(next_help_heading = "Models")]
 pub(crate) struct StageArgs {
-    /// The camera: one that the model brings, by name or number, or orbit:azimuth,elevation[,distance] in degrees right of the front and above, and radii
+    /// Camera of the model by name or index, or orbit:AZIMUTH,ELEVATION[,DISTANCE] in degrees and scene radii
     #[arg(long, value_name = "NAME|orbit:A,E[,D]", value_parser = parse_camera)]
     camera: Option<String>,
-    /// Put a floor under everything
+    /// Add a floor below the scene
     #[arg(long, conflicts_with = "no_ground")]
     ground: bool,
-    /// Leave the floor out
+    /// Add no floor
     #[arg(long)]
     no_ground: bool,
-    /// What is seen behind everything: transparent, environment, or a colour (a name or #rrggbb)
+    /// Background: transparent, environment, or a colour (a name or #rrggbb)
     #[arg(long, value_name = "WHAT")]
     background: Option<String>,
-    /// Light from a picture all around: .hdr, .exr or .pfm, equirectangular
+    /// Light the scene with an equirectangular environment map: .hdr, .exr or .pfm
     #[arg(long, value_name = "FILE")]
     pub(crate) environment: Option<PathBuf>,
-    /// Turn the environment about the vertical, degrees
+    /// Rotate the environment map about the vertical axis, degrees
     #[arg(long, value_name = "DEGREES", allow_negative_numbers = true, value_parser = parse_finite)]
     pub(crate) env_rotation: Option<f64>,
-    /// Factor of the environment's light
+    /// Scale the radiance of the environment map
     #[arg(long, value_name = "FACTOR", value_parser = parse_factor)]
     pub(crate) env_strength: Option<f64>,
-    /// Moment of the model's animation, seconds
+    /// Time in the animation, seconds
     #[arg(long, value_name = "SECONDS", conflicts_with = "frame", allow_negative_numbers = true, value_parser = parse_finite)]
     time: Option<f64>,
-    /// Moment of the model's animation, as the number of a frame from 0
+    /// Time in the animation, as a frame number from 0
     #[arg(long, value_name = "N")]
     frame: Option<u32>,
     /// Frames per second for --frame and --frames
     #[arg(long, value_name = "N", default_value_t = 24.0, value_parser = parse_rate)]
     fps: f64,
-    /// Which animation of the model, by name or number
+    /// Animation of the model, by name or index
     #[arg(long, value_name = "NAME")]
     animation: Option<String>,
-    /// Which variant of the model's materials, by name or number
+    /// Material variant of the model, by name or index
     #[arg(long, value_name = "NAME")]
     variant: Option<String>,
 }
@@ -100,7 +99,7 @@ impl StageArgs {
         out
     }
 
-    /// What is asked of the models of a scene.
+    /// Animation time and variants for the models of the scene.
     pub(crate) fn models(&self) -> ModelOverrides {
         let frame = self.frame.map(|n| f64::from(n) / self.fps);
         ModelOverrides {
@@ -115,14 +114,14 @@ impl StageArgs {
         ModelOverrides { time: Some(f64::from(frame) / self.fps), ..self.models() }
     }
 
-    /// The orbit that was asked for, if one was.
+    /// The orbit of `--camera`, if it is one.
     pub(crate) fn orbit(&self) -> Option<Orbit> {
         Orbit::parse(self.camera.as_deref()?)?.ok()
     }
 }
 
 impl StageArgs {
-    /// Puts the environment that was asked for around the scene.
+    /// Replaces the environment lights of the scene by the environment map of `--environment`, and applies `--env-rotation` and `--env-strength`.
     pub(crate) fn surround(
         &self,
         desc: &mut SceneDesc,
@@ -165,7 +164,7 @@ impl StageArgs {
     }
 }
 
-/// A file that the user named, wherever it is.
+/// Reads a file that the user named; it may lie anywhere.
 fn read(path: &Path) -> Result<Vec<u8>, Failure> {
     let failed = |e: turner_io::assets::AssetError| Failure::new(e.to_scene_error());
     let folder = FolderAssets::new(path.parent().unwrap_or(Path::new(""))).map_err(failed)?;
@@ -176,7 +175,7 @@ fn read(path: &Path) -> Result<Vec<u8>, Failure> {
     folder.allow_outside(true).read(file, MAX_ENVIRONMENT).map_err(failed)
 }
 
-/// A factor that light can have.
+/// A finite factor, 0 or more.
 fn parse_factor(text: &str) -> Result<f64, String> {
     match text.parse::<f64>() {
         Ok(v) if v.is_finite() && v >= 0.0 => Ok(v),
@@ -184,7 +183,7 @@ fn parse_factor(text: &str) -> Result<f64, String> {
     }
 }
 
-/// Degrees or seconds.
+/// A finite number.
 fn parse_finite(text: &str) -> Result<f64, String> {
     match text.parse::<f64>() {
         Ok(v) if v.is_finite() => Ok(v),
@@ -192,7 +191,7 @@ fn parse_finite(text: &str) -> Result<f64, String> {
     }
 }
 
-/// A rate of frames.
+/// Frames per second.
 fn parse_rate(text: &str) -> Result<f64, String> {
     match text.parse::<f64>() {
         Ok(v) if v.is_finite() && v > 0.0 => Ok(v),
@@ -200,7 +199,7 @@ fn parse_rate(text: &str) -> Result<f64, String> {
     }
 }
 
-/// As a string of TOML.
+/// As a TOML string.
 fn quoted(text: &str) -> String {
     let escaped: String = text
         .chars()

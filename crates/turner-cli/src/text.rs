@@ -2,7 +2,7 @@
 
 use std::io::Write;
 
-/// Writes to standard output. A reader that has closed the pipe (`| head`) has seen enough.
+/// Writes to standard output. A closed pipe (`| head`) is ignored.
 pub fn print(text: &str) {
     let mut out = std::io::stdout().lock();
     let _ = out.write_all(text.as_bytes()).and_then(|()| out.flush());
@@ -29,7 +29,7 @@ pub(crate) fn bytes(n: u64) -> String {
     }
 }
 
-/// Seconds with as many digits as make sense.
+/// Seconds with three significant digits; minutes and hours for long times.
 pub fn seconds(s: f64) -> String {
     match s {
         s if s < 0.01 => format!("{:.1} ms", s * 1e3),
@@ -90,7 +90,7 @@ pub(crate) fn import(import: &turner::description::ImportSummary) -> String {
     let counts = import.counts.iter().filter(|(_, n)| *n > 0);
     let counts: String = counts
         .map(|(what, n)| {
-            // The names are plurals.
+            // The names are plural.
             let one = what.strip_suffix('s').unwrap_or(what);
             let one = if *what == "meshes" { "mesh" } else { one };
             if *n == 1 { format!(", 1 {one}") } else { format!(", {n} {what}") }

@@ -1,10 +1,10 @@
-//! Pages of the reference that no table holds: objects, groups, transforms, colours, includes.
+//! Pages of the reference that are not in a table: objects, groups, transforms, colours, includes.
 
 use turner::description::SECTIONS;
 
 use crate::reference::{Key, Page};
 
-/// A scene that shows something.
+/// The example of the overview.
 pub(crate) const SCENE: &str = r##"[camera]
 position = [0, 1.5, 6]
 look_at = [0, 1, 0]
@@ -19,20 +19,18 @@ type = "point"
 position = [5, 8, 5]
 "##;
 
-/// What is common to all of a family, beside its own words.
-pub(crate) const CAMERA: &str = "Without `[camera]` the whole scene is framed from the front.";
+/// Further text on families of kinds.
+pub(crate) const CAMERA: &str = "Without `[camera]` the scene is framed from the front.";
 pub(crate) const INTEGRATOR: &str = "";
-pub(crate) const SHAPE: &str =
-    "The keys of a shape stand beside those of the object: `name`, `material`, `transform`, `motion`.";
-pub(crate) const MATERIAL: &str =
-    "An object names its material, `material = \"NAME\"`, or has it in place, `material = { … }`.";
-pub(crate) const MEDIUM: &str = "An object that is nothing but a medium says `medium = \"NAME\"` in place of a material; glass with a medium inside says \
-    `interior = \"NAME\"` in its material; all that is in the open has the `medium` of `[background]`. Shapes with a medium must be closed. Where they \
-    overlap, the material that stands first in the scene counts, as glass does before both.";
+pub(crate) const SHAPE: &str = "The keys of a shape and those of every object (`name`, `material`, `transform`, `motion`) share one table.";
+pub(crate) const MATERIAL: &str = "An object refers to a material by name, `material = \"NAME\"`, or defines it in place, `material = { … }`.";
+pub(crate) const MEDIUM: &str = "An object that bounds only a medium has `medium = \"NAME\"` and no material. A dielectric has its interior medium as \
+    `interior = \"NAME\"`. The `medium` of `[background]` fills the rest of the scene. Shapes with a medium must be closed. Where they \
+    overlap, the material that comes first in the scene has priority, and a dielectric has priority over both.";
 pub(crate) const TEXTURE: &str = "";
-pub(crate) const LIGHT: &str = "A light of any type may have a `group = \"NAME\"`: lights of one name, and objects with that `light_group`, belong together. `turner info` lists the groups. A `name` is for reports.";
+pub(crate) const LIGHT: &str = "Every light may have a `group = \"NAME\"`: lights with that name and objects with that `light_group` form a light group. `turner info` lists the light groups. The `name` of a light is used in reports.";
 
-/// Sections as they are written, with what they hold.
+/// Sections as they are written, with their contents.
 pub(crate) fn sections() -> Vec<(String, &'static str)> {
     let written = |name: &str| match name {
         "include" => "include = [\"FILE\", …]".to_owned(),
@@ -40,7 +38,7 @@ pub(crate) fn sections() -> Vec<(String, &'static str)> {
         "object" | "light" | "view" => format!("[[{name}]]"),
         name => format!("[{name}]"),
     };
-    // The tables say how it is written, too.
+    // The tables also show how it is written.
     SECTIONS.iter().map(|(name, what)| (written(name), what.split(": [").next().unwrap_or(what))).collect()
 }
 
@@ -70,36 +68,41 @@ pub(crate) fn object() -> Page {
         "object",
         "the section [[object]]",
         &[
-            "What is in the scene: a shape with a material, or a group that is placed. Each `[[object]]` is one; their \
-           order matters only where two surfaces coincide: the first wins.",
+            "An object is a shape with a material, a model, or an instance of a group. Each `[[object]]` adds one. Their \
+           order matters only where two surfaces coincide: the first one is hit.",
         ],
         vec![
             key(
                 "type",
                 "\"text\"",
                 None,
-                "The shape, \"model\" for a file of another program, or \"instance\" to place a group. The keys of the shape follow.",
+                "The shape, \"model\" for a model file, or \"instance\" for an instance of a group. The keys of that kind follow.",
             ),
-            key("name", "\"text\"", Some("none"), "A name for reports."),
+            key("name", "\"text\"", Some("none"), "A name, used in reports."),
             key(
                 "light_group",
                 "\"text\"",
                 Some("none"),
-                "The group of lights that it belongs to where its material shines; objects of a group without one take the instance's.",
+                "The light group of an object with an emissive material. An object in a group without this key takes it from the instance.",
             ),
             key(
                 "material",
                 "material",
                 Some("none"),
-                "The name of a `[material.NAME]`, or a material written in place. In a group, an object without one \
-                 takes that of the instance; at last there is the default material.",
+                "The name of a `[material.NAME]`, or a material defined in place. In a group, an object without one \
+                 takes the material of the instance. Otherwise the default material is used.",
             ),
-            key("transform", "transform", Some("none"), "Where it is placed; see `transform`."),
+            key(
+                "transform",
+                "transform",
+                Some("none"),
+                "Transform from object space to scene space; see `transform`.",
+            ),
             key(
                 "motion",
                 "transform",
                 Some("none"),
-                "Where it goes while `transform` is where it comes from: at which moments of that way the shutter opens and closes says `shutter` of `[film]`. Rotations go the shorter way. Light of things that move is only found by chance.",
+                "The transform at time 1, for motion blur; `transform` is that at time 0. `shutter` in `[film]` sets when the shutter opens and closes. Rotations take the shorter arc. A moving emitter is not sampled as a light: only BSDF-sampled rays that hit it contribute.",
             ),
             key("group", "\"text\"", Some("none"), "For \"instance\": the name of the group."),
         ],
@@ -122,8 +125,8 @@ pub(crate) fn group() -> Page {
         "group",
         "the section [group.NAME]",
         &[
-            "Objects that are placed together, as often as needed, by `[[object]]` with `type = \"instance\"`. A group may \
-           hold instances of other groups, but not of itself. A group that is not placed is not seen.",
+            "A named set of objects. Each `[[object]]` with `type = \"instance\"` places all of them. A group may \
+           contain instances of other groups, but not of itself. A group without an instance is not rendered.",
         ],
         vec![key("object", "[[group.NAME.object]]", None, "Its objects; keys as in `[[object]]`.")],
         r#"[[group.pair.object]]
@@ -154,36 +157,36 @@ pub(crate) fn transform() -> Page {
         "transform",
         "transforms",
         &[
-            "A table of steps, which are applied in the order of the keys below, or a list of such tables, applied from \
-             first to last. Angles are in degrees, counter-clockwise seen from the tip of the axis.",
-            "A transform must be one that can be undone: no scale of 0.",
+            "A table of steps, applied in the order of the keys below, or a list of such tables, applied from \
+             first to last. Angles are in degrees, counter-clockwise when the axis points towards you.",
+            "A transform must be invertible: no scale may be 0.",
         ],
         vec![
             key(
                 "scale",
                 "number | [x, y, z]",
                 Some("none"),
-                "Stretches about the origin; negative values mirror.",
+                "Scales about the origin; negative values mirror.",
             ),
             key(
                 "rotate",
                 "[x, y, z] | { axis = [x, y, z], angle = number }",
                 Some("none"),
-                "Turns about the x, then the y, then the z axis; or about any axis through the origin.",
+                "Rotates about the x, then the y, then the z axis; or about any axis through the origin. Degrees.",
             ),
-            key("translate", "[x, y, z]", Some("none"), "Moves."),
+            key("translate", "[x, y, z]", Some("none"), "Translates."),
             key(
                 "matrix",
                 "12 or 16 numbers",
                 Some("none"),
-                "Row by row, flat or as a list of rows; points are columns, so the translation is the last column.",
+                "Row by row, flat or as a list of rows. Points are column vectors, so the translation is the last column.",
             ),
             key(
                 "look_at",
                 "{ from = [x, y, z], to = [x, y, z], up = [x, y, z] }",
                 Some("none"),
-                "Places the origin at `from` with the z axis towards `to` and the y axis as near `up` as that allows. \
-                 `from` is the origin and `up` is [0, 1, 0] unless given.",
+                "Moves the origin to `from`, with the z axis towards `to` and the y axis as close to `up` as possible. \
+                 The defaults are the origin for `from` and [0, 1, 0] for `up`.",
             ),
         ],
         r#"[[object]]
@@ -201,10 +204,10 @@ pub(crate) fn color() -> Page {
         "color",
         "colours",
         &[
-            "`[r, g, b]` and single numbers (grey) are scene values as they stand, and may exceed 1. `\"#rrggbb\"`, \
-             `\"#rgb\"` and names are what a display shows: the `transfer` of `[film]` makes scene values of them.",
-            "The names are those of CSS: `turner list colors`. Where a key takes `color | texture`, the name of a \
-             texture or a texture written in place, `{ type = …, … }`, may stand instead.",
+            "`[r, g, b]` and single numbers (grey) are linear scene values and may exceed 1. `\"#rrggbb\"`, \
+             `\"#rgb\"` and names are display values: the `transfer` of `[film]` converts them to scene values.",
+            "The names are those of CSS: `turner list colors`. A key of type `color | texture` also takes the name of a \
+             texture, or a texture defined in place: `{ type = …, … }`.",
         ],
         Vec::new(),
         r##"[[object]]
@@ -233,9 +236,9 @@ pub(crate) fn include() -> Page {
         "include",
         "the key include",
         &[
-            "Names of scene files, at the top of a scene, whose sections are read first; the name of a model (see `model`) brings it in as an object. Tables are merged key by key and \
-           the file that includes wins; the lists `[[object]]` and `[[light]]` are appended. Paths in a file are \
-           relative to that file and stay inside the folder of the scene.",
+            "Names of scene files that are read first; the key stands at the top of a scene. The name of a model file (see `model`) adds the model as an object. Tables are merged key by key, and \
+           the including file wins; the lists `[[object]]` and `[[light]]` are appended. Paths are \
+           relative to the file that contains them and must stay inside the folder of the scene.",
         ],
         Vec::new(),
         r#"include = ["materials.toml"]

@@ -1,6 +1,6 @@
 //! `turner watch`: renders again whenever a file of the scene is saved.
 //!
-//! Files are looked at a few times a second, by time and length: no service of the system is needed, and network folders and
+//! Files are checked a few times a second, by time and length: no service of the system is needed, and network folders and
 //! editors that replace files are all the same to it.
 
 use std::path::{Path, PathBuf};
@@ -17,20 +17,20 @@ use crate::failure::Failure;
 use crate::render::{self, RenderArgs};
 use crate::report::Reporter;
 
-/// Render a scene, and again whenever it or a file that it is made of is saved; Ctrl-C ends it
+/// Render a scene again after each change of its files; Ctrl-C stops
 #[derive(Debug, Args)]
 pub(crate) struct WatchArgs {
     #[command(flatten)]
     render: RenderArgs,
-    /// End after so many pictures and errors
+    /// Stop after N pictures and errors
     #[arg(long, value_name = "N")]
     count: Option<u32>,
 }
 
-/// How often files are looked at.
+/// How often files are checked.
 const INTERVAL: Duration = Duration::from_millis(150);
 
-/// What tells two states of a file apart; `None` if there is none.
+/// What distinguishes two states of a file; `None` if it does not exist.
 type Stamp = Option<(SystemTime, u64)>;
 
 fn stamp(path: &Path) -> Stamp {
@@ -45,12 +45,12 @@ pub(crate) struct Watched {
 }
 
 impl Watched {
-    /// The scene's file alone.
+    /// The scene file alone.
     fn scene(path: &Path) -> Watched {
         Watched { files: vec![(path.to_owned(), stamp(path))] }
     }
 
-    /// Adds the files that a scene turned out to be made of, as they are now.
+    /// Adds the files that a scene consists of, in their current state.
     pub(crate) fn add(&mut self, scene: &Path, sources: &Sources, desc: Option<&SceneDesc>) {
         let folder = scene.parent().unwrap_or(Path::new(""));
         let texts = sources.files().iter().filter(|f| !f.is_argument).map(|f| folder.join(&f.uri));
@@ -70,7 +70,7 @@ impl Watched {
         }
     }
 
-    /// Whether a file is not what it was.
+    /// Whether a file changed.
     fn has_changed(&self) -> bool {
         self.files.iter().any(|(path, then)| stamp(path) != *then)
     }
@@ -91,7 +91,7 @@ impl Watched {
             let before: Vec<Stamp> = self.files.iter().map(|(path, _)| stamp(path)).collect();
             if before[0].is_none_or(|(_, length)| length == 0) {
                 if !said && before[0].is_none() {
-                    reporter.line(&format!("{} is gone: waiting for it", scene.display()));
+                    reporter.line(&format!("{} does not exist: waiting for it", scene.display()));
                     said = true;
                 }
                 continue;
@@ -104,7 +104,7 @@ impl Watched {
     }
 }
 
-/// Asks a few times a second whether files have changed; an answer is kept, and shared by threads.
+/// Checks a few times a second whether files changed; threads share the result.
 pub(crate) struct Changes<'a> {
     watched: &'a Watched,
     last: Mutex<(Instant, bool)>,
@@ -168,22 +168,19 @@ pub(crate) fn run(args: &WatchArgs, control: &Control) -> u8 {
     }
 }
 
-/// What cannot be watched.
+/// Refuses what cannot be watched.
 fn refusal(scene: &Path, output: &crate::output::Output, args: &RenderArgs) -> Option<Failure> {
     let usage = |message: &str, help: &str| {
         Some(Failure::usage(SceneError::new(ErrorCode::Output, message.to_owned()).help(help)))
     };
     if scene == Path::new("-") {
-        return usage("standard input cannot be watched", "name a scene file");
+        return usage("cannot watch standard input", "name a scene file");
     }
     if output.is_stdout() {
-        return usage("watching writes a file again and again", "name it with `-o FILE`");
+        return usage("`turner watch` writes a file repeatedly", "name the file with `-o FILE`");
     }
     if args.is_sequence() {
-        return usage(
-            "sequences of pictures cannot be watched",
-            "render one picture, or use `turner render`",
-        );
+        return usage("cannot watch sequences of pictures", "render one picture, or use `turner render`");
     }
     None
 }

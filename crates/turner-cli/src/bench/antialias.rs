@@ -1,4 +1,4 @@
-//! `turner bench antialias`: a scene by every mode of anti-aliasing, with its time and its error.
+//! `turner bench antialias`: time and error of every anti-aliasing mode on a scene.
 
 use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicBool;
@@ -19,41 +19,41 @@ use crate::failure::{Failure, Labels, two_lines};
 use crate::instructions::instruction_set;
 use crate::{limits, text};
 
-/// Measure every mode of anti-aliasing on a scene: rays, seconds, error
+/// Measure every anti-aliasing mode on a scene: rays, seconds, error
 #[derive(Debug, Args)]
 #[command(
-    after_help = "The error is the root of the mean square difference of display values (0 to 1) from the same scene with many\n\
-                        samples at random places of other seeds. Seconds are the median of tracing alone."
+    after_help = "The error is the RMSE of display values (0 to 1) against the same scene with many random samples of\n\
+                        another seed. Seconds are the median of the render time."
 )]
 pub struct AntialiasBenchArgs {
-    /// The scene
+    /// Scene file
     #[arg(default_value = "scenes/tutorial/step-7.toml")]
     scene: PathBuf,
-    /// Columns of pixels
+    /// Width in pixels
     #[arg(long)]
     width: Option<u32>,
-    /// Rows of pixels
+    /// Height in pixels
     #[arg(long)]
     height: Option<u32>,
-    /// Samples per pixel of grid and monte-carlo
+    /// Samples per pixel for grid and monte-carlo
     #[arg(long, default_value_t = 16)]
     samples: u32,
     /// Samples per pixel of the reference
     #[arg(long, value_name = "SAMPLES", default_value_t = 1024)]
     reference: u32,
-    /// How often each is rendered
+    /// How often each mode is rendered
     #[arg(long, default_value_t = 3, value_parser = clap::value_parser!(u32).range(1..=1000))]
     repeat: u32,
-    /// Threads [default: all there are]
+    /// Number of threads [default: all cores]
     #[arg(long, default_value_t = 0, hide_default_value = true)]
     threads: usize,
-    /// Write each picture into a folder
+    /// Write each picture to this folder
     #[arg(long, value_name = "FOLDER")]
     pictures: Option<PathBuf>,
-    /// As a Markdown table
+    /// Print a Markdown table
     #[arg(long)]
     markdown: bool,
-    /// One JSON object per line
+    /// Print one JSON object per line
     #[arg(long)]
     json: bool,
 }
@@ -86,7 +86,7 @@ impl AntialiasBenchArgs {
     }
 }
 
-/// What one mode took.
+/// Results of one mode.
 struct Row {
     mode: String,
     samples_per_pixel: Option<f64>,
@@ -95,7 +95,7 @@ struct Row {
     rmse: f64,
 }
 
-/// What all modes took.
+/// Results of all modes.
 pub struct Measured<'a> {
     args: &'a AntialiasBenchArgs,
     reference: Rendered,
@@ -116,19 +116,19 @@ impl Measured<'_> {
         Ok(())
     }
 
-    /// Prints a line for each mode, in the form that was asked for.
+    /// Prints a line for each mode, in the requested form.
     pub fn print(&self) {
         let json = self.args.json;
         text::print(&if json { json_lines(self.args, &self.rows) } else { self.table() });
     }
 }
 
-/// A picture as it was rendered.
+/// A rendered picture.
 struct Rendered {
     width: u32,
     height: u32,
     display: Vec<[u8; 4]>,
-    /// Display values before they were rounded to 8 bits.
+    /// Display values before rounding to 8 bits.
     values: Image,
     rays: u64,
     samples: f64,
@@ -139,8 +139,8 @@ struct Rendered {
 pub fn measure(args: &AntialiasBenchArgs) -> Result<Measured<'_>, Failure> {
     if let Some(folder) = &args.pictures {
         std::fs::create_dir_all(folder).map_err(|e| {
-            let message = format!("{}: the folder cannot be made: {e}", folder.display());
-            Failure::new(SceneError::new(ErrorCode::Output, message).help("name one that can be written"))
+            let message = format!("{}: cannot create the folder: {e}", folder.display());
+            Failure::new(SceneError::new(ErrorCode::Output, message).help("name a folder that is writable"))
         })?;
     }
     let reference = render(args, Antialias::MonteCarlo, args.reference, 1)?;

@@ -1,4 +1,4 @@
-//! `turner bench edits`: how long an edit of a large scene takes until rays can be traced again.
+//! `turner bench edits`: time from an edit of a large scene until it is prepared for rendering.
 
 use std::sync::Arc;
 use std::time::Instant;
@@ -23,20 +23,20 @@ use super::{median, reported};
 use crate::failure::Failure;
 use crate::text;
 
-/// Measure how long edits of a large scene take until rays can be traced again
+/// Measure the time from an edit of a large scene until it is prepared for rendering
 #[derive(Debug, Args)]
 #[command(
-    after_help = "The scene has a million triangles in 100 meshes and 1,000 lights. \"placed\" has 10,000 objects that show the meshes; in \"once\" each mesh is\n\
-                  shown once, so that all stand in one tree. Milliseconds are the median; first is the preparation of the whole scene."
+    after_help = "The scene has a million triangles in 100 meshes and 1,000 lights. \"placed\" has 10,000 instances of the meshes; \"once\" has one instance\n\
+                  of each, all in one BVH. Milliseconds are the median; first is the preparation of the entire scene."
 )]
 pub(crate) struct EditsBenchArgs {
-    /// How often each edit is made
+    /// How often each edit is repeated
     #[arg(long, default_value_t = 9, value_parser = clap::value_parser!(u32).range(1..=1000))]
     repeat: u32,
-    /// Threads [default: all there are]
+    /// Number of threads [default: all cores]
     #[arg(long, default_value_t = 0, hide_default_value = true)]
     threads: usize,
-    /// One JSON object per line
+    /// Print one JSON object per line
     #[arg(long)]
     json: bool,
 }

@@ -1,4 +1,4 @@
-//! `turner bench`: how fast scenes render on this machine; `antialias` measures the modes of anti-aliasing.
+//! `turner bench`: render speed of scenes on this machine; `antialias` measures the anti-aliasing modes.
 
 pub mod antialias;
 mod edits;
@@ -22,13 +22,13 @@ use crate::instructions::instruction_set;
 use crate::report::Reporter;
 use crate::text;
 
-/// Measure how fast the scenes of a folder render
+/// Measure the render speed of the scenes in a folder
 #[derive(Debug, Args)]
 #[command(
     args_conflicts_with_subcommands = true,
     disable_help_subcommand = true,
-    subcommand_help_heading = "Others",
-    after_help = "Seconds are the median over the repetitions of tracing alone: neither loading nor saving."
+    subcommand_help_heading = "Other measurements",
+    after_help = "Seconds are the median over the repetitions of the render time, without loading and saving."
 )]
 pub(crate) struct BenchArgs {
     #[command(subcommand)]
@@ -37,26 +37,26 @@ pub(crate) struct BenchArgs {
     scenes: ScenesArgs,
 }
 
-/// Which scenes are measured, and how.
+/// Which scenes to measure, and how.
 #[derive(Debug, Args)]
 pub struct ScenesArgs {
-    /// Names of scenes, without .toml [default: all of the folder]
+    /// Scene names without .toml [default: all scenes in the folder]
     names: Vec<String>,
-    /// The folder of the scenes
+    /// Folder with the scenes
     #[arg(long, default_value = "scenes/bench")]
     dir: PathBuf,
-    /// Numbers of threads; 0 is all there are
+    /// Numbers of threads to measure; 0 means all cores
     #[arg(long, value_delimiter = ',', default_value = "0")]
     threads: Vec<usize>,
-    /// How often each is rendered
+    /// How often each scene is rendered
     #[arg(long, default_value_t = 5, value_parser = clap::value_parser!(u32).range(1..=10_000))]
     repeat: u32,
-    /// One JSON object per line
+    /// Print one JSON object per line
     #[arg(long)]
     json: bool,
 }
 
-/// What else is measured than the scenes of a folder.
+/// Other measurements.
 #[derive(Debug, Subcommand)]
 enum OtherBench {
     Antialias(antialias::AntialiasBenchArgs),
@@ -72,7 +72,7 @@ pub(crate) fn run(args: &BenchArgs) -> u8 {
     }
 }
 
-/// The exit code of what was measured; says why it was not.
+/// The exit code; prints the error of a failed measurement.
 pub fn reported(json: bool, result: Result<(), Failure>) -> u8 {
     let Err(failure) = result else { return 0 };
     Reporter { quiet: false, events: json.then_some(Events::Stdout) }.failure(&failure);
@@ -80,23 +80,23 @@ pub fn reported(json: bool, result: Result<(), Failure>) -> u8 {
 }
 
 impl ScenesArgs {
-    /// Whether events are written instead of text.
+    /// Whether JSON is written instead of text.
     pub fn json(&self) -> bool {
         self.json
     }
 }
 
-/// Another renderer that takes turns with Turner.
+/// Another renderer that alternates with Turner.
 pub trait Rival {
-    /// What it is called in tables.
+    /// Its name in tables.
     fn name(&self) -> &'static str;
-    /// The beginning of its keys in JSON.
+    /// Prefix of its keys in JSON.
     fn key(&self) -> &'static str;
-    /// Seconds that it traces the scene of this file for; `None` if it has no such scene.
+    /// Render time for the scene of this file, seconds; `None` if it has no such scene.
     fn trace(&self, path: &Path, film: &FilmDesc, threads: usize) -> Result<Option<f64>, Failure>;
 }
 
-/// Measures the scenes asked for, also beside a rival, and prints what they took.
+/// Measures the scenes, alternating with the rival if there is one, and prints the times.
 pub fn measure_scenes(args: &ScenesArgs, rival: Option<&dyn Rival>) -> Result<(), Failure> {
     let scenes = find(args)?;
     let width = scenes.iter().map(|(name, _)| name.chars().count()).max().unwrap_or(0).max(5);
@@ -115,7 +115,7 @@ pub fn measure_scenes(args: &ScenesArgs, rival: Option<&dyn Rival>) -> Result<()
     Ok(())
 }
 
-/// The scenes asked for, by name; an explanation if there are none.
+/// The scenes by name; an error if there are none.
 fn find(args: &ScenesArgs) -> Result<Vec<(String, PathBuf)>, Failure> {
     let folder = args.dir.display().to_string();
     let missing = |message: String, help: String| Failure {
@@ -123,8 +123,8 @@ fn find(args: &ScenesArgs) -> Result<Vec<(String, PathBuf)>, Failure> {
         ..Failure::new(SceneError::new(ErrorCode::File, message).help(help))
     };
     let entries = std::fs::read_dir(&args.dir).map_err(|e| {
-        let help = "run it in the root of Turner's sources, or name a folder of scenes with --dir";
-        missing(format!("the folder {folder} cannot be read: {e}"), help.into())
+        let help = "run it in the root folder of Turner's sources, or name a folder with scenes: `--dir DIR`";
+        missing(format!("cannot read the folder {folder}: {e}"), help.into())
     })?;
     let mut all: Vec<(String, PathBuf)> = entries
         .flatten()
@@ -136,7 +136,7 @@ fn find(args: &ScenesArgs) -> Result<Vec<(String, PathBuf)>, Failure> {
     if all.is_empty() {
         return Err(missing(
             format!("there is no .toml file in {folder}"),
-            "name another folder with --dir".into(),
+            "name another folder: `--dir DIR`".into(),
         ));
     }
     if args.names.is_empty() {
@@ -163,7 +163,7 @@ fn prepare(path: &Path) -> Result<Prepared, Failure> {
     prepared.map_err(|e| Failure::in_scene(e, &loaded.sources, &labels))
 }
 
-/// What one scene took with one number of threads.
+/// Times of one scene with one number of threads.
 struct Row<'a> {
     name: &'a str,
     prepared: &'a Prepared,
@@ -198,7 +198,7 @@ fn measure<'a>(
     Ok(row)
 }
 
-/// The middle value, or the mean of the two middle ones.
+/// The median.
 pub fn median(values: &[f64]) -> Option<f64> {
     let mut sorted = values.to_vec();
     sorted.sort_by(f64::total_cmp);

@@ -20,32 +20,32 @@ use crate::events::Events;
 use crate::failure::{FAILED, Failure, USAGE};
 use crate::report::Reporter;
 
-/// Compare two pictures: differences, noise, and what an observer notices
+/// Compare two pictures: error metrics and perceived differences
 #[derive(Debug, Args)]
 #[command(
     after_help = "Both must hold the same kind of values: linear light (EXR, HDR) or display values (PNG, JPEG, …).\n\
-                  max, mean, rmse and relmse are of the numbers in the files; psnr, ssim and flip of what is\n\
-                  shown. A tolerance is the most that is accepted; of psnr and ssim the least.\n\
-                  Exit codes: 0 within the tolerance or none given, 1 past it or bad input, 2 bad usage."
+                  max, mean, rmse and relmse compare the values in the files; psnr, ssim and flip compare display\n\
+                  values. A tolerance is the largest accepted value, for psnr and ssim the smallest.\n\
+                  Exit codes: 0 within the tolerance or no tolerance, 1 beyond it or bad input, 2 bad usage."
 )]
 pub(crate) struct CompareArgs {
-    /// The reference: what is expected
+    /// The reference picture
     reference: PathBuf,
-    /// The picture that is compared with it
+    /// The picture to compare with it
     picture: PathBuf,
-    /// Measure this alone; it is what --tolerance and --diff are about [default: all; judged by flip]
+    /// Metric to compute, also for --tolerance and --diff [default: all; flip for --tolerance and --diff]
     #[arg(long, value_name = "NAME")]
     metric: Option<MetricArg>,
-    /// Exit with 1 unless the metric is this good
+    /// Exit with code 1 if the metric is worse than this
     #[arg(long, value_name = "NUMBER", value_parser = parse_tolerance, allow_negative_numbers = true)]
     tolerance: Option<f64>,
-    /// Write the difference of each pixel as a PNG, from black (none) to pale yellow
+    /// Write the difference per pixel as a PNG, from black (none) to pale yellow
     #[arg(long, value_name = "OUT.png")]
     diff: Option<PathBuf>,
-    /// As JSON: docs/reference/compare.md explains it
+    /// Print JSON: see docs/reference/compare.md
     #[arg(long)]
     json: bool,
-    /// Threads [default: all there are]; the result is the same for any number
+    /// Number of threads [default: all cores]; the result does not depend on it
     #[arg(long, default_value_t = 0, hide_default_value = true)]
     threads: usize,
 }
@@ -76,11 +76,11 @@ impl ValueEnum for MetricArg {
 fn parse_tolerance(text: &str) -> Result<f64, String> {
     match text.parse::<f64>() {
         Ok(v) if v.is_finite() && v >= 0.0 => Ok(v),
-        _ => Err("expected a number of 0 or more".to_owned()),
+        _ => Err("expected a number, 0 or more".to_owned()),
     }
 }
 
-/// What a tolerance says of a metric.
+/// A tolerance and whether the metric is within it.
 struct Verdict {
     metric: Metric,
     value: f64,
@@ -88,22 +88,22 @@ struct Verdict {
     within: bool,
 }
 
-/// What was found.
+/// The result.
 struct Compared {
-    /// The pictures' names, fit to be shown.
+    /// The names of the pictures, safe for a terminal.
     names: [String; 2],
     pair: Pair,
     measured: Vec<(Metric, Measured)>,
     verdict: Option<Verdict>,
-    /// The picture of the difference.
+    /// The difference picture.
     diff: Option<Diff>,
 }
 
-/// The picture of the difference that was written.
+/// The difference picture that was written.
 struct Diff {
     path: String,
     metric: Metric,
-    /// What pale yellow stands for.
+    /// The value shown as pale yellow.
     white: f32,
 }
 
@@ -162,18 +162,18 @@ fn mismatch([a, b]: &[String; 2], error: Mismatch) -> Failure {
             "render both with the same --width, --height and --crop",
         ),
         Mismatch::Alpha { first } => (
-            format!("{}: transparent in places, {} is nowhere", name(first), name(!first)),
-            "render both on the same background, or both without one",
+            format!("{}: partly transparent, but {} is opaque", name(first), name(!first)),
+            "render both with the same background, or both with a transparent one",
         ),
         Mismatch::Encoding { first } => (
             format!("{}: linear light, but {} holds display values", name(first), name(!first)),
-            "compare two EXR or HDR files, or two PNG files: exposure and tone mapping lie between them",
+            "compare two EXR or HDR files, or two PNG files: display values include exposure and tone mapping",
         ),
     };
     Failure::new(SceneError::new(ErrorCode::Image, message).help(help))
 }
 
-/// A usage error about the picture of the difference.
+/// A usage error about the difference picture.
 fn refused(path: &Path, what: &str, help: &str) -> Failure {
     let message = format!("{}: {what}", escape(&path.to_string_lossy()));
     Failure { exit: USAGE, ..Failure::new(SceneError::new(ErrorCode::Output, message).help(help)) }

@@ -9,7 +9,7 @@ use crate::text::plural;
 pub(super) fn of(c: &Compared) -> String {
     let (pair, [a, b]) = (&c.pair, &c.names);
     let kind = if pair.is_linear { "linear light" } else { "display values" };
-    let alpha = if pair.has_alpha { ", transparent in places" } else { "" };
+    let alpha = if pair.has_alpha { ", partly transparent" } else { "" };
     let mut out = format!("{b} against {a}: {}x{}, {kind}{alpha}\n", pair.width, pair.height);
     for (metric, found) in &c.measured {
         out += &format!(
@@ -23,17 +23,17 @@ pub(super) fn of(c: &Compared) -> String {
         if let Some((x, y)) = bad.first {
             let n = plural(bad.count, "pixel");
             out += &format!(
-                "{name}: {n} infinite or no number, taken as black in both; the first in column {x}, row {y}\n"
+                "{name}: {n} non-finite (NaN or infinite), counted as black in both; the first in column {x}, row {y}\n"
             );
         }
     }
     if let Some((x, y)) = pair.unlike.first {
         let n = plural(pair.unlike.count, "pixel");
-        out += &format!("{n} of these not the same in both; the first in column {x}, row {y}\n");
+        out += &format!("{n} of these differ between the two; the first in column {x}, row {y}\n");
     }
     if let Some(diff) = &c.diff {
         out += &format!(
-            "{}: {} of each pixel, black 0, pale yellow {}\n",
+            "{}: {} per pixel, black 0, pale yellow {}\n",
             diff.path,
             map_of(diff.metric),
             number(f64::from(diff.white))
@@ -50,17 +50,17 @@ fn judged(c: &Compared, v: &Verdict) -> String {
     let tolerance = number(v.tolerance);
     let bound = if v.metric.is_similarity() { "at least" } else { "at most" };
     if v.within {
-        return format!("within the tolerance: {title} {shown}, {bound} {tolerance} asked for\n");
+        return format!("within the tolerance: {title} {shown}, {bound} {tolerance} required\n");
     }
     if v.metric.is_within(v.value, v.tolerance) {
         return format!(
-            "past the tolerance: {title} {shown} is within {tolerance}, but pixels that are no numbers differ\n"
+            "beyond the tolerance: {title} {shown} is within {tolerance}, but non-finite pixels differ\n"
         );
     }
     let place = c.measured.iter().find(|(m, _)| *m == v.metric).map_or(String::new(), |(_, found)| {
         format!("; worst pixel in column {}, row {}", found.worst.x, found.worst.y)
     });
-    format!("past the tolerance: {title} {shown}, {bound} {tolerance} asked for{place}\n")
+    format!("beyond the tolerance: {title} {shown}, {bound} {tolerance} required{place}\n")
 }
 
 /// A metric's value with its unit.

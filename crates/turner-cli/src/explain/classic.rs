@@ -11,7 +11,7 @@ use super::record::classic::{Cut, Hit, InTheWay, Light, Ray, Tree};
 pub(super) fn grow(out: &mut SampleTree, tree: &Tree<'_>) {
     out.unwritten = tree.unwritten_rays;
     if tree.rays.is_empty() {
-        out.remarks.push("the camera shows nothing here".to_owned());
+        out.remarks.push("outside the image of the camera".to_owned());
     }
     if tree.dropped_rays > 0 {
         let what = rays(tree.dropped_rays);
@@ -85,11 +85,11 @@ impl Builder<'_> {
         node.traced = false;
         node.target = match cut.seen {
             Seen::Nothing => "not traced".to_owned(),
-            other => format!("not traced: {} stands for it", seen(other)),
+            other => format!("not traced: replaced by {}", seen(other)),
         };
         node.remark = match cut.reason {
-            CutReason::Depth => "as deep as `max_depth` allows",
-            CutReason::Count => "as many rays as `max_rays` allows",
+            CutReason::Depth => "`max_depth` is reached",
+            CutReason::Count => "`max_rays` is reached",
         }
         .to_owned();
         node.contribution = cut.contribution;
@@ -110,7 +110,7 @@ fn surface(node: &mut Node, ray: &Ray<'_>, hit: &Hit<'_>) {
         (true, ..) => "total internal reflection",
         (false, true, true) => "enters",
         (false, true, false) => "leaves",
-        (false, false, false) => "met from inside",
+        (false, false, false) => "hit from inside",
         (false, false, true) => "",
     }
     .to_owned();
@@ -146,7 +146,7 @@ fn surface(node: &mut Node, ray: &Ray<'_>, hit: &Hit<'_>) {
         rows.push(("adds", format!("{} = local × {share}", color(contribution))));
     }
     if let Some(emitted) = hit.emission.filter(|e| !e.is_black()) {
-        rows.push(("shines", color(emitted)));
+        rows.push(("emission", color(emitted)));
     }
 }
 
@@ -201,7 +201,7 @@ pub(super) fn casters_of(casters: &[InTheWay<'_>]) -> String {
     let mut listed: Vec<String> = casters.iter().map(|c| c.object.label()).collect();
     listed.dedup();
     match listed.len() {
-        0 => "something at its very edge".to_owned(),
+        0 => "an object at its very edge".to_owned(),
         1..=3 => listed.join(" and "),
         n => format!("{} and {} more", listed.get(..2).unwrap_or_default().join(", "), n - 2),
     }

@@ -36,7 +36,7 @@ pub(super) fn of(
     out += &format!("<span class=\"big\" style=\"background:{}\"></span>\n<div>\n", display.hex(e.color));
     out += &format!("<h1>{name}</h1>\n<p><b>{}</b> · {}</p>\n", exact(e.color), xml(&e.averaging));
     let equal = if e.exact {
-        "The rays of each sample that is shown sum to it to the last bit."
+        "The rays of each sample shown sum to it, equal to the last bit."
     } else {
         "THE RAYS DO NOT SUM TO THE SAMPLE: please report it."
     };
@@ -50,7 +50,7 @@ pub(super) fn of(
     for tree in trees {
         sample(&mut out, e, tree, views, display, budget, Some(tree.number) == first);
     }
-    out += "<footer class=\"dim\">Click a ray to open it; the triangle folds what comes of it. Point at rays or objects: what belongs together lights up.</footer>\n";
+    out += "<footer class=\"dim\">Click a ray to open it; the triangle folds its descendants. Point at a ray or an object to highlight what belongs to it.</footer>\n";
     out + &format!("<script>//<![CDATA[\n{SCRIPT}//]]>\n</script>\n</body>\n</html>\n")
 }
 
@@ -87,7 +87,7 @@ fn sample(
     *out += &format!("<section data-sample=\"{}\"{hidden}>\n<div class=\"tree\">\n", tree.number);
     let [x, y] = tree.place.map(number);
     *out += &format!(
-        "<h2>Sample {} of {} <span class=\"dim\">at ({x}, {y}), share {}</span></h2>\n",
+        "<h2>Sample {} of {} <span class=\"dim\">at ({x}, {y}), weight {}</span></h2>\n",
         tree.number,
         e.sample_count,
         number(tree.weight)
@@ -155,7 +155,7 @@ fn write_row(out: &mut String, tree: &SampleTree, row: &Row, display: &Display<'
                 xml(&node.target)
             );
             *out += &format!(
-                "<span class=\"sum\"><span title=\"weight\">× {}</span><span class=\"rail\" title=\"brings {}\"><span class=\"bar {word}\" \
+                "<span class=\"sum\"><span title=\"weight\">× {}</span><span class=\"rail\" title=\"contribution {}\"><span class=\"bar {word}\" \
                  style=\"width:{:.1}%\"></span></span><span class=\"share\">{}</span></span></summary>\n",
                 short_color(node.weight),
                 color(node.total),
@@ -184,7 +184,7 @@ fn write_row(out: &mut String, tree: &SampleTree, row: &Row, display: &Display<'
         }
         Row::Hidden { hidden, .. } => {
             *out += &format!(
-                "<div class=\"row dim\" {style}>… {} of together {} not shown; --all shows them</div>\n",
+                "<div class=\"row dim\" {style}>… {} with a sum of {} not shown; --all shows them</div>\n",
                 rays(hidden.rays),
                 color(hidden.brings)
             );

@@ -40,11 +40,11 @@ use crate::report::Reporter;
 use crate::scene::{FilmArgs, SceneArgs};
 use crate::text::print;
 
-/// Show why a pixel has its colour: every ray, what it met, and what it brought
+/// Explain the colour of a pixel: every ray, what it hit and what it contributed
 #[derive(Debug, Args)]
 #[command(
     after_help = "Give the options that the picture was rendered with: samples depend on them. With --samples N and \"path\" the sample \
-                  that carries most of the N is shown."
+                  with the largest contribution among the N is shown."
 )]
 pub(crate) struct ExplainArgs {
     #[command(flatten)]
@@ -52,24 +52,24 @@ pub(crate) struct ExplainArgs {
     /// Column and row of the pixel, from 0 at the top left
     #[arg(long, value_name = "X,Y", value_parser = parse_pixel, allow_hyphen_values = true)]
     pixel: (u32, u32),
-    /// Which of the pixel's samples, from 0; without it the one that carries most
+    /// Sample index, from 0 [default: the sample with the largest contribution]
     #[arg(long, value_name = "N")]
     sample: Option<usize>,
     #[command(flatten)]
     film: FilmArgs,
-    /// Show only rays whose path touches the object or material of this name
+    /// Show only paths that hit the object or material of this name
     #[arg(long, value_name = "NAME")]
     path_of: Option<String>,
-    /// How; without it by the extension of the output file, or else as text
+    /// Output format [default: by the extension of the output file, otherwise text]
     #[arg(long)]
     format: Option<Format>,
     /// Short for --format json
     #[arg(long, conflicts_with = "format")]
     json: bool,
-    /// Where to; `-` is standard output
+    /// Output file; `-` is standard output
     #[arg(short, long, value_name = "FILE")]
     output: Option<PathBuf>,
-    /// All rays and samples, not only those that bring most
+    /// Show all rays and samples, not only those with the largest contributions
     #[arg(long)]
     all: bool,
 }
@@ -77,20 +77,20 @@ pub(crate) struct ExplainArgs {
 /// How an explanation is written.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 enum Format {
-    /// A tree, for terminals
+    /// A tree for terminals
     Text,
-    /// All numbers, for programs
+    /// All values, for programs
     Json,
     /// A drawing of the tree and of the rays in the scene
     Svg,
-    /// The same as a page to explore
+    /// The drawing as an interactive page
     Html,
 }
 
 fn parse_pixel(text: &str) -> Result<(u32, u32), String> {
     let numbers =
         text.split_once(',').and_then(|(x, y)| Some((x.trim().parse().ok()?, y.trim().parse().ok()?)));
-    numbers.ok_or_else(|| "expected two whole numbers X,Y".to_owned())
+    numbers.ok_or_else(|| "expected two integers X,Y; write `--pixel 320,240`".to_owned())
 }
 
 impl ExplainArgs {

@@ -64,7 +64,7 @@ impl<'a> Names<'a> {
         let message = format!("--path-of: there is no object and no material \"{}\"", escape(wanted));
         let valid: Vec<&str> = valid.into_iter().collect();
         let help = suggestion(wanted, &valid).unwrap_or_else(|| {
-            "nothing in this scene has a name: call an object without one by its shape and number, e.g. \"sphere #0\"".to_owned()
+            "nothing in this scene has a name: refer to an object by its shape and index, e.g. \"sphere #0\"".to_owned()
         });
         Err(SceneError::new(ErrorCode::UnknownName, message).help(help))
     }

@@ -11,7 +11,7 @@ pub(super) fn grow(out: &mut SampleTree, integrator: &str, first: &FirstHit<'_>)
     let shown = out.rendered;
     out.parts.push((0, "shown", shown));
     let Some(ray) = &first.camera else {
-        out.remarks.push("the camera shows nothing here".to_owned());
+        out.remarks.push("outside the image of the camera".to_owned());
         return;
     };
     let mut node = Node::new(Kind::Camera, None, ray.origin, ray.direction);
@@ -35,11 +35,11 @@ pub(super) fn grow(out: &mut SampleTree, integrator: &str, first: &FirstHit<'_>)
             if hit.shading_normal != hit.geometric_normal {
                 node.rows.push(("shading normal", vector(hit.shading_normal)));
             }
-            format!("at the first surface, {} away", number(hit.t))
+            format!("at the first hit, distance {}", number(hit.t))
         }
         None => {
             node.target = "nothing".to_owned();
-            "where no surface is".to_owned()
+            "where no surface is hit".to_owned()
         }
     };
     out.remarks.push(format!("\"{integrator}\" shows {} {what}", exact(shown)));

@@ -13,21 +13,21 @@ use super::record::path::{
 
 pub(super) fn end(end: End) -> &'static str {
     match end {
-        End::Escaped => "it left the scene",
-        End::Absorbed => "nothing is scattered further",
-        End::Depth => "as many scatterings as the integrator allows",
-        End::Transparency => "as many surfaces passed straight as the integrator allows",
+        End::Escaped => "it leaves the scene",
+        End::Absorbed => "the light is absorbed",
+        End::Depth => "`max_depth` is reached",
+        End::Transparency => "`max_transparent` is reached",
         End::Roulette => "Russian roulette",
-        End::Unlit => "the surface shows its colour without light",
-        End::Vertices => "more surfaces than one path may meet",
-        End::OutsideField => "the camera shows nothing there",
+        End::Unlit => "the surface is unlit",
+        End::Vertices => "the limit on surfaces per path is reached",
+        End::OutsideField => "outside the image of the camera",
     }
 }
 
 fn lobe(lobe: &Lobe) -> &'static str {
     match (lobe.delta, lobe.transmission, lobe.diffuse) {
-        (true, false, _) => "mirror reflection",
-        (true, true, _) => "clear transmission",
+        (true, false, _) => "specular reflection",
+        (true, true, _) => "specular transmission",
         (false, false, true) => "diffuse reflection",
         (false, true, true) => "diffuse transmission",
         (false, false, false) => "glossy reflection",
@@ -86,14 +86,14 @@ fn vertex(out: &mut SampleTree, mut node: Node, v: &Vertex<'_>, own: Option<Spec
     let mut second = None;
     if let Some(way) = &v.way {
         through_medium(&mut node, way);
-        add(out, &mut node, "light of the medium", way.emission);
+        add(out, &mut node, "emission of the medium", way.emission);
         second = way.second.as_ref();
     }
     node.touches = v.touches;
     let of = v.surface.as_ref();
     add(out, &mut node, "emission", of.and_then(|s| s.emission.as_ref()).map(|e| e.contribution));
     add(out, &mut node, "photons", of.and_then(|s| s.photons.as_ref()).map(|p| p.contribution));
-    add(out, &mut node, "light sampled on the way", second_light(second));
+    add(out, &mut node, "light sampled in a medium", second_light(second));
     let sampled = v.light.as_ref().filter(|l| l.is_traced());
     add(out, &mut node, "sampled light", sampled.map(|l| l.contribution));
     if let Some(own) = own {
@@ -126,7 +126,7 @@ fn escape(out: &mut SampleTree, mut node: Node, e: &Escape<'_>, own: Option<Spec
     let mut second = None;
     if let Some(way) = &e.way {
         through_medium(&mut node, way);
-        add(out, &mut node, "light of the medium", way.emission);
+        add(out, &mut node, "emission of the medium", way.emission);
         second = way.second.as_ref();
     }
     let rows = &mut node.rows;
@@ -137,7 +137,7 @@ fn escape(out: &mut SampleTree, mut node: Node, e: &Escape<'_>, own: Option<Spec
     }
     for l in &e.lights {
         let pdf = e.pdf.map_or("none".to_owned(), number);
-        rows.push(("light around", color(l.radiance)));
+        rows.push(("environment radiance", color(l.radiance)));
         rows.push(("pdf", format!("{pdf}, light pdf {}", number(l.light_pdf))));
         rows.push(("MIS weight", number(l.mis_weight)));
     }
@@ -152,7 +152,7 @@ fn escape(out: &mut SampleTree, mut node: Node, e: &Escape<'_>, own: Option<Spec
         Some(own) => node.contribution = e.contribution * own,
         None => out.parts.push((place, "outside", e.contribution)),
     }
-    add(out, &mut node, "light sampled on the way", second_light(second));
+    add(out, &mut node, "light sampled in a medium", second_light(second));
     out.nodes.push(node);
     if let Some(Second { t, light: l }) = second {
         out.nodes.push(light(place, e.origin + e.direction * *t, l));
@@ -169,9 +169,9 @@ fn group(out: &mut SampleTree, path: &Path<'_>, shared: &Shared, places: &[usize
                 let rows = &mut node.rows;
                 rows.push((
                     "shared",
-                    "from here on the path is one of the group's: what leaves, by share".to_owned(),
+                    "from here on the path belongs to its group: contribution by weight".to_owned(),
                 ));
-                rows.push(("share", share));
+                rows.push(("weight", share));
                 rows.push(("adds", color(part.contribution)));
             }
             continue;
@@ -184,14 +184,14 @@ fn group(out: &mut SampleTree, path: &Path<'_>, shared: &Shared, places: &[usize
             (part.position - first.position).normalize_or_zero(),
         );
         node.to = Some(part.position);
-        node.target = format!("what the path of column {}, row {} found", part.pixel[0], part.pixel[1]);
+        node.target = format!("the path of column {}, row {}", part.pixel[0], part.pixel[1]);
         node.remark = "shared".to_owned();
         node.weight = part.share;
         node.contribution = part.contribution;
         let rows = &mut node.rows;
         rows.push(("hits", vector(part.position)));
         rows.push(("radiance", color(part.radiance)));
-        rows.push(("share", share));
+        rows.push(("weight", share));
         rows.push(("adds", color(part.contribution)));
         out.parts.push((out.nodes.len(), "path of a neighbour", part.contribution));
         out.nodes.push(node);
@@ -204,11 +204,11 @@ fn second_light(second: Option<&Second<'_>>) -> Option<Spectrum> {
 }
 
 fn through_medium(node: &mut Node, way: &Way<'_>) {
-    let whose = way.inside.map_or("in the open".to_owned(), |m| format!("inside {}", m.label()));
+    let whose = way.inside.map_or("outside all objects".to_owned(), |m| format!("inside {}", m.label()));
     let (length, weight) = (number(way.length), color(way.weight));
     node.rows.push(("through a medium", format!("{whose}, length {length}, weight {weight}")));
     if let Some(shone) = way.emission {
-        node.rows.push(("it shines", color(shone)));
+        node.rows.push(("emission", color(shone)));
     }
 }
 
@@ -216,7 +216,7 @@ fn in_medium(node: &mut Node, v: &Vertex<'_>) {
     node.to = Some(v.position);
     node.weight = v.throughput;
     node.target = "a medium".to_owned();
-    node.remark = "scattered by it".to_owned();
+    node.remark = "scattered".to_owned();
     let rows = &mut node.rows;
     rows.push(("t", number(v.t)));
     rows.push(("from", vector(v.origin)));
@@ -225,7 +225,7 @@ fn in_medium(node: &mut Node, v: &Vertex<'_>) {
     rows.push(("throughput", color(v.throughput)));
     if let Some(s) = &v.scatter {
         let (pdf, towards) = (number(s.pdf), vector(s.direction));
-        rows.push(("goes on by", format!("the phase function towards {towards}, pdf {pdf}")));
+        rows.push(("continues by", format!("the phase function towards {towards}, pdf {pdf}")));
         gambled(rows, s);
     }
 }
@@ -240,18 +240,18 @@ fn surface(node: &mut Node, v: &Vertex<'_>, s: &Surface<'_>) {
     let transmits = v.scatter.as_ref().is_some_and(|s| s.lobe.transmission);
     let inside_mirror = v.scatter.as_ref().is_some_and(|s| s.lobe.delta && !s.lobe.transmission);
     node.remark = match (v.passage, s.outside) {
-        (Passage::Hole, _) => "not there by chance: passed",
-        (Passage::Hidden, _) => "within a solid that stands above it: passed",
+        (Passage::Hole, _) => "transparent by stochastic opacity: passed",
+        (Passage::Hidden, _) => "inside a solid of higher priority: passed",
         (Passage::Boundary, true) => "enters a medium",
         (Passage::Boundary, false) => "leaves a medium",
         (Passage::Medium, _) => "",
-        (Passage::Exit, _) => "comes out of the body",
-        (Passage::Surface, _) if s.walk.is_some() => "met within the body",
-        (Passage::Pane, _) => "a clear pane: passed straight",
+        (Passage::Exit, _) => "leaves the body",
+        (Passage::Surface, _) if s.walk.is_some() => "hit inside the body",
+        (Passage::Pane, _) => "a thin clear surface: passed straight",
         (Passage::Surface, true) if transmits => "enters",
         (Passage::Surface, false) if transmits => "leaves",
         (Passage::Surface, false) if inside_mirror => "reflected inside",
-        (Passage::Surface, false) => "met from inside",
+        (Passage::Surface, false) => "hit from inside",
         (Passage::Surface, true) => "",
     }
     .to_owned();
@@ -267,7 +267,7 @@ fn surface(node: &mut Node, v: &Vertex<'_>, s: &Surface<'_>) {
     rows.push(("normal", format!("{}{tilted}", vector(s.geometric_normal))));
     if !v.inside.is_empty() {
         let inside: Vec<String> = v.inside.iter().map(|m| m.label()).collect();
-        let left = v.transmittance.map_or(String::new(), |left| format!(", which left {}", color(left)));
+        let left = v.transmittance.map_or(String::new(), |left| format!(", transmittance {}", color(left)));
         rows.push(("through", format!("{}{left}", inside.join(" and "))));
     }
     if let Some(walk) = &s.walk {
@@ -278,7 +278,7 @@ fn surface(node: &mut Node, v: &Vertex<'_>, s: &Surface<'_>) {
     }
     rows.push(("throughput", color(v.throughput)));
     if let Some(ior) = s.ior_around.filter(|&ior| ior != 1.0) {
-        rows.push(("index around", number(ior)));
+        rows.push(("outer index of refraction", number(ior)));
     }
     if let Some(band) = v.band {
         let carries = s.dispersed.map_or(String::new(), |t| format!(", now throughput {}", color(t)));
@@ -302,10 +302,10 @@ fn surface(node: &mut Node, v: &Vertex<'_>, s: &Surface<'_>) {
 type Rows = Vec<(&'static str, String)>;
 
 fn shines(rows: &mut Rows, e: &Emission) {
-    let pdf = e.pdf.map_or("no light sampling beside it".to_owned(), |p| format!("pdf {}", number(p)));
+    let pdf = e.pdf.map_or("not sampled as a light".to_owned(), |p| format!("pdf {}", number(p)));
     let weight = format!("MIS weight {}", number(e.mis_weight));
     rows.push((
-        "shines",
+        "emission",
         format!("{}; {pdf}, light pdf {}, {weight}", color(e.radiance), number(e.light_pdf)),
     ));
     rows.push(("adds", color(e.contribution)));
@@ -313,7 +313,7 @@ fn shines(rows: &mut Rows, e: &Emission) {
 
 fn scattered(rows: &mut Rows, s: &Scatter) {
     let eta = if s.eta == 1.0 { String::new() } else { format!(", eta {}", number(s.eta)) };
-    rows.push(("goes on by", format!("{} towards {}", lobe(&s.lobe), vector(s.direction))));
+    rows.push(("continues by", format!("{} towards {}", lobe(&s.lobe), vector(s.direction))));
     let f = color(s.bsdf);
     let (pdf, cosine) = (number(s.pdf), number(s.cosine));
     rows.push(("BSDF", format!("{f}, pdf {pdf}, cosine {cosine}{eta}, weight {}", color(s.weight))));
@@ -322,7 +322,7 @@ fn scattered(rows: &mut Rows, s: &Scatter) {
 
 fn gambled(rows: &mut Rows, s: &Scatter) {
     if let Some(r) = &s.roulette {
-        let lives = if r.number < r.survival { "survived" } else { "lost" };
+        let lives = if r.number < r.survival { "survived" } else { "terminated" };
         rows.push(("roulette", format!("{lives}: {} against {}", number(r.number), number(r.survival))));
     }
 }
@@ -341,7 +341,7 @@ fn light(parent: usize, p: DVec3, l: &Light<'_>) -> Node {
     node.traced = l.is_traced();
     node.open = l.visible.is_some_and(|visible| !visible.is_black());
     node.remark = match l.visible {
-        None => "brings nothing".to_owned(),
+        None => "contributes nothing".to_owned(),
         Some(visible) if visible.is_black() => format!("in shadow of {}", casters_of(&l.by)),
         Some(visible) if visible == Spectrum::WHITE => "visible".to_owned(),
         Some(visible) if l.by.is_empty() => format!("through a medium: {}", color(visible)),

@@ -47,7 +47,7 @@ pub(super) fn explain<'a>(
             _ => format!("samples of this pixel are numbered 0 to {}", listed.saturating_sub(1)),
         };
         let message = format!("there is no sample {n}: {has}");
-        let help = "`--samples N --antialias monte-carlo` takes more";
+        let help = "more samples: `--samples N --antialias monte-carlo`";
         return Err(SceneError::new(ErrorCode::OutOfRange, message).help(help));
     }
     // The ones that carry most come first.
@@ -170,9 +170,9 @@ fn chosen(pixel: &PixelRecord, order: &[usize], room: usize) -> Option<String> {
     let shown = match pixel.samples.len() <= room {
         true => String::new(),
         false if room == 1 => "; it is shown: --sample N shows another, --all all of them".to_owned(),
-        false => format!("; the {room} that carry most are shown"),
+        false => format!("; the {room} with the largest contributions are shown"),
     };
-    Some(format!("sample {most} carries most{percent}{shown}"))
+    Some(format!("sample {most} has the largest contribution{percent}{shown}"))
 }
 
 /// Whether the film scales a sample down.
@@ -186,11 +186,12 @@ fn averaging(p: &Prepared, pixel: &PixelRecord) -> String {
     let mut samples = mean_of_samples(p, pixel);
     let cut = pixel.samples.iter().filter(|s| is_cut(p, s)).count();
     if cut > 0 {
-        samples += &format!("; {cut} of them cut to {} (film.clamp_sample)", short(p.view.film.clamp_sample));
+        samples +=
+            &format!("; {cut} of them clamped to {} (film.clamp_sample)", short(p.view.film.clamp_sample));
     }
     match p.path().and_then(|path| path.caustics()) {
         Some(_) => {
-            format!("{samples}; in the picture light paths bring more to it (--caustics off: nothing)")
+            format!("{samples}; in the picture light paths add to it (not with --caustics off)")
         }
         None => samples,
     }
@@ -199,15 +200,15 @@ fn averaging(p: &Prepared, pixel: &PixelRecord) -> String {
 fn mean_of_samples(p: &Prepared, pixel: &PixelRecord) -> String {
     let n = pixel.count;
     match p.view.film.antialias {
-        Antialias::None => "its one sample".to_owned(),
+        Antialias::None => "its only sample".to_owned(),
         Antialias::Mean => format!("the mean of {n} samples: its own and those of its neighbours"),
         Antialias::Grid => format!("the mean of {n} samples on a grid"),
-        Antialias::MonteCarlo if n == 1 => "its one sample, at a random place".to_owned(),
-        Antialias::MonteCarlo => format!("the mean of {n} samples at random places"),
+        Antialias::MonteCarlo if n == 1 => "its only sample, at a random position".to_owned(),
+        Antialias::MonteCarlo => format!("the mean of {n} samples at random positions"),
         Antialias::Adaptive => {
             let squares = pixel.squares.len();
             let divided = if squares == 1 {
-                "one square: its corners are much alike".to_owned()
+                "one square: its corners are similar".to_owned()
             } else {
                 format!(
                     "{squares} squares, divided where corners differ by more than {}",

@@ -174,7 +174,8 @@ fn tree_rows(out: &mut String, tree: &SampleTree, rows: &[Row], display: &Displa
                 );
             }
             Row::Hidden { hidden, .. } => {
-                let line = format!("… {} of together {} not shown", rays(hidden.rays), color(hidden.brings));
+                let line =
+                    format!("… {} with a sum of {} not shown", rays(hidden.rays), color(hidden.brings));
                 *out += &format!(
                     "<text class=\"dim\" x=\"{:.1}\" y=\"{:.1}\">{}</text>\n",
                     x + 4.0,
@@ -187,7 +188,7 @@ fn tree_rows(out: &mut String, tree: &SampleTree, rows: &[Row], display: &Displa
     }
 }
 
-/// The sum as a bar: what each ray brought by itself, as wide as its share, in the colour that it found.
+/// The sum as a bar: contribution of each ray alone, as wide as its share, in the colour that it found.
 fn sums(out: &mut String, tree: &SampleTree, display: &Display<'_>, y: f64) -> f64 {
     let mut parts: Vec<(usize, Spectrum)> = Vec::new();
     for (node, _, part) in tree.parts.iter().filter(|(_, _, part)| !part.is_black()) {
@@ -200,8 +201,7 @@ fn sums(out: &mut String, tree: &SampleTree, display: &Display<'_>, y: f64) -> f
     if parts.is_empty() || total <= 0.0 {
         return y;
     }
-    *out +=
-        &format!("<text class=\"dim\" x=\"{LEFT}\" y=\"{y:.1}\">what each ray brought by itself</text>\n");
+    *out += &format!("<text class=\"dim\" x=\"{LEFT}\" y=\"{y:.1}\">contribution of each ray alone</text>\n");
     let (mut x, y) = (LEFT, y + 8.0);
     for (node, part) in parts {
         let width = TREE * tree.share(part) / total;

@@ -91,7 +91,7 @@ fn samples(out: &mut String, e: &Explanation<'_>, trees: &[SampleTree], style: &
         let [x, y] = s.place.map(number);
         let c = s.color;
         *out += &format!(
-            " {mark} sample {i:<4} {}{}  at ({x}, {y}), share {}\n",
+            " {mark} sample {i:<4} {}{}  at ({x}, {y}), weight {}\n",
             style.swatch(c),
             exact(c),
             number(s.share)
@@ -112,11 +112,11 @@ fn sample(out: &mut String, e: &Explanation<'_>, tree: &SampleTree, style: &Styl
     if shown.elsewhere.rays > 0 {
         let name = escape(e.path_of.as_deref().unwrap_or_default());
         let (what, brings) = (rays(shown.elsewhere.rays), short_sum(shown.elsewhere));
-        *out += &style.dim(&format!("… {what} of together {brings} do not touch \"{name}\"\n"));
+        *out += &style.dim(&format!("… {what} with a sum of {brings} do not touch \"{name}\"\n"));
     }
     if tree.unwritten > 0 {
         let what = rays(tree.unwritten);
-        *out += &style.dim(&format!("… {what} more are part of the sum, but too many to be kept\n"));
+        *out += &style.dim(&format!("… {what} more are part of the sum; too many to store\n"));
     }
     for remark in &tree.remarks {
         *out += &format!("{remark}\n");
@@ -146,11 +146,11 @@ fn sums(out: &mut String, tree: &SampleTree, shown: &Shown, style: &Style<'_>) {
     }
     let rest = tree.parts.len() - count;
     if rest > 0 {
-        *out += &style.dim(&format!("  … and {rest} more terms, each in its turn\n"));
+        *out += &style.dim(&format!("  … and {rest} more terms\n"));
     }
     *out += &format!("  {}{:<32} {}\n", style.swatch(tree.sum), "sum", exact(tree.sum));
     let equal = match (tree.exact, tree.rendered.is_finite()) {
-        (_, false) => "no finite number: left out of the picture",
+        (_, false) => "non-finite: omitted from the picture",
         (true, true) => "equal to the last bit",
         (false, true) => "NOT EQUAL",
     };
@@ -194,7 +194,7 @@ impl Branches<'_, '_> {
             }
             if hidden.rays > 0 {
                 let line = format!(
-                    "… {} of together {} not shown; --all shows them",
+                    "… {} with a sum of {} not shown; --all shows them",
                     rays(hidden.rays),
                     short_sum(hidden)
                 );

@@ -1,4 +1,4 @@
-//! A check, what it found, and what checks share.
+//! A check, its finding, and what checks share.
 
 use std::sync::Mutex;
 
@@ -12,42 +12,42 @@ use turner_io::scene::{LoadOptions, load_text};
 
 use crate::instructions::instruction_set;
 
-/// How much is done.
+/// Number of samples.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Effort {
-    /// What `turner verify` does: half a minute.
+    /// That of `turner verify`: half a minute.
     Short,
-    /// With several times the samples where that finds more.
+    /// Several times the samples where that finds more.
     Whole,
     /// Sixteen times the samples of everything.
     Long,
 }
 
-/// What checks share.
+/// State that the checks share.
 pub struct Context {
-    /// What all random numbers follow from.
+    /// Seed of all random numbers.
     pub seed: u64,
     /// How many samples are taken.
     pub effort: Effort,
     /// Threads to render with, 1 or more.
     pub threads: usize,
-    /// Samples that were not finite, in all that was rendered so far, and how many samples there were.
+    /// Non-finite samples of all renders so far, and the number of samples.
     pub rendered: Mutex<(NonFinite, u64)>,
 }
 
-/// What decides.
+/// The result of a check.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Verdict {
-    /// How probable so bad a result is if all is right: held against a level that all checks of the run share.
+    /// p-value: the probability of a result at least as bad if nothing is wrong. Compared with the level that all checks share.
     Chance(f64),
-    /// A number, and the largest it may be.
+    /// A value and its upper limit.
     Limit(f64, f64),
 }
 
 /// What a check found.
 #[derive(Clone, Debug)]
 pub struct Finding {
-    /// What decides.
+    /// The result of a check.
     pub verdict: Verdict,
     /// In a few words and numbers.
     pub found: String,
@@ -60,7 +60,7 @@ pub type Work = dyn Fn(&Context) -> Result<Finding, SceneError>;
 pub struct Check {
     /// `group/what`.
     pub name: String,
-    /// Whether it is a statistical test, which can fail by chance.
+    /// Whether it is a statistical test, which can fail although nothing is wrong.
     pub by_chance: bool,
     /// Does it. An error is a check that cannot be done: it fails.
     pub run: Box<Work>,
@@ -85,7 +85,7 @@ impl Check {
 }
 
 impl Finding {
-    /// What is as probable as `p` by chance, if all is right.
+    /// A statistical result with p-value `p`.
     pub fn chance(p: f64, found: impl Into<String>) -> Finding {
         Finding { verdict: Verdict::Chance(p), found: found.into() }
     }

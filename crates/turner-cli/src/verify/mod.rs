@@ -29,10 +29,10 @@ use crate::events::Events;
 use crate::failure::{FAILED, Failure};
 use crate::report::Reporter;
 
-/// How probable it is that a run in which all is right fails a check.
+/// Significance level of a run: the probability that a check fails although nothing is wrong.
 const FALSE_ALARM: f64 = 0.01;
 
-/// Check by statistics that what is rendered is true: half a minute
+/// Test with statistics that Turner renders correct pictures (half a minute)
 #[derive(Debug, Args)]
 #[command(after_help = VERIFY_HELP)]
 pub(crate) struct VerifyArgs {
@@ -40,28 +40,28 @@ pub(crate) struct VerifyArgs {
     run: RunArgs,
 }
 
-/// How the results of statistical tests are read.
+/// How to read the results of the statistical tests.
 pub const VERIFY_HELP: &str = "\
 Each run uses a new random seed unless --seed is given. The statistical tests together have a
 significance level of 1 %: if nothing is wrong, at most one run in a hundred fails. Repeat a
 failed check with --only and other seeds. Exit code 1 if a check fails.";
 
-/// Which checks are run, and how.
+/// Which checks to run, and how.
 #[derive(Debug, Args)]
 pub struct RunArgs {
-    /// Seed of all random numbers, or `fresh` for one from the clock
+    /// Seed of the random numbers, or `fresh` for a seed from the clock
     #[arg(long, value_name = "N|fresh", default_value = "fresh", value_parser = parse_seed)]
     seed: Seed,
-    /// One JSON object per line
+    /// Print one JSON object per line
     #[arg(long)]
     json: bool,
-    /// Only checks whose name contains this (repeatable)
+    /// Run only checks whose name contains NAME (repeatable)
     #[arg(long, value_name = "NAME")]
     only: Vec<String>,
-    /// Name the checks and run none
+    /// List the checks without running them
     #[arg(long)]
     list: bool,
-    /// Threads; 0 is all there are
+    /// Number of threads; 0 means all cores
     #[arg(long, default_value_t = 0)]
     threads: usize,
 }
@@ -75,10 +75,7 @@ enum Seed {
 fn parse_seed(text: &str) -> Result<Seed, String> {
     match text {
         "fresh" => Ok(Seed::Fresh),
-        n => n
-            .parse()
-            .map(Seed::Given)
-            .map_err(|_| "expected a whole number of 0 or more, or `fresh`".to_owned()),
+        n => n.parse().map(Seed::Given).map_err(|_| "expected an integer, 0 or more, or `fresh`".to_owned()),
     }
 }
 
@@ -98,7 +95,7 @@ pub fn checks() -> Vec<Check> {
     all
 }
 
-/// Runs those of the checks that were asked for, and one more that looks at all samples; prints what they found. Returns the
+/// Runs the selected checks, and one more on all samples; prints their findings. Returns the
 /// exit code.
 pub fn run_checks(mut checks: Vec<Check>, args: &RunArgs, effort: Effort) -> u8 {
     checks.push(sameness::all_finite());
@@ -111,13 +108,14 @@ pub fn run_checks(mut checks: Vec<Check>, args: &RunArgs, effort: Effort) -> u8 
     }
 }
 
-/// Those asked for, or all.
+/// The selected checks, or all.
 fn selected(all: Vec<Check>, args: &RunArgs) -> Result<Vec<Check>, Failure> {
     for asked in &args.only {
         if !all.iter().any(|c| c.name.contains(asked.as_str())) {
             let message = format!("there is no check \"{}\"", escape(asked));
             let names: Vec<&str> = all.iter().map(|c| c.name.as_str()).collect();
-            let help = suggestion(asked, &names).unwrap_or_else(|| "--list names them".into());
+            let help =
+                suggestion(asked, &names).unwrap_or_else(|| "`turner verify --list` lists the checks".into());
             return Err(Failure::usage(SceneError::new(ErrorCode::UnknownName, message).help(help)));
         }
     }

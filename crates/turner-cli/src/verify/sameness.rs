@@ -123,7 +123,7 @@ pub(super) fn checks() -> Vec<Check> {
                 let expected: Vec<_> = (rect.y..rect.y + rect.height).flat_map(row).collect();
                 wrong += differing(&expected, &part.linear);
             }
-            Ok(pixels(wrong, "three ways to cut the picture into tiles"))
+            Ok(pixels(wrong, "three ways to divide the picture into tiles"))
         }),
         Check::limit("bytes/instruction-sets", |cx| {
             let (mut wrong, mut names, mut first) = (0, Vec::new(), None);
@@ -146,8 +146,7 @@ pub(super) fn checks() -> Vec<Check> {
 pub(super) fn all_finite() -> Check {
     Check::limit("finite/all-samples", |cx| {
         let (bad, samples) = *cx.rendered.lock().unwrap_or_else(|e| e.into_inner());
-        let found =
-            format!("{} of {} samples are no finite numbers", bad.count, crate::text::count(samples as f64));
+        let found = format!("{} of {} samples are non-finite", bad.count, crate::text::count(samples as f64));
         Ok(Finding { verdict: Verdict::Limit(bad.count as f64, 0.0), found })
     })
 }
@@ -194,8 +193,8 @@ fn within_small_stack(cx: &Context, text: &str, expected: f32) -> Result<Finding
     let work = || render(cx, &scene, 1, u32::MAX);
     let picture = std::thread::scope(|scope| {
         let thread = std::thread::Builder::new().stack_size(STACK).spawn_scoped(scope, work);
-        let thread = thread.map_err(|e| fault(format!("no thread can be started: {e}")))?;
-        thread.join().unwrap_or_else(|_| Err(fault("the thread came to an unexpected end")))
+        let thread = thread.map_err(|e| fault(format!("cannot start a thread: {e}")))?;
+        thread.join().unwrap_or_else(|_| Err(fault("the thread ended unexpectedly")))
     })?;
     // Nothing absorbs light here, and nearly no path ends before it finds it.
     let colors = picture.linear.iter().flat_map(|p| p[..3].iter().copied());

@@ -34,7 +34,7 @@ impl Table {
         }
         let width = self.width;
         text::print(&format!(
-            "Seed {seed}; {} checks, {by_chance} of them by chance: these fail below p = {level:.1e}.\n\n\
+            "Seed {seed}; {} checks, {by_chance} of them statistical: these fail below p = {level:.1e}.\n\n\
              {:width$}  verdict  statistic  threshold    time  found\n",
             self.checks, "check"
         ));
@@ -91,7 +91,7 @@ impl Table {
         text::print(&match failed {
             0 => format!("\nAll {checks} checks passed in {seconds}.\n"),
             n => {
-                format!("\n{n} of {checks} checks failed, in {seconds}. The same run again: --seed {seed}\n")
+                format!("\n{n} of {checks} checks failed, in {seconds}. Repeat this run with --seed {seed}\n")
             }
         });
     }

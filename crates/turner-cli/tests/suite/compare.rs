@@ -89,7 +89,7 @@ fn the_exit_code_is_the_verdict() {
         assert_eq!((code, &one["verdict"]["within"]), (Some(1), &Value::Bool(false)), "{one}");
     }
     let past = f.turner(&["compare", &a, &b, "--tolerance", "0.05"]);
-    past.fails(1, &["past the tolerance: FLIP 0.067", "at most 0.05", "column 38, row 22"]);
+    past.fails(1, &["beyond the tolerance: FLIP 0.067", "at most 0.05", "column 38, row 22"]);
     let within = f.turner(&["compare", &a, &b, "--tolerance", "0.07"]).ok();
     assert!(within.stdout.contains("within the tolerance: FLIP"), "{within:?}");
     let same = f.turner(&["compare", &a, &a, "--tolerance", "0"]).ok();
@@ -156,7 +156,8 @@ fn what_cannot_be_compared_is_said() {
     write(&f, "a.hdr", &[[0.5, 0.5, 0.5, 1.0]; 6], 3);
     f.turner(&["compare", "a.exr", "tall.exr"])
         .fails(1, &["E0202", "tall.exr: 2x3 pixels, expected 3x2 as in a.exr"]);
-    f.turner(&["compare", "a.exr", "clear.exr"]).fails(1, &["E0202", "clear.exr: transparent", "background"]);
+    f.turner(&["compare", "a.exr", "clear.exr"])
+        .fails(1, &["E0202", "clear.exr: partly transparent", "background"]);
     f.turner(&["compare", "a.png", "a.exr"]).fails(1, &["E0202", "a.exr: linear light", "two EXR"]);
     f.turner(&["compare", "a.exr", "b.exr"]).fails(1, &["E0201", "b.exr", "nearest is \"a.exr\""]);
     f.turner(&["compare", "a.exr", "."]).fails(1, &["E0201"]);
@@ -185,7 +186,7 @@ fn pixels_that_are_no_numbers_are_counted_and_must_be_the_same() {
     assert_eq!(found["non_finite"]["picture"]["count"], 2);
     assert_eq!(found["non_finite"]["picture"]["first"], serde_json::json!({ "x": 1, "y": 1 }));
     let run = f.turner(&["compare", "a.exr", "b.exr", "--metric", "rmse", "--tolerance", "1"]);
-    run.fails(1, &["past the tolerance", "2 pixels", "column 1, row 1"]);
+    run.fails(1, &["beyond the tolerance", "2 pixels", "column 1, row 1"]);
     f.turner(&["compare", "b.exr", "b.exr", "--tolerance", "0"]).ok();
 }
 

@@ -32,6 +32,24 @@ fn the_reference_is_generated() {
     assert!(same, "docs/reference/scene-format.md is out of date: run this test with TURNER_UPDATE=1");
 }
 
+/// Documents that are generated as a whole.
+#[test]
+fn the_lists_of_errors_and_options_are_generated() {
+    let documents = [
+        ("reference/errors.md", turner_cli::error_pages::markdown()),
+        ("reference/command-line.md", turner_cli::command_line::markdown()),
+    ];
+    for (name, generated) in documents {
+        let path = docs().join(name);
+        if std::env::var_os("TURNER_UPDATE").is_some_and(|v| v == "1") {
+            std::fs::write(&path, generated).unwrap();
+            continue;
+        }
+        let text = std::fs::read_to_string(&path).unwrap_or_default().replace("\r\n", "\n");
+        assert!(text == generated, "docs/{name} is out of date: run this test with TURNER_UPDATE=1");
+    }
+}
+
 /// Documents that list all of something.
 #[test]
 fn lists_in_documents_are_whole() {
@@ -138,7 +156,7 @@ fn render(name: &str, snippet: &str) -> Result<(), String> {
     renderer.pass(u32::MAX, &options).map_err(|e| fail(&e))?;
     match renderer.film.non_finite.count {
         0 => Ok(()),
-        n => Err(fail(&format!("{n} samples are no finite numbers"))),
+        n => Err(fail(&format!("{n} non-finite samples"))),
     }
 }
 

@@ -209,7 +209,7 @@ fn the_text_names_what_was_met_and_shows_the_sum() {
         "leaves",
         "refracted →",
         "throughput 1",
-        "clear transmission",
+        "specular transmission",
         "eta 0.66",
         "MIS weight",
         "the path ends: ",
@@ -232,11 +232,11 @@ fn the_text_names_what_was_met_and_shows_the_sum() {
     let samples = json["samples"].as_array().unwrap().iter();
     let brightest = samples.map(|s| color(&s["color"]).into_iter().fold(0.0, f32::max)).enumerate();
     let most = brightest.max_by(|a, b| a.1.total_cmp(&b.1).then(b.0.cmp(&a.0))).unwrap().0;
-    assert!(text.contains(&format!("sample {most} carries most")), "{text}");
+    assert!(text.contains(&format!("sample {most} has the largest contribution")), "{text}");
     // Samples that the film cuts.
     let cut = f.turner(&[&args[..], &options, &["-D", "film.clamp_sample=0.001"]].concat()).ok().stdout;
     assert!(
-        cut.contains("of them cut to 0.001 (film.clamp_sample)") && cut.contains("equal to the last bit"),
+        cut.contains("of them clamped to 0.001 (film.clamp_sample)") && cut.contains("equal to the last bit"),
         "{cut}"
     );
     let direct = explain(&f, "g.toml", "12,7", &["--integrator", "direct"]);
@@ -414,8 +414,8 @@ fn what_cannot_be_explained_is_said() {
         &["g.toml", "--pixel", "0,0", "--sample", "1"],
         &["E0105", "no sample 1", "one sample, number 0"],
     );
-    fails(2, &["g.toml", "--pixel", "0"], &["two whole numbers"]);
-    fails(2, &["g.toml", "--pixel", "-1,2"], &["two whole numbers X,Y"]);
+    fails(2, &["g.toml", "--pixel", "0"], &["two integers"]);
+    fails(2, &["g.toml", "--pixel", "-1,2"], &["two integers X,Y"]);
     fails(2, &["g.toml"], &["--pixel"]);
     fails(2, &["g.toml", "--pixel", "0,0", "-o", "e.png"], &["E0401", "e.png", ".html"]);
     let before = f.names();

@@ -170,6 +170,6 @@ fn a_picture_that_the_model_uses_is_not_written_over() {
         .map(|l| if l.starts_with("usemtl") { "usemtl a\n".into() } else { format!("{l}\n") })
         .collect();
     f.write("cube.obj", &own);
-    f.turner(&small(&["cube.obj"])).fails(1, &["cube.png", "made of this file"]);
+    f.turner(&small(&["cube.obj"])).fails(1, &["cube.png", "reads this file"]);
     assert_eq!(f.read("cube.png"), before);
 }

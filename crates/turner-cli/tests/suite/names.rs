@@ -55,6 +55,21 @@ fn help_explains_commands_and_the_scene_format() {
     }
     f.turner(&["help", "scene", "spere"]).fails(2, &["did you mean \"sphere\""]);
     f.turner(&["help", "rendr"]).fails(2, &["did you mean \"render\""]);
+    for (word, expected) in [
+        ("fov", "the camera \"pinhole\""),
+        ("gloss", "0 to 8"),
+        ("k_reflect", "the material \"classic\""),
+        ("monte-carlo", "antialias = \"monte-carlo\""),
+        ("--samples", "film.samples"),
+        ("-o", "--output"),
+        ("E0102", "radus"),
+        ("e0102", "radus"),
+        ("tomato", "#ff6347"),
+        ("metalness", "base_metalness"),
+        ("--spp", "--samples 64"),
+    ] {
+        assert!(help(&[word]).contains(expected), "{word}: {}", help(&[word]));
+    }
     assert!(help(&["scene", "--markdown"]).contains("\n### Shapes: `sphere`\n"));
 }
 

@@ -4,7 +4,7 @@ use turner::schema::{ErrorCode, SceneError};
 
 use super::sources::{Location, Sources};
 
-/// Why a scene could not be loaded. Displayed in one to three lines:
+/// Why a scene could not be loaded. Each error is displayed in one to three lines:
 ///
 /// ```text
 /// error[E0102]: scene.toml:12:3: unknown key `radus` in the shape "sphere"
@@ -12,7 +12,7 @@ use super::sources::{Location, Sources};
 /// ```
 #[derive(Clone, Debug)]
 pub struct LoadError {
-    /// What is wrong.
+    /// What is wrong first; further errors of the scene are its [`SceneError::more`].
     pub error: SceneError,
     /// The texts read so far.
     pub sources: Sources,
@@ -48,17 +48,22 @@ impl LoadError {
 
 impl std::fmt::Display for LoadError {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        write!(f, "error[{}]: ", self.code())?;
-        match self.location() {
-            Some(at) if at.is_argument => write!(f, "{}: ", at.file)?,
-            Some(at) => write!(f, "{}:{}:{}: ", at.file, at.line, at.column)?,
-            None => {}
+        for (i, error) in std::iter::once(&self.error).chain(&self.error.more).enumerate() {
+            if i > 0 {
+                writeln!(f)?;
+            }
+            write!(f, "error[{}]: ", error.code.as_str())?;
+            match error.span.and_then(|span| self.sources.locate(span)) {
+                Some(at) if at.is_argument => write!(f, "{}: ", at.file)?,
+                Some(at) => write!(f, "{}:{}:{}: ", at.file, at.line, at.column)?,
+                None => {}
+            }
+            write!(f, "{}", error.message)?;
+            if let Some(help) = &error.help {
+                write!(f, "\n  help: {help}")?;
+            }
         }
-        write!(f, "{}", self.error.message)?;
-        match &self.error.help {
-            Some(help) => write!(f, "\n  help: {help}"),
-            None => Ok(()),
-        }
+        Ok(())
     }
 }
 

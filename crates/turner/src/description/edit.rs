@@ -130,7 +130,7 @@ impl Changes {
         for (section, _) in SECTIONS {
             top.take(section);
         }
-        top.finish()?;
+        top.finish(cx)?;
         let integrator = top.take("integrator").map_or(integrator, integrator_type);
         let mut changes = Changes {
             film: top.take("film").map(|value| read_film(value, integrator, cx)).transpose()?,
@@ -217,7 +217,7 @@ impl Changes {
             let name = new.map(str::to_owned);
             let mut table = TableReader::of(value, "a group")?;
             let objects = list(table.take("object"), "object", |value| read_object(value, cx))?;
-            table.finish()?;
+            table.finish(cx)?;
             self.groups.push((number, name, objects.unwrap_or_default()));
         }
         cx.in_group = false;

@@ -82,9 +82,14 @@ impl Reader<'_> {
         transform: &mut Transform,
         motion: &mut Option<Transform>,
     ) -> Result<GroupId, SceneError> {
+        let before = self.faults();
         let desc = ModelDesc::read(table, self)?;
+        // A file that is not named, or read with other settings, would give errors that follow from these.
+        if self.faults() > before {
+            return Ok(GroupId(0));
+        }
         let span = table.span_of("file");
-        let model = self.assets.model(&desc, span.file).map_err(|e| e.or_at(Some(span)))?;
+        let model = self.once(&format!("{desc:?}"), span, |assets| assets.model(&desc, span.file))?;
         for placed in std::iter::once(transform as &mut Transform).chain(motion) {
             placed.0 *= desc.up.rotation();
         }

@@ -3,7 +3,6 @@
 use std::collections::HashMap;
 use std::sync::Arc;
 
-use super::read_object::read_object;
 use super::read_parts::*;
 use crate::camera::CameraDesc;
 use crate::color::Transfer;
@@ -13,10 +12,10 @@ use crate::image::Image;
 use crate::material::MaterialDesc;
 use crate::medium::MediumDesc;
 use crate::schema::error::{escape, unknown_name};
-use crate::schema::value::{Data, FileId, Span, Table, Value};
+use crate::schema::value::{Data, FileId, Span, Value};
 use crate::schema::{
     Asset, ErrorCode, GridData, GroupId, ImageId, LightProfile, MaterialId, MediumId, MeshData, MeshId,
-    Named, ReadContext, SceneError, TableReader, TextureId, Warning, wrong_type,
+    Named, ReadContext, SceneError, TextureId, Warning, wrong_type,
 };
 use crate::texture::TextureDesc;
 
@@ -41,6 +40,9 @@ pub trait SceneAssets {
 
 /// How deep textures and materials written in place may nest.
 const MAX_NESTING: u32 = 64;
+
+/// Most errors that are collected. Each may take a search through all names of the scene for the nearest one.
+const MAX_FAULTS: usize = 100;
 
 /// What is known of a scene while it is read.
 pub(super) struct Reader<'a> {
@@ -67,6 +69,10 @@ pub(super) struct Reader<'a> {
     /// Whether objects of a group are being read.
     pub(super) in_group: bool,
     nesting: u32,
+    /// Files that could not be read, with the error: each is tried once.
+    failed: HashMap<(FileId, String), SceneError>,
+    /// Errors so far, where reading continues after them.
+    pub(super) faults: Option<Vec<SceneError>>,
 }
 
 impl<'a> Reader<'a> {
@@ -93,7 +99,41 @@ impl<'a> Reader<'a> {
             imports: Vec::new(),
             in_group: false,
             nesting: 0,
+            failed: HashMap::new(),
+            faults: None,
         }
+    }
+}
+
+/// The value that was read; `None` if it could not be read and the error was noted.
+pub(super) fn noted<T>(cx: &mut Reader<'_>, read: Result<T, SceneError>) -> Result<Option<T>, SceneError> {
+    (cx as &mut dyn ReadContext).noted(read)
+}
+
+impl Reader<'_> {
+    /// The names to choose the nearest from. Of very many names only the first error gets one: sorting and comparing them takes
+    /// about a second for a million.
+    pub(super) fn names<'n, T>(&self, ids: &'n HashMap<String, T>) -> Vec<&'n str> {
+        const MANY: usize = 10_000;
+        if ids.len() > MANY && self.faults() > 0 { Vec::new() } else { sorted_names(ids) }
+    }
+
+    /// Reads a file, unless that failed before.
+    pub(super) fn once<T>(
+        &mut self,
+        key: &str,
+        span: Span,
+        read: impl FnOnce(&mut dyn SceneAssets) -> Result<T, SceneError>,
+    ) -> Result<T, SceneError> {
+        let key = (span.file, key.to_owned());
+        if let Some(error) = self.failed.get(&key) {
+            return Err(error.clone());
+        }
+        read(self.assets).map_err(|error| {
+            let error = error.or_at(Some(span));
+            self.failed.insert(key, error.clone());
+            error
+        })
     }
 }
 
@@ -107,38 +147,39 @@ impl ReadContext for Reader<'_> {
     }
 
     fn texture_names(&self) -> Vec<&str> {
-        sorted_names(&self.texture_ids)
+        self.names(&self.texture_ids)
     }
 
     fn inline_texture(&mut self, value: &Value) -> Result<TextureId, SceneError> {
         self.nesting += 1;
         if self.nesting > MAX_NESTING {
+            self.nesting -= 1;
             let message = format!("textures nest deeper than {MAX_NESTING}");
             return Err(SceneError::at(ErrorCode::Cycle, value.span, message));
         }
         let id = TextureId(self.textures.len() as u32);
         self.textures.push(None);
-        let texture = read_texture(value, self)?;
-        self.textures[id.index()] = Some(Named { name: None, span: Some(value.span), value: texture });
+        let texture = read_texture(value, self);
         self.nesting -= 1;
+        self.textures[id.index()] = Some(Named { name: None, span: Some(value.span), value: texture? });
         Ok(id)
     }
 
     fn image(&mut self, uri: &str, span: Span) -> Result<ImageId, SceneError> {
-        let image = self.assets.image(uri, span.file).map_err(|e| e.or_at(Some(span)))?;
+        let image = self.once(&format!("image {uri}"), span, |assets| assets.image(uri, span.file))?;
         Ok(ImageId(intern(&mut self.images, uri, image)))
     }
 
     fn light_profile(&mut self, uri: &str, span: Span) -> Result<Arc<LightProfile>, SceneError> {
-        self.assets.light_profile(uri, span.file).map_err(|e| e.or_at(Some(span)))
+        self.once(&format!("light_profile {uri}"), span, |assets| assets.light_profile(uri, span.file))
     }
 
     fn grid(&mut self, uri: &str, span: Span) -> Result<Arc<GridData>, SceneError> {
-        self.assets.grid(uri, span.file).map_err(|e| e.or_at(Some(span)))
+        self.once(&format!("grid {uri}"), span, |assets| assets.grid(uri, span.file))
     }
 
     fn mesh_file(&mut self, uri: &str, span: Span) -> Result<MeshId, SceneError> {
-        let mesh = self.assets.mesh(uri, span.file).map_err(|e| e.or_at(Some(span)))?;
+        let mesh = self.once(&format!("mesh {uri}"), span, |assets| assets.mesh(uri, span.file))?;
         Ok(MeshId(intern(&mut self.meshes, uri, mesh)))
     }
 
@@ -155,10 +196,37 @@ impl ReadContext for Reader<'_> {
         self.warnings.push(warning);
     }
 
+    fn fault(&mut self, error: SceneError) -> Result<(), SceneError> {
+        let Some(faults) = &mut self.faults else { return Err(error) };
+        // What exhausts memory or nests too deep would be met again and again.
+        if faults.len() >= MAX_FAULTS || matches!(error.code, ErrorCode::TooLarge | ErrorCode::Cycle) {
+            return Err(error);
+        }
+        // One remedy for a file that several objects name.
+        let is_file = matches!(
+            error.code,
+            ErrorCode::File
+                | ErrorCode::Image
+                | ErrorCode::Mesh
+                | ErrorCode::Model
+                | ErrorCode::Profile
+                | ErrorCode::Volume
+        );
+        let is_same = |f: &SceneError| f.message == error.message && (is_file || f.span == error.span);
+        if !faults.iter().any(is_same) {
+            faults.push(error);
+        }
+        Ok(())
+    }
+
+    fn faults(&self) -> usize {
+        self.faults.as_ref().map_or(0, Vec::len)
+    }
+
     fn material(&mut self, value: &Value) -> Result<MaterialId, SceneError> {
         match &value.data {
             Data::String(name) => self.material_ids.get(name).copied().ok_or_else(|| {
-                let names = sorted_names(&self.material_ids);
+                let names = self.names(&self.material_ids);
                 let error = unknown_name(ErrorCode::UnknownName, value.span, "material", name, &names);
                 if names.is_empty() {
                     error.help(
@@ -171,12 +239,13 @@ impl ReadContext for Reader<'_> {
             Data::Table(_) => {
                 self.nesting += 1;
                 if self.nesting > MAX_NESTING {
+                    self.nesting -= 1;
                     let message = format!("materials nest deeper than {MAX_NESTING}");
                     return Err(SceneError::at(ErrorCode::Cycle, value.span, message));
                 }
-                let material = read_material(value, self)?;
+                let material = read_material(value, self);
                 self.nesting -= 1;
-                self.materials.push(Some(Named { name: None, span: Some(value.span), value: material }));
+                self.materials.push(Some(Named { name: None, span: Some(value.span), value: material? }));
                 Ok(MaterialId(self.materials.len() as u32 - 1))
             }
             _ => Err(wrong_type(value, "the name of a material or a table { color = …, … }")),
@@ -186,7 +255,7 @@ impl ReadContext for Reader<'_> {
     fn medium(&mut self, value: &Value) -> Result<MediumId, SceneError> {
         match &value.data {
             Data::String(name) => self.medium_ids.get(name).copied().ok_or_else(|| {
-                let names = sorted_names(&self.medium_ids);
+                let names = self.names(&self.medium_ids);
                 let error = unknown_name(ErrorCode::UnknownName, value.span, "medium", name, &names);
                 if names.is_empty() {
                     error.help(
@@ -216,7 +285,7 @@ fn intern<T>(list: &mut Vec<Asset<T>>, uri: &str, data: Arc<T>) -> u32 {
     }
 }
 
-pub(super) fn sorted_names<T>(ids: &HashMap<String, T>) -> Vec<&str> {
+fn sorted_names<T>(ids: &HashMap<String, T>) -> Vec<&str> {
     let mut names: Vec<&str> = ids.keys().map(String::as_str).collect();
     names.sort_unstable();
     names
@@ -238,124 +307,3 @@ pub const SECTIONS: &[(&str, &str)] = &[
     ("object", "what is in the scene: [[object]]"),
     ("light", "lights: [[light]]"),
 ];
-
-/// Reads a whole scene. `root` is the table of the file, includes already merged.
-pub fn read_scene(root: &Value, assets: &mut dyn SceneAssets) -> Result<SceneDesc, SceneError> {
-    let mut top = TableReader::of(root, "the scene")?;
-    for section in SECTIONS.iter().map(|(section, _)| *section).chain(["stage"]) {
-        top.take(section);
-    }
-    top.finish()?;
-    let mut cx = Reader::new(assets);
-    // The film first: its transfer curve defines the hex colours. Some of its defaults depend on the integrator.
-    let empty = Value { data: Data::Table(Table::default()), span: root.span };
-    let integrator = top.take("integrator").unwrap_or(&empty);
-    let film = read_film(top.take("film").unwrap_or(&empty), integrator_type(integrator), &mut cx)?;
-    cx.transfer = film.transfer;
-
-    let textures = named_tables(top.take("texture"), "texture")?;
-    let materials = named_tables(top.take("material"), "material")?;
-    let media = named_tables(top.take("medium"), "medium")?;
-    let groups = named_tables(top.take("group"), "group")?;
-    for (i, (name, key_span, _)) in textures.iter().enumerate() {
-        check_texture_name(name, *key_span)?;
-        cx.texture_ids.insert((*name).to_owned(), TextureId(i as u32));
-        cx.textures.push(None);
-    }
-    for (i, (name, ..)) in materials.iter().enumerate() {
-        cx.material_ids.insert((*name).to_owned(), MaterialId(i as u32));
-        cx.materials.push(None);
-    }
-    for (i, (name, ..)) in media.iter().enumerate() {
-        cx.medium_ids.insert((*name).to_owned(), MediumId(i as u32));
-        cx.media.push(None);
-    }
-    for (i, (name, ..)) in groups.iter().enumerate() {
-        cx.group_ids.insert((*name).to_owned(), GroupId(i as u32));
-    }
-    cx.group_count = groups.len() as u32;
-    for (i, (name, _, value)) in textures.iter().enumerate() {
-        let texture = read_texture(value, &mut cx)?;
-        cx.textures[i] =
-            Some(Named { name: Some((*name).to_owned()), span: Some(value.span), value: texture });
-    }
-    for (i, (name, _, value)) in media.iter().enumerate() {
-        let medium = read_medium(value, &mut cx)?;
-        cx.media[i] = Some(Named { name: Some((*name).to_owned()), span: Some(value.span), value: medium });
-    }
-    for (i, (name, _, value)) in materials.iter().enumerate() {
-        let material = read_material(value, &mut cx)?;
-        cx.materials[i] =
-            Some(Named { name: Some((*name).to_owned()), span: Some(value.span), value: material });
-    }
-    let mut group_descs = Vec::with_capacity(groups.len());
-    cx.in_group = true;
-    for (name, _, value) in &groups {
-        let objects = read_group(name, value, &mut cx)?;
-        group_descs.push(Named {
-            name: Some((*name).to_owned()),
-            span: Some(value.span),
-            value: GroupDesc { objects },
-        });
-    }
-    cx.in_group = false;
-    let objects = read_objects(top.take("object"), &mut cx)?;
-    group_descs.append(&mut cx.more_groups);
-    let mut lights = Vec::new();
-    for value in array_of_tables(top.take("light"), "light")? {
-        lights.push(read_light(value, &mut cx)?);
-    }
-    lights.append(&mut cx.model_lights);
-    let camera = match top.take("camera") {
-        None => None,
-        Some(value) => Some(read_camera(value, "[camera]", &mut cx)?),
-    };
-    let mut cameras = Vec::new();
-    for value in array_of_tables(top.take("view"), "view")? {
-        cameras.push(read_camera(value, "a view", &mut cx)?);
-    }
-    cameras.append(&mut cx.cameras);
-    let integrator = read_integrator(integrator, &mut cx)?;
-    let background = read_background(top.take("background").unwrap_or(&empty), &mut cx)?;
-    let studio = match top.take_renamed("studio", &mut cx) {
-        None => None,
-        Some(value) => Some(read_studio(value, &mut cx)?),
-    };
-    if objects.is_empty() {
-        (&mut cx as &mut dyn ReadContext)
-            .warn(None, "the scene has no [[object]]: the picture shows only the background. Add an object");
-    }
-    Ok(SceneDesc {
-        camera,
-        film,
-        integrator,
-        background,
-        textures: cx.textures.into_iter().flatten().collect(),
-        materials: cx.materials.into_iter().flatten().collect(),
-        media: cx.media.into_iter().flatten().collect(),
-        groups: group_descs,
-        objects,
-        lights,
-        images: cx.images,
-        meshes: cx.meshes,
-        cameras,
-        studio,
-        imports: cx.imports,
-        warnings: cx.warnings,
-    })
-}
-
-/// Reads the objects of a group.
-fn read_group(name: &str, value: &Value, cx: &mut Reader<'_>) -> Result<Vec<ObjectDesc>, SceneError> {
-    let mut table = TableReader::of(value, format!("the group \"{}\"", escape(name)))?;
-    let objects = read_objects(table.take("object"), cx)?;
-    table.finish()?;
-    Ok(objects)
-}
-
-pub(super) fn read_objects(
-    section: Option<&Value>,
-    cx: &mut Reader<'_>,
-) -> Result<Vec<ObjectDesc>, SceneError> {
-    array_of_tables(section, "object")?.iter().map(|value| read_object(value, cx)).collect()
-}

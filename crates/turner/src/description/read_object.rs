@@ -1,12 +1,12 @@
 //! Objects of scene files.
 
-use super::read::{Reader, sorted_names};
+use super::read::{Reader, noted};
 use super::read_parts::{light_group, read_kind};
 use crate::description::{ModelDesc, *};
 use crate::material::{InterfaceMaterial, MaterialDesc};
 use crate::schema::error::unknown_name;
 use crate::schema::value::{Data, Value};
-use crate::schema::{ErrorCode, MaterialId, Named, ReadContext, SceneError, TableReader, Transform};
+use crate::schema::{ErrorCode, GroupId, MaterialId, Named, ReadContext, SceneError, TableReader, Transform};
 use crate::shape::ShapeDesc;
 
 /// Reads an object: a shape, a group's instance or a model.
@@ -17,18 +17,23 @@ pub(super) fn read_object(value: &Value, cx: &mut Reader<'_>) -> Result<ObjectDe
     let mut transform = table.optional::<Transform>("transform", None, cx)?.unwrap_or(Transform::IDENTITY);
     let mut motion = table.optional::<Transform>("motion", None, cx)?;
     let material = match table.take("material") {
-        Some(value) => Some(cx.material(value)?),
+        Some(value) => {
+            let material = cx.material(value);
+            noted(cx, material)?
+        }
         None => None,
     };
     let material = match table.take("medium") {
-        Some(value) if material.is_some() => {
+        Some(value) if table.has("material") => {
             let message = "an object has a `material` or a `medium`, not both";
-            return Err(SceneError::at(ErrorCode::Conflict, value.span, message).help(
+            cx.fault(SceneError::at(ErrorCode::Conflict, value.span, message).help(
                 "write `interior = …` in a material of glass; an object with `medium` has no surface",
-            ));
+            ))?;
+            material
         }
         Some(value) => {
-            let interior = Some(cx.medium(value)?);
+            let medium = cx.medium(value);
+            let interior = noted(cx, medium)?;
             let boundary = MaterialDesc::Boundary(InterfaceMaterial { interior });
             cx.materials.push(Some(Named { name: None, span: Some(value.span), value: boundary }));
             Some(MaterialId(cx.materials.len() as u32 - 1))
@@ -38,27 +43,24 @@ pub(super) fn read_object(value: &Value, cx: &mut Reader<'_>) -> Result<ObjectDe
     let is = |table: &mut TableReader<'_>, kind| matches!(table.take("type").map(|v| &v.data), Some(Data::String(s)) if s == kind);
     let content = if is(&mut table, ModelDesc::DOC.name) {
         table.rename("a model");
-        ObjectContent::Instance(cx.read_model(&mut table, material, &mut transform, &mut motion)?)
+        let before = cx.faults();
+        let model = cx.read_model(&mut table, material, &mut transform, &mut motion);
+        let model = (cx as &mut dyn ReadContext).noted_after(before, model)?;
+        table.finish(cx)?;
+        ObjectContent::Instance(model.unwrap_or(GroupId(0)))
     } else if is(&mut table, "instance") {
         table.rename("an instance");
-        let group: String = table.required("group", None, cx)?;
+        let before = cx.faults();
+        let group: String = table.required("group", None, cx, String::new)?;
         let id = cx.group_ids.get(&group).copied().ok_or_else(|| {
-            let names = sorted_names(&cx.group_ids);
+            let names = cx.names(&cx.group_ids);
             unknown_name(ErrorCode::UnknownName, table.span_of("group"), "group", &group, &names)
-        })?;
-        ObjectContent::Instance(id)
+        });
+        let id = (cx as &mut dyn ReadContext).noted_after(before, id)?;
+        table.finish(cx)?;
+        ObjectContent::Instance(id.unwrap_or(GroupId(0)))
     } else {
-        ObjectContent::Shape(read_kind(&mut table, "shape", None, cx, &ShapeDesc::DOC, |name, table, cx| {
-            let shape = ShapeDesc::read(name, table, cx)?;
-            if shape.is_none() {
-                let mut valid: Vec<&str> = ShapeDesc::DOC.entries.iter().map(|e| e.name).collect();
-                valid.extend(["instance", ModelDesc::DOC.name]);
-                let span = table.span_of("type");
-                return Err(unknown_name(ErrorCode::UnknownName, span, "shape", name, &valid));
-            }
-            Ok(shape)
-        })?)
+        ObjectContent::Shape(read_kind(&mut table, "shape", None, cx, &ShapeDesc::DOC, ShapeDesc::read)?)
     };
-    table.finish()?;
     Ok(ObjectDesc { name, span: Some(value.span), content, material, light_group, transform, motion })
 }

@@ -2,8 +2,8 @@
 
 use crate::camera::CameraDesc;
 use crate::color::named;
-use crate::description::SceneLight;
 use crate::description::default_studio::StudioDesc;
+use crate::description::{ModelDesc, SceneLight};
 use crate::film::FilmDesc;
 use crate::integrator::{ClassicDesc, IntegratorDesc};
 use crate::light::{BackgroundDesc, LightDesc};
@@ -11,7 +11,8 @@ use crate::material::MaterialDesc;
 use crate::medium::MediumDesc;
 use crate::schema::error::unknown_name;
 use crate::schema::value::{Data, Span, Value};
-use crate::schema::{ErrorCode, Named, ReadContext, SceneError, TableReader, old_names, wrong_type};
+use crate::schema::{ErrorCode, Named, ReadContext, SceneError, TableReader, foreign, old_names, wrong_type};
+use crate::shape::ShapeDesc;
 use crate::texture::TextureDesc;
 
 /// Reads `[film]`; keys that it lacks get the defaults of the integrator.
@@ -46,10 +47,7 @@ pub(super) fn read_studio(value: &Value, cx: &mut dyn ReadContext) -> Result<Stu
 pub(super) fn read_integrator(value: &Value, cx: &mut dyn ReadContext) -> Result<IntegratorDesc, SceneError> {
     let mut table = TableReader::of(value, "[integrator]")?;
     let doc = &IntegratorDesc::DOC;
-    let integrator =
-        read_kind(&mut table, "integrator", Some(DEFAULT_INTEGRATOR), cx, doc, IntegratorDesc::read)?;
-    table.finish()?;
-    Ok(integrator)
+    read_kind(&mut table, "integrator", Some(DEFAULT_INTEGRATOR), cx, doc, IntegratorDesc::read)
 }
 
 /// Reads a light, its name and its group.
@@ -58,7 +56,6 @@ pub(super) fn read_light(value: &Value, cx: &mut dyn ReadContext) -> Result<Scen
     let name = table.optional::<String>("name", None, cx)?;
     let group = light_group(&mut table, "group", cx)?;
     let light = read_kind(&mut table, LightDesc::DOC.one, None, cx, &LightDesc::DOC, LightDesc::read)?;
-    table.finish()?;
     Ok(SceneLight { name, group, span: Some(value.span), value: light })
 }
 
@@ -80,7 +77,6 @@ pub(super) fn read_camera(
     let mut table = TableReader::of(value, what)?;
     let name = table.optional::<String>("name", None, cx)?;
     let camera = read_kind(&mut table, "camera", Some("pinhole"), cx, &CameraDesc::DOC, CameraDesc::read)?;
-    table.finish()?;
     Ok(Named { name, span: Some(value.span), value: camera })
 }
 
@@ -93,12 +89,13 @@ fn whole_table<T>(
 ) -> Result<T, SceneError> {
     let mut table = TableReader::of(value, what)?;
     let read = read(&mut table, cx)?;
-    table.finish()?;
+    table.finish(cx)?;
     Ok(read)
 }
 
-/// Reads the `type` of a table and then what that type is made of.
-pub(super) fn read_kind<T>(
+/// Reads the `type` of a table, then the keys of that type, and refuses unknown keys. A type that cannot be read gives the
+/// default; its keys are not judged then.
+pub(super) fn read_kind<T: Default>(
     table: &mut TableReader<'_>,
     kind: &str,
     default: Option<&str>,
@@ -106,17 +103,26 @@ pub(super) fn read_kind<T>(
     doc: &crate::schema::FamilyDoc,
     read: impl Fn(&str, &mut TableReader<'_>, &mut dyn ReadContext) -> Result<Option<T>, SceneError>,
 ) -> Result<T, SceneError> {
-    let valid: Vec<&str> = doc.entries.iter().map(|e| e.name).collect();
+    let mut valid: Vec<&str> = doc.entries.iter().map(|e| e.name).collect();
+    if kind == ShapeDesc::DOC.one {
+        valid.extend(["instance", ModelDesc::DOC.name]);
+    }
     let name = match (table.take("type"), default) {
         (Some(value), _) => match &value.data {
             Data::String(name) => name.as_str(),
-            _ => return Err(wrong_type(value, &format!("the name of a {kind}"))),
+            _ => {
+                cx.fault(wrong_type(value, &format!("the name of a {kind}")))?;
+                return Ok(T::default());
+            }
         },
         (None, Some(default)) => default,
         (None, None) => {
             let message = format!("this {kind} needs the key `type`");
-            return Err(SceneError::at(ErrorCode::MissingKey, table.span(), message)
-                .help(format!("add `type = \"…\"`, one of: {}", valid.join(", "))));
+            cx.fault(
+                SceneError::at(ErrorCode::MissingKey, table.span(), message)
+                    .help(format!("add `type = \"…\"`, one of: {}", valid.join(", "))),
+            )?;
+            return Ok(T::default());
         }
     };
     let span = table.span_of("type");
@@ -127,30 +133,43 @@ pub(super) fn read_kind<T>(
         }
         _ => name,
     };
-    read(name, table, cx)?.ok_or_else(|| unknown_name(ErrorCode::UnknownName, span, kind, name, &valid))
+    let before = cx.faults();
+    match read(name, table, cx) {
+        Ok(None) => {
+            cx.fault(unknown_kind(span, kind, name, &valid))?;
+            Ok(T::default())
+        }
+        read => {
+            let read = cx.noted_after(before, read)?.flatten();
+            table.finish(cx)?;
+            Ok(read.unwrap_or_default())
+        }
+    }
+}
+
+/// The error for a `type` that does not exist.
+pub(super) fn unknown_kind(span: Span, kind: &str, name: &str, valid: &[&str]) -> SceneError {
+    let error = unknown_name(ErrorCode::UnknownName, span, kind, name, valid);
+    match foreign::kind(kind, name) {
+        Some(remedy) => error.help(remedy),
+        None => error,
+    }
 }
 
 pub(super) fn read_texture(value: &Value, cx: &mut dyn ReadContext) -> Result<TextureDesc, SceneError> {
     let mut table = TableReader::of(value, "a texture")?;
-    let texture = read_kind(&mut table, "texture", None, cx, &TextureDesc::DOC, TextureDesc::read)?;
-    table.finish()?;
-    Ok(texture)
+    read_kind(&mut table, "texture", None, cx, &TextureDesc::DOC, TextureDesc::read)
 }
 
 pub(super) fn read_material(value: &Value, cx: &mut dyn ReadContext) -> Result<MaterialDesc, SceneError> {
     let mut table = TableReader::of(value, "a material")?;
     let doc = &MaterialDesc::DOC;
-    let material = read_kind(&mut table, "material", Some("classic"), cx, doc, MaterialDesc::read)?;
-    table.finish()?;
-    Ok(material)
+    read_kind(&mut table, "material", Some("classic"), cx, doc, MaterialDesc::read)
 }
 
 pub(super) fn read_medium(value: &Value, cx: &mut dyn ReadContext) -> Result<MediumDesc, SceneError> {
     let mut table = TableReader::of(value, "a medium")?;
-    let medium =
-        read_kind(&mut table, "medium", Some("homogeneous"), cx, &MediumDesc::DOC, MediumDesc::read)?;
-    table.finish()?;
-    Ok(medium)
+    read_kind(&mut table, "medium", Some("homogeneous"), cx, &MediumDesc::DOC, MediumDesc::read)
 }
 
 /// `[kind.NAME]` tables as (name, place of the name, value).
@@ -160,7 +179,8 @@ pub(super) fn named_tables<'a>(
 ) -> Result<Vec<(&'a str, Span, &'a Value)>, SceneError> {
     let Some(section) = section else { return Ok(Vec::new()) };
     let Data::Table(table) = &section.data else {
-        return Err(wrong_type(section, &format!("named tables [{kind}.NAME]")));
+        return Err(wrong_type(section, &format!("named tables [{kind}.NAME]"))
+            .help(format!("give it a name, e.g. `[{kind}.red]`, and refer to it by that name")));
     };
     Ok(table.entries.iter().map(|e| (e.key.as_str(), e.key_span, &e.value)).collect())
 }
@@ -183,8 +203,10 @@ pub(super) fn light_group(
     let group = table.optional::<String>(key, None, cx)?;
     if group.as_ref().is_some_and(|g| g.trim().is_empty()) {
         let message = format!("`{key}` must be the name of a group of lights, found \"\"");
-        return Err(SceneError::at(ErrorCode::OutOfRange, table.span_of(key), message)
-            .help("name it, e.g. \"lamps\", or leave it out"));
+        cx.fault(
+            SceneError::at(ErrorCode::OutOfRange, table.span_of(key), message)
+                .help("name it, e.g. \"lamps\", or omit the key"),
+        )?;
     }
     Ok(group)
 }

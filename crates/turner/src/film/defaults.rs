@@ -33,7 +33,7 @@ impl FilmDesc {
     ) -> Result<FilmDesc, SceneError> {
         let mut table = TableReader::of(value, "[film]")?;
         let mut film = FilmDesc::read(&mut table, cx)?;
-        table.finish()?;
+        table.finish(cx)?;
         let given = |key: &str| matches!(&value.data, Data::Table(table) if table.get(key).is_some());
         let FilmDesc { antialias, samples, transfer, .. } = FilmDesc::default_for(integrator);
         if !given("antialias") {

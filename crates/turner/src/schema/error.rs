@@ -32,37 +32,39 @@ error_codes! {
     WrongType = "E0104",
     /// A number outside its range, or not finite.
     OutOfRange = "E0105",
-    /// A key that must be there is not.
+    /// A required key is missing.
     MissingKey = "E0106",
-    /// Two keys, or a key and its surroundings, contradict each other.
+    /// Two keys contradict each other.
     Conflict = "E0107",
-    /// Groups, textures or includes that contain themselves, or that nest too deep.
+    /// Groups, textures or includes that contain themselves, or that are nested too deeply.
     Cycle = "E0108",
-    /// More than a documented limit.
+    /// More than a limit on memory, triangles, file size or image size allows.
     TooLarge = "E0109",
     /// A file that cannot be read, or that lies outside the scene's folder.
     File = "E0201",
-    /// A picture that cannot be decoded.
+    /// An image that cannot be decoded.
     Image = "E0202",
-    /// A mesh file that cannot be decoded, or a mesh whose numbers do not fit together.
+    /// A mesh file that cannot be decoded, or mesh data that is inconsistent.
     Mesh = "E0203",
-    /// A model file (glTF, …) that breaks the rules of its format, or that needs what is not known here.
+    /// A model file (glTF, …) that is invalid, or that requires an unsupported feature.
     Model = "E0204",
-    /// A file of a light's measurements (IES) that breaks the rules of its format, or that needs what is not known here.
+    /// An IES photometric file that is invalid, or that requires an unsupported feature.
     Profile = "E0205",
-    /// A file of a medium on a grid that breaks the rules of its format.
+    /// A density grid file that is invalid.
     Volume = "E0206",
-    /// The bytes of a film that are damaged, or of another version.
+    /// Film data that is damaged, or of another version.
     Film = "E0207",
-    /// A transform that cannot be undone.
+    /// A transform that cannot be inverted.
     Transform = "E0301",
-    /// A camera that sees nothing: eye = target, up along the view, …
+    /// An invalid camera: `position` equals `look_at`, `up` is parallel to the view direction, …
     Camera = "E0302",
     /// The output cannot be written.
     Output = "E0401",
-    /// Something in the file would be ignored, which strict reading refuses.
+    /// Something in the file would be ignored, which `--strict` makes an error.
     Strict = "E0501",
-    /// A fault of the program itself: please report it.
+    /// An option or argument of the command line is wrong.
+    Usage = "E0601",
+    /// A bug in Turner: please report it.
     Internal = "E0901",
 }
 
@@ -80,17 +82,33 @@ pub struct SceneError {
     pub help: Option<String>,
     /// The same, or another one, as data, where a program can carry it out.
     pub remedy: Option<Box<Remedy>>,
+    /// Further errors of the same scene, in the order of their places. Empty in each of them.
+    pub more: Box<[SceneError]>,
 }
 
 impl SceneError {
     /// An error at a place.
     pub fn at(code: ErrorCode, span: Span, message: impl Into<String>) -> SceneError {
-        SceneError { code, message: message.into(), span: Some(span), help: None, remedy: None }
+        SceneError {
+            code,
+            message: message.into(),
+            span: Some(span),
+            help: None,
+            remedy: None,
+            more: Box::default(),
+        }
     }
 
     /// An error of the scene as a whole.
     pub fn new(code: ErrorCode, message: impl Into<String>) -> SceneError {
-        SceneError { code, message: message.into(), span: None, help: None, remedy: None }
+        SceneError {
+            code,
+            message: message.into(),
+            span: None,
+            help: None,
+            remedy: None,
+            more: Box::default(),
+        }
     }
 
     /// With a remedy in words.
@@ -103,6 +121,16 @@ impl SceneError {
     pub fn remedy(mut self, remedy: impl Into<Option<Remedy>>) -> SceneError {
         self.remedy = remedy.into().map(Box::new).or(self.remedy);
         self
+    }
+
+    /// One error that holds all of them: the first in the scene, with the others as [`SceneError::more`]. `None` if there are none.
+    pub fn all(mut errors: Vec<SceneError>) -> Option<SceneError> {
+        // Errors without a place come last.
+        errors.sort_by_key(|e| e.span.map_or((u32::MAX, u32::MAX), |s| (s.file.0, s.start)));
+        let mut errors = errors.into_iter();
+        let mut first = errors.next()?;
+        first.more = errors.collect();
+        Some(first)
     }
 
     /// With a place, if it has none yet.

@@ -40,7 +40,7 @@ macro_rules! params {
                 table: &mut $crate::schema::TableReader<'_>,
                 cx: &mut dyn $crate::schema::ReadContext,
             ) -> Result<$name, $crate::schema::SceneError> {
-                Ok($name { $($field: $crate::schema::params!(@read table, cx, $field, $ty, ($($range)?) $(, $default)?),)* })
+                Ok($name { $($field: $crate::schema::params!(@read table, cx, $field, $ty, ($($range)?), ($($start)?) $(, $default)?),)* })
             }
             /// Its keys, ones with their default left out: what [`Self::read`] reads.
             #[allow(unused_variables)]
@@ -68,10 +68,10 @@ macro_rules! params {
     };
     (@range) => { None };
     (@range $range:expr) => { Some($range) };
-    (@read $table:ident, $cx:ident, $field:ident, $ty:ty, ($($range:expr)?)) => {
-        $table.required::<$ty>(stringify!($field), $crate::schema::params!(@range $($range)?), $cx)?
+    (@read $table:ident, $cx:ident, $field:ident, $ty:ty, ($($range:expr)?), ($start:expr)) => {
+        $table.required::<$ty>(stringify!($field), $crate::schema::params!(@range $($range)?), $cx, || $start)?
     };
-    (@read $table:ident, $cx:ident, $field:ident, $ty:ty, ($($range:expr)?), $default:expr) => {
+    (@read $table:ident, $cx:ident, $field:ident, $ty:ty, ($($range:expr)?), (), $default:expr) => {
         match $table.optional::<$ty>(stringify!($field), $crate::schema::params!(@range $($range)?), $cx)? {
             Some(v) => v,
             None => $default,

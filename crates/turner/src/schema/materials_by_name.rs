@@ -1,5 +1,5 @@
 //! Materials by name.
-use crate::schema::value::{Data, Entry, Span, Table, Value};
+use crate::schema::value::{Data, Span, Table, Value};
 use crate::schema::{MaterialId, ParamType, ReadContext, SceneError, WriteContext, wrong_type};
 
 /// Materials that take the place of a model's own, by name.
@@ -12,8 +12,12 @@ impl ParamType for MaterialsByName {
     }
     fn read(value: &Value, cx: &mut dyn ReadContext) -> Result<MaterialsByName, SceneError> {
         let Data::Table(table) = &value.data else { return Err(wrong_type(value, &Self::kind())) };
-        let entry = |e: &Entry| Ok((e.key.clone(), e.key_span, cx.material(&e.value)?));
-        table.entries.iter().map(entry).collect::<Result<_, _>>().map(MaterialsByName)
+        let mut list = Vec::with_capacity(table.entries.len());
+        for entry in &table.entries {
+            let material = cx.material(&entry.value);
+            list.extend(cx.noted(material)?.map(|id| (entry.key.clone(), entry.key_span, id)));
+        }
+        Ok(MaterialsByName(list))
     }
     fn show(&self) -> String {
         "materials".into()

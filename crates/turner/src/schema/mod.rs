@@ -6,6 +6,8 @@
 
 pub mod data;
 pub mod error;
+pub mod foreign;
+mod foreign_words;
 mod ids;
 mod key_path;
 pub mod limits;

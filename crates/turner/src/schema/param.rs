@@ -149,7 +149,14 @@ impl<T: ParamType> ParamType for Vec<T> {
     }
     fn read(value: &Value, cx: &mut dyn ReadContext) -> Result<Vec<T>, SceneError> {
         match &value.data {
-            Data::Array(items) => items.iter().map(|v| T::read(v, cx)).collect(),
+            Data::Array(items) => {
+                let mut list = Vec::with_capacity(items.len());
+                for item in items {
+                    let read = T::read(item, cx);
+                    list.extend(cx.noted(read)?);
+                }
+                Ok(list)
+            }
             _ => Err(wrong_type(value, &format!("an array {}", Self::kind()))),
         }
     }

@@ -43,9 +43,42 @@ pub trait ReadContext {
     fn mesh_data(&self, mesh: MeshId) -> Arc<MeshData>;
     /// Notes a remark.
     fn remark(&mut self, warning: Warning);
+    /// Notes an error, so that reading continues with a placeholder and finds further errors.
+    ///
+    /// Errors: the error itself, where reading stops at the first one.
+    fn fault(&mut self, error: SceneError) -> Result<(), SceneError> {
+        Err(error)
+    }
+    /// How many errors were noted.
+    fn faults(&self) -> usize {
+        0
+    }
 }
 
 impl dyn ReadContext + '_ {
+    /// The value that was read; `None` if it could not be read and the error was noted.
+    ///
+    /// Errors: the error itself, where reading stops at the first one.
+    pub fn noted<T>(&mut self, read: Result<T, SceneError>) -> Result<Option<T>, SceneError> {
+        match read {
+            Ok(value) => Ok(Some(value)),
+            Err(error) => self.fault(error).map(|()| None),
+        }
+    }
+
+    /// The same for a check that follows others: its error may result from theirs and is dropped if any was noted
+    /// after the first `before`.
+    pub fn noted_after<T>(
+        &mut self,
+        before: usize,
+        read: Result<T, SceneError>,
+    ) -> Result<Option<T>, SceneError> {
+        match read {
+            Err(_) if self.faults() > before => Ok(None),
+            read => self.noted(read),
+        }
+    }
+
     /// Notes something ignored or doubtful.
     pub fn warn(&mut self, span: Option<Span>, message: impl Into<String>) {
         self.remark(Warning { span, ..Warning::new(WarningKind::Ignored, message) });

@@ -127,9 +127,9 @@ fn read_step(value: &Value, cx: &mut dyn ReadContext) -> Result<DAffine3, SceneE
             Data::Array(_) => euler(DVec3::read(rotate, cx)?),
             _ => {
                 let mut inner = TableReader::of(rotate, "a rotation")?;
-                let axis: DVec3 = inner.required("axis", None, cx)?;
-                let angle: f64 = inner.required("angle", None, cx)?;
-                inner.finish()?;
+                let axis: DVec3 = inner.required("axis", None, cx, || DVec3::Y)?;
+                let angle: f64 = inner.required("angle", None, cx, || 0.0)?;
+                inner.finish(cx)?;
                 let axis = axis.try_normalize().ok_or_else(|| {
                     SceneError::at(
                         ErrorCode::Transform,
@@ -153,7 +153,7 @@ fn read_step(value: &Value, cx: &mut dyn ReadContext) -> Result<DAffine3, SceneE
     if let Some(look_at) = table.take("look_at") {
         m = read_look_at(look_at, cx)? * m;
     }
-    table.finish()?;
+    table.finish(cx)?;
     Ok(m)
 }
 
@@ -189,9 +189,9 @@ fn read_matrix(value: &Value, cx: &mut dyn ReadContext) -> Result<DAffine3, Scen
 fn read_look_at(value: &Value, cx: &mut dyn ReadContext) -> Result<DAffine3, SceneError> {
     let mut table = TableReader::of(value, "a look_at transform")?;
     let from = table.optional::<DVec3>("from", None, cx)?.unwrap_or(DVec3::ZERO);
-    let to: DVec3 = table.required("to", None, cx)?;
+    let to: DVec3 = table.required("to", None, cx, || from + DVec3::Z)?;
     let up = table.optional::<DVec3>("up", None, cx)?.unwrap_or(DVec3::Y);
-    table.finish()?;
+    table.finish(cx)?;
     let degenerate = |what: &str| SceneError::at(ErrorCode::Transform, value.span, what.to_owned());
     let z = (to - from).try_normalize().ok_or_else(|| degenerate("`from` and `to` are the same point"))?;
     let x = up

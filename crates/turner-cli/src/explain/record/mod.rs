@@ -256,7 +256,7 @@ impl<'a> Sample<'a> {
             sum,
             rendered,
             alpha: sample.radiance.alpha,
-            // What is no finite number has no sum to speak of.
+            // A non-finite sample has no meaningful sum.
             exact: bits(sum) == bits(rendered) || !rendered.is_finite(),
             touches: names.path_of.map(|_| touches),
             what,
@@ -265,7 +265,7 @@ impl<'a> Sample<'a> {
     }
 }
 
-/// What integrators for looking at things show: the first hit.
+/// What debug views show: the first hit.
 #[derive(Serialize)]
 pub(crate) struct FirstHit<'a> {
     pub(crate) camera: Option<Camera>,
