@@ -28,7 +28,7 @@ pub(crate) const MEDIUM: &str = "An object that bounds only a medium has `medium
     `interior = \"NAME\"`. The `medium` of `[background]` fills the rest of the scene. Shapes with a medium must be closed. Where they \
     overlap, the material that comes first in the scene has priority, and a dielectric has priority over both.";
 pub(crate) const TEXTURE: &str = "";
-pub(crate) const LIGHT: &str = "Every light may have a `group = \"NAME\"`: lights with that name and objects with that `light_group` form a light group. `turner info` lists the light groups. The `name` of a light is used in reports.";
+pub(crate) const LIGHT: &str = "Lights and emissive objects with the same `light_group = \"NAME\"` form a light group. `turner info` lists the light groups. The `name` of a light is used in reports.";
 
 /// Sections as they are written, with their contents.
 pub(crate) fn sections() -> Vec<(String, &'static str)> {

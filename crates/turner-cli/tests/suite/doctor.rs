@@ -265,11 +265,11 @@ integrator.type = "path"
 [[light]]
 type = "point"
 position = [0, 3, 0]
-group = "lamps"
+light_group = "lamps"
 [[light]]
 type = "directional"
 from = [0, 1, 0]
-group = "sun"
+light_group = "sun"
 [group.pair]
 [[group.pair.object]]
 type = "sphere"

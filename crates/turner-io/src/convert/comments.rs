@@ -22,7 +22,7 @@ const COMMON: &[(&str, &str, &str)] = &[
     ("integrator", "type", "How light is computed: turner list integrators"),
     ("light", "type", "The kind: turner list lights"),
     ("light", "name", "For reports"),
-    ("light", "group", "The group of lights it belongs to"),
+    ("light", "light_group", "The light group it belongs to"),
     ("view", "name", "For `camera` in [studio]"),
     ("texture", "type", "The kind: turner list textures"),
     ("material", "type", "The kind: turner list materials"),

@@ -54,7 +54,13 @@ pub(super) fn read_integrator(value: &Value, cx: &mut dyn ReadContext) -> Result
 pub(super) fn read_light(value: &Value, cx: &mut dyn ReadContext) -> Result<SceneLight, SceneError> {
     let mut table = TableReader::of(value, "a light")?;
     let name = table.optional::<String>("name", None, cx)?;
-    let group = light_group(&mut table, "group", cx)?;
+    let key = if table.has("light_group") { "light_group" } else { "group" };
+    if table.has("group") && key == "group" {
+        old_names::note("group", "light_group", table.span_of("group"), cx);
+    }
+    // Either way both names are known to the table.
+    let group = light_group(&mut table, key, cx)?;
+    table.take("light_group");
     let light = read_kind(&mut table, LightDesc::DOC.one, None, cx, &LightDesc::DOC, LightDesc::read)?;
     Ok(SceneLight { name, group, span: Some(value.span), value: light })
 }

@@ -171,7 +171,7 @@ fn push_list(top: &mut Table, key: &str, items: Vec<Data>) {
 
 pub(super) fn write_light(light: &SceneLight, cx: &mut Writer<'_>) -> Result<Table, SceneError> {
     let mut table = with_name(light.value.write(cx)?, &light.name);
-    table.push("group", string(&light.group));
+    table.push("light_group", string(&light.group));
     Ok(table)
 }
 

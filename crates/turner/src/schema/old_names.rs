@@ -47,6 +47,11 @@ pub fn update_path(path: &mut [KeyPart]) {
     {
         section.key = "studio".to_owned();
     }
+    if let [section, _, key] = path
+        && (section.key.as_str(), key.key.as_str()) == ("light", "group")
+    {
+        key.key = "light_group".to_owned();
+    }
     if let [section, key, ..] = path
         && let Some((_, new, _)) = PATHS.iter().find(|(name, _, old)| *name == section.key && *old == key.key)
     {

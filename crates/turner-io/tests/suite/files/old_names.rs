@@ -11,6 +11,7 @@ integrator = { type = "path", reuse = "always" }
 camera = { type = "thin-lens", focus = 3 }
 stage = { studio = false, studio_rotation = 30, studio_strength = 2 }
 view = [{ type = "fisheye", angle = 200 }]
+light = [{ type = "point", position = [0, 2, 0], group = "key" }]
 object = [
   { type = "sphere", material = { type = "boundary" } },
   { type = "sphere", material = { type = "matte", color = { type = "product", a = { type = "chessboard" }, b = { type = "vertex-color", otherwise = 0.5 } } } },
@@ -23,6 +24,7 @@ integrator = { type = "path", shared_paths = "always" }
 camera = { type = "thin-lens", focus_distance = 3 }
 studio = { lights = false, rotation = 30, strength = 2 }
 view = [{ type = "fisheye", fov = 200 }]
+light = [{ type = "point", position = [0, 2, 0], light_group = "key" }]
 object = [
   { type = "sphere", material = { type = "interface" } },
   { type = "sphere", material = { type = "matte", color = { type = "multiply", a = { type = "checkerboard" }, b = { type = "vertex-color", fallback = 0.5 } } } },
@@ -54,6 +56,7 @@ fn old_names_are_read_with_a_note_each() {
         ("product", "multiply"),
         ("chessboard", "checkerboard"),
         ("otherwise", "fallback"),
+        ("group", "light_group"),
     ];
     for (was, is) in pairs {
         let said = format!("`{was}` is now called `{is}`");
