@@ -7,7 +7,7 @@ use crate::common::{Folder, folder, pixels};
 const GLASS: &str = r#"
 integrator = { type = "path", rr_start = 1 }
 camera = { position = [0, 1.5, 5], look_at = [0, 0.8, 0], fov = 40 }
-film = { width = 24, height = 16 }
+film = { width = 24, height = 16, antialias = "none", transfer = "none" }
 [material.floor]
 type = "matte"
 color = 0.6
@@ -179,7 +179,8 @@ fn the_keys_of_the_json_are_these() {
     );
     // Every key is documented.
     let docs =
-        std::fs::read_to_string(concat!(env!("CARGO_MANIFEST_DIR"), "/../../docs/explain.md")).unwrap();
+        std::fs::read_to_string(concat!(env!("CARGO_MANIFEST_DIR"), "/../../docs/reference/explain.md"))
+            .unwrap();
     for part in [&all, &all["samples"][0], tree, ray, &ray["hit"], &ray["hit"]["lights"][0]] {
         for key in keys(part) {
             assert!(docs.contains(&format!("`{key}`")), "docs/reference/explain.md does not tell of `{key}`");
