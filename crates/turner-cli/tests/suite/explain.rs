@@ -7,7 +7,7 @@ use crate::common::{Folder, folder, pixels};
 const GLASS: &str = r#"
 integrator = { type = "path", rr_start = 1 }
 camera = { position = [0, 1.5, 5], look_at = [0, 0.8, 0], fov = 40 }
-film = { width = 24, height = 16 }
+film = { width = 24, height = 16, antialias = "none", transfer = "none" }
 [material.floor]
 type = "matte"
 color = 0.6

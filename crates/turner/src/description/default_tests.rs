@@ -6,7 +6,9 @@ use std::sync::Arc;
 use super::borrowed_assets::{BorrowedAssets, WithBorrowed};
 use super::write::Writer;
 use crate::camera::{CameraDesc, PinholeDesc};
+use crate::color::Transfer;
 use crate::description::*;
+use crate::film::{Antialias, FilmDesc};
 use crate::image::{Image, Pixels};
 use crate::integrator::{IntegratorDesc, PathDesc};
 use crate::light::{LightDesc, PointDesc, SpotDesc};
@@ -15,7 +17,7 @@ use crate::math::DVec3;
 use crate::medium::MediumDesc;
 use crate::schema::value::{Data, FileId, Table, Value};
 use crate::schema::{
-    Asset, ErrorCode, FamilyDoc, MediumId, MeshData, Named, PrepareOptions, SceneError, WriteContext,
+    Asset, ErrorCode, FamilyDoc, KeyEdit, MediumId, MeshData, Named, PrepareOptions, SceneError, WriteContext,
 };
 use crate::shape::{ShapeDesc, SphereDesc};
 use crate::texture::TextureDesc;
@@ -170,4 +172,54 @@ fn scenes_are_built_by_struct_update() {
     };
     let LightDesc::Spot(spot) = &scene.lights[1].value else { panic!("a spot light") };
     assert_eq!((spot.position, spot.look_at, spot.penumbra), (DVec3::new(0.0, 5.0, 0.0), DVec3::ZERO, 5.0));
+}
+
+/// The film that a file with this integrator and these keys has, and what it is written as.
+fn film(integrator: &str, keys: &[(&str, Data)]) -> (FilmDesc, Vec<String>) {
+    let (mut top, mut own, mut film) = (Table::default(), Table::default(), Table::default());
+    own.push("type", Data::String(integrator.into()));
+    keys.iter().for_each(|(key, data)| film.push(key, data.clone()));
+    top.push("integrator", Data::Table(own));
+    top.push("film", Data::Table(film));
+    let read = read_scene(&Value::new(Data::Table(top)), &mut NoFiles).unwrap();
+    let written = write_scene(&read, &mut Lent::default()).unwrap();
+    let again = read_scene(&written, &mut NoFiles).unwrap();
+    assert_eq!(read.film, again.film, "{integrator}: what is written reads back");
+    let Data::Table(root) = &written.data else { panic!("{written:?}") };
+    let written = match root.get("film").map(|film| &film.data) {
+        Some(Data::Table(film)) => film.entries.iter().map(|e| e.key.clone()).collect(),
+        _ => Vec::new(),
+    };
+    (read.film, written)
+}
+
+#[test]
+fn film_defaults_follow_the_integrator() {
+    for entry in IntegratorDesc::DOC.entries {
+        let (read, written) = film(entry.name, &[]);
+        let (antialias, transfer, samples) = match entry.name {
+            "path" => (Antialias::MonteCarlo, Transfer::Srgb, 64),
+            "direct" => (Antialias::MonteCarlo, Transfer::Srgb, 16),
+            _ => (Antialias::None, Transfer::None, 16),
+        };
+        let expected = FilmDesc { antialias, transfer, samples, ..FilmDesc::default() };
+        assert_eq!((read, written.len()), (expected, 0), "{}", entry.name);
+    }
+    // Keys that are given win, and are written where they are not the integrator's default.
+    let given = [("transfer", Data::String("none".into())), ("samples", Data::Integer(16))];
+    let (read, written) = film("path", &given);
+    assert_eq!((read.antialias, read.transfer, read.samples), (Antialias::MonteCarlo, Transfer::None, 16));
+    assert_eq!(written, ["samples", "transfer"]);
+    assert_eq!(film("classic", &given).1.len(), 0);
+}
+
+#[test]
+fn edits_keep_the_film_that_a_description_has() {
+    let mut desc = SceneDesc::default();
+    let path = KeyEdit::new("integrator.type", Data::String("path".into()));
+    desc.edit(&[path, KeyEdit::new("film.width", Data::Integer(8))], &mut NoFiles).unwrap();
+    assert_eq!(desc.film, FilmDesc { width: 8, ..FilmDesc::default() });
+    // All of it replaced, it is that of a new file.
+    desc.edit(&[KeyEdit::new("film", Data::Table(Table::default()))], &mut NoFiles).unwrap();
+    assert_eq!(desc.film, FilmDesc::default_for("path"));
 }

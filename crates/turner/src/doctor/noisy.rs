@@ -142,10 +142,13 @@ fn of_kind(
     if let Some((name, part, _)) = by.as_ref().filter(|(_, part, _)| *part > 0.3) {
         what += &format!("; {} of all noise comes from {name}", percent(part.min(1.0)));
     }
-    let samples = e.samples();
+    let samples = match e.samples() {
+        1 => "1 sample".to_owned(),
+        n => format!("{n} samples"),
+    };
     let mut finding =
         Finding::new(Question::Noisy, severity, code, 0.7 + 0.15 * of_kind.clamp(0.0, 1.0), what)
-            .why(format!("{why}. The expected error with {samples} samples is {} (relMSE)", short(error)))
+            .why(format!("{why}. The expected error with {samples} is {} (relMSE)", short(error)))
             .remedy(format!("{remedy}; {} samples per pixel reduce the error to {VISIBLE}", short(wanted)))
             .measure("share-of-kind", of_kind, "share")
             .measure("found-by-chance", chance, "share");

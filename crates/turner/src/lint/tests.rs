@@ -5,7 +5,7 @@ use crate::color::Transfer;
 use crate::description::{ObjectDesc, SceneDesc};
 use crate::film::{Antialias, FilmDesc};
 use crate::integrator::{IdsDesc, IntegratorDesc, PathDesc};
-use crate::schema::{PrepareOptions, Remedy, Warning, WarningKind};
+use crate::schema::{KeyEdit, PrepareOptions, Remedy, Warning, WarningKind};
 
 /// A sphere without light.
 fn scene(integrator: IntegratorDesc, film: FilmDesc) -> SceneDesc {
@@ -23,9 +23,11 @@ fn warnings(desc: &SceneDesc) -> Vec<Warning> {
 
 fn keys(warning: &Warning) -> Vec<String> {
     let Some(Remedy::Set(edits)) = &warning.remedy else { return Vec::new() };
-    let key =
-        |e: &crate::schema::KeyEdit| -> Vec<String> { e.path.iter().map(|part| part.key.clone()).collect() };
-    edits.iter().map(|e| key(e).join(".")).collect()
+    let path = |e: &KeyEdit| {
+        let parts: Vec<&str> = e.path.iter().map(|part| part.key.as_str()).collect();
+        parts.join(".")
+    };
+    edits.iter().map(path).collect()
 }
 
 #[test]
