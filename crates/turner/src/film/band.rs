@@ -29,7 +29,7 @@ pub(super) enum Pixels {
 }
 
 /// Marks a pixel that has its sample.
-const TAKEN: u32 = 1 << 31;
+const HAS_SAMPLE: u32 = 1 << 31;
 
 impl Band {
     /// Empty rows, for one sample a pixel or more, with `channels` channels beside colour and coverage.
@@ -101,7 +101,7 @@ impl Band {
                 for start in starts {
                     for (pixel, (color, alpha)) in pixels[start..start + width].iter_mut().zip(&mut samples) {
                         let [r, g, b] = color.to_array().map(f32::to_bits);
-                        *pixel = [r, g, b, alpha.to_bits() | TAKEN];
+                        *pixel = [r, g, b, alpha.to_bits() | HAS_SAMPLE];
                     }
                 }
                 return;
@@ -194,7 +194,7 @@ impl Band {
     }
 
     /// The same, to be changed.
-    pub(super) fn more_mut(&mut self, i: usize) -> &mut [[u32; 3]] {
+    pub(super) fn extra_mut(&mut self, i: usize) -> &mut [[u32; 3]] {
         &mut self.extra[i * self.channels..(i + 1) * self.channels]
     }
 
@@ -215,9 +215,9 @@ impl Band {
 
 fn sum_of_sample(&[r, g, b, alpha]: &[u32; 4]) -> PixelSum {
     let mut sum = PixelSum::default();
-    if alpha & TAKEN != 0 {
+    if alpha & HAS_SAMPLE != 0 {
         let color = Spectrum::from([r, g, b].map(f32::from_bits));
-        sum.add_or_leave_out(color, f32::from_bits(alpha & !TAKEN));
+        sum.add_or_leave_out(color, f32::from_bits(alpha & !HAS_SAMPLE));
     }
     sum
 }

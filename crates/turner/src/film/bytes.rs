@@ -325,7 +325,7 @@ impl<'a> Reader<'a> {
                         pixels[i] = self.words()?;
                     }
                     for i in indices {
-                        for sum in band.more_mut(i) {
+                        for sum in band.extra_mut(i) {
                             *sum = self.words()?;
                         }
                     }

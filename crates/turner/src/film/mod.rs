@@ -167,7 +167,7 @@ impl FilmDesc {
 
     /// The share of a sample's light that `clamp_sample` leaves to it.
     #[inline]
-    pub(crate) fn kept(&self, color: Spectrum) -> f32 {
+    pub(crate) fn clamp_factor(&self, color: Spectrum) -> f32 {
         let (most, max) = (self.clamp_sample as f32, color.max_component());
         if most > 0.0 && max > most { most / max } else { 1.0 }
     }

@@ -29,7 +29,7 @@ impl Preview {
     }
 
     /// The pixels that stand for the blocks of a row: the first of each.
-    pub(crate) fn places(&self, row: u32) -> impl Iterator<Item = (u32, u32)> + Clone + use<> {
+    pub(crate) fn positions(&self, row: u32) -> impl Iterator<Item = (u32, u32)> + Clone + use<> {
         let PixelRect { x, y, width, .. } = self.region;
         (0..width).step_by(COARSE as usize).map(move |dx| (x + dx, y + row * COARSE))
     }
