@@ -1,4 +1,4 @@
-//! Bytes of films: what is written is read, all else is refused.
+//! Bytes of films: round trips, and errors for everything else.
 
 use proptest::prelude::*;
 
@@ -6,7 +6,7 @@ use super::*;
 use crate::math::DVec2;
 use crate::schema::{ErrorCode, Limits, Memory};
 
-/// The settings that no file changes.
+/// The settings of an empty scene.
 fn plain() -> FilmDesc {
     crate::description::SceneDesc::default().film
 }
@@ -98,7 +98,7 @@ fn every_truncation_is_refused() {
         let bytes = film.to_bytes();
         for length in 0..bytes.len() {
             assert!(read(&bytes[..length]).is_err(), "{length}");
-            // Also with a checksum that is right.
+            // Also with a valid checksum.
             let cut = length.min(bytes.len() - 9);
             assert!(read(&resealed(bytes[..cut].to_vec())).is_err(), "{length}");
         }
@@ -121,14 +121,14 @@ fn every_flipped_bit_is_noticed() {
     }
 }
 
-/// With the checksum that belongs to it.
+/// The content followed by its checksum.
 fn resealed(mut content: Vec<u8>) -> Vec<u8> {
     let seal = checksum(&content);
     content.extend(seal.to_le_bytes());
     content
 }
 
-/// Reads what may be anything; what is accepted is a film that can be shown, merged and written.
+/// Reads arbitrary bytes; an accepted film can be developed, merged and written.
 fn try_out(bytes: &[u8]) {
     static LIMIT: u64 = 1 << 28;
     let limits = Limits { memory: std::sync::Arc::new(Memory::new(LIMIT, || Some(0))), ..Limits::default() };
@@ -188,7 +188,7 @@ fn errors_say_what_is_wrong() {
     let mut damaged = full().to_bytes();
     damaged[40] ^= 4;
     assert_eq!(message(&damaged), "the bytes of the film cannot be read: their checksum is wrong");
-    // 60000 x 60000 pixels are more than a film may have; 16000 x 16000 in a short file are more than follow.
+    // 60000 x 60000 pixels exceed the maximum; 16000 x 16000 are more than a short file can contain.
     let with_size = |size: u32| {
         let mut content = content(full().to_bytes());
         for (i, v) in [size, size, 0, 0, size, size, 0, 0, size, size].into_iter().enumerate() {
@@ -198,7 +198,7 @@ fn errors_say_what_is_wrong() {
     };
     assert_eq!(read(&with_size(60_000)).unwrap_err().code, ErrorCode::TooLarge);
     assert!(message(&with_size(16_000)).contains("end too early"));
-    // Limits of memory are asked.
+    // Memory limits apply.
     let limits =
         Limits { memory: std::sync::Arc::new(Memory::new(1 << 20, || Some(0))), ..Limits::default() };
     let desc = FilmDesc { width: 300, height: 300, samples: 4, antialias: Antialias::Grid, ..plain() };
