@@ -67,10 +67,10 @@ impl Film {
     /// ([`ErrorCode::Film`]); more pixels or memory than allowed ([`ErrorCode::TooLarge`]).
     pub fn from_bytes(bytes: &[u8], limits: &Limits) -> Result<Film, SceneError> {
         if !bytes.starts_with(MAGIC) {
-            return Err(damaged("these are not the bytes of a film"));
+            return Err(damaged("it is not a Turner film"));
         }
         let Some((content, check)) = bytes.len().checked_sub(HASH).map(|at| bytes.split_at(at)) else {
-            return Err(damaged("they end too early"));
+            return Err(damaged("it ends too early"));
         };
         let mut input = Reader { rest: &content[MAGIC.len().min(content.len())..] };
         let version = input.u32()?;
@@ -79,14 +79,14 @@ impl Film {
             return Err(SceneError::new(ErrorCode::Film, message));
         }
         if check != checksum(content).to_le_bytes() {
-            return Err(damaged("their checksum is wrong"));
+            return Err(damaged("its checksum is wrong"));
         }
         input.film(limits)
     }
 }
 
 fn damaged(what: &str) -> SceneError {
-    SceneError::new(ErrorCode::Film, format!("the bytes of the film cannot be read: {what}"))
+    SceneError::new(ErrorCode::Film, format!("the film cannot be read: {what}"))
         .help("copy the file again, or render it again")
 }
 
@@ -163,7 +163,7 @@ struct Reader<'a> {
 
 impl<'a> Reader<'a> {
     fn take(&mut self, count: usize) -> Result<&'a [u8], SceneError> {
-        let (taken, rest) = self.rest.split_at_checked(count).ok_or_else(|| damaged("they end too early"))?;
+        let (taken, rest) = self.rest.split_at_checked(count).ok_or_else(|| damaged("it ends too early"))?;
         self.rest = rest;
         Ok(taken)
     }
@@ -202,7 +202,7 @@ impl<'a> Reader<'a> {
     /// An error unless `count` items of `bytes` bytes each can follow.
     fn expect(&self, count: u64, bytes: u64) -> Result<(), SceneError> {
         let fits = count.checked_mul(bytes).is_some_and(|need| need <= self.rest.len() as u64);
-        if fits { Ok(()) } else { Err(damaged("they end too early")) }
+        if fits { Ok(()) } else { Err(damaged("it ends too early")) }
     }
 
     /// A set of integers below `end`.
@@ -239,7 +239,7 @@ impl<'a> Reader<'a> {
         let inside = within(&region, [0, 0, size[0], size[1]])
             && within(&crop, [region.x, region.y, region.width, region.height]);
         if !inside || samples == 0 {
-            return Err(damaged("the picture's parts do not fit together"));
+            return Err(damaged("region, crop and size are inconsistent"));
         }
         if light_paths.checked_mul(u64::from(samples)).is_none() {
             return Err(damaged("there are too many light paths"));
@@ -299,7 +299,7 @@ impl<'a> Reader<'a> {
             }
         }
         if !self.rest.is_empty() {
-            return Err(damaged("more bytes follow than there should"));
+            return Err(damaged("it has more bytes than it should"));
         }
         film.count_non_finite();
         Ok(film)
@@ -320,7 +320,7 @@ impl<'a> Reader<'a> {
                 [0] => {}
                 [1] => {
                     let Pixels::Samples(pixels) = &mut band.pixels else {
-                        return Err(damaged("samples stand where sums should be"));
+                        return Err(damaged("it has single samples instead of sums"));
                     };
                     self.expect(rect.area(), 16)?;
                     for i in indices {
@@ -339,7 +339,7 @@ impl<'a> Reader<'a> {
                         }
                     }
                 }
-                [other] => return Err(damaged(&format!("a tile is of kind {other}; expected 0, 1 or 2"))),
+                [other] => return Err(damaged(&format!("a tile has type {other}; expected 0, 1 or 2"))),
             }
         }
         Ok(())

@@ -104,7 +104,7 @@ fn every_truncation_is_refused() {
         }
         let mut longer = bytes[..bytes.len() - 8].to_vec();
         longer.push(0);
-        assert!(read(&resealed(longer)).unwrap_err().message.contains("more bytes follow"));
+        assert!(read(&resealed(longer)).unwrap_err().message.contains("more bytes than"));
     }
 }
 
@@ -180,14 +180,14 @@ proptest! {
 #[test]
 fn errors_say_what_is_wrong() {
     let message = |bytes: &[u8]| read(bytes).unwrap_err().message;
-    assert_eq!(message(b"PNG"), "the bytes of the film cannot be read: these are not the bytes of a film");
+    assert_eq!(message(b"PNG"), "the film cannot be read: it is not a Turner film");
     let content = |bytes: Vec<u8>| bytes[..bytes.len() - 8].to_vec();
     let mut newer = content(full().to_bytes());
     newer[8] = 2;
     assert_eq!(message(&resealed(newer)), "the film's bytes have version 2; expected 1");
     let mut damaged = full().to_bytes();
     damaged[40] ^= 4;
-    assert_eq!(message(&damaged), "the bytes of the film cannot be read: their checksum is wrong");
+    assert_eq!(message(&damaged), "the film cannot be read: its checksum is wrong");
     // 60000 x 60000 pixels exceed the maximum; 16000 x 16000 are more than a short file can contain.
     let with_size = |size: u32| {
         let mut content = content(full().to_bytes());
@@ -197,7 +197,7 @@ fn errors_say_what_is_wrong() {
         resealed(content)
     };
     assert_eq!(read(&with_size(60_000)).unwrap_err().code, ErrorCode::TooLarge);
-    assert!(message(&with_size(16_000)).contains("end too early"));
+    assert!(message(&with_size(16_000)).contains("ends too early"));
     // Memory limits apply.
     let limits =
         Limits { memory: std::sync::Arc::new(Memory::new(1 << 20, || Some(0))), ..Limits::default() };

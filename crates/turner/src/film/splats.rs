@@ -39,7 +39,7 @@ impl Splats {
         let mut sums = Vec::new();
         if sums.try_reserve_exact(region.area() as usize).is_err() {
             let message =
-                format!("there is no memory for light paths into {}x{} pixels", region.width, region.height);
+                format!("not enough memory for light paths into {}x{} pixels", region.width, region.height);
             return Err(SceneError::new(ErrorCode::TooLarge, message)
                 .help("render it in parts with `crop`, or with `caustics = \"off\"` in [integrator]")
                 .remedy(Remedy::set("integrator.caustics", "off")));

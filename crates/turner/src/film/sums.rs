@@ -108,7 +108,7 @@ impl Film {
         // Test the allocation first: a failed one would abort the program.
         let bytes_per_pixel = Film::pixel_bytes(&identity, &channels);
         if Vec::<u8>::new().try_reserve_exact(region.area() as usize * bytes_per_pixel).is_err() {
-            let message = format!("there is no memory for a film of {}x{}", region.width, region.height);
+            let message = format!("not enough memory for a film of {}x{}", region.width, region.height);
             return Err(SceneError::new(ErrorCode::TooLarge, message).help("render it in parts with `crop`"));
         }
         let one_sample = Film::keeps_samples(&identity, &channels);

@@ -3,15 +3,15 @@
 //! The trait is open: other crates add integrators by implementing it. Three traits follow one another.
 //!
 //! ```text
-//!  Integrator           plain settings, for example `PathDesc`
-//!    │ prepare(scene, view)        once per scene, view and settings
-//!    ▼
-//!  PreparedIntegrator   shared by all threads
-//!    │ choose(scene, view)         once, before the first sample: short measured tests
-//!    │ tracer(scene, view)         once per worker and pass
-//!    ▼
-//!  Tracer               one per worker, with its buffers
-//!      radiance(samples, …)        for each batch of camera samples: one `Radiance` per sample
+//! Integrator           plain settings, for example `PathDesc`
+//!   │ prepare(scene, view)        once per scene, view and settings
+//!   ▼
+//! PreparedIntegrator   shared by all threads
+//!   │ choose(scene, view)         once, before the first sample: short measured tests
+//!   │ tracer(scene, view)         once per worker and pass
+//!   ▼
+//! Tracer               one per worker, with its buffers
+//!     radiance(samples, …)        for each batch of camera samples: one `Radiance` per sample
 //! ```
 //!
 //! [`Preparer`](crate::prepare::Preparer) calls `prepare`. [`Renderer`](crate::Renderer) calls `choose` when the

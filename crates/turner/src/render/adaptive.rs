@@ -5,11 +5,11 @@
 //! `threshold`, otherwise the mean of its four quarters, computed in the same way.
 //!
 //! ```text
-//!  ●───────●       ●───●───●      ● ray; at most 2^max_subdivisions cells along the side of a pixel
-//!  │       │  ──►  │   │   │
-//!  │       │       ●───●───●
-//!  │       │       │   │   │
-//!  ●───────●       ●───●───●
+//! ●───────●       ●───●───●      ● ray; at most 2^max_subdivisions cells along the side of a pixel
+//! │       │  ──►  │   │   │
+//! │       │       ●───●───●
+//! │       │       │   │   │
+//! ●───────●       ●───●───●
 //! ```
 //!
 //! A corner's sample id is its position on the finest grid over the picture. So a corner has the same value for

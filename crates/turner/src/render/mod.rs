@@ -3,9 +3,10 @@
 //! A pass covers a range of sample indices over a set of tiles ([`PassRange`]). It has four steps:
 //!
 //! 1. `schedule` finds what the film lacks: for each tile the missing sample indices, and the missing light
-//! paths. 2. `order` sorts the tiles by their cost in the last pass. 3. `work` hands tiles and batches of light
-//! paths to threads, one after another, from an atomic counter. 4. `tile` traces the samples of a tile and adds
-//! their sums to the film, once per tile.
+//!    paths.
+//! 2. `order` sorts the tiles by their cost in the last pass.
+//! 3. `work` hands tiles and batches of light paths to threads, one after another, from an atomic counter.
+//! 4. `tile` traces the samples of a tile and adds their sums to the film, once per tile.
 //!
 //! Samples are deterministic and the film's sums are exact, so the picture does not depend on threads, order or
 //! passes. A cancel is checked between sample indices; finished samples stay in the film.

@@ -1,9 +1,9 @@
 //! Passes: samples of tiles, and light paths in addition.
 //!
 //! ```text
-//!  pass ─► choose (first pass only) ─► Schedule
-//!    without photons:  tiles and light paths of all sample indices in parallel
-//!    with photons:     for each sample index: light paths ─► photon map ─► tiles
+//! pass ─► choose (first pass only) ─► Schedule
+//!   without photons:  tiles and light paths of all sample indices in parallel
+//!   with photons:     for each sample index: light paths ─► photon map ─► tiles
 //! ```
 //!
 //! With photons, camera sample i merges with the photons of light paths of index i only. This makes the estimate

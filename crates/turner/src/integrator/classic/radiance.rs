@@ -5,9 +5,9 @@
 //! traces one ray per sample.
 //!
 //! ```text
-//!  ray queue ─► closest hits ─► shade in blocks of 8: ambient term, then each light with its shadow rays ─► spawn
-//!      ▲                                                                                                    │
-//!      └──── per sample: the reflected ray, else the refracted ray, else the top of its stack ◄─────────────┘
+//! ray queue ─► closest hits ─► shade in blocks of 8: ambient term, then each light with its shadow rays ─► spawn
+//!     ▲                                                                                                    │
+//!     └──── per sample: the reflected ray, else the refracted ray, else the top of its stack ◄─────────────┘
 //! ```
 //!
 //! Order: a hit that spawns two rays queues the reflected ray for the next round and pushes the refracted one on
