@@ -58,7 +58,7 @@ fn one_sample() -> Film {
 }
 
 #[test]
-fn films_come_back() {
+fn films_round_trip() {
     for film in [full(), one_sample(), Film::new(&plain()).unwrap()] {
         let bytes = film.to_bytes();
         let back = read(&bytes).unwrap();
@@ -145,7 +145,7 @@ fn try_out(bytes: &[u8]) {
 }
 
 #[test]
-fn hostile_bytes_under_a_right_checksum_do_no_harm() {
+fn hostile_bytes_with_a_valid_checksum_do_no_harm() {
     for film in [full(), one_sample()] {
         let bytes = film.to_bytes();
         let content = &bytes[..bytes.len() - 8];

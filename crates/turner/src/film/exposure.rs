@@ -61,11 +61,11 @@ impl Luminances {
         for (i, count) in self.bins.iter().enumerate().filter(|(_, count)| **count > 0) {
             let above = below + *count as f64;
             // The part of the bin between the two ends.
-            let share = above.min(last) - f64::max(below, first);
-            if share > 0.0 {
-                let middle = f32::from_bits(((i as u32) << DROPPED) + (1 << (DROPPED - 1)));
-                sum += share * ln(f64::from(middle));
-                weight += share;
+            let weight_in_range = above.min(last) - f64::max(below, first);
+            if weight_in_range > 0.0 {
+                let center = f32::from_bits(((i as u32) << DROPPED) + (1 << (DROPPED - 1)));
+                sum += weight_in_range * ln(f64::from(center));
+                weight += weight_in_range;
             }
             below = above;
         }

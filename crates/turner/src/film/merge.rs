@@ -20,7 +20,7 @@ impl Film {
                 if names.is_empty() { "none".to_owned() } else { names.join(", ") }
             };
             let message = format!(
-                "the films have different channels beside colour: {} and {}",
+                "the films have different channels in addition to colour: {} and {}",
                 names(self),
                 names(other)
             );

@@ -150,7 +150,7 @@ mod tests {
     }
 
     #[test]
-    fn weight_one_is_no_weight() {
+    fn weight_one_equals_no_weight() {
         let (mut plain, mut weighted) = (PixelSum::default(), PixelSum::default());
         for (color, alpha, _) in samples() {
             plain.add(color, alpha);
@@ -161,7 +161,7 @@ mod tests {
     }
 
     #[test]
-    fn samples_that_are_left_out_show_only_where_there_is_no_other() {
+    fn non_finite_samples_show_only_in_pixels_without_finite_ones() {
         let (mut bad, mut good) = (PixelSum::default(), PixelSum::default());
         assert_eq!(bad.mean(), None);
         assert!(!bad.add_or_leave_out(Spectrum::new(0.0, f32::NAN, 0.0), 1.0));

@@ -75,12 +75,12 @@ impl Splats {
             while y <= last.y {
                 let mut x = first.x;
                 while x <= last.x {
-                    let share = filter.density(splat.place - DVec2::new(x + 0.5, y + 0.5));
+                    let weight = filter.density(splat.place - DVec2::new(x + 0.5, y + 0.5));
                     let index = (y - top) as usize * self.region.width as usize + (x - left) as usize;
-                    if share > 0.0
+                    if weight > 0.0
                         && let Some(sum) = self.sums.get_mut(index)
                     {
-                        for (sum, v) in sum.iter_mut().zip((splat.color * share as f32).to_array()) {
+                        for (sum, v) in sum.iter_mut().zip((splat.color * weight as f32).to_array()) {
                             *sum = sum.plus(Fixed96::from_f32(v));
                         }
                     }
@@ -127,7 +127,7 @@ mod tests {
     use crate::filter::FilterKind;
 
     #[test]
-    fn light_is_kept_by_every_filter() {
+    fn every_filter_conserves_light() {
         let region = PixelRect { x: 10, y: 20, width: 16, height: 16 };
         for kind in [FilterKind::Box, FilterKind::Tent, FilterKind::Gaussian, FilterKind::BlackmanHarris] {
             let filter = Filter::new(kind, None);
@@ -151,7 +151,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_beside_the_picture_or_no_number_is_left_out() {
+    fn splats_outside_the_picture_or_non_finite_are_omitted() {
         let mut splats = Splats::new(PixelRect { x: 0, y: 0, width: 2, height: 2 }).unwrap();
         let filter = Filter::new(FilterKind::Box, None);
         let at = |x: f64, y: f64, v: f32| Splat { place: DVec2::new(x, y), color: Spectrum::grey(v) };

@@ -94,8 +94,8 @@ impl TileSums {
         let mut finite = sample.is_finite();
         for y in along(first.y, last.y, top, height) {
             for x in along(first.x, last.x, left, width) {
-                let middle = DVec2::new(f64::from(x), f64::from(y)) + 0.5;
-                let weight = (filter.density(place - middle) / peak) as f32;
+                let center = DVec2::new(f64::from(x), f64::from(y)) + 0.5;
+                let weight = (filter.density(place - center) / peak) as f32;
                 if weight != 0.0 {
                     let pixel = ((y - top) * width + (x - left)) as usize;
                     finite &= self.add_weighted(pixel, sample, weight);
@@ -119,7 +119,7 @@ mod tests {
         crate::description::SceneDesc::default().film
     }
 
-    fn number(i: u32, k: u32) -> f32 {
+    fn random(i: u32, k: u32) -> f32 {
         ((i.wrapping_mul(2_654_435_761) >> 8).wrapping_mul(k) >> 4 & 0xffff) as f32 / 65536.0
     }
 
@@ -130,8 +130,8 @@ mod tests {
             let (x, y) = (tile.x + i / 4 % tile.width, tile.y + i / 4 / tile.width);
             let id = (y * SIZE + x) * 4 + i % 4;
             let at =
-                DVec2::new(f64::from(x) + f64::from(number(id, 3)), f64::from(y) + f64::from(number(id, 7)));
-            out.push((at, [1, 5, 9, 11, 13].map(|k| number(id, k))));
+                DVec2::new(f64::from(x) + f64::from(random(id, 3)), f64::from(y) + f64::from(random(id, 7)));
+            out.push((at, [1, 5, 9, 11, 13].map(|k| random(id, k))));
         }
         out
     }
@@ -166,10 +166,10 @@ mod tests {
             let all: Vec<_> =
                 forward.iter().flat_map(|t| samples_of(&TileGrid::new(first.region).rect(*t))).collect();
             for (x, y) in [(0, 0), (15, 15), (16, 15), (17, 31), (39, 39), (31, 8), (5, 32)] {
-                let middle = DVec2::new(f64::from(x) + 0.5, f64::from(y) + 0.5);
+                let center = DVec2::new(f64::from(x) + 0.5, f64::from(y) + 0.5);
                 let (mut sum, mut total) = ([0.0; 5], 0.0);
                 for (place, values) in &all {
-                    let weight = filter.density(*place - middle);
+                    let weight = filter.density(*place - center);
                     total += weight;
                     sum.iter_mut().zip(values).for_each(|(s, v)| *s += weight * f64::from(*v));
                 }
@@ -184,7 +184,7 @@ mod tests {
     }
 
     #[test]
-    fn a_sample_that_is_not_finite_is_left_out_wherever_it_would_count() {
+    fn a_non_finite_sample_is_omitted_from_every_pixel() {
         let filter = Filter::new(FilterKind::Tent, None);
         let mut sums = TileSums::default();
         sums.reset(PixelRect { x: 0, y: 0, width: 4, height: 4 }, 1);

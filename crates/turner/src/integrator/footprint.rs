@@ -38,8 +38,8 @@ pub(super) fn leave(
 ) -> RayCone {
     let side = if wo.dot(surface.ng) >= 0.0 { 1.0 } else { -1.0 };
     let curvature = side * scene.curvature(surface);
-    let turned = if crosses { cone.refracted(s.eta, curvature) } else { cone.reflected(curvature) };
-    if s.lobe.is_delta { turned } else { turned.scattered(s.pdf, pixel.share) }
+    let next = if crosses { cone.refracted(s.eta, curvature) } else { cone.reflected(curvature) };
+    if s.lobe.is_delta { next } else { next.scattered(s.pdf, pixel.share) }
 }
 
 /// The same for reflection at a flat surface, with `pdf` per solid angle.

@@ -130,21 +130,21 @@ fn named_camera(scene: &SceneDesc, wanted: &str) -> Result<Named<CameraDesc>, Sc
 /// mean of the radiance above.
 fn ground_color(lights: &[Light]) -> Spectrum {
     const RINGS: u32 = 48;
-    const AROUND: u32 = 96;
-    let radiance = |height: f64, turn: f64| {
-        let (sin, cos) = sin_cos(std::f64::consts::TAU * turn);
-        let across = (1.0 - height * height).sqrt();
-        let direction = DVec3::new(across * cos, height, across * sin);
+    const SECTORS: u32 = 96;
+    let radiance = |height: f64, azimuth: f64| {
+        let (sin, cos) = sin_cos(std::f64::consts::TAU * azimuth);
+        let radius = (1.0 - height * height).sqrt();
+        let direction = DVec3::new(radius * cos, height, radius * sin);
         lights.iter().filter_map(|l| l.around(direction)).fold(Spectrum::BLACK, |sum, l| sum + l)
     };
     let ring = |height: f64| {
-        let all = (0..AROUND).map(|i| radiance(height, (f64::from(i) + 0.5) / f64::from(AROUND)));
-        all.fold(Spectrum::BLACK, |sum, l| sum + l) * (1.0 / AROUND as f32)
+        let all = (0..SECTORS).map(|i| radiance(height, (f64::from(i) + 0.5) / f64::from(SECTORS)));
+        all.fold(Spectrum::BLACK, |sum, l| sum + l) * (1.0 / SECTORS as f32)
     };
     // Stratified in the square of the height, which distributes the samples by the cosine.
     let heights = (0..RINGS).map(|i| ((f64::from(i) + 0.5) / f64::from(RINGS)).sqrt());
     let mean = heights.fold(Spectrum::BLACK, |sum, height| sum + ring(height)) * (1.0 / RINGS as f32);
     let horizon = ring(0.01);
-    let share = |horizon: f32, mean: f32| if mean > 0.0 { (horizon / mean).clamp(0.05, 0.85) } else { 0.5 };
-    Spectrum::new(share(horizon.r, mean.r), share(horizon.g, mean.g), share(horizon.b, mean.b))
+    let ratio = |horizon: f32, mean: f32| if mean > 0.0 { (horizon / mean).clamp(0.05, 0.85) } else { 0.5 };
+    Spectrum::new(ratio(horizon.r, mean.r), ratio(horizon.g, mean.g), ratio(horizon.b, mean.b))
 }

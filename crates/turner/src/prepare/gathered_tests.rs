@@ -14,9 +14,9 @@ use crate::schema::{Asset, MeshData, PrepareOptions, Transform};
 /// A square with hills, of `2 side²` triangles, with degenerate and non-finite ones.
 fn hills(side: u32, seed: u32) -> Arc<MeshData> {
     let height = |x: u32, z: u32| ((x * 7 + z * 13 + seed * 31) % 17) as f32 * 0.02;
-    let place = |i: u32| i as f32 / side as f32 - 0.5;
+    let coordinate = |i: u32| i as f32 / side as f32 - 0.5;
     let points = (0..=side).flat_map(|z| (0..=side).map(move |x| (x, z)));
-    let mut positions: Vec<_> = points.map(|(x, z)| [place(x), height(x, z), place(z)]).collect();
+    let mut positions: Vec<_> = points.map(|(x, z)| [coordinate(x), height(x, z), coordinate(z)]).collect();
     positions.push([f32::NAN; 3]);
     let squares = (0..side).flat_map(|z| (0..side).map(move |x| z * (side + 1) + x));
     let mut triangles: Vec<_> =
@@ -69,7 +69,7 @@ proptest! {
     #![proptest_config(ProptestConfig { cases: 24, ..ProptestConfig::default() })]
 
     #[test]
-    fn gathered_meshes_that_change_have_the_bytes_of_fresh_ones(
+    fn world_meshes_that_change_have_the_bytes_of_fresh_ones(
         edits in prop::collection::vec((0u8..8, any::<u8>()), 1..8),
     ) {
         let mut preparer = Preparer::new(PrepareOptions::default());
@@ -83,7 +83,7 @@ proptest! {
 }
 
 #[test]
-fn the_tree_of_the_others_is_kept_but_where_searches_are_shown() {
+fn the_bvh_of_the_others_is_kept_unless_traversal_cost_is_shown() {
     let mut preparer = Preparer::new(PrepareOptions::default());
     let mut desc = squares();
     preparer.update(&desc).unwrap();

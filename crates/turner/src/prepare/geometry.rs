@@ -69,7 +69,7 @@ impl Geometry {
         placed: Placed,
         materials: &[Material],
         last: Option<&Geometry>,
-        whole: bool,
+        full_rebuild: bool,
         options: &PrepareOptions,
         cancelled: &dyn Fn() -> bool,
     ) -> Result<Option<(Geometry, bool)>, SceneError> {
@@ -111,7 +111,7 @@ impl Geometry {
                 faces: &faces,
             };
             let last = last.and_then(|last| last.world_mesh.as_ref());
-            let (made, new) = StaticWorldMesh::build(&members, offset, last, whole, options)?;
+            let (made, new) = StaticWorldMesh::build(&members, offset, last, full_rebuild, options)?;
             (world_mesh, remade) = (Some(made), new);
         }
         let culled = if culler.is_some() { bounded } else { 0 };

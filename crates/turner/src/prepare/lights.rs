@@ -69,7 +69,7 @@ impl CachedLights {
             remade += 1;
             let made = make(light, image, &desc.images, capabilities)?;
             match self.made.get_mut(number) {
-                Some(place) => *place = made,
+                Some(slot) => *slot = made,
                 None => self.made.push(made),
             }
         }

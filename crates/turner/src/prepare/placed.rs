@@ -15,7 +15,7 @@ use crate::scene::scene::{ObjectTransform, Primitive};
 use crate::schema::{ErrorCode, MaterialId, MeshData, PrepareOptions, SceneError, Warning};
 use crate::shape::{CachedShapes, Plane, Shape, TriangleMesh};
 
-/// Maximum size in bytes of a placed object during preparation: primitive, bounds, transform, share of the BVH.
+/// Maximum size in bytes of a placed object during preparation: primitive, bounds, transform, part of the BVH.
 const PLACED: u64 = 1024;
 
 /// The primitives of a scene, in the order of the description.

@@ -92,7 +92,7 @@ struct Surfaces {
 
 /// Lights and materials, including those of the default studio.
 struct WithStudio {
-    is_staged: bool,
+    has_studio: bool,
     studio: DefaultStudio,
     ground: Option<Plane>,
     floor: usize,
@@ -162,7 +162,7 @@ fn assemble(
 struct Changed {
     remade: Remade,
     /// A changed material is or was emissive.
-    shines: bool,
+    emissive: bool,
     volumes: bool,
     placed: bool,
 }
@@ -341,9 +341,9 @@ impl Preparer {
         let filtered = desc.filters_textures(capabilities);
         let (textures, new) = self.textures.prepare(desc, filtered, &self.options)?;
         self.changed.remade.textures |= new;
-        let (count, shines) = self.materials.prepare(desc, physical)?;
+        let (count, emissive) = self.materials.prepare(desc, physical)?;
         self.changed.remade.materials += count;
-        self.changed.shines |= shines;
+        self.changed.emissive |= emissive;
         let (volumes, new) = self.volumes.prepare(desc, physical)?;
         self.changed.volumes |= new;
         Ok(Surfaces { textures, volumes, filtered })
@@ -383,9 +383,9 @@ impl Preparer {
         if let (Some(placed), Some(_)) = (placed, &ground) {
             light_groups.add(placed.primitives.len() as u32, None);
         }
-        let is_staged = desc.studio.is_some();
+        let has_studio = desc.studio.is_some();
         Ok(WithStudio {
-            is_staged,
+            has_studio,
             studio,
             ground,
             floor,
@@ -402,14 +402,14 @@ impl Preparer {
     fn geometry(
         &mut self,
         with_studio: &WithStudio,
-        whole: bool,
+        full_rebuild: bool,
         wanted: &UpdateOptions<'_>,
     ) -> Result<Option<Geometry>, SceneError> {
         let last = self.last.as_ref();
         let same = |last: &&Last| {
             last.ground == with_studio.ground
                 && last.capabilities.physical == with_studio.physical
-                && !(whole && last.geometry.is_changed())
+                && !(full_rebuild && last.geometry.is_changed())
         };
         if let Some(last) = last.filter(same).filter(|_| !self.changed.placed) {
             return Ok(Some(last.geometry.clone()));
@@ -419,7 +419,8 @@ impl Preparer {
         placed.add_ground(&with_studio.studio, with_studio.floor);
         let before = last.map(|last| &last.geometry);
         let cancelled = || wanted.is_cancelled();
-        let made = Geometry::new(placed, &with_studio.materials, before, whole, &self.options, &cancelled)?;
+        let made =
+            Geometry::new(placed, &with_studio.materials, before, full_rebuild, &self.options, &cancelled)?;
         let Some((geometry, world_mesh)) = made else { return Ok(None) };
         self.changed.remade.world_mesh |= world_mesh;
         Ok(Some(geometry))
@@ -434,11 +435,12 @@ impl Preparer {
         background: BackgroundDesc,
         capabilities: Capabilities,
     ) -> Arc<Scene> {
-        let Changed { remade, shines, volumes, .. } = self.changed;
-        let is_staged = with_studio.is_staged;
+        let Changed { remade, emissive, volumes, .. } = self.changed;
+        let has_studio = with_studio.has_studio;
         let mut scene = assemble(surfaces, with_studio, geometry, background, self.options.instruction_set);
         let last = self.last.as_ref().map(|last| (&last.prepared.scene, last.capabilities));
-        let same_emitters = !(remade.objects || remade.lights > 0 || remade.textures || shines || is_staged);
+        let same_emitters =
+            !(remade.objects || remade.lights > 0 || remade.textures || emissive || has_studio);
         let kept = last.filter(|(last, own)| {
             same_emitters && *own == capabilities && last.lights.len() == scene.lights.len()
         });

@@ -91,22 +91,22 @@ impl CachedMaterials {
             self.made.clear();
         }
         self.physical = physical;
-        let (mut remade, mut shines) = (0, self.made.len() > desc.materials.len());
+        let (mut remade, mut emissive) = (0, self.made.len() > desc.materials.len());
         for (i, material) in now().enumerate() {
             let known = self.made.get(i).filter(|made| made.0 == *material);
             if known.is_some() && !(edited && mixes(material)) {
                 continue;
             }
             let made = (material.clone(), material.prepare(physical, &desc.materials));
-            shines |= made.1.may_shine() || self.made.get(i).is_none_or(|old| old.1.may_shine());
+            emissive |= made.1.may_shine() || self.made.get(i).is_none_or(|old| old.1.may_shine());
             remade += 1;
             match self.made.get_mut(i) {
-                Some(place) => *place = made,
+                Some(slot) => *slot = made,
                 None => self.made.push(made),
             }
         }
         self.made.truncate(desc.materials.len());
-        Ok((remade, shines))
+        Ok((remade, emissive))
     }
 
     /// All materials of the description, followed by the default one.

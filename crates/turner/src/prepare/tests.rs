@@ -40,7 +40,7 @@ fn grey(v: f32) -> ColorSource {
     ColorSource::Constant(Spectrum::grey(v))
 }
 
-fn lamp(position: [f64; 3], intensity: f64) -> LightDesc {
+fn point_light(position: [f64; 3], intensity: f64) -> LightDesc {
     LightDesc::Point(PointDesc { position: position.into(), intensity, ..Default::default() })
 }
 
@@ -103,7 +103,7 @@ pub(super) fn start() -> SceneDesc {
         placed(group(), 0, [-1.5, 0.0, 1.0]),
         placed(group(), 3, [1.5, 0.0, 1.2]),
     ];
-    desc.lights = vec![lamp([0.0, 4.0, 2.0], 12.0).into()];
+    desc.lights = vec![point_light([0.0, 4.0, 2.0], 12.0).into()];
     desc.camera = Some(camera(5.0).into());
     desc
 }
@@ -165,10 +165,10 @@ fn edit(desc: &mut SceneDesc, what: u8, by: u8) {
             desc.materials[usize::from(by) % 3 + 1] = MaterialDesc::Principled(m).into();
         }
         6 => desc.images[0].data = picture(by),
-        7 => desc.lights.push(lamp([x, 3.0, x * x], 5.0).into()),
+        7 => desc.lights.push(point_light([x, 3.0, x * x], 5.0).into()),
         8 if !desc.lights.is_empty() => {
             let light = usize::from(by) % desc.lights.len();
-            desc.lights[light] = lamp([x, 2.5, 1.0], 1.0 + f64::from(by)).into();
+            desc.lights[light] = point_light([x, 2.5, 1.0], 1.0 + f64::from(by)).into();
         }
         9 => drop(desc.lights.pop()),
         10 if object > 0 => {
@@ -182,7 +182,7 @@ fn edit(desc: &mut SceneDesc, what: u8, by: u8) {
         12 if object > 0 => drop(desc.objects.remove(object)),
         13 => desc.meshes[usize::from(by) % 3].data = mesh(0.2 + f32::from(by) / 100.0),
         14 => desc.background.color = Spectrum::grey(f32::from(by % 5) * 0.2),
-        15 => desc.objects[object].light_group = by.is_multiple_of(2).then(|| "lamps".to_owned()),
+        15 => desc.objects[object].light_group = by.is_multiple_of(2).then(|| "group".to_owned()),
         16 => desc.studio = by.is_multiple_of(2).then(Default::default),
         17 => {
             let color = Spectrum::grey(f32::from(by) / 255.0);
@@ -242,11 +242,11 @@ fn an_edit_remakes_what_it_changes() {
     assert_eq!(remade(|d| d.integrator = IntegratorDesc::Path(PathDesc::default())), chooses);
     // A matte material affects neither geometry nor lights; an emissive one affects lights.
     assert_eq!(remade(|d| edit(d, 4, 9)), Remade { materials: 1, ..chooses });
-    let shines = |d: &mut SceneDesc| {
+    let emissive = |d: &mut SceneDesc| {
         let m = PrincipledMaterial { emission_luminance: 5.0, ..Default::default() };
         d.materials[1] = MaterialDesc::Principled(m).into();
     };
-    assert_eq!(remade(shines), Remade { materials: 1, light_tree: true, ..chooses });
+    assert_eq!(remade(emissive), Remade { materials: 1, light_tree: true, ..chooses });
     assert_eq!(remade(|d| edit(d, 7, 9)), Remade { lights: 1, light_tree: true, ..chooses });
     assert_eq!(remade(|d| edit(d, 6, 9)), Remade { textures: true, light_tree: true, ..chooses });
     let moved = Remade { objects: true, light_tree: true, ..chooses };

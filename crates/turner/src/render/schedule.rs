@@ -21,15 +21,15 @@ pub enum TileSet {
 
 impl TileSet {
     /// The indices below `count`, in ascending order.
-    fn numbers(&self, count: usize) -> Vec<usize> {
+    fn indices(&self, count: usize) -> Vec<usize> {
         match self {
             TileSet::All => (0..count).collect(),
             TileSet::Some(tiles) => {
-                let mut numbers: Vec<usize> =
+                let mut indices: Vec<usize> =
                     tiles.iter().map(|t| *t as usize).filter(|t| *t < count).collect();
-                numbers.sort_unstable();
-                numbers.dedup();
-                numbers
+                indices.sort_unstable();
+                indices.dedup();
+                indices
             }
         }
     }
@@ -66,7 +66,7 @@ impl Schedule {
         let samples = range.samples.start.min(all)..range.samples.end.min(all);
         Schedule {
             samples,
-            tiles: range.tiles.numbers(film.tiles().count()),
+            tiles: range.tiles.indices(film.tiles().count()),
             light_paths: film.identity().light_paths,
         }
     }

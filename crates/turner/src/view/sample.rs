@@ -63,7 +63,7 @@ pub(crate) fn sample_id(view: &View, x: u32, y: u32, index: u32) -> Result<Sampl
     check_pixel(view, x, y)?;
     if film.antialias == Antialias::Adaptive {
         return Err(error(
-            "adaptive anti-aliasing shares samples between pixels, so a single sample cannot be chosen by its number".to_owned(),
+            "adaptive anti-aliasing shares samples between pixels, so a single sample cannot be selected by its index".to_owned(),
             "choose another: `antialias = \"monte-carlo\"` in [film]",
             Remedy::set("film.antialias", "monte-carlo"),
         ));
@@ -71,14 +71,14 @@ pub(crate) fn sample_id(view: &View, x: u32, y: u32, index: u32) -> Result<Sampl
     let count = film.samples_per_pixel();
     if index >= count {
         let last = match count {
-            1 => "pixels of this picture have one sample, number 0".to_owned(),
+            1 => "pixels of this picture have one sample, index 0".to_owned(),
             n => format!("samples of a pixel are numbered 0 to {}", n - 1),
         };
         let message = format!("there is no sample {index}: {last}");
         let more = Remedy::set("film.samples", index.saturating_add(1)).and("film.antialias", "monte-carlo");
         return Err(error(
             message,
-            "`samples` in [film] with `antialias = \"monte-carlo\"` takes more",
+            "`samples` in [film] with `antialias = \"monte-carlo\"` gives more",
             more,
         ));
     }

@@ -109,8 +109,8 @@ impl WireframeDesc {
     fn coordinate_lines(&self, hit: &FirstHit<'_>, pixel: &Pixel) -> f64 {
         let scene = hit.scene;
         // On a plane, u and v change by 1 in two scene units.
-        let endless = scene.is_unbounded(&hit.hit);
-        let spacing = if endless { 0.5 } else { 0.125 };
+        let unbounded = scene.is_unbounded(&hit.hit);
+        let spacing = if unbounded { 0.5 } else { 0.125 };
         let uv = scene.texture_point(&hit.surface).uv;
         let mut change = DVec2::ZERO;
         for i in 0..2 {
@@ -122,7 +122,7 @@ impl WireframeDesc {
                 let next = scene.texture_point(&scene.surface(&ray, &next_hit)).uv;
                 // Across a seam of u or v, use the shorter difference.
                 let step = (next - uv).abs();
-                let step = if endless { step } else { step.min((step - 1.0).abs()) };
+                let step = if unbounded { step } else { step.min((step - 1.0).abs()) };
                 change += step * step;
             }
         }
