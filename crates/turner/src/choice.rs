@@ -1,18 +1,19 @@
-//! Sets of words, each with its meaning: what stands after a key of a scene file where there are a few possibilities.
+//! Enumerations of words, the values of scene keys with a few possibilities; each word has a documentation text.
 
-/// One of a set of words. `choice!` implements it.
+/// An enumeration of words. `choice!` implements it.
 pub trait Choice: Copy + Sized + 'static {
     /// The words, in order.
     const ALL_WORDS: &'static [&'static str];
-    /// Each word and what it means.
+    /// Each word with its meaning.
     const ALL_DOCS: &'static [(&'static str, &'static str)];
     /// The word in a scene file.
     fn to_word(self) -> &'static str;
-    /// From its word.
+    /// The value of a word.
     fn of_word(word: &str) -> Option<Self>;
 }
 
-/// A set of words. `choice! { /// doc pub enum Name { /// doc Variant = "word", … } }`; the first is the default.
+/// Declares an enumeration of words: `choice! { /// doc pub enum Name { /// doc Variant = "word", … } }`. The
+/// first one is the default.
 macro_rules! choice {
     (
         $(#[doc = $doc:literal])+
@@ -24,11 +25,11 @@ macro_rules! choice {
         impl $name {
             /// The words, in order.
             pub const WORDS: &[&str] = &[$first_word, $($word,)*];
-            /// The word and what it means.
+            /// Each word with its meaning.
             pub const DOCS: &[(&str, &str)] = &[($first_word, concat!($($first_doc),+).trim_ascii()), $(($word, concat!($($vdoc),+).trim_ascii()),)*];
             /// The word in a scene file.
             pub fn word(self) -> &'static str { match self { $name::$first => $first_word, $($name::$variant => $word,)* } }
-            /// From its word.
+            /// The value of a word.
             pub fn from_word(word: &str) -> Option<$name> { match word { $first_word => Some($name::$first), $($word => Some($name::$variant),)* _ => None } }
         }
         impl $crate::choice::Choice for $name {

@@ -1,6 +1,6 @@
-//! Pictures in memory: what the film develops into and what textures are made of.
+//! Images in memory, the data of textures and environment maps.
 
-/// The samples of a picture, row 0 at the top, channels interleaved. Eight-bit files stay eight-bit.
+/// The samples of an image, row 0 at the top, channels interleaved. Eight-bit files stay eight-bit.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Pixels {
     /// 8 bits per channel, 1 (grey), 2 (grey, alpha), 3 (RGB) or 4 (RGBA) channels, display-encoded.
@@ -11,7 +11,7 @@ pub enum Pixels {
     F32(Vec<f32>),
 }
 
-/// A picture: `width * height * channels` samples.
+/// An image: `width * height * channels` samples.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Image {
     /// Columns, at least 1.
@@ -25,7 +25,7 @@ pub struct Image {
 }
 
 impl Pixels {
-    /// Bytes of a sample.
+    /// Bytes per sample.
     pub fn sample_bytes(&self) -> u64 {
         match self {
             Pixels::U8(_) => 1,
@@ -36,7 +36,7 @@ impl Pixels {
 }
 
 impl Image {
-    /// Bytes of memory that the samples take.
+    /// Size of the samples in bytes.
     pub fn memory(&self) -> usize {
         match &self.pixels {
             Pixels::U8(v) => v.len(),
@@ -50,8 +50,8 @@ impl Image {
         !matches!(self.pixels, Pixels::F32(_))
     }
 
-    /// The pixel in column `x`, row `y`, as RGB in 0..=1 for integer samples, as stored for floats; grey is
-    /// repeated. Coordinates are clamped to the picture.
+    /// The pixel in column `x`, row `y` as RGB: 0..=1 for integer samples, unchanged for floats; grey is
+    /// repeated. Coordinates are clamped to the image.
     pub fn rgb(&self, x: u32, y: u32) -> [f32; 3] {
         let (x, y) = (x.min(self.width - 1) as usize, y.min(self.height - 1) as usize);
         let n = self.channels as usize;
@@ -64,7 +64,7 @@ impl Image {
         if n < 3 { [at(0); 3] } else { [at(0), at(1), at(2)] }
     }
 
-    /// The alpha of a pixel inside the picture, 0..=1 for integer samples, 1 if there is none; NaN counts as 0.
+    /// The alpha of a pixel inside the image: 0..=1 for integer samples, 1 without alpha; NaN counts as 0.
     pub fn alpha(&self, x: u32, y: u32) -> f32 {
         let n = usize::from(self.channels);
         if !matches!(n, 2 | 4) {
@@ -78,7 +78,7 @@ impl Image {
         }
     }
 
-    /// Whether there is a pixel, and as many samples as the size and the number of channels say.
+    /// Whether the image is not empty and the number of samples equals width * height * channels.
     pub fn is_consistent(&self) -> bool {
         let samples = match &self.pixels {
             Pixels::U8(v) => v.len(),
@@ -91,7 +91,7 @@ impl Image {
             && pixels.and_then(|n| n.checked_mul(usize::from(self.channels))) == Some(samples)
     }
 
-    /// How many samples are infinite or NaN: textures take those for 0.
+    /// Number of samples that are infinite or NaN; textures treat them as 0.
     pub fn non_finite(&self) -> usize {
         match &self.pixels {
             Pixels::F32(v) => v.iter().filter(|v| !v.is_finite()).count(),

@@ -1,6 +1,7 @@
 //! The Turner ray tracer: from a scene description to a picture.
 //!
-//! A scene is described ([`SceneDesc`]), prepared ([`SceneDesc::prepare`]), rendered pass by pass ([`Renderer`]) and developed ([`Picture`]):
+//! A scene is described ([`SceneDesc`]), prepared ([`SceneDesc::prepare`]), rendered pass by pass ([`Renderer`])
+//! and developed ([`Picture`]):
 //!
 //! ```
 //! use std::sync::atomic::AtomicBool;
@@ -23,15 +24,16 @@
 //! let picture = renderer.develop();
 //!
 //! assert_eq!(picture.display.len(), 64 * 48);
-//! // The middle of the picture is the ball, its corner is not.
+//! // The centre of the picture shows the sphere; its corner does not.
 //! assert!(picture.display[24 * 64 + 32][0] > picture.display[0][0]);
 //! # Ok::<(), turner::SceneError>(())
 //! ```
 //!
-//! What every program needs for that stands here as well as in its room; all else is in the rooms, one name each: shapes in [`shape`], materials in [`material`], …
+//! These types are re-exported here. Everything else is in the modules, one per noun of the field: shapes in
+//! [`shape`], materials in [`material`], ….
 //!
-//! The crate `turner-io` reads scene files and models into descriptions and writes pictures into files. This crate opens no file, no window and no thread pool of its own
-//! choice: see ARCHITECTURE.md.
+//! The crate `turner-io` reads scene files and models into descriptions and writes pictures to files. This crate
+//! opens no file, window or thread pool of its own choice: see ARCHITECTURE.md.
 #![forbid(unsafe_code)]
 
 pub mod bsdf;

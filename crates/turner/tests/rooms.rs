@@ -1,11 +1,11 @@
-//! The rooms of the crate, from the ground up, and what each may import: `use` and paths run one way only. A new import upwards fails here, with its file and
-//! line.
+//! The rooms of the crate, from the bottom up, and what each may import. Imports run one way only: a new import
+//! upwards fails here, with file and line.
 
 use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-/// Each room with the rooms that it may import, besides those that these may import; itself is understood.
+/// Each room with the rooms that it may import, in addition to those that these may import.
 const ROOMS: &[(&str, &[&str])] = &[
     ("math", &[]),
     ("choice", &[]),
@@ -13,12 +13,12 @@ const ROOMS: &[(&str, &[&str])] = &[
     ("image", &["math"]),
     ("sampler", &["math"]),
     ("filter", &["sampler", "choice"]),
-    // The words of the scene format: values, keys, errors, limits. It knows none of the families.
+    // The language of the scene format: values, keys, errors, limits. It does not depend on the families.
     ("schema", &["color", "image"]),
     ("shape", &["schema", "sampler"]),
-    // Where a ray met a surface: plain data.
+    // The surface at a hit: plain data.
     ("interaction", &["shape"]),
-    // The other families, each with its contract at the top of its folder.
+    // The other families; each contract is at the top of the folder.
     ("texture", &["interaction"]),
     ("bsdf", &["schema", "sampler"]),
     ("medium", &["texture"]),
@@ -26,22 +26,22 @@ const ROOMS: &[(&str, &[&str])] = &[
     ("light", &["material"]),
     ("film", &["schema", "filter"]),
     ("camera", &["film", "sampler"]),
-    // What there is, who looks, how light is computed.
+    // Scene, camera samples, light transport.
     ("scene", &["light"]),
     ("view", &["scene", "camera"]),
     ("integrator", &["view"]),
-    // What was asked for: the descriptions of all families, read and written.
+    // The descriptions of all families: reading and writing.
     ("description", &["integrator"]),
     ("prepare", &["description"]),
     ("render", &["prepare"]),
-    // Judges: nothing below imports them.
+    // Tools that check scenes and pictures; nothing below imports them.
     ("compare", &["film"]),
     ("lint", &["prepare"]),
     ("doctor", &["render"]),
     ("testing", &["render", "compare"]),
 ];
 
-/// The most files and lines of a room without its tests, and lines of a file.
+/// Limits: files and lines of a room without its tests, lines of a file.
 const MOST_FILES: usize = 60;
 const MOST_LINES: usize = 8000;
 const MOST_LINES_OF_A_FILE: usize = 500;
@@ -57,20 +57,20 @@ fn files_below(folder: &Path, out: &mut Vec<PathBuf>) {
     }
 }
 
-/// Whether a file holds tests alone.
+/// Whether a file contains only tests.
 fn is_test(path: &Path) -> bool {
     let name = path.file_stem().unwrap().to_string_lossy();
     let in_folder = path.components().any(|c| c.as_os_str() == "tests");
     in_folder || name.ends_with("tests") || name == "testing"
 }
 
-/// The lines of a file that are compiled outside tests, without comments, with their numbers.
+/// The lines of a file that are compiled outside tests, without comments, with their line numbers.
 fn code(text: &str) -> Vec<(usize, &str)> {
     let mut out = Vec::new();
     let mut lines = text.lines().enumerate();
     while let Some((i, line)) = lines.next() {
         if line.trim() == "#[cfg(test)]" {
-            // What follows is one item: a line, or a module or function that goes on to its closing brace in the same column.
+            // One item follows: a line, or a module or function that ends at a brace in the same column.
             let close = format!("{}}}", " ".repeat(line.len() - line.trim_start().len()));
             let item = lines.by_ref().find(|(_, l)| !l.trim_start().starts_with("#["));
             if item.is_some_and(|(_, l)| !l.trim_end().ends_with(';')) {
@@ -102,7 +102,7 @@ fn word(text: &str) -> &str {
     &text[..end]
 }
 
-/// All that a room may import.
+/// All rooms that a room may import.
 fn allowed<'a>(rooms: &BTreeMap<&'a str, &'a [&'a str]>, room: &'a str, out: &mut Vec<&'a str>) {
     if !out.contains(&room) {
         out.push(room);
@@ -137,7 +137,7 @@ fn imports_run_one_way() {
         for file in files.iter().filter(|f| !is_test(f)) {
             for (number, line) in code(&fs::read_to_string(file).unwrap()) {
                 for other in named(line) {
-                    // What the crate shows at its root is for other crates: a name from there hides its room.
+                    // Re-exports at the crate root are for other crates: inside, they would hide the room.
                     if !other.is_empty() && !may.contains(&other) {
                         let shown = file.strip_prefix(&src).unwrap().display();
                         offenders.push(format!("{shown}:{number}: {room} imports {other}: {}", line.trim()));
@@ -166,7 +166,7 @@ fn no_room_is_above_itself() {
 fn rooms_and_files_stay_small() {
     let src = Path::new(env!("CARGO_MANIFEST_DIR")).join("src");
     let mut wrong = Vec::new();
-    // The path tracer is a room within a room, counted by itself.
+    // The path tracer is a room within a room and counts separately.
     let path = Path::new("integrator/path");
     for room in ROOMS.iter().map(|(room, _)| Path::new(room)).chain([path]) {
         let mut files = Vec::new();
@@ -177,7 +177,7 @@ fn rooms_and_files_stay_small() {
         let room = room.display();
         let lengths: Vec<usize> =
             files.iter().map(|f| fs::read_to_string(f).unwrap().lines().count()).collect();
-        // Tests stand beside what they test; a room is no larger for being tested.
+        // Tests do not count towards the size of a room.
         let own = files.iter().zip(&lengths).filter(|(f, _)| !is_test(f));
         let (count, lines) = own.fold((0, 0), |(count, lines), (_, n)| (count + 1, lines + n));
         if count > MOST_FILES || lines > MOST_LINES {
@@ -189,7 +189,8 @@ fn rooms_and_files_stay_small() {
     assert!(wrong.is_empty(), "more than {MOST_FILES} files, {MOST_LINES} lines:\n{}", wrong.join("\n"));
 }
 
-/// The options of a command line that a line of code speaks of in its texts, as `--name`. Those of other programs may be named.
+/// The first command line option (`--name`) in the texts of a line of code. Options of other programs are
+/// allowed.
 fn options_in(line: &str) -> Option<&str> {
     let line = line.trim_start();
     if line.starts_with("//") || line.contains("pbrt --upgrade") {
@@ -203,7 +204,7 @@ fn options_in(line: &str) -> Option<&str> {
     line.match_indices("--").find_map(|(i, _)| starts(i))
 }
 
-/// The library says what would help as keys of the scene, names of limits and `Remedy`: what they are called on a command line is for the command line to say.
+/// The library names remedies as scene keys, limits and `Remedy` values; only the command line knows its options.
 #[test]
 fn no_text_of_the_library_speaks_of_options() {
     let crates = Path::new(env!("CARGO_MANIFEST_DIR")).parent().unwrap();

@@ -182,7 +182,7 @@ fn film(integrator: &str, keys: &[(&str, Data)]) -> (FilmDesc, Vec<String>) {
     top.push("integrator", Data::Table(own));
     top.push("film", Data::Table(film));
     let read = read_scene(&Value::new(Data::Table(top)), &mut NoFiles).unwrap();
-    let written = write_scene(&read, &mut Lent::default()).unwrap();
+    let written = write_scene(&read, &mut BorrowedAssets::default()).unwrap();
     let again = read_scene(&written, &mut NoFiles).unwrap();
     assert_eq!(read.film, again.film, "{integrator}: what is written reads back");
     let Data::Table(root) = &written.data else { panic!("{written:?}") };

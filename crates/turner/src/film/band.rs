@@ -1,38 +1,38 @@
-//! Rows of a film, as they are kept in memory.
+//! Rows of a film in memory.
 
 use super::{Fixed96, NonFinite, PixelRect, PixelSum, SampleSet, TILE, TileGrid, TileSums};
 use crate::color::Spectrum;
 
-/// Some rows of a film's region, and which samples their tiles hold. Pixels are words, so that they come zeroed from the
-/// system, page by page as they are used.
+/// One row of tiles of a film's region, and the samples that its tiles hold. Pixels are plain words, so the
+/// system provides them zeroed, page by page on first use.
 #[derive(Clone, Debug)]
 pub(crate) struct Band {
     rows: PixelRect,
     pub(super) pixels: Pixels,
-    /// Sums of further channels, `channels` a pixel.
+    /// Sums of additional channels, `channels` per pixel.
     extra: Vec<[u32; 3]>,
     channels: usize,
-    /// For each tile, from the left: its samples.
+    /// For each tile, from the left: the samples that it holds.
     pub(super) held: Vec<SampleSet>,
-    /// Samples that were not finite.
+    /// The non-finite samples.
     pub(super) non_finite: NonFinite,
 }
 
 #[derive(Clone, Debug)]
 pub(super) enum Pixels {
-    /// At most one sample a pixel, as it came: red, green, blue, and the coverage with the sign bit set, which zeroed
-    /// memory has not. A third of the memory of sums: at one sample a pixel half of the time outside of tracing
-    /// was spent on touching it for the first time.
+    /// At most one sample per pixel, unchanged: red, green, blue, and coverage with the sign bit set, which
+    /// distinguishes it from zeroed memory. A third of the memory of sums: with one sample per pixel and sums,
+    /// the first access to their memory takes half of the time outside of tracing.
     Samples(Vec<[u32; 4]>),
     /// Sums of samples.
     Sums(Vec<[u32; PixelSum::WORDS]>),
 }
 
 /// Marks a pixel that has its sample.
-const TAKEN: u32 = 1 << 31;
+const HAS_SAMPLE: u32 = 1 << 31;
 
 impl Band {
-    /// Empty rows, for one sample a pixel or more, with `channels` channels beside colour and coverage.
+    /// Empty rows for one sample per pixel or more, with `channels` channels in addition to colour and coverage.
     pub(super) fn new(rows: PixelRect, one_sample: bool, channels: usize) -> Band {
         let count = rows.area() as usize;
         let pixels = if one_sample {
@@ -51,13 +51,13 @@ impl Band {
         }
     }
 
-    /// Bytes of a pixel.
+    /// Bytes per pixel.
     pub(super) fn bytes_per_pixel(one_sample: bool, channels: usize) -> usize {
         let color = if one_sample { size_of::<[u32; 4]>() } else { PixelSum::BYTES };
         color + channels * size_of::<[u32; 3]>()
     }
 
-    /// Where each row of a rectangle inside the band begins.
+    /// Index of the first pixel of each row of a rectangle inside the band.
     fn row_starts(&self, rect: &PixelRect) -> impl Iterator<Item = usize> + Clone + use<> {
         let stride = self.rows.width as usize;
         let first = (rect.y - self.rows.y) as usize * stride + (rect.x - self.rows.x) as usize;
@@ -75,8 +75,8 @@ impl Band {
         TileGrid::new(self.rows).rect(column)
     }
 
-    /// Takes down that a tile holds more samples, of which some were not finite. Says no if it holds one of them already:
-    /// then they must not be added.
+    /// Records that a tile holds more samples, and the non-finite ones among them. Returns false if it already
+    /// holds one of them: then they must not be added.
     pub(super) fn record(&mut self, column: usize, samples: &SampleSet, non_finite: &NonFinite) -> bool {
         if self.held[column].overlap(samples).is_some() {
             return false;
@@ -86,7 +86,8 @@ impl Band {
         true
     }
 
-    /// Adds one sample (colour times coverage, and coverage 0..=1) to each pixel of a rectangle inside the band, row by row.
+    /// Adds one sample (colour times coverage, and coverage 0..=1) to each pixel of a rectangle inside the band,
+    /// row by row.
     pub(super) fn add_samples(
         &mut self,
         rect: &PixelRect,
@@ -101,7 +102,7 @@ impl Band {
                 for start in starts {
                     for (pixel, (color, alpha)) in pixels[start..start + width].iter_mut().zip(&mut samples) {
                         let [r, g, b] = color.to_array().map(f32::to_bits);
-                        *pixel = [r, g, b, alpha.to_bits() | TAKEN];
+                        *pixel = [r, g, b, alpha.to_bits() | HAS_SAMPLE];
                     }
                 }
                 return;
@@ -146,7 +147,7 @@ impl Band {
         }
     }
 
-    /// Adds the sums of a tile of the same rows of another film, and what it holds.
+    /// Adds the sums of a tile of another film in the same rows, and the set of its samples.
     pub(super) fn merge_tile(&mut self, other: &Band, column: usize) {
         let rect = self.tile(column);
         let indices = self.indices(&rect);
@@ -159,7 +160,7 @@ impl Band {
                     own[i] = theirs[i];
                 }
             }
-            // A tile without a sample must not turn samples into sums.
+            // A tile without samples must not convert samples to sums.
             (_, Pixels::Samples(theirs)) if indices.clone().all(|i| theirs[i] == [0; 4]) => {}
             _ => {
                 let own = self.sums_mut();
@@ -177,7 +178,7 @@ impl Band {
         }
     }
 
-    /// The pixels as sums, which they become if they are not.
+    /// The pixels as sums; converts single samples if necessary.
     pub(super) fn sums_mut(&mut self) -> &mut Vec<[u32; PixelSum::WORDS]> {
         if let Pixels::Samples(pixels) = &self.pixels {
             self.pixels = Pixels::Sums(pixels.iter().map(|p| sum_of_sample(p).to_words()).collect());
@@ -188,13 +189,13 @@ impl Band {
         }
     }
 
-    /// The sums of further channels of the pixel at an index.
+    /// The sums of additional channels of the pixel at an index.
     pub(super) fn extra(&self, i: usize) -> &[[u32; 3]] {
         &self.extra[i * self.channels..(i + 1) * self.channels]
     }
 
-    /// The same, to be changed.
-    pub(super) fn more_mut(&mut self, i: usize) -> &mut [[u32; 3]] {
+    /// The same, mutable.
+    pub(super) fn extra_mut(&mut self, i: usize) -> &mut [[u32; 3]] {
         &mut self.extra[i * self.channels..(i + 1) * self.channels]
     }
 
@@ -206,7 +207,7 @@ impl Band {
         }
     }
 
-    /// Finite samples in all pixels: those of weight 1 that belong to a pixel's own tile.
+    /// Number of finite samples of all pixels: the samples with weight 1 in the pixel's own tile.
     pub(super) fn samples(&self) -> u64 {
         let all: u64 = self.held.iter().enumerate().map(|(i, held)| self.tile(i).area() * held.len()).sum();
         all.saturating_sub(self.non_finite.count)
@@ -215,9 +216,9 @@ impl Band {
 
 fn sum_of_sample(&[r, g, b, alpha]: &[u32; 4]) -> PixelSum {
     let mut sum = PixelSum::default();
-    if alpha & TAKEN != 0 {
+    if alpha & HAS_SAMPLE != 0 {
         let color = Spectrum::from([r, g, b].map(f32::from_bits));
-        sum.add_or_leave_out(color, f32::from_bits(alpha & !TAKEN));
+        sum.add_or_leave_out(color, f32::from_bits(alpha & !HAS_SAMPLE));
     }
     sum
 }
@@ -226,7 +227,8 @@ fn sum_of_sample(&[r, g, b, alpha]: &[u32; 4]) -> PixelSum {
 mod tests {
     use super::*;
 
-    /// One sample a pixel, kept as it came or as a sum, is the same; a second one is added to the first.
+    /// One sample per pixel is the same whether stored as a sample or as a sum; a second one is added to the
+    /// first.
     #[test]
     fn samples_are_the_sums_of_one() {
         let tile = PixelRect { x: 2, y: 1, width: 3, height: 2 };

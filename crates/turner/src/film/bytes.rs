@@ -1,13 +1,21 @@
-//! A film as bytes, to be kept or sent to another machine.
+//! Films as bytes, for files and for other machines.
 //!
-//! All numbers are little endian. `TURNFILM`, version (u32); the picture: width, height, region and crop (x, y, width, height
-//! each), samples per pixel, seed (u32 each), hash of the sampling, light paths per sample (u64 each), whether a scene's fingerprint follows
-//! (u8, u64); number of channels beside colour and coverage (u32), each a length (u16) and a name in UTF-8. For each row of tiles: non-finite
-//! samples (u64), whether the first follows (u8, then row, column, index as u32); for each of its tiles: its samples as a set, and a
-//! byte: 0 without pixels, 1 where pixels keep one sample (4 x u32), 2 where they keep sums (13 x u32); then the pixels, row by row, and of sums 3 x
-//! u32 for each pixel and channel. Where light paths go with samples: non-finite splats (u64), the light paths as a set, and a byte: 0 without light, 1
-//! where 9 x u32 for each pixel of the region follow. At the end a hash of all bytes before (u64). A set is the number of its
-//! ranges (u32) and for each its begin and end (u64).
+//! All integers are little endian. A set is the number of its ranges (u32), then the begin and end of each (u64).
+//!
+//! ```text
+//! header       TURNFILM, version (u32)
+//! picture      width, height, region and crop (x, y, width, height each), samples per pixel, seed (u32 each);
+//!              hash of the sampling settings, light paths per sample index (u64 each);
+//!              whether a scene fingerprint follows (u8), fingerprint (u64)
+//! channels     number of additional channels (u32); for each: length (u16) and name in UTF-8
+//! row of tiles number of non-finite samples (u64), whether the first one follows (u8), its row, column and index
+//!              (u32 each); then the tiles of the row
+//! tile         set of its samples; u8: 0 without pixels, 1 for single samples (4 x u32 per pixel), 2 for sums
+//!              (13 x u32 per pixel); the pixels row by row; for sums, 3 x u32 per pixel and additional channel
+//! light        only with light paths: number of non-finite splats (u64), set of light paths; u8: 0 without light,
+//!              1 if 9 x u32 per pixel of the region follow
+//! end          hash of all bytes before it (u64)
+//! ```
 
 use std::ops::Range;
 
@@ -20,14 +28,15 @@ use crate::schema::{ErrorCode, Limits, SceneError};
 
 const MAGIC: &[u8; 8] = b"TURNFILM";
 
-/// The version that is written, and the one that is read.
+/// The version that is written and read.
 const VERSION: u32 = 1;
 
-/// Bytes of the hash.
+/// Size of the hash in bytes.
 const HASH: usize = 8;
 
 impl Film {
-    /// All it holds, as bytes that [`Film::from_bytes`] reads on any machine; not a preview. Films of equal samples have equal bytes.
+    /// The film without its preview, as bytes that [`Film::from_bytes`] reads on any machine. Films with the same
+    /// samples have the same bytes.
     pub fn to_bytes(&self) -> Vec<u8> {
         let mut out = Writer { bytes: Vec::new() };
         out.bytes.extend(MAGIC);
@@ -52,16 +61,16 @@ impl Film {
         out.bytes
     }
 
-    /// Reads what [`Film::to_bytes`] wrote. `limits` is asked for its memory before it is taken.
+    /// Reads the bytes of [`Film::to_bytes`]. Memory is requested from `limits` before it is allocated.
     ///
-    /// Errors: bytes of something else, of another version, cut off, damaged, or that contradict themselves
-    /// ([`ErrorCode::Film`]); more pixels or memory than there may be ([`ErrorCode::TooLarge`]).
+    /// Errors: bytes that are not a film, of another version, truncated, damaged or inconsistent
+    /// ([`ErrorCode::Film`]); more pixels or memory than allowed ([`ErrorCode::TooLarge`]).
     pub fn from_bytes(bytes: &[u8], limits: &Limits) -> Result<Film, SceneError> {
         if !bytes.starts_with(MAGIC) {
-            return Err(damaged("these are not the bytes of a film"));
+            return Err(damaged("it is not a Turner film"));
         }
         let Some((content, check)) = bytes.len().checked_sub(HASH).map(|at| bytes.split_at(at)) else {
-            return Err(damaged("they end too early"));
+            return Err(damaged("it ends too early"));
         };
         let mut input = Reader { rest: &content[MAGIC.len().min(content.len())..] };
         let version = input.u32()?;
@@ -70,14 +79,14 @@ impl Film {
             return Err(SceneError::new(ErrorCode::Film, message));
         }
         if check != checksum(content).to_le_bytes() {
-            return Err(damaged("their checksum is wrong"));
+            return Err(damaged("its checksum is wrong"));
         }
         input.film(limits)
     }
 }
 
 fn damaged(what: &str) -> SceneError {
-    SceneError::new(ErrorCode::Film, format!("the bytes of the film cannot be read: {what}"))
+    SceneError::new(ErrorCode::Film, format!("the film cannot be read: {what}"))
         .help("copy the file again, or render it again")
 }
 
@@ -154,7 +163,7 @@ struct Reader<'a> {
 
 impl<'a> Reader<'a> {
     fn take(&mut self, count: usize) -> Result<&'a [u8], SceneError> {
-        let (taken, rest) = self.rest.split_at_checked(count).ok_or_else(|| damaged("they end too early"))?;
+        let (taken, rest) = self.rest.split_at_checked(count).ok_or_else(|| damaged("it ends too early"))?;
         self.rest = rest;
         Ok(taken)
     }
@@ -190,13 +199,13 @@ impl<'a> Reader<'a> {
         }
     }
 
-    /// Room for `count` things of `bytes` bytes each is there, or they cannot all follow.
+    /// An error unless `count` items of `bytes` bytes each can follow.
     fn expect(&self, count: u64, bytes: u64) -> Result<(), SceneError> {
         let fits = count.checked_mul(bytes).is_some_and(|need| need <= self.rest.len() as u64);
-        if fits { Ok(()) } else { Err(damaged("they end too early")) }
+        if fits { Ok(()) } else { Err(damaged("it ends too early")) }
     }
 
-    /// A set of numbers below `end`.
+    /// A set of integers below `end`.
     fn set(&mut self, end: u64) -> Result<SampleSet, SceneError> {
         let count = self.u32()?;
         self.expect(u64::from(count), 16)?;
@@ -230,7 +239,7 @@ impl<'a> Reader<'a> {
         let inside = within(&region, [0, 0, size[0], size[1]])
             && within(&crop, [region.x, region.y, region.width, region.height]);
         if !inside || samples == 0 {
-            return Err(damaged("the picture's parts do not fit together"));
+            return Err(damaged("region, crop and size are inconsistent"));
         }
         if light_paths.checked_mul(u64::from(samples)).is_none() {
             return Err(damaged("there are too many light paths"));
@@ -265,7 +274,7 @@ impl<'a> Reader<'a> {
         let identity = self.identity()?;
         let channels = self.channels()?;
         let (region, light) = (identity.region, identity.light_paths);
-        // Each tile has a set and a byte at least.
+        // Each tile takes at least a set and a byte.
         let tiles = super::TileGrid::new(region).count() as u64;
         self.expect(tiles, 5)?;
         let splats = if light > 0 { super::Splats::BYTES } else { 0 };
@@ -290,7 +299,7 @@ impl<'a> Reader<'a> {
             }
         }
         if !self.rest.is_empty() {
-            return Err(damaged("more bytes follow than there should"));
+            return Err(damaged("it has more bytes than it should"));
         }
         film.count_non_finite();
         Ok(film)
@@ -311,7 +320,7 @@ impl<'a> Reader<'a> {
                 [0] => {}
                 [1] => {
                     let Pixels::Samples(pixels) = &mut band.pixels else {
-                        return Err(damaged("samples stand where sums should be"));
+                        return Err(damaged("it has single samples instead of sums"));
                     };
                     self.expect(rect.area(), 16)?;
                     for i in indices {
@@ -325,12 +334,12 @@ impl<'a> Reader<'a> {
                         pixels[i] = self.words()?;
                     }
                     for i in indices {
-                        for sum in band.more_mut(i) {
+                        for sum in band.extra_mut(i) {
                             *sum = self.words()?;
                         }
                     }
                 }
-                [other] => return Err(damaged(&format!("a tile is of kind {other}; expected 0, 1 or 2"))),
+                [other] => return Err(damaged(&format!("a tile has type {other}; expected 0, 1 or 2"))),
             }
         }
         Ok(())

@@ -1,4 +1,4 @@
-//! Bytes of films: what is written is read, all else is refused.
+//! Bytes of films: round trips, and errors for everything else.
 
 use proptest::prelude::*;
 
@@ -6,7 +6,7 @@ use super::*;
 use crate::math::DVec2;
 use crate::schema::{ErrorCode, Limits, Memory};
 
-/// The settings that no file changes.
+/// The settings of an empty scene.
 fn plain() -> FilmDesc {
     crate::description::SceneDesc::default().film
 }
@@ -58,7 +58,7 @@ fn one_sample() -> Film {
 }
 
 #[test]
-fn films_come_back() {
+fn films_round_trip() {
     for film in [full(), one_sample(), Film::new(&plain()).unwrap()] {
         let bytes = film.to_bytes();
         let back = read(&bytes).unwrap();
@@ -98,13 +98,13 @@ fn every_truncation_is_refused() {
         let bytes = film.to_bytes();
         for length in 0..bytes.len() {
             assert!(read(&bytes[..length]).is_err(), "{length}");
-            // Also with a checksum that is right.
+            // Also with a valid checksum.
             let cut = length.min(bytes.len() - 9);
             assert!(read(&resealed(bytes[..cut].to_vec())).is_err(), "{length}");
         }
         let mut longer = bytes[..bytes.len() - 8].to_vec();
         longer.push(0);
-        assert!(read(&resealed(longer)).unwrap_err().message.contains("more bytes follow"));
+        assert!(read(&resealed(longer)).unwrap_err().message.contains("more bytes than"));
     }
 }
 
@@ -121,14 +121,14 @@ fn every_flipped_bit_is_noticed() {
     }
 }
 
-/// With the checksum that belongs to it.
+/// The content followed by its checksum.
 fn resealed(mut content: Vec<u8>) -> Vec<u8> {
     let seal = checksum(&content);
     content.extend(seal.to_le_bytes());
     content
 }
 
-/// Reads what may be anything; what is accepted is a film that can be shown, merged and written.
+/// Reads arbitrary bytes; an accepted film can be developed, merged and written.
 fn try_out(bytes: &[u8]) {
     static LIMIT: u64 = 1 << 28;
     let limits = Limits { memory: std::sync::Arc::new(Memory::new(LIMIT, || Some(0))), ..Limits::default() };
@@ -145,7 +145,7 @@ fn try_out(bytes: &[u8]) {
 }
 
 #[test]
-fn hostile_bytes_under_a_right_checksum_do_no_harm() {
+fn hostile_bytes_with_a_valid_checksum_do_no_harm() {
     for film in [full(), one_sample()] {
         let bytes = film.to_bytes();
         let content = &bytes[..bytes.len() - 8];
@@ -180,15 +180,15 @@ proptest! {
 #[test]
 fn errors_say_what_is_wrong() {
     let message = |bytes: &[u8]| read(bytes).unwrap_err().message;
-    assert_eq!(message(b"PNG"), "the bytes of the film cannot be read: these are not the bytes of a film");
+    assert_eq!(message(b"PNG"), "the film cannot be read: it is not a Turner film");
     let content = |bytes: Vec<u8>| bytes[..bytes.len() - 8].to_vec();
     let mut newer = content(full().to_bytes());
     newer[8] = 2;
     assert_eq!(message(&resealed(newer)), "the film's bytes have version 2; expected 1");
     let mut damaged = full().to_bytes();
     damaged[40] ^= 4;
-    assert_eq!(message(&damaged), "the bytes of the film cannot be read: their checksum is wrong");
-    // 60000 x 60000 pixels are more than a film may have; 16000 x 16000 in a short file are more than follow.
+    assert_eq!(message(&damaged), "the film cannot be read: its checksum is wrong");
+    // 60000 x 60000 pixels exceed the maximum; 16000 x 16000 are more than a short file can contain.
     let with_size = |size: u32| {
         let mut content = content(full().to_bytes());
         for (i, v) in [size, size, 0, 0, size, size, 0, 0, size, size].into_iter().enumerate() {
@@ -197,8 +197,8 @@ fn errors_say_what_is_wrong() {
         resealed(content)
     };
     assert_eq!(read(&with_size(60_000)).unwrap_err().code, ErrorCode::TooLarge);
-    assert!(message(&with_size(16_000)).contains("end too early"));
-    // Limits of memory are asked.
+    assert!(message(&with_size(16_000)).contains("ends too early"));
+    // Memory limits apply.
     let limits =
         Limits { memory: std::sync::Arc::new(Memory::new(1 << 20, || Some(0))), ..Limits::default() };
     let desc = FilmDesc { width: 300, height: 300, samples: 4, antialias: Antialias::Grid, ..plain() };

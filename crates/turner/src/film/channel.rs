@@ -2,29 +2,29 @@
 
 use crate::schema::{ErrorCode, SceneError};
 
-/// The names of the channels that every film has: colour times coverage, and coverage.
+/// The channels of every film: colour times coverage, and coverage.
 pub const COLOR_CHANNELS: [&str; 4] = ["R", "G", "B", "A"];
 
-/// The most channels beside colour and coverage.
+/// The maximum number of additional channels.
 pub const MAX_CHANNELS: usize = 256;
 
-/// The most bytes of a channel's name.
+/// The maximum length of a channel name in bytes.
 pub const MAX_NAME: usize = 255;
 
-/// A channel beside colour and coverage: one number per sample, whose weighted mean a pixel shows.
+/// An additional channel: one value per sample; a pixel shows the weighted mean.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Channel {
-    /// Its name as in EXR files: `Z`, `N.X`, `albedo.R`.
+    /// Its name, as in EXR files: `Z`, `N.X`, `albedo.R`.
     pub name: String,
 }
 
 impl Channel {
-    /// A channel of a name.
+    /// A channel with this name.
     pub fn new(name: impl Into<String>) -> Channel {
         Channel { name: name.into() }
     }
 
-    /// Refuses names that are empty, too long, or given twice, and too many channels.
+    /// Errors: empty, too long or duplicate names; too many channels.
     pub(super) fn check(channels: &[Channel]) -> Result<(), SceneError> {
         let error = |message: String| Err(SceneError::new(ErrorCode::Conflict, message));
         if channels.len() > MAX_CHANNELS {

@@ -1,7 +1,8 @@
-//! A hash that finds damage.
+//! A hash that detects damage.
 
-/// The hash at the end of a film's bytes, over all bytes before it. It finds damage, and is no protection against forgery. Each step is a bijection of the state for any word and of the word for any state, so two inputs of
-/// one length that differ within one aligned group of eight bytes never have the same hash.
+/// The hash at the end of a film's bytes, over all bytes before it. It detects damage but not forgery. Each step
+/// is a bijection of the state for any word, and of the word for any state. So two inputs of equal length that
+/// differ only within one aligned group of eight bytes never have the same hash.
 pub fn checksum(bytes: &[u8]) -> u64 {
     let mut state = bytes.len() as u64 ^ 0x9e37_79b9_7f4a_7c15;
     for chunk in bytes.chunks(8) {

@@ -1,10 +1,13 @@
-//! From sums to a picture.
+//! Developing: from sums to a picture.
+//!
+//! A pixel's scene value is its weighted mean plus the light of light paths. Its display value is round(255 ·
+//! encode(tonemap(2^exposure · value / alpha))).
 
 use super::exposure::{Luminances, factor};
 use super::{Antialias, Film, FilmDesc};
 use crate::color::{Spectrum, Tonemap, Transfer};
 
-/// A rectangle of pixels; row 0 is the top.
+/// A rectangle of pixels; row 0 is at the top.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct PixelRect {
     /// First column.
@@ -23,7 +26,7 @@ impl PixelRect {
         u64::from(self.width) * u64::from(self.height)
     }
 
-    /// The rectangle with a border of `by` pixels, as far as that lies within `limit`.
+    /// The rectangle with a border of `by` pixels, clipped to `limit`.
     pub fn grown(&self, by: u32, limit: &PixelRect) -> PixelRect {
         let x = self.x.saturating_sub(by).max(limit.x);
         let y = self.y.saturating_sub(by).max(limit.y);
@@ -40,23 +43,22 @@ pub struct Picture {
     pub width: u32,
     /// Rows.
     pub height: u32,
-    /// Scene values, colour times coverage (premultiplied) and coverage: what EXR and HDR files hold. NaN where
-    /// no sample was finite.
+    /// Linear scene values, premultiplied: colour times coverage, and coverage, as in EXR and HDR files. NaN
+    /// where no sample was finite.
     pub linear: Vec<[f32; 4]>,
-    /// Display values with straight alpha: what PNG and JPEG files hold. Each is
-    /// round(255 · encode(tonemap(2^exposure · linear / alpha))).
+    /// Display values with straight alpha, as in PNG and JPEG files. Each is round(255 ·
+    /// encode(tonemap(2^exposure · linear / alpha))).
     pub display: Vec<[u8; 4]>,
-    /// Whether any pixel is not fully covered.
+    /// Whether any pixel has a coverage other than 1.
     pub has_alpha: bool,
-    /// Pixels of which nothing is known, not even by a preview: the render was stopped before it came to them. They are
-    /// transparent black.
+    /// Pixels without samples and without a preview, because rendering was stopped. They are transparent black.
     pub missing: u64,
-    /// The exposure of the display values in stops: what was asked for, and what `auto_exposure` added.
+    /// The exposure of the display values in stops: that of the film, plus that of `auto_exposure`.
     pub exposure: f64,
 }
 
 impl Film {
-    /// The picture as far as it is known.
+    /// The picture from the samples so far.
     pub fn develop(&self, desc: &FilmDesc) -> Picture {
         let (width, height) = (self.crop.width, self.crop.height);
         let count = width as usize * height as usize;
@@ -100,7 +102,8 @@ impl Film {
         Some([r + dr, g + dg, b + db, alpha])
     }
 
-    /// The paper's quick filter: the mean over the pixel and those of its eight neighbours that lie in the picture.
+    /// Whitted's quick filter: the mean over the pixel and its eight neighbours that lie in the
+    /// picture.
     fn mean_of_neighbours(&self, x: u32, y: u32) -> Option<[f32; 4]> {
         self.pixel(x, y)?;
         let (mut sum, mut count) = ([0.0f64; 4], 0u32);
@@ -121,13 +124,13 @@ impl Film {
     }
 }
 
-/// Exposure, tone mapping and the transfer curve to 8 bits.
+/// Exposure, tone mapping and transfer curve, to 8 bits.
 struct Curve {
     transfer: Transfer,
     tonemap: Tonemap,
     /// 2^exposure.
     factor: f32,
-    /// For sRGB: entry i is the smallest display light that becomes i, so that no pixel needs a power.
+    /// For sRGB: entry i - 1 is the smallest linear value that becomes i, so no pixel needs a power.
     thresholds: Vec<f32>,
 }
 
@@ -140,7 +143,7 @@ impl Curve {
         Curve { transfer, tonemap, factor: factor(exposure), thresholds }
     }
 
-    /// Premultiplied scene values to straight 8-bit display values; pixels that are not numbers are magenta.
+    /// From premultiplied scene values to straight 8-bit display values; pixels with NaN are magenta.
     fn display(&self, [r, g, b, a]: [f32; 4]) -> [u8; 4] {
         if r.is_nan() || g.is_nan() || b.is_nan() {
             return [255, 0, 255, 255];

@@ -1,18 +1,21 @@
-//! Exposure: how bright scene light is shown.
+//! Exposure and auto-exposure.
+//!
+//! Auto-exposure maps the logarithmic mean of the luminance to middle grey. The mean is taken from a histogram
+//! over the leading bits of floats, so it does not depend on the order of pixels.
 
 use crate::color::Spectrum;
 use crate::math::elementary::{ln, pow};
 
-/// The luminance that auto-exposure shows the mean of a picture as.
+/// The luminance to which auto-exposure maps the mean of a picture.
 const MIDDLE_GREY: f64 = 0.18;
 
-/// Share of the pixels that is left out at either end.
+/// Fraction of the pixels ignored at either end.
 const CLIPPED: f64 = 0.05;
 
-/// Mantissa bits of a luminance that are dropped: what remains is within 2⁻¹² of it.
+/// Mantissa bits of a luminance that are dropped: bin centres are within a relative error of 2⁻¹².
 const DROPPED: u32 = 12;
 
-/// Bins for all finite positive numbers.
+/// Bins for all positive finite floats.
 const BINS: usize = (f32::MAX.to_bits() >> DROPPED) as usize + 1;
 
 /// 2^stops.
@@ -20,17 +23,17 @@ pub(super) fn factor(stops: f64) -> f32 {
     pow(2.0, stops.clamp(-120.0, 120.0)) as f32
 }
 
-/// How many pixels have which luminance. Counting does not depend on the order of the pixels.
+/// A histogram of pixel luminances.
 #[derive(Default)]
 pub(super) struct Luminances {
-    /// Empty until there is one.
+    /// Empty until the first pixel.
     bins: Vec<u64>,
     count: u64,
 }
 
 impl Luminances {
-    /// Counts a pixel, colour times coverage and coverage, by the luminance of its colour. Pixels without coverage and
-    /// those that are black or no numbers tell nothing about the light.
+    /// Adds a pixel (colour times coverage, and coverage) by the luminance of its colour. Pixels that are black,
+    /// non-finite or without coverage are ignored.
     pub(super) fn add(&mut self, [r, g, b, a]: [f32; 4]) {
         if a <= 0.0 || a.is_nan() {
             return;
@@ -45,8 +48,8 @@ impl Luminances {
         }
     }
 
-    /// The stops that bring the logarithmic mean to [`MIDDLE_GREY`], without the darkest and the brightest pixels; 0 if
-    /// there is no light at all.
+    /// The stops that map the logarithmic mean to [`MIDDLE_GREY`], without the darkest and the brightest pixels;
+    /// 0 without light.
     pub(super) fn exposure(&self) -> f64 {
         let mean = self.mean_of_logarithms();
         mean.map_or(0.0, |mean| (ln(MIDDLE_GREY) - mean) * std::f64::consts::LOG2_E)
@@ -58,11 +61,11 @@ impl Luminances {
         for (i, count) in self.bins.iter().enumerate().filter(|(_, count)| **count > 0) {
             let above = below + *count as f64;
             // The part of the bin between the two ends.
-            let share = above.min(last) - f64::max(below, first);
-            if share > 0.0 {
-                let middle = f32::from_bits(((i as u32) << DROPPED) + (1 << (DROPPED - 1)));
-                sum += share * ln(f64::from(middle));
-                weight += share;
+            let weight_in_range = above.min(last) - f64::max(below, first);
+            if weight_in_range > 0.0 {
+                let center = f32::from_bits(((i as u32) << DROPPED) + (1 << (DROPPED - 1)));
+                sum += weight_in_range * ln(f64::from(center));
+                weight += weight_in_range;
             }
             below = above;
         }
@@ -123,7 +126,7 @@ mod tests {
         ];
         assert_eq!(exposure(odd), 0.0);
         assert_eq!(exposure([]), 0.0);
-        // Colour is stored times coverage.
+        // Colours are stored times coverage.
         let covered = exposure([[0.09, 0.09, 0.09, 0.5]].into_iter().chain(odd));
         assert!(covered.abs() < 1e-3, "{covered}");
     }

@@ -1,20 +1,29 @@
-//! Sums that do not depend on order.
+//! Fixed-point sums.
+//!
+//! Floating-point addition is not associative: the same samples added in another order give other bits. Integer
+//! addition is, so sums are kept as integers.
 
-/// A signed fixed-point number of 96 bits, 44 of them after the point: resolution 6e-14, range ±2e15. Integer
-/// sums are exact, so any order, split or merge of samples gives the same bits. 12 bytes.
+/// A signed 96-bit fixed-point value with 44 fractional bits: resolution 6e-14, range ±2e15. Sums are exact, so
+/// any order, split or merge of samples gives the same bits. 12 bytes.
+///
+/// ```text
+/// bit 95       64 63       44 43   32 31             0
+///    word 2      │     word 1        │     word 0
+///    sign, 51 bits of integer │  44 bits of fraction       two's complement, value = integer / 2^44
+/// ```
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Fixed96([u32; 3]);
 
 const SCALE: f64 = (1u64 << 44) as f64;
 
 impl Fixed96 {
-    /// `v`, cut off after 44 binary places; values beyond ±2e9 are clamped there, so that a million of them fit.
+    /// Truncates `v` after 44 binary places and clamps it to ±2e9, so that a million such values do not overflow.
     #[inline]
     pub fn from_f32(v: f32) -> Fixed96 {
         Fixed96::from_f64(f64::from(v))
     }
 
-    /// The same of a number in double precision.
+    /// The same for double precision.
     #[inline]
     pub fn from_f64(v: f64) -> Fixed96 {
         const LIMIT: f64 = 2e9;
@@ -42,28 +51,28 @@ impl Fixed96 {
         (i128::from(high as i32) << 64) | i128::from((u64::from(mid) << 32) | u64::from(low))
     }
 
-    /// As stored: the low word first.
+    /// The stored words, the low word first.
     pub fn to_words(self) -> [u32; 3] {
         self.0
     }
 
-    /// From what [`Fixed96::to_words`] gave.
+    /// The inverse of [`Fixed96::to_words`].
     pub fn from_words(words: [u32; 3]) -> Fixed96 {
         Fixed96(words)
     }
 
-    /// The exact sum; wraps only beyond the range.
+    /// The exact sum; wraps outside the range.
     #[must_use]
     #[inline]
     pub fn plus(self, other: Fixed96) -> Fixed96 {
         Fixed96::from_i128(self.to_i128().wrapping_add(other.to_i128()))
     }
 
-    /// This number divided by a count, or by a sum of weights.
+    /// This value divided by a count or by a sum of weights.
     #[inline]
     pub fn mean(self, weight: f64) -> f64 {
         let [low, mid, high] = self.0;
-        // Sums that fit in 64 bits, nearly all, need no conversion from i128, which is a function call.
+        // Nearly all sums fit in 64 bits and avoid the conversion from i128, which is a function call.
         let small = (u64::from(mid) << 32 | u64::from(low)) as i64;
         let sum = if high == (small >> 63) as u32 { small as f64 } else { self.to_i128() as f64 };
         sum / (SCALE * weight)

@@ -1,33 +1,33 @@
-//! Which picture a film is of.
+//! Which picture a film belongs to.
 
 use super::checksum::checksum;
 use super::{FilmDesc, PixelRect};
 
-/// What two films must have in common so that their samples belong to one picture.
+/// The settings that two films must share so that their samples belong to one picture.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Identity {
-    /// Columns and rows of the whole picture.
+    /// Columns and rows of the full picture.
     pub size: [u32; 2],
     /// The part that is rendered.
     pub region: PixelRect,
     /// The part that is shown.
     pub crop: PixelRect,
-    /// Samples each pixel gets in all.
+    /// Samples per pixel of the finished picture.
     pub samples: u32,
     /// Seed of the random numbers.
     pub seed: u32,
-    /// Hash of the other settings that samples depend on: anti-aliasing, filter, shutter, largest sample, ….
+    /// Hash of the other settings that samples depend on: anti-aliasing, filter, shutter, clamping, ….
     pub sampling: u64,
-    /// Light paths to each sample of all pixels.
+    /// Light paths per sample index of the picture.
     pub light_paths: u64,
-    /// Fingerprint of the scene, if the caller gave one.
+    /// Fingerprint of the scene, if the caller set one.
     pub scene: Option<u64>,
 }
 
 impl Identity {
-    /// Of a description's film; of no scene, without light paths.
+    /// The identity for a description, without scene and light paths.
     pub(super) fn new(desc: &FilmDesc, region: PixelRect, crop: PixelRect) -> Identity {
-        // All keys, so that a new one is not forgotten.
+        // All keys are listed, so that a new one is not forgotten.
         let FilmDesc {
             antialias,
             threshold,
@@ -38,13 +38,13 @@ impl Identity {
             shutter,
             pixel_sample,
             clamp_sample,
-            // In fields of their own.
+            // In separate fields.
             width: _,
             height: _,
             crop: _,
             samples: _,
             seed: _,
-            // What is made of the samples.
+            // These do not affect samples.
             transfer: _,
             tonemap: _,
             exposure: _,
@@ -66,7 +66,7 @@ impl Identity {
         }
     }
 
-    /// The first thing in which two differ, in words; `None` if they are of one picture.
+    /// The first difference in words; `None` if both belong to one picture.
     pub fn difference(&self, other: &Identity) -> Option<String> {
         let words = |what: &str, a: String, b: String| (a != b).then(|| format!("{what}: {a} and {b}"));
         let rect = |r: &PixelRect| format!("{}x{} pixels at ({}, {})", r.width, r.height, r.x, r.y);

@@ -1,14 +1,14 @@
-//! One film out of two that hold different samples of one picture.
+//! Merging films that hold different samples of one picture.
 
 use super::Film;
 use crate::schema::{ErrorCode, SceneError};
 
 impl Film {
-    /// Adds the samples of another film of the same picture. For any split of a picture's samples and tiles among films, in
-    /// any order, the merged film is the film of an undisturbed render, to the last bit.
+    /// Adds the samples of another film of the same picture. For any split of a picture's samples and tiles among
+    /// films, merged in any order, the result equals the film of an uninterrupted render bit for bit.
     ///
-    /// Errors, after which nothing has changed: the films are of different pictures or have different channels
-    /// ([`ErrorCode::Conflict`]); both hold a sample of one tile, or a light path (the same).
+    /// Errors, which leave the film unchanged: the films belong to different pictures or have different channels;
+    /// both hold the same sample of a tile, or the same light path ([`ErrorCode::Conflict`]).
     pub fn merge(&mut self, other: &Film) -> Result<(), SceneError> {
         let error = |message: String| Err(SceneError::new(ErrorCode::Conflict, message));
         if let Some(difference) = self.identity.difference(&other.identity) {
@@ -20,7 +20,7 @@ impl Film {
                 if names.is_empty() { "none".to_owned() } else { names.join(", ") }
             };
             let message = format!(
-                "the films have different channels beside colour: {} and {}",
+                "the films have different channels in addition to colour: {} and {}",
                 names(self),
                 names(other)
             );

@@ -1,21 +1,34 @@
-//! The film: what is asked of the picture, and the sums that become it.
+//! The film: its settings, and the sums of samples that become a picture.
 //!
-//! A [`Film`] has named channels: colour times coverage, coverage, and any further [`Channel`]. A pixel keeps sums of weighted
-//! values and of weights, in fixed point, so that samples may come in any order. For each tile the film knows the numbers of its
-//! samples, and of the light paths their numbers. So a render may stop at any moment and go on, films of parts of a picture
-//! [merge](Film::merge), and no sample counts twice. Bytes of a film ([`Film::to_bytes`]) travel between machines.
+//! A [`Film`] has named channels: colour times coverage, coverage, and any additional [`Channel`]. For each pixel
+//! it holds
+//!
+//! ```text
+//! pixel = Σ wᵢ·vᵢ / Σ wᵢ  +  Σ splats / number of light paths
+//! ```
+//!
+//! as integer sums in fixed point ([`Fixed96`]: 96 bits, 44 of them fractional). Integer sums are exact and
+//! commutative, so any order, split or merge of the same samples gives the same bits. This is why threads, tiles,
+//! passes, cancels and machines do not change a picture.
+//!
+//! For each tile of 16 x 16 pixels the film stores the set of its sample indices ([`SampleSet`]), and for the
+//! picture the set of its light paths. With these sets a render can stop at any time and continue later, films of
+//! parts of a picture can be [merged](Film::merge), and no sample counts twice. [`Film::to_bytes`] writes a film
+//! for other machines.
 //!
 //! The contract:
 //!
-//! - Pixel (0, 0) is at the top left; x counts columns, y rows. A place (x, y) in pixels is within pixel (floor x, floor y).
-//! - A sample is radiance in linear Rec. 709 (or the display's numbers, with `transfer = "none"`), already multiplied by its coverage, with that coverage, 0..=1. No exposure and
-//!   no curve: these are for [`Film::develop`].
-//! - A pixel is the sum of weighted values over the sum of weights. Samples placed by the filter's own density have weight 1 and count in one pixel; [`TileSums::splat`] weights a
-//!   sample by the filter in all pixels it reaches.
-//! - What light paths bring ([`Splat`]) has no weight: it is added up, and the number of light paths divides the sum.
-//! - A sample with a NaN or an infinity is left out and counted, with its pixel and number ([`NonFinite`]).
-//! - A sample number counts once in a tile: a pass skips what the tile holds, and merging refuses films that both hold it.
-//! - Sums do not depend on the order: any threads, tiles, passes and merges give the same bytes.
+//! - Pixel (0, 0) is at the top left; x counts columns, y rows. A position (x, y) in pixels lies in pixel (floor
+//!   x, floor y).
+//! - A sample is radiance in linear Rec. 709 (with `transfer = "none"`, in display values), premultiplied by its
+//!   coverage 0..=1. Exposure and transfer curve are applied by [`Film::develop`].
+//! - Samples placed by filter importance sampling have weight 1 and count in one pixel. [`TileSums::splat`]
+//!   instead weights a sample by the filter in all pixels that it reaches.
+//! - A [`Splat`] of a light path has no weight: splats are summed and divided by the number of light paths.
+//! - A sample with NaN or infinity is not added; it is counted, and the first one is reported with pixel and
+//!   index ([`NonFinite`]).
+//! - A sample index counts once per tile: a pass skips the indices that the tile holds, and merging refuses films
+//!   that share one.
 
 mod band;
 mod bytes;
@@ -59,35 +72,37 @@ use crate::filter::{Filter, FilterKind};
 use crate::schema::{Range, choice, params};
 
 choice! {
-    /// How a pixel's colour comes about.
+    /// How the colour of a pixel is computed.
     pub enum Antialias {
-        /// One ray through the middle (or corner) of each pixel.
+        /// One ray through the centre (or corner) of each pixel.
         None = "none",
-        /// The paper's quick filter: one ray per pixel, then the mean of the pixel and its eight neighbours.
+        /// Whitted's quick filter: one ray per pixel, then the mean of the pixel and its eight neighbours.
         Mean = "mean",
         /// A regular grid of rays per pixel: `samples`, rounded up to a square number.
         Grid = "grid",
-        /// Whitted's subdivision: rays through the corners; where they differ by more than `threshold` the square is divided, up to `max_subdivisions` times.
+        /// Whitted's adaptive subdivision: rays through the corners of a square; where they differ by more than
+        /// `threshold`, the square is divided, up to `max_subdivisions` times.
         Adaptive = "adaptive",
-        /// `samples` rays at random places of the pixel, one in each of as many parts.
+        /// `samples` rays at stratified random positions in the pixel.
         MonteCarlo = "monte-carlo",
     }
 }
 
 choice! {
-    /// Where in the pixel its one ray goes.
+    /// The position of the single ray in the pixel.
     pub enum PixelSample {
-        /// Through its middle.
+        /// The centre.
         Center = "center",
-        /// Through its lower left corner, as the from-scratch book does.
+        /// The lower left corner, as in the from-scratch book.
         Corner = "corner",
     }
 }
 
 choice! {
-    /// Whether textures are averaged over what a ray's cone covers of them.
+    /// Whether texture lookups are filtered over the footprint of the ray cone.
     pub enum TextureFilter {
-        /// Where light is followed ("path", "direct"); not by the other integrators, which show textures as the classic documents do.
+        /// With the integrators "path" and "direct". The others show textures unfiltered, as the classic
+        /// documents do.
         Auto = "auto",
         /// With every integrator that shows colours.
         On = "on",
@@ -99,41 +114,48 @@ choice! {
 params! {
     /// Size, sampling, exposure and transfer curve of the picture. The defaults of `antialias`, `samples` and `transfer` depend on the integrator. Keys that are given always win.
     pub struct FilmDesc as "film" {
-        /// Columns of pixels.
+        /// Width of the picture in pixels.
         width: u32 = 640, in Range::closed(1.0, 65536.0);
-        /// Rows of pixels.
+        /// Height of the picture in pixels.
         height: u32 = 480, in Range::closed(1.0, 65536.0);
-        /// Part of the picture to render: [first column, first row, columns, rows], from the top left.
+        /// The part of the picture to render, in pixels: [first column, first row, columns, rows] from the top
+        /// left.
         crop: Option<[u32; 4]> = None;
         /// How a pixel's colour comes about. With the integrators "path" and "direct" the default is "monte-carlo". "ids" takes one sample through the centre of each pixel, whatever is given here.
         antialias: Antialias = Antialias::None;
         /// Samples per pixel for "grid" and "monte-carlo". With the integrator "path" the default is 64.
         samples: u32 = 16, in Range::closed(1.0, 16777216.0);
-        /// For "adaptive": the difference between corners, in any colour channel, above which a square is divided.
+        /// For "adaptive": a square is divided if its corners differ by more than this in any colour channel.
         threshold: f64 = 0.05, in Range::NON_NEGATIVE;
-        /// For "adaptive": how often a square is divided; each time into four.
+        /// For "adaptive": the maximum number of subdivisions; each divides a square into four.
         max_subdivisions: u32 = 3, in Range::closed(0.0, 6.0);
-        /// How "monte-carlo" weights the light around a pixel's middle: its rays are spread accordingly.
+        /// The pixel filter of "monte-carlo": samples are distributed around the pixel centre in proportion to
+        /// it.
         filter: FilterKind = FilterKind::Box;
-        /// How far from the pixel's middle the filter reaches, in pixels; without it 0.5 for "box", 1 for "tent", 1.5 for the others.
+        /// Radius of the pixel filter in pixels. The default is 0.5 for "box", 1 for "tent" and 1.5 for the
+        /// others.
         filter_radius: Option<f64> = None, in Range { min: 0.0, open_min: true, max: 16.0, open_max: false };
-        /// Whether textures are averaged over the part of the surface that a sample stands for, so that distant patterns do not shimmer: "auto" does it with the integrators "path" and "direct".
+        /// Whether texture lookups are filtered over the footprint of the sample, so that distant patterns do not
+        /// alias: "auto" filters with the integrators "path" and "direct".
         texture_filter: TextureFilter = TextureFilter::Auto;
-        /// When the shutter opens and closes, as shares of the time in which objects with a `motion` go from their `transform` to it: what moves in between is blurred. OpenPbr
-        /// integrators show it; the others show the moment at which it opens.
+        /// Shutter opening and closing times, for motion blur: 0 is the object's `transform`, 1 its `motion`. The
+        /// integrators "path" and "direct" render motion blur; the others show the moment of opening.
         shutter: [f64; 2] = [0.0, 1.0], in Range::UNIT;
-        /// Where in the pixel the one ray of "none" and "mean" goes.
+        /// Position of the single ray of "none" and "mean" in the pixel.
         pixel_sample: PixelSample = PixelSample::Center;
         /// How scene values become display values, and display colours (#rrggbb, names, 8-bit images) scene values. With the integrators "path" and "direct" the default is "srgb".
         transfer: Transfer = Transfer::None;
-        /// How light of any strength becomes what a display can show. Applied before the transfer curve, to PNG and JPEG alone: EXR and HDR files hold scene values.
+        /// Tone mapping operator: maps unlimited scene values to the display range before the transfer curve.
+        /// Applies only to PNG and JPEG; EXR and HDR files contain scene values.
         tonemap: Tonemap = Tonemap::None;
-        /// Scene values are multiplied by 2 to this power before they are shown (stops); again for PNG and JPEG alone.
+        /// Exposure in stops: scene values are multiplied by 2 to this power. Applies only to PNG and JPEG.
         exposure: f64 = 0.0, in Range::closed(-64.0, 64.0);
-        /// Whether the exposure is chosen by the picture: the logarithmic mean of its luminance, without the darkest and the brightest twentieth, becomes a middle grey of 0.18. `exposure` is added.
+        /// Whether to choose the exposure automatically: the logarithmic mean of the luminance, without the
+        /// darkest and brightest 5 % of pixels, becomes middle grey (0.18). `exposure` is added.
         auto_exposure: bool = false;
-        /// Most that one sample may show in any colour channel; brighter ones are scaled down to it, and 0 is no limit. It takes away fireflies and light: pictures get darker.
-        /// What light paths bring (`caustics`) is not cut.
+        /// Maximum value of a sample in any colour channel; brighter samples are scaled down to it. 0 means no
+        /// limit. Clamping removes fireflies but also light, so pictures get darker. Splats of light paths
+        /// (`caustics`) are not clamped.
         clamp_sample: f64 = 0.0, in Range::NON_NEGATIVE;
         /// Seed of the random numbers.
         seed: u32 = 0;
@@ -152,7 +174,7 @@ impl FilmDesc {
         f64::from(self.width) / f64::from(self.height)
     }
 
-    /// Samples each pixel gets in all. Adaptive subdivision counts as one, however many rays it takes.
+    /// Samples per pixel of the finished picture. Adaptive subdivision counts as one.
     pub fn samples_per_pixel(&self) -> u32 {
         match self.antialias {
             Antialias::None | Antialias::Mean | Antialias::Adaptive => 1,
@@ -161,25 +183,25 @@ impl FilmDesc {
         }
     }
 
-    /// The filter that places the samples of "monte-carlo".
+    /// The pixel filter, which places the samples of "monte-carlo".
     pub fn filter(&self) -> Filter {
         Filter::new(self.filter, self.filter_radius)
     }
 
-    /// The share of a sample's light that `clamp_sample` leaves to it.
+    /// The factor by which `clamp_sample` scales a sample: 1 if it is not brighter than the limit.
     #[inline]
-    pub(crate) fn kept(&self, color: Spectrum) -> f32 {
+    pub(crate) fn clamp_factor(&self, color: Spectrum) -> f32 {
         let (most, max) = (self.clamp_sample as f32, color.max_component());
         if most > 0.0 && max > most { most / max } else { 1.0 }
     }
 
-    /// Whether a filter was asked for that cannot have an effect.
+    /// Whether a filter is set that the anti-aliasing ignores.
     pub(crate) fn ignores_filter(&self) -> bool {
         let asked = self.filter != FilterKind::Box || self.filter_radius.is_some();
         asked && self.antialias != Antialias::MonteCarlo
     }
 
-    /// Sides of the square grid for at least `samples` rays.
+    /// Side of the square grid with at least `samples` rays.
     pub(crate) fn grid_side(&self) -> u32 {
         let side = f64::from(self.samples).sqrt() as u32;
         if side * side < self.samples { side + 1 } else { side.max(1) }

@@ -1,9 +1,9 @@
-//! Samples that were not finite numbers.
+//! Non-finite samples.
 
-/// Samples that were not finite numbers: left out of the sums, counted, and the first of them named.
+/// Samples with NaN or infinity: they are not added to the sums, but counted, and the first one is reported.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct NonFinite {
-    /// How many.
+    /// The number of such samples.
     pub count: u64,
     /// (row, column, sample index) of the first in picture order.
     pub first: Option<(u32, u32, u32)>,
@@ -15,7 +15,7 @@ impl NonFinite {
         self.merge(&NonFinite { count: 1, first: Some((y, x, index)) });
     }
 
-    /// Counts those of another part.
+    /// Adds the counts of another part.
     pub fn merge(&mut self, other: &NonFinite) {
         self.count = self.count.saturating_add(other.count);
         self.first = match (self.first, other.first) {

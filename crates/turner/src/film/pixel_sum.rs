@@ -3,27 +3,27 @@
 use super::Fixed96;
 use crate::color::Spectrum;
 
-/// Fixed-point units of a weight or a coverage of 1.
+/// Fixed-point units of a weight or coverage of 1.
 const ONE: f64 = 4_294_967_296.0;
 
-/// Sums of weighted values and of weights for one pixel. They are integers: the order in which samples come does not
+/// Sums of weighted values and of weights for one pixel. They are integers, so the order of samples does not
 /// matter. 52 bytes on the film.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct PixelSum {
     /// Weight times colour times coverage.
     rgb: [Fixed96; 3],
-    /// Weight times coverage, 2^-32 each.
+    /// Weight times coverage, in units of 2^-32.
     alpha: i64,
-    /// Twice the weight, 2^-32 each; the lowest bit says whether a sample was left out because it was not finite.
-    /// Weights add up to 2^30 at most: 2^24 samples of weights up to 64.
+    /// Twice the weight, in units of 2^-32. The lowest bit is set if a non-finite sample was not added. Weights
+    /// add up to at most 2^30: 2^24 samples of weights up to 64.
     weight: i64,
 }
 
 impl PixelSum {
-    /// Bytes on the film.
+    /// Size on the film in bytes.
     pub const BYTES: usize = 52;
 
-    /// 32-bit words on the film.
+    /// Size on the film in 32-bit words.
     pub(super) const WORDS: usize = PixelSum::BYTES / 4;
 
     pub(super) fn to_words(self) -> [u32; PixelSum::WORDS] {
@@ -41,7 +41,7 @@ impl PixelSum {
         }
     }
 
-    /// Adds a finite sample of weight 1: colour times coverage, and coverage 0..=1.
+    /// Adds a finite sample with weight 1: colour times coverage, and coverage 0..=1.
     #[inline]
     pub fn add(&mut self, color: Spectrum, alpha: f32) {
         for (sum, v) in self.rgb.iter_mut().zip(color.to_array()) {
@@ -51,7 +51,7 @@ impl PixelSum {
         self.weight = self.weight.wrapping_add(2 * ONE as i64);
     }
 
-    /// Adds a finite sample of a finite weight, which may be negative; -64..=64.
+    /// Adds a finite sample with a weight of -64..=64.
     #[inline]
     pub fn add_weighted(&mut self, color: Spectrum, alpha: f32, weight: f32) {
         let weight = f64::from(weight);
@@ -62,7 +62,7 @@ impl PixelSum {
         self.weight = self.weight.wrapping_add(((weight * ONE) as i64).wrapping_mul(2));
     }
 
-    /// Adds a sample of weight 1, or notes that it is left out if it is not finite; says which.
+    /// Adds a sample with weight 1 if it is finite, otherwise only marks the pixel. Returns whether it is finite.
     #[inline]
     pub fn add_or_leave_out(&mut self, color: Spectrum, alpha: f32) -> bool {
         let finite = color.is_finite() && alpha.is_finite();
@@ -85,12 +85,13 @@ impl PixelSum {
         self.weight = (self.weight & !1).wrapping_add(other.weight & !1) | left_out;
     }
 
-    /// Notes a sample that is not finite.
+    /// Marks the pixel: a non-finite sample was not added.
     pub fn leave_out(&mut self) {
         self.weight |= 1;
     }
 
-    /// Weighted mean of colour times coverage, and of coverage; NaN if no sample was finite, `None` without samples.
+    /// Weighted mean of colour times coverage, and of coverage; NaN if no sample was finite, `None` without
+    /// samples.
     pub fn mean(&self) -> Option<[f32; 4]> {
         let weight = self.weight();
         if weight == 0.0 {
@@ -100,7 +101,7 @@ impl PixelSum {
         Some([r, g, b, (self.alpha as f64 / (ONE * weight)) as f32])
     }
 
-    /// The sum of weights; the number of finite samples where each has weight 1.
+    /// The sum of weights: the number of finite samples if each has weight 1.
     pub fn weight(&self) -> f64 {
         (self.weight >> 1) as f64 / ONE
     }
@@ -110,7 +111,7 @@ impl PixelSum {
 mod tests {
     use super::*;
 
-    /// (colour, alpha, weight) of some samples; weights of both signs.
+    /// (colour, alpha, weight) of some samples; weights have both signs.
     fn samples() -> Vec<(Spectrum, f32, f32)> {
         let unit = |i: u32, k: u32| ((i * k + 17) % 1009) as f32 / 1009.0;
         (0..500)
@@ -149,7 +150,7 @@ mod tests {
     }
 
     #[test]
-    fn weight_one_is_no_weight() {
+    fn weight_one_equals_no_weight() {
         let (mut plain, mut weighted) = (PixelSum::default(), PixelSum::default());
         for (color, alpha, _) in samples() {
             plain.add(color, alpha);
@@ -160,7 +161,7 @@ mod tests {
     }
 
     #[test]
-    fn samples_that_are_left_out_show_only_where_there_is_no_other() {
+    fn non_finite_samples_show_only_in_pixels_without_finite_ones() {
         let (mut bad, mut good) = (PixelSum::default(), PixelSum::default());
         assert_eq!(bad.mean(), None);
         assert!(!bad.add_or_leave_out(Spectrum::new(0.0, f32::NAN, 0.0), 1.0));

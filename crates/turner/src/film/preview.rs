@@ -1,22 +1,22 @@
-//! A coarse picture of pixels that have no samples yet.
+//! A coarse preview of pixels without samples.
 
 use super::{Film, PixelRect};
 
-/// Columns and rows of a block of pixels that one traced pixel stands for.
+/// Side of a preview block in pixels.
 pub const COARSE: u32 = 4;
 
-/// One value for each block of [`COARSE`] x [`COARSE`] pixels of a film's region: what is shown where nothing finer is known.
-/// It is never part of a sum.
+/// One value for each block of [`COARSE`] x [`COARSE`] pixels of a film's region, shown where a pixel has no
+/// samples. It is never part of a sum.
 #[derive(Clone, Debug)]
 pub struct Preview {
     region: PixelRect,
     columns: usize,
-    /// Colour times coverage, and coverage, row by row; `None` where the block is not traced yet.
+    /// Colour times coverage, and coverage, row by row; `None` for blocks not traced yet.
     blocks: Vec<Option<[f32; 4]>>,
 }
 
 impl Preview {
-    /// Of a region, of which nothing is known.
+    /// An empty preview of a region.
     pub(crate) fn new(region: PixelRect) -> Preview {
         let (columns, rows) =
             (region.width.div_ceil(COARSE) as usize, region.height.div_ceil(COARSE) as usize);
@@ -28,8 +28,8 @@ impl Preview {
         self.region.height.div_ceil(COARSE)
     }
 
-    /// The pixels that stand for the blocks of a row: the first of each.
-    pub(crate) fn places(&self, row: u32) -> impl Iterator<Item = (u32, u32)> + Clone + use<> {
+    /// The pixels that are traced for a row of blocks: the top left one of each block.
+    pub(crate) fn positions(&self, row: u32) -> impl Iterator<Item = (u32, u32)> + Clone + use<> {
         let PixelRect { x, y, width, .. } = self.region;
         (0..width).step_by(COARSE as usize).map(move |dx| (x + dx, y + row * COARSE))
     }
@@ -41,7 +41,7 @@ impl Preview {
         blocks.zip(values).for_each(|(block, value)| *block = Some(value));
     }
 
-    /// The value of a pixel that was traced itself.
+    /// The value of a pixel, if it is one that is traced.
     pub(crate) fn traced(&self, x: u32, y: u32) -> Option<[f32; 4]> {
         let first = |at: u32, from: u32| at.checked_sub(from).is_some_and(|d| d.is_multiple_of(COARSE));
         let is_traced = first(x, self.region.x) && first(y, self.region.y);
@@ -57,17 +57,17 @@ impl Preview {
 }
 
 impl Film {
-    /// Shows a coarse picture where there are no samples.
+    /// Sets or removes the preview shown where there are no samples.
     pub(crate) fn set_preview(&mut self, preview: Option<Preview>) {
         self.preview = preview;
     }
 
-    /// Whether there is a coarse picture.
+    /// Whether there is a preview.
     pub(crate) fn has_preview(&self) -> bool {
         self.preview.is_some()
     }
 
-    /// The coarse picture, which is then no longer shown.
+    /// Removes and returns the preview.
     pub(crate) fn take_preview(&mut self) -> Option<Preview> {
         self.preview.take()
     }

@@ -1,11 +1,11 @@
-//! Sets of numbers, kept as ranges: which samples a tile holds, which light paths a film holds.
+//! Sets of indices as ranges: the samples that a tile holds, the light paths that a film holds.
 
 use std::ops::Range;
 
-/// A set of sample numbers or light path numbers. Passes add long runs of numbers, so a few ranges hold them all.
+/// A set of sample indices or light path indices. Passes add long runs of indices, so a few ranges hold them all.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct SampleSet {
-    /// In rising order; none is empty, and no two touch.
+    /// In ascending order; not empty, not overlapping, not adjacent.
     ranges: Vec<Range<u64>>,
 }
 
@@ -15,39 +15,40 @@ impl SampleSet {
         self.ranges.is_empty()
     }
 
-    /// How many numbers it holds.
+    /// The number of indices.
     pub fn len(&self) -> u64 {
         self.ranges.iter().map(|r| r.end - r.start).sum()
     }
 
-    /// Its ranges in rising order, with gaps between them.
+    /// The ranges in ascending order, with gaps between them.
     pub fn ranges(&self) -> &[Range<u64>] {
         &self.ranges
     }
 
-    /// From ranges as [`SampleSet::ranges`] gives them; `None` if one is empty, or two touch or are out of order.
+    /// The inverse of [`SampleSet::ranges`]; `None` if a range is empty, or two are adjacent, overlap or are out
+    /// of order.
     pub fn from_ranges(ranges: Vec<Range<u64>>) -> Option<SampleSet> {
         let rising = ranges.windows(2).all(|w| w[0].end < w[1].start);
         (rising && ranges.iter().all(|r| r.start < r.end)).then_some(SampleSet { ranges })
     }
 
-    /// The smallest number that it does not hold.
+    /// The smallest index that is not in the set.
     pub fn first_missing(&self) -> u64 {
         self.ranges.first().filter(|r| r.start == 0).map_or(0, |r| r.end)
     }
 
-    /// Whether it holds a number.
+    /// Whether an index is in the set.
     pub fn contains(&self, number: u64) -> bool {
         let after = self.ranges.partition_point(|r| r.end <= number);
         self.ranges.get(after).is_some_and(|r| r.start <= number)
     }
 
-    /// Adds all numbers of a range.
+    /// Adds all indices of a range.
     pub fn insert(&mut self, range: Range<u64>) {
         if range.is_empty() {
             return;
         }
-        // The ranges that touch the new one become one with it.
+        // Ranges that touch or overlap the new one are merged with it.
         let first = self.ranges.partition_point(|r| r.end < range.start);
         let last = self.ranges.partition_point(|r| r.start <= range.end);
         let mut merged = range;
@@ -59,12 +60,12 @@ impl SampleSet {
         self.ranges.splice(first..last, [merged]);
     }
 
-    /// Adds all numbers of another set.
+    /// Adds all indices of another set.
     pub fn insert_all(&mut self, other: &SampleSet) {
         other.ranges.iter().for_each(|r| self.insert(r.clone()));
     }
 
-    /// The parts of a range that it does not hold, in rising order.
+    /// The parts of a range that are not in the set, in ascending order.
     pub fn missing(&self, range: Range<u64>) -> Vec<Range<u64>> {
         let mut out = Vec::new();
         let mut at = range.start;
@@ -81,14 +82,14 @@ impl SampleSet {
         out
     }
 
-    /// The parts of a range that it holds, in rising order.
+    /// The parts of a range that are in the set, in ascending order.
     pub fn within(&self, range: Range<u64>) -> Vec<Range<u64>> {
         let first = self.ranges.partition_point(|r| r.end <= range.start);
         let held = self.ranges[first..].iter().take_while(|r| r.start < range.end);
         held.map(|r| r.start.max(range.start)..r.end.min(range.end)).collect()
     }
 
-    /// The first run of numbers that both sets hold.
+    /// The first run of indices in both sets.
     pub fn overlap(&self, other: &SampleSet) -> Option<Range<u64>> {
         let (mut a, mut b) = (self.ranges.iter().peekable(), other.ranges.iter().peekable());
         while let (Some(x), Some(y)) = (a.peek(), b.peek()) {
@@ -115,7 +116,7 @@ mod tests {
     use super::*;
 
     proptest! {
-        /// The same as sets that hold each number.
+        /// The same results as sets of single indices.
         #[test]
         fn ranges_are_sets(
             a in proptest::collection::vec((0u64..40, 0u64..9), 0..12),

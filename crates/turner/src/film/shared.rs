@@ -1,4 +1,4 @@
-//! A film while threads add to it.
+//! A film that several threads add to.
 
 use std::ops::Range;
 use std::sync::Mutex;
@@ -8,8 +8,8 @@ use super::{Film, NonFinite, PixelRect, SampleSet, Splat, Splats, TILE, TileGrid
 use crate::color::Spectrum;
 use crate::filter::Filter;
 
-/// A film to which several threads add at once: those that work on different rows of tiles do not wait for each other. A lock is
-/// taken once for each tile or batch of light paths, never for each sample.
+/// A film that several threads add to. Threads in different rows of tiles do not wait for each other. A lock is
+/// taken once per tile or batch of light paths, never per sample.
 pub struct SharedFilm<'a> {
     grid: TileGrid,
     bands: Vec<Mutex<&'a mut Band>>,
@@ -17,7 +17,7 @@ pub struct SharedFilm<'a> {
 }
 
 impl Film {
-    /// Lets threads add to it.
+    /// Shares the film among threads.
     pub fn share(&mut self) -> SharedFilm<'_> {
         SharedFilm {
             grid: self.tiles(),
@@ -28,7 +28,7 @@ impl Film {
 }
 
 impl SharedFilm<'_> {
-    /// Does something to the band of a tile, given the tile's column and pixels.
+    /// Calls `work` with the band of a tile, the tile's column and its pixels.
     fn in_band<T>(&self, tile: usize, work: impl FnOnce(&mut Band, usize, PixelRect) -> T) -> T {
         let (row, column) = (tile / self.grid.columns(), tile % self.grid.columns());
         let mut band = self.bands[row].lock().unwrap_or_else(|e| e.into_inner());
@@ -36,8 +36,8 @@ impl SharedFilm<'_> {
         work(&mut band, column, rect)
     }
 
-    /// Adds the sums of samples of these numbers to a tile and what their filter reaches around it. Says no, and adds
-    /// none, if the tile holds one of them already.
+    /// Adds the sums of these samples to a tile and to the border that their filter reaches. Returns false, and
+    /// adds nothing, if the tile already holds one of them.
     pub fn deposit_sums(
         &self,
         tile: usize,
@@ -65,8 +65,8 @@ impl SharedFilm<'_> {
         added
     }
 
-    /// Adds one sample (colour times coverage, and coverage) of number 0 to each pixel of a tile, row by row. Says no, and
-    /// adds none, if the tile holds it already.
+    /// Adds the sample with index 0 (colour times coverage, and coverage) to each pixel of a tile, row by row.
+    /// Returns false, and adds nothing, if the tile already holds it.
     pub fn deposit_samples(
         &self,
         tile: usize,
@@ -84,8 +84,8 @@ impl SharedFilm<'_> {
         })
     }
 
-    /// Adds the light of light paths of these numbers. Says no, and adds none, if the film holds one of them already or
-    /// has no room for light.
+    /// Adds the splats of these light paths. Returns false, and adds nothing, if the film already holds one of
+    /// the paths or was not prepared by [`Film::take_light`].
     pub fn deposit_light(&self, filter: &Filter, paths: Range<u64>, splats: &[Splat]) -> bool {
         self.splats
             .as_ref()

@@ -1,4 +1,6 @@
-//! Light that light paths bring to the picture: to any pixel, in any order.
+//! Splats: contributions of light paths, to any pixel in any order.
+//!
+//! The estimate for a pixel is the sum of splats times the pixel filter, divided by the number of light paths.
 
 use std::ops::Range;
 
@@ -8,36 +10,36 @@ use crate::filter::Filter;
 use crate::math::DVec2;
 use crate::schema::{ErrorCode, Remedy, SceneError};
 
-/// Light that a light path brings to a place of the picture.
+/// The contribution of a light path at a position of the picture.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Splat {
-    /// The place, in pixels from the picture's top left corner.
+    /// The position, in pixels from the picture's top left corner.
     pub place: DVec2,
-    /// Radiance, summed over light paths; their number divides it.
+    /// Radiance, before division by the number of light paths.
     pub color: Spectrum,
 }
 
-/// The sums of light paths, 36 bytes a pixel. They are integers: the order in which paths come does not matter.
+/// The sums of splats, 36 bytes per pixel. They are integers, so the order of light paths does not matter.
 #[derive(Clone, Debug)]
 pub struct Splats {
     region: PixelRect,
     pub(super) sums: Vec<[Fixed96; 3]>,
-    /// The numbers of the light paths.
+    /// The indices of the light paths.
     pub(super) held: SampleSet,
-    /// Splats left out because they were not finite.
+    /// The number of non-finite splats, which are not added.
     pub non_finite: u64,
 }
 
 impl Splats {
-    /// Bytes of a pixel.
+    /// Bytes per pixel.
     pub const BYTES: usize = size_of::<[Fixed96; 3]>();
 
-    /// Of no light path.
+    /// Without light paths.
     pub(super) fn new(region: PixelRect) -> Result<Splats, SceneError> {
         let mut sums = Vec::new();
         if sums.try_reserve_exact(region.area() as usize).is_err() {
             let message =
-                format!("there is no memory for light paths into {}x{} pixels", region.width, region.height);
+                format!("not enough memory for light paths into {}x{} pixels", region.width, region.height);
             return Err(SceneError::new(ErrorCode::TooLarge, message)
                 .help("render it in parts with `crop`, or with `caustics = \"off\"` in [integrator]")
                 .remedy(Remedy::set("integrator.caustics", "off")));
@@ -46,12 +48,13 @@ impl Splats {
         Ok(Splats { region, sums, held: SampleSet::default(), non_finite: 0 })
     }
 
-    /// The numbers of the light paths.
+    /// The indices of the light paths.
     pub fn held(&self) -> &SampleSet {
         &self.held
     }
 
-    /// Adds the light of the light paths of these numbers, spread by the filter; says no, and adds none, if it holds one of them already.
+    /// Adds the splats of these light paths, weighted by the filter. Returns false, and adds nothing, if one of
+    /// the paths is already held.
     pub fn add(&mut self, filter: &Filter, paths: Range<u64>, splats: &[Splat]) -> bool {
         if self.held.missing(paths.clone()) != [paths.clone()] {
             return paths.is_empty();
@@ -65,19 +68,19 @@ impl Splats {
                 self.non_finite += 1;
                 continue;
             }
-            // Pixels with their middle within reach.
+            // Pixels whose centre is within the filter radius.
             let first = (splat.place - reach - 0.5).ceil().max(DVec2::new(left, top));
             let last = (splat.place + reach - 0.5).floor().min(DVec2::new(left + width, top + height) - 1.0);
             let mut y = first.y;
             while y <= last.y {
                 let mut x = first.x;
                 while x <= last.x {
-                    let share = filter.density(splat.place - DVec2::new(x + 0.5, y + 0.5));
+                    let weight = filter.density(splat.place - DVec2::new(x + 0.5, y + 0.5));
                     let index = (y - top) as usize * self.region.width as usize + (x - left) as usize;
-                    if share > 0.0
+                    if weight > 0.0
                         && let Some(sum) = self.sums.get_mut(index)
                     {
-                        for (sum, v) in sum.iter_mut().zip((splat.color * share as f32).to_array()) {
+                        for (sum, v) in sum.iter_mut().zip((splat.color * weight as f32).to_array()) {
                             *sum = sum.plus(Fixed96::from_f32(v));
                         }
                     }
@@ -89,7 +92,7 @@ impl Splats {
         true
     }
 
-    /// Adds the light paths of another film's, of which it holds none.
+    /// Adds the light paths of another film, none of which is held.
     pub(super) fn merge(&mut self, other: &Splats) {
         self.held.insert_all(&other.held);
         self.non_finite = self.non_finite.saturating_add(other.non_finite);
@@ -100,14 +103,15 @@ impl Splats {
         }
     }
 
-    /// What the light paths bring to a pixel of the region.
+    /// The radiance from light paths at a pixel of the region.
     pub(super) fn mean(&self, x: u32, y: u32) -> [f32; 3] {
         let paths = self.held.len();
         if paths == 0 {
             return [0.0; 3];
         }
         let index = (y - self.region.y) as usize * self.region.width as usize + (x - self.region.x) as usize;
-        // 2^-44 of 1 is far below what a path brings: the sums hold them per path.
+        // The resolution of 2^-44 is far below the contribution of a path, so sums need no scaling by the number
+        // of paths.
         self.sums[index].map(|sum| (sum.mean(1.0) / paths as f64) as f32)
     }
 
@@ -123,12 +127,12 @@ mod tests {
     use crate::filter::FilterKind;
 
     #[test]
-    fn light_is_kept_by_every_filter() {
+    fn every_filter_conserves_light() {
         let region = PixelRect { x: 10, y: 20, width: 16, height: 16 };
         for kind in [FilterKind::Box, FilterKind::Tent, FilterKind::Gaussian, FilterKind::BlackmanHarris] {
             let filter = Filter::new(kind, None);
             let mut splats = Splats::new(region).unwrap();
-            // Many places of one pixel: the filter's sum over pixels is 1 on average.
+            // Many positions in one pixel: the mean of the filter's sum over pixels is 1.
             let n = 64;
             let places = (0..n * n).map(|i| {
                 DVec2::new(f64::from(i % n), f64::from(i / n)) / f64::from(n) + DVec2::new(17.0, 27.0)
@@ -147,7 +151,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_beside_the_picture_or_no_number_is_left_out() {
+    fn splats_outside_the_picture_or_non_finite_are_omitted() {
         let mut splats = Splats::new(PixelRect { x: 0, y: 0, width: 2, height: 2 }).unwrap();
         let filter = Filter::new(FilterKind::Box, None);
         let at = |x: f64, y: f64, v: f32| Splat { place: DVec2::new(x, y), color: Spectrum::grey(v) };
@@ -162,7 +166,7 @@ mod tests {
         assert!(splats.add(&filter, 0..6, &all));
         assert_eq!((splats.non_finite, splats.mean(1, 0)[1]), (2, 0.5));
         assert_eq!(splats.mean(0, 0), [0.0; 3]);
-        // Light paths that it has do not count again.
+        // Light paths that are held do not count again.
         assert!(!splats.add(&filter, 5..7, &all));
         assert_eq!((splats.held().len(), splats.non_finite, splats.mean(1, 0)[1]), (6, 2, 0.5));
     }

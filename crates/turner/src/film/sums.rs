@@ -1,4 +1,4 @@
-//! The film: sums of samples for a part of the picture.
+//! The film: sums of samples over a region of the picture.
 
 use super::band::Band;
 use super::preview::Preview;
@@ -7,34 +7,37 @@ use super::{
 };
 use crate::schema::{ErrorCode, SceneError};
 
-/// The film: sums of weighted samples and of their weights for a part of the picture. Sums are integers, so the order in which
-/// samples, tiles, passes or machines add to it does not matter. It knows which samples each tile holds, so that none counts twice.
+/// Sums of weighted samples and of their weights over a region of the picture. Sums are integers, so the order in
+/// which samples, tiles, passes or machines add to them does not matter. The film knows the samples that each
+/// tile holds, so none counts twice.
 #[derive(Clone, Debug)]
 pub struct Film {
-    /// The part of the picture that is rendered; for the mean filter one pixel wider than what is shown.
+    /// The part that is rendered; with the mean filter one pixel wider than `crop`.
     pub region: PixelRect,
     /// The part that is shown.
     pub crop: PixelRect,
-    /// The channels beside colour and coverage.
+    /// The channels in addition to colour and coverage.
     channels: Vec<Channel>,
-    /// The region in bands of [`TILE`] rows.
+    /// The region in rows of tiles, [`TILE`] pixels high.
     pub(super) bands: Vec<Band>,
     bytes_per_pixel: usize,
-    /// What light paths brought, where there are any.
+    /// The splats of light paths, if there are light paths.
     pub(super) splats: Option<Splats>,
-    /// What was not finite, of samples and light paths.
+    /// Non-finite samples and splats.
     pub non_finite: NonFinite,
-    /// Which picture it is of.
+    /// Which picture it belongs to.
     pub(super) identity: Identity,
-    /// What is shown of pixels without samples.
+    /// Shown in pixels without samples.
     pub(super) preview: Option<Preview>,
 }
 
-/// The most pixels a film may have: 16384 × 16384, 13 GB of sums.
+/// The maximum number of pixels of a film: 16384 × 16384, 13 GB of sums.
 pub const MAX_PIXELS: u64 = 1 << 28;
 
 impl Film {
-    /// The region and crop a description asks for, or the reason why there can be no such film.
+    /// Region and crop of a description.
+    ///
+    /// Errors: an invalid crop, too many pixels.
     fn rects(desc: &FilmDesc) -> Result<(PixelRect, PixelRect), SceneError> {
         let full = PixelRect { x: 0, y: 0, width: desc.width, height: desc.height };
         let crop = match desc.crop {
@@ -64,14 +67,18 @@ impl Film {
         Ok((region, crop))
     }
 
-    /// The bytes of the film a description asks for, or the reason why there can be no such film.
+    /// Size in bytes of the film of a description, without splats.
+    ///
+    /// Errors: an invalid crop, too many pixels.
     pub fn check(desc: &FilmDesc) -> Result<u64, SceneError> {
         let bytes = Band::bytes_per_pixel(desc.samples_per_pixel() == 1, 0) as u64;
         Film::rects(desc).map(|(region, _)| region.area() * bytes)
     }
 
-    /// Bytes that the film and the picture that it becomes take together: the sums, the picture's values for files and for
-    /// displays, and the file before it is written.
+    /// Size in bytes of film and picture together: the sums, the linear and display values, and the file before
+    /// it is written.
+    ///
+    /// Errors: an invalid crop, too many pixels.
     pub fn peak(desc: &FilmDesc) -> Result<u64, SceneError> {
         const PICTURE: u64 = 16 + 4;
         const FILE: u64 = 20;
@@ -79,13 +86,16 @@ impl Film {
         Ok(Film::check(desc)?.saturating_add(region.area().saturating_mul(PICTURE + FILE)))
     }
 
-    /// An empty film of colour and coverage for a description, or the reason why there can be none.
+    /// An empty film with colour and coverage.
+    ///
+    /// Errors: those of [`Film::with_channels`].
     pub fn new(desc: &FilmDesc) -> Result<Film, SceneError> {
         Film::with_channels(desc, Vec::new())
     }
 
-    /// An empty film with further channels, or the reason why there can be none: more pixels or channels than there may be, two
-    /// channels of one name, no memory.
+    /// An empty film with additional channels.
+    ///
+    /// Errors: an invalid crop, too many pixels or channels, duplicate channel names, not enough memory.
     pub fn with_channels(desc: &FilmDesc, channels: Vec<Channel>) -> Result<Film, SceneError> {
         let (region, crop) = Film::rects(desc)?;
         Film::empty(Identity::new(desc, region, crop), channels)
@@ -95,10 +105,10 @@ impl Film {
     pub(super) fn empty(identity: Identity, channels: Vec<Channel>) -> Result<Film, SceneError> {
         Channel::check(&channels)?;
         let (region, crop) = (identity.region, identity.crop);
-        // Asking first: a failed allocation would end the program.
+        // Test the allocation first: a failed one would abort the program.
         let bytes_per_pixel = Film::pixel_bytes(&identity, &channels);
         if Vec::<u8>::new().try_reserve_exact(region.area() as usize * bytes_per_pixel).is_err() {
-            let message = format!("there is no memory for a film of {}x{}", region.width, region.height);
+            let message = format!("not enough memory for a film of {}x{}", region.width, region.height);
             return Err(SceneError::new(ErrorCode::TooLarge, message).help("render it in parts with `crop`"));
         }
         let one_sample = Film::keeps_samples(&identity, &channels);
@@ -123,18 +133,20 @@ impl Film {
         })
     }
 
-    /// Whether pixels keep their one sample rather than sums.
+    /// Whether pixels store their single sample instead of sums.
     pub(super) fn keeps_samples(identity: &Identity, channels: &[Channel]) -> bool {
         identity.samples == 1 && channels.is_empty()
     }
 
-    /// Bytes of a pixel without what light paths bring.
+    /// Bytes per pixel without splats.
     pub(super) fn pixel_bytes(identity: &Identity, channels: &[Channel]) -> usize {
         Band::bytes_per_pixel(Film::keeps_samples(identity, channels), channels.len())
     }
 
-    /// Makes room for what light paths bring, of which `paths` go with each sample of all pixels; or gives the reason why
-    /// there is none. Nothing changes where there is room already.
+    /// Adds room for splats, with `paths` light paths per sample index. Does nothing if there is room already, or
+    /// if `paths` is 0.
+    ///
+    /// Errors: not enough memory.
     pub fn take_light(&mut self, paths: u64) -> Result<(), SceneError> {
         if self.splats.is_none() && paths > 0 {
             self.splats = Some(Splats::new(self.region)?);
@@ -143,28 +155,29 @@ impl Film {
         Ok(())
     }
 
-    /// What light paths brought, if there is room for it.
+    /// The splats, if the film has room for them.
     pub fn splats(&self) -> Option<&Splats> {
         self.splats.as_ref()
     }
 
-    /// Which picture it is of: films of one picture can be merged.
+    /// Which picture the film belongs to. Films of one picture can be merged.
     pub fn identity(&self) -> &Identity {
         &self.identity
     }
 
-    /// Says of which scene it is, so that films of other scenes are not merged with it; `fingerprint` is the caller's.
+    /// Sets the fingerprint of the scene, so that films of other scenes are not merged with this one. The caller
+    /// defines it.
     pub fn set_scene(&mut self, fingerprint: u64) {
         self.identity.scene = Some(fingerprint);
     }
 
-    /// The channels beside colour and coverage.
+    /// The channels in addition to colour and coverage.
     pub fn channels(&self) -> &[Channel] {
         &self.channels
     }
 
-    /// The weighted mean of a channel beside colour and coverage for a pixel of the region; `None` without such a channel, a
-    /// pixel there, or a sample.
+    /// The weighted mean of an additional channel in a pixel of the region; `None` without such a channel, pixel
+    /// or sample.
     pub fn channel(&self, name: &str, x: u32, y: u32) -> Option<f32> {
         let channel = self.channels.iter().position(|c| c.name == name)?;
         let PixelRect { x: left, y: top, width, height } = self.region;
@@ -174,18 +187,18 @@ impl Film {
         (weight != 0.0).then(|| Fixed96::from_words(band.extra(i)[channel]).mean(weight) as f32)
     }
 
-    /// The tiles whose samples it knows.
+    /// The tiles of the region.
     pub fn tiles(&self) -> TileGrid {
         TileGrid::new(self.region)
     }
 
-    /// The numbers of the samples that a tile holds.
+    /// The indices of the samples that a tile holds.
     pub fn held(&self, tile: usize) -> &SampleSet {
         let columns = self.tiles().columns();
         &self.bands[tile / columns].held[tile % columns]
     }
 
-    /// The first sample number that some tile does not hold, or of which a light path is missing.
+    /// The first sample index that some tile lacks, or of which a light path is missing.
     pub fn first_missing(&self) -> u32 {
         let held = self.bands.iter().flat_map(|b| &b.held).map(SampleSet::first_missing).min().unwrap_or(0);
         let light =
@@ -193,7 +206,7 @@ impl Film {
         held.min(light).min(u64::from(u32::MAX)) as u32
     }
 
-    /// Counts what was not finite anew.
+    /// Updates the count of non-finite samples and splats.
     pub(crate) fn count_non_finite(&mut self) {
         let mut all = NonFinite::default();
         self.bands.iter().for_each(|band| all.merge(&band.non_finite));
@@ -202,7 +215,7 @@ impl Film {
         self.non_finite = all;
     }
 
-    /// The band of a row of the region, and the index of a pixel in it.
+    /// The band of a pixel of the region, and the pixel's index in it.
     fn place(&self, x: u32, y: u32) -> Option<(&Band, usize)> {
         let row = y.checked_sub(self.region.y)?;
         let i = (row % TILE) as usize * self.region.width as usize + x.checked_sub(self.region.x)? as usize;
@@ -214,12 +227,12 @@ impl Film {
         self.place(x, y).map_or_else(PixelSum::default, |(band, i)| band.sum(i))
     }
 
-    /// Finite samples in all pixels.
+    /// The number of finite samples of all pixels.
     pub fn samples(&self) -> u64 {
         self.bands.iter().map(Band::samples).sum()
     }
 
-    /// Bytes of memory.
+    /// Size in bytes.
     pub fn memory(&self) -> usize {
         self.region.area() as usize * self.bytes_per_pixel + self.splats.as_ref().map_or(0, Splats::memory)
     }

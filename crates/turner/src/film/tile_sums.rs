@@ -12,7 +12,7 @@ pub struct SampleValues<'a> {
     pub color: Spectrum,
     /// Coverage, 0..=1.
     pub alpha: f32,
-    /// One number for each further channel of the film.
+    /// One value for each additional channel of the film.
     pub extra: &'a [f32],
 }
 
@@ -22,12 +22,12 @@ impl SampleValues<'_> {
     }
 }
 
-/// Sums of the pixels of a tile and of a border around it, which a worker fills before it adds them to the film.
+/// Sums of the pixels of a tile and a border around it. A worker fills them and then adds them to the film.
 #[derive(Clone, Debug)]
 pub struct TileSums {
     rect: PixelRect,
     pub(crate) pixels: Vec<PixelSum>,
-    /// Of further channels: `channels` sums a pixel.
+    /// Sums of additional channels, `channels` per pixel.
     pub(super) extra: Vec<Fixed96>,
     channels: usize,
 }
@@ -44,12 +44,12 @@ impl Default for TileSums {
 }
 
 impl TileSums {
-    /// How many pixels around a tile the filter reaches from inside it.
+    /// Width in pixels of the border that the filter reaches from inside a tile.
     pub fn border(filter: &Filter) -> u32 {
         (filter.radius() - 0.5).ceil().max(0.0) as u32
     }
 
-    /// Empties the sums and makes them those of a rectangle, with `channels` channels beside colour and coverage.
+    /// Clears the sums and sets their rectangle, with `channels` channels in addition to colour and coverage.
     pub fn reset(&mut self, rect: PixelRect, channels: usize) {
         let count = rect.area() as usize;
         (self.rect, self.channels) = (rect, channels);
@@ -64,8 +64,8 @@ impl TileSums {
         self.rect
     }
 
-    /// Adds a sample with a weight of -64..=64 to the pixel at an index, row by row. A sample that is not finite is left
-    /// out; says whether it is finite.
+    /// Adds a sample with a weight of -64..=64 to the pixel at an index, row by row. A non-finite sample is not
+    /// added. Returns whether the sample is finite.
     pub fn add_weighted(&mut self, pixel: usize, sample: &SampleValues<'_>, weight: f32) -> bool {
         if !(sample.is_finite() && weight.is_finite()) {
             self.pixels[pixel].leave_out();
@@ -79,23 +79,23 @@ impl TileSums {
         true
     }
 
-    /// Adds a sample at a place of the picture to every pixel that the filter reaches from there, weighted by the filter,
-    /// whose peak has weight 1. Says whether the sample is finite.
+    /// Adds a sample at a position of the picture to every pixel that the filter reaches, weighted by the filter,
+    /// whose peak has weight 1. Returns whether the sample is finite.
     pub fn splat(&mut self, filter: &Filter, place: DVec2, sample: &SampleValues<'_>) -> bool {
         let PixelRect { x: left, y: top, width, height } = self.rect;
         let first = (place - filter.radius() - 0.5).ceil();
         let last = (place + filter.radius() - 0.5).floor();
         let along = |first: f64, last: f64, from: u32, size: u32| {
             let (low, high) = (first.max(f64::from(from)), last.min(f64::from(from + size) - 1.0));
-            // An empty range where the filter reaches none.
+            // An empty range if the filter reaches no pixel.
             if low <= high { low as u32..high as u32 + 1 } else { 0..0 }
         };
         let peak = filter.density(DVec2::ZERO);
         let mut finite = sample.is_finite();
         for y in along(first.y, last.y, top, height) {
             for x in along(first.x, last.x, left, width) {
-                let middle = DVec2::new(f64::from(x), f64::from(y)) + 0.5;
-                let weight = (filter.density(place - middle) / peak) as f32;
+                let center = DVec2::new(f64::from(x), f64::from(y)) + 0.5;
+                let weight = (filter.density(place - center) / peak) as f32;
                 if weight != 0.0 {
                     let pixel = ((y - top) * width + (x - left)) as usize;
                     finite &= self.add_weighted(pixel, sample, weight);
@@ -114,24 +114,24 @@ mod tests {
 
     const SIZE: u32 = 40;
 
-    /// The settings that no file changes.
+    /// The settings of an empty scene.
     fn plain() -> FilmDesc {
         crate::description::SceneDesc::default().film
     }
 
-    fn number(i: u32, k: u32) -> f32 {
+    fn random(i: u32, k: u32) -> f32 {
         ((i.wrapping_mul(2_654_435_761) >> 8).wrapping_mul(k) >> 4 & 0xffff) as f32 / 65536.0
     }
 
-    /// Four samples a pixel of a tile: place, colour, coverage, one more channel.
+    /// Four samples per pixel of a tile: position, colour, coverage, one additional channel.
     fn samples_of(tile: &PixelRect) -> Vec<(DVec2, [f32; 5])> {
         let mut out = Vec::new();
         for i in 0..tile.area() as u32 * 4 {
             let (x, y) = (tile.x + i / 4 % tile.width, tile.y + i / 4 / tile.width);
             let id = (y * SIZE + x) * 4 + i % 4;
             let at =
-                DVec2::new(f64::from(x) + f64::from(number(id, 3)), f64::from(y) + f64::from(number(id, 7)));
-            out.push((at, [1, 5, 9, 11, 13].map(|k| number(id, k))));
+                DVec2::new(f64::from(x) + f64::from(random(id, 3)), f64::from(y) + f64::from(random(id, 7)));
+            out.push((at, [1, 5, 9, 11, 13].map(|k| random(id, k))));
         }
         out
     }
@@ -166,10 +166,10 @@ mod tests {
             let all: Vec<_> =
                 forward.iter().flat_map(|t| samples_of(&TileGrid::new(first.region).rect(*t))).collect();
             for (x, y) in [(0, 0), (15, 15), (16, 15), (17, 31), (39, 39), (31, 8), (5, 32)] {
-                let middle = DVec2::new(f64::from(x) + 0.5, f64::from(y) + 0.5);
+                let center = DVec2::new(f64::from(x) + 0.5, f64::from(y) + 0.5);
                 let (mut sum, mut total) = ([0.0; 5], 0.0);
                 for (place, values) in &all {
-                    let weight = filter.density(*place - middle);
+                    let weight = filter.density(*place - center);
                     total += weight;
                     sum.iter_mut().zip(values).for_each(|(s, v)| *s += weight * f64::from(*v));
                 }
@@ -184,7 +184,7 @@ mod tests {
     }
 
     #[test]
-    fn a_sample_that_is_not_finite_is_left_out_wherever_it_would_count() {
+    fn a_non_finite_sample_is_omitted_from_every_pixel() {
         let filter = Filter::new(FilterKind::Tent, None);
         let mut sums = TileSums::default();
         sums.reset(PixelRect { x: 0, y: 0, width: 4, height: 4 }, 1);
@@ -193,7 +193,7 @@ mod tests {
         let unknown = |i: usize| sums.pixels[i].mean().is_some_and(|m| m[0].is_nan());
         assert_eq!((0..16).filter(|i| unknown(*i)).collect::<Vec<_>>(), [5, 6, 9, 10]);
         assert!(sums.extra.iter().all(|v| *v == Fixed96::default()));
-        // Beside the tile nothing is reached.
+        // Outside the tile, no pixel is reached.
         assert!(sums.splat(&filter, DVec2::new(-3.0, 900.0), &SampleValues { extra: &[0.0], ..sample }));
     }
 }

@@ -2,37 +2,37 @@
 
 use super::PixelRect;
 
-/// Edge of a tile in pixels; a row of tiles is a band of the film.
+/// Side of a tile in pixels.
 pub const TILE: u32 = 16;
 
-/// The tiles of a region, numbered row by row from the top left; those at the right and the bottom may be smaller.
+/// The tiles of a region, row by row from the top left. Those at the right and bottom may be smaller.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct TileGrid {
     region: PixelRect,
 }
 
 impl TileGrid {
-    /// The tiles of a region that is not empty.
+    /// The tiles of a non-empty region.
     pub fn new(region: PixelRect) -> TileGrid {
         TileGrid { region }
     }
 
-    /// Tiles in a row.
+    /// Number of tiles in a row.
     pub fn columns(&self) -> usize {
         self.region.width.div_ceil(TILE) as usize
     }
 
-    /// Rows of tiles.
+    /// Number of rows of tiles.
     pub fn rows(&self) -> usize {
         self.region.height.div_ceil(TILE) as usize
     }
 
-    /// How many tiles there are.
+    /// Number of tiles.
     pub fn count(&self) -> usize {
         self.columns() * self.rows()
     }
 
-    /// The pixels of a tile below [`TileGrid::count`].
+    /// The pixels of a tile with an index below [`TileGrid::count`].
     pub fn rect(&self, tile: usize) -> PixelRect {
         let (column, row) = (tile % self.columns(), tile / self.columns());
         let (dx, dy) = (column as u32 * TILE, row as u32 * TILE);
@@ -44,7 +44,7 @@ impl TileGrid {
         }
     }
 
-    /// The numbers of all tiles that share a pixel with a rectangle.
+    /// The indices of all tiles that overlap a rectangle.
     pub fn touching(&self, rect: &PixelRect) -> Vec<u32> {
         let apart = |a: u32, size: u32, b: u32, other: u32| a + size <= b || b + other <= a;
         let touches = |tile: &u32| {

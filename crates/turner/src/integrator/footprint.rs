@@ -1,4 +1,4 @@
-//! The cones of a path's rays, where textures are filtered by them.
+//! Ray cones along a path: the footprints by which textures are filtered.
 
 use turner_bvh::lanes::LANES;
 
@@ -8,7 +8,7 @@ use crate::math::{DVec3, RayCone};
 use crate::scene::{Scene, SurfaceInteraction};
 use crate::view::{CameraSamples, View};
 
-/// The cone of a camera ray; one without width where textures are looked up at points.
+/// The cone of a camera ray; its width is 0 where textures are not filtered.
 #[inline]
 pub(super) fn of_camera(view: &View, samples: &CameraSamples, i: usize) -> RayCone {
     match &view.pixel_cone {
@@ -17,14 +17,16 @@ pub(super) fn of_camera(view: &View, samples: &CameraSamples, i: usize) -> RayCo
     }
 }
 
-/// The cone at the end of a ray of unit direction and length `t`; the surface there learns of it.
+/// Advances the cone to the hit of a ray with unit direction and length `t`, and stores the footprint in the
+/// surface.
 #[inline]
 pub(super) fn arrive(cone: &mut RayCone, surface: &mut SurfaceInteraction, direction: DVec3, t: f64) {
     *cone = cone.advanced(t);
     surface.see(direction, cone.width);
 }
 
-/// The cone of the ray that leaves a surface after scattering; `wo` leads to where the ray came from, `crosses` says whether it goes through.
+/// The cone of the ray scattered at a surface. `wo` points to the previous vertex; `crosses` says whether the ray
+/// is transmitted.
 pub(super) fn leave(
     scene: &Scene,
     pixel: &PixelCone,
@@ -36,11 +38,11 @@ pub(super) fn leave(
 ) -> RayCone {
     let side = if wo.dot(surface.ng) >= 0.0 { 1.0 } else { -1.0 };
     let curvature = side * scene.curvature(surface);
-    let turned = if crosses { cone.refracted(s.eta, curvature) } else { cone.reflected(curvature) };
-    if s.lobe.is_delta { turned } else { turned.scattered(s.pdf, pixel.share) }
+    let next = if crosses { cone.refracted(s.eta, curvature) } else { cone.reflected(curvature) };
+    if s.lobe.is_delta { next } else { next.scattered(s.pdf, pixel.share) }
 }
 
-/// The same for reflection by something flat, with the density `pdf`.
+/// The same for reflection at a flat surface, with `pdf` per solid angle.
 #[inline]
 pub(super) fn leave_flat(pixel: &PixelCone, cone: RayCone, pdf: f64) -> RayCone {
     cone.reflected(0.0).scattered(pdf, pixel.share)

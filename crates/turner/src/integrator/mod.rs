@@ -1,5 +1,27 @@
-//! Integrators: how much light comes along a camera ray. One file each; [`IntegratorDesc`] is the table of their
-//! names in a scene.
+//! Integrators: they compute the radiance that arrives along camera rays.
+//!
+//! The trait is open: other crates add integrators by implementing it. Three traits follow one another.
+//!
+//! ```text
+//! Integrator           plain settings, for example `PathDesc`
+//!   │ prepare(scene, view)        once per scene, view and settings
+//!   ▼
+//! PreparedIntegrator   shared by all threads
+//!   │ choose(scene, view)         once, before the first sample: short measured tests
+//!   │ tracer(scene, view)         once per worker and pass
+//!   ▼
+//! Tracer               one per worker, with its buffers
+//!     radiance(samples, …)        for each batch of camera samples: one `Radiance` per sample
+//! ```
+//!
+//! [`Preparer`](crate::prepare::Preparer) calls `prepare`. [`Renderer`](crate::Renderer) calls `choose` when the
+//! first pass begins, makes a tracer in each worker, and calls `radiance` for the samples of one tile at a time.
+//! It adds the results to the film. An integrator that traces light paths also hands out [`LightTracer`]s, one
+//! per worker; their contributions are splatted. With photons, the light paths of a sample index come first, then
+//! the camera samples with that index.
+//!
+//! [`IntegratorDesc`] lists the built-in integrators by their names in scene files; each has a file or folder of
+//! its own.
 
 pub mod classic;
 mod debug_views;
@@ -27,7 +49,7 @@ use crate::schema::{SceneError, Warning, family};
 use crate::view::{View, ViewSampling};
 
 family! {
-    /// Integrators: `[integrator]`. The `type` is "classic" unless given.
+    /// Integrators: `[integrator]`. The default `type` is "classic".
     pub enum IntegratorDesc as "integrator", "integrators" {
         Classic(ClassicDesc),
         Path(PathDesc),
@@ -44,39 +66,39 @@ family! {
     }
 }
 
-/// What came along a camera ray.
+/// The radiance along one camera ray.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Radiance {
-    /// Colour times coverage.
+    /// Radiance times coverage.
     pub color: Spectrum,
-    /// Coverage: 0 where a transparent background was seen.
+    /// Coverage, 0..=1: 0 where the ray reached a transparent background.
     pub alpha: f32,
 }
 
-/// Rays by kind.
+/// Counts of rays by kind.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct RayStats {
-    /// From the camera.
+    /// Camera rays.
     pub camera: u64,
-    /// BsdfFromWo lights.
+    /// Shadow rays.
     pub shadow: u64,
-    /// Mirrored.
+    /// Reflected rays.
     pub reflected: u64,
-    /// Refracted.
+    /// Refracted rays.
     pub refracted: u64,
-    /// Of light paths, those to the camera included.
+    /// Rays of light paths, including those that connect to the camera.
     pub light: u64,
-    /// Samples whose tree of rays was cut at the limit.
+    /// Samples whose ray tree was cut at the limit.
     pub dropped: u64,
 }
 
 impl RayStats {
-    /// All rays.
+    /// The number of all rays.
     pub fn total(&self) -> u64 {
         self.camera + self.shadow + self.reflected + self.refracted + self.light
     }
 
-    /// Adds those of another part.
+    /// Adds the counts of `o`.
     pub fn merge(&mut self, o: &RayStats) {
         self.camera += o.camera;
         self.shadow += o.shadow;
@@ -87,109 +109,121 @@ impl RayStats {
     }
 }
 
-/// What an integrator needs of a scene, and what it shows.
+/// What an integrator needs from a scene, and what it shows.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Capabilities {
-    /// It follows light: all materials are taken as physical ones, lights can be chosen among, media are there, and samples are placed by Sobol points.
+    /// It simulates physically based light transport: every material is prepared as an OpenPBR BSDF, lights and
+    /// media are prepared for sampling, and samples use Sobol points.
     pub physical: bool,
-    /// What is dimmer than the mean of an environment may be left to rays that hit it (Karlík et al. 2019, "MIS compensation").
+    /// It allows MIS compensation (Karlík et al. 2019, "MIS Compensation"): light sampling may leave the parts of
+    /// an environment below its mean radiance to BSDF-sampled rays.
     pub compensates: bool,
-    /// It shows what is at the first hit rather than light: lights are then not missed.
+    /// It shows a property of the first hit instead of light, so a scene without lights is no reason for a
+    /// warning.
     pub debug: bool,
-    /// Pixels hold labels, such as the index of an object, which have no mean: each pixel then gets one sample through its centre, whatever the film asks for.
+    /// Pixels hold labels, such as the index of an object, which have no mean: each pixel then gets one sample through
+    /// its centre, whatever the film asks for.
     pub labels: bool,
-    /// It shows what a search goes through: after an edit all trees are those of a fresh preparation, however long they take to build.
+    /// It shows the cost of BVH traversal. After an edit, all BVHs are built as in a fresh preparation, however
+    /// long that takes.
     pub shows_search: bool,
 }
 
-/// A way of computing a picture. Integrators of other crates implement it as well as those here: `examples/own-integrator` of the sources is a whole one, with a
-/// program that renders by it and tests. [`SceneDesc::prepare_with`](crate::SceneDesc::prepare_with) prepares a scene for it, and a [`Renderer`](crate::Renderer) renders that.
+/// An algorithm that computes an image. Other crates implement this trait in the same way as this one;
+/// `examples/own-integrator` in the sources is a complete example with a program and tests.
+/// [`SceneDesc::prepare_with`](crate::SceneDesc::prepare_with) prepares a scene for an integrator, and a
+/// [`Renderer`](crate::Renderer) renders it.
 ///
-/// An integrator is plain settings. What it needs to know of a scene and a view it finds out in [`Integrator::prepare`], once; the result makes a
-/// [`Tracer`] for each thread.
+/// An integrator is plain settings. [`Integrator::prepare`] computes what depends on the scene and the view,
+/// once. Its result creates a [`Tracer`] for each thread.
 pub trait Integrator: Send + Sync {
-    /// Its name in a scene, for messages.
+    /// Its name in a scene file, for messages.
     fn name(&self) -> &str;
 
-    /// What it needs of a scene.
+    /// What it needs from a scene.
     fn capabilities(&self) -> Capabilities;
 
-    /// Makes it ready for a scene and a view.
+    /// Prepares it for a scene and a view.
     ///
-    /// Errors: those of its own; the ones here have none.
+    /// Errors: those of the integrator. The built-in integrators return none.
     fn prepare(&self, scene: &Scene, view: &View) -> Result<Arc<dyn PreparedIntegrator>, SceneError>;
 }
 
-/// An integrator that is ready for a scene and a view. It is asked again and again with the scene and the view it was made for.
+/// An integrator prepared for a scene and a view. All its functions receive the same scene and view that it was
+/// prepared for.
 pub trait PreparedIntegrator: std::any::Any + Send + Sync {
     /// The integrator's name, for messages.
     fn name(&self) -> &str;
 
-    /// What it needs of a scene.
+    /// What it needs from a scene.
     fn capabilities(&self) -> Capabilities;
 
-    /// Replaces the display values of a picture whose numbers are no colours; others stay as the film has made them.
+    /// Replaces the display values of a picture whose values are not colours, such as depths. By default the
+    /// film's values stay.
     fn show(&self, _: &mut Picture) {}
 
-    /// Finds out what pays in this scene and view, by tracing some rays: whether pixels share paths, how many light paths there are. Asked once before the first
-    /// sample is traced; the choice is the same on every run. Afterwards this returns at once.
+    /// Decides, by tracing some rays, what is efficient in this scene and view: whether pixels share paths, and
+    /// how many light paths are traced. It is called before the first sample is traced. The choice is
+    /// deterministic. Later calls return at once.
     fn choose(&self, _: &Scene, _: &View) {}
 
-    /// Whether there is nothing left to choose.
+    /// Whether all choices have been made.
     fn has_chosen(&self) -> bool {
         true
     }
 
-    /// What a thread needs for its work.
+    /// Creates the tracer of one thread.
     fn tracer<'a>(&'a self, scene: &'a Scene, view: &'a View) -> Box<dyn Tracer + 'a>;
 
-    /// Whether samples are made of what their neighbours' paths found as well.
+    /// Whether samples also use the paths of neighbouring pixels.
     fn shares_paths(&self) -> bool {
         false
     }
 
-    /// How many light paths there are to each sample of all pixels.
+    /// The number of light paths per sample index of the image.
     fn light_paths(&self) -> u64 {
         0
     }
 
-    /// Whether samples find photons: those of the light paths of their number.
+    /// Whether camera samples merge with photons: those of the light paths with the same sample index.
     fn finds_photons(&self) -> bool {
         false
     }
 
-    /// The photons of a sample's number, traced in this thread; `None` where samples find none.
+    /// Traces the photons of a sample index in this thread; `None` without photons.
     fn photons(&self, _: &Scene, _: &View, _: u32) -> Option<PhotonMap> {
         None
     }
 
-    /// The photons of a sample's number that light paths left, ready to be found; `None` where samples find none.
+    /// Builds the photon map of a sample index from the photons of its light paths; `None` without photons.
     fn photon_map(&self, _: u32, _: Vec<Photon>) -> Option<PhotonMap> {
         None
     }
 
-    /// What a thread needs for light paths, if there are any.
+    /// Creates the light tracer of one thread; `None` without light paths.
     fn light_tracer<'a>(&'a self, _: &'a Scene, _: &'a View) -> Option<Box<dyn LightTracer + 'a>> {
         None
     }
 }
 
-/// A scene, a view of it and an integrator, ready for each other: all that a picture is made of. Copies share what they have.
+/// A scene, a view and an integrator, prepared for each other: everything a renderer needs. Copies share their
+/// data.
 #[derive(Clone)]
 pub struct Prepared {
-    /// What there is.
+    /// Geometry, materials and lights.
     pub scene: Arc<Scene>,
-    /// Who looks.
+    /// Camera and film settings.
     pub view: View,
-    /// How light is computed.
+    /// The light transport algorithm.
     pub integrator: Arc<dyn PreparedIntegrator>,
-    /// What was dropped or doubtful while preparing.
+    /// What was ignored or is doubtful in the scene.
     pub warnings: Vec<Warning>,
 }
 
 impl Prepared {
-    /// The same scene and view with another integrator. It must not ask more of the scene than the one for which that was prepared: physical materials, for
-    /// example, are there only if [`Capabilities::physical`] was asked for.
+    /// The same scene and view with another integrator. It must not need more of the scene than the integrator
+    /// that the scene was prepared for. For example, physically based materials exist only if
+    /// [`Capabilities::physical`] was set.
     ///
     /// Errors: those of the integrator's preparation.
     pub fn with_integrator(&self, integrator: &dyn Integrator) -> Result<Prepared, SceneError> {
@@ -203,9 +237,10 @@ impl Prepared {
         Ok(Prepared { integrator, view, ..self.clone() })
     }
 
-    /// The same scene and film seen by another camera. What the integrator finds out for a view (light paths, shared paths) it finds out again.
+    /// The same scene and film with another camera. The integrator repeats its choices for the new view (light
+    /// paths, shared paths).
     ///
-    /// Errors: a camera that sees nothing; those of the integrator's preparation.
+    /// Errors: an invalid camera; those of the integrator's preparation.
     pub fn with_camera(
         &self,
         camera: CameraDesc,
@@ -225,17 +260,17 @@ impl Prepared {
         Ok(Prepared { integrator, view, ..self.clone() })
     }
 
-    /// Lets the integrator find out what pays, if it has not yet: see [`PreparedIntegrator::choose`].
+    /// Lets the integrator make its choices if it has not: see [`PreparedIntegrator::choose`].
     pub fn choose(&self) {
         self.integrator.choose(&self.scene, &self.view);
     }
 
-    /// What a thread needs to trace camera samples.
+    /// Creates the tracer of one thread.
     pub fn tracer(&self) -> Box<dyn Tracer + '_> {
         self.integrator.tracer(&self.scene, &self.view)
     }
 
-    /// The integrator, if it is a path tracer.
+    /// The integrator, if it is the path tracer.
     pub fn path(&self) -> Option<&PathIntegrator> {
         let any: &dyn std::any::Any = &*self.integrator;
         any.downcast_ref()
@@ -251,10 +286,12 @@ impl std::fmt::Debug for Prepared {
     }
 }
 
-/// Traces light paths in one thread. Its buffers are reused from batch to batch; it keeps no other state.
+/// Traces light paths in one thread. It reuses its buffers from batch to batch and keeps no other state.
 pub trait LightTracer {
-    /// Traces the light paths of these numbers and appends their contributions to `splats`. A light path's contribution depends on its number,
-    /// the scene and the settings alone. `stop` says now and then whether to leave off. Returns whether all were traced; if not, what was appended does not count.
+    /// Traces the light paths with these indices and appends their contributions to `splats`. A contribution
+    /// depends only on the light path's index, the scene and the settings. The function polls `stop` from time to
+    /// time and returns early if it is true. Returns whether all paths were traced; if not, the caller must
+    /// discard the appended splats.
     fn trace(
         &mut self,
         paths: Range<u64>,
@@ -263,25 +300,28 @@ pub trait LightTracer {
         stats: &mut RayStats,
     ) -> bool;
 
-    /// The photons of the last light paths, in the order of the paths where that is one.
+    /// The photons of the last call of `trace`, in the order of the light paths.
     fn photons(&mut self) -> &mut Vec<Photon>;
 }
 
-/// Computes radiance in one thread. Its buffers are reused from batch to batch; it keeps no other state.
+/// Computes radiance in one thread. It reuses its buffers from batch to batch and keeps no other state.
 pub trait Tracer {
-    /// Replaces the contents of `out` with one result per sample, in order, and adds the number of rays traced to `stats`.
+    /// Replaces the contents of `out` with one result per sample, in order, and adds the number of rays traced to
+    /// `stats`.
     ///
-    /// A result depends only on the sample's number and ray, the scene and the settings: not on the other samples of the batch, nor on earlier batches. This
-    /// is why a picture is the same for any number of threads. Random numbers come from the sample's number ([`SampleId`](crate::sampler::SampleId),
-    /// [`OwenSobol`](crate::sampler::OwenSobol)). Where the camera sees nothing, the ray's `t_max` is below 0 and its result is ignored.
+    /// A result depends only on the sample's id and ray, the scene and the settings. It does not depend on the
+    /// other samples of the batch or on earlier batches, so an image is the same for any number of threads.
+    /// Random numbers come from the sample's id ([`SampleId`](crate::sampler::SampleId),
+    /// [`OwenSobol`](crate::sampler::OwenSobol)). Where the camera has no ray, for example outside the image
+    /// circle of a fisheye, `t_max` is below 0 and the result is ignored.
     fn radiance(&mut self, samples: &CameraSamples, out: &mut Vec<Radiance>, stats: &mut RayStats);
 
-    /// From now on samples are of the number for which these photons are, and find them.
+    /// Sets the photon map for the following samples, which have its sample index.
     fn find_photons(&mut self, _: Arc<PhotonMap>) {}
 }
 
 impl IntegratorDesc {
-    /// As the integrator it describes.
+    /// The integrator that this describes.
     pub fn integrator(&self) -> &dyn Integrator {
         match self {
             IntegratorDesc::Classic(i) => i,
@@ -299,7 +339,7 @@ impl IntegratorDesc {
         }
     }
 
-    /// What it needs of a scene.
+    /// What it needs from a scene.
     pub fn capabilities(&self) -> Capabilities {
         self.integrator().capabilities()
     }

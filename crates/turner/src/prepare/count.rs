@@ -1,15 +1,16 @@
-//! How many shapes a scene has, instances flattened.
+//! The number of shapes of a scene, with instances flattened.
 
 use crate::description::{ObjectContent, ObjectDesc, SceneDesc};
 use crate::schema::error::escape;
 use crate::schema::{ErrorCode, GroupId, SceneError};
 
-/// The most shapes a scene may have, instances flattened.
+/// The maximum number of shapes of a scene, with instances flattened.
 const MAX_PRIMITIVES: u64 = 1 << 24;
 
 impl SceneDesc {
-    /// Shapes of the scene with instances flattened, counted without flattening them; refuses groups that
-    /// contain themselves and scenes that multiply beyond [`MAX_PRIMITIVES`].
+    /// Number of shapes with instances flattened, computed without flattening.
+    ///
+    /// Errors: groups that contain themselves; more than [`MAX_PRIMITIVES`].
     pub(super) fn count_primitives(&self) -> Result<u64, SceneError> {
         #[derive(Clone, Copy, PartialEq)]
         enum State {
@@ -39,7 +40,7 @@ impl SceneDesc {
                 })
                 .collect::<Vec<_>>()
         };
-        // Depth-first with a stack of our own: groups may nest a hundred thousand deep.
+        // Depth-first with an explicit stack: groups may be nested a hundred thousand deep.
         for start in 0..self.groups.len() {
             let mut stack = vec![(GroupId(start as u32), None)];
             while let Some((g, span)) = stack.pop() {

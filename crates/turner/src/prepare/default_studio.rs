@@ -1,4 +1,4 @@
-//! What the stage adds to a scene that lacks a camera, light or a floor.
+//! The default studio: what Turner adds to a scene without camera, lights or floor.
 
 use crate::camera::CameraDesc;
 use crate::color::Spectrum;
@@ -13,19 +13,19 @@ use crate::schema::value::Span;
 use crate::schema::{ColorSource, ErrorCode, Named, Remedy, SceneError, Warning, WarningKind};
 use crate::shape::Plane;
 
-/// What the stage adds to a scene.
+/// What the default studio adds to a scene.
 #[derive(Debug, Default)]
 pub(crate) struct DefaultStudio {
-    /// The camera to look through.
+    /// The camera of the view.
     pub(crate) camera: Option<Named<CameraDesc>>,
-    /// The floor and what it is made of.
+    /// The floor and its material.
     pub(crate) ground: Option<(Plane, PrincipledMaterial)>,
-    /// What was chosen.
+    /// Notes about what was added.
     pub(crate) notes: Vec<Warning>,
 }
 
 impl DefaultStudio {
-    /// Puts the material of its floor behind the others.
+    /// Appends the material of the floor.
     pub(super) fn add_floor(&self, physical: bool, materials: &mut Vec<Material>) {
         if let Some((_, material)) = &self.ground {
             materials.push(MaterialDesc::Principled(material.clone()).prepare(physical, &[]));
@@ -34,7 +34,7 @@ impl DefaultStudio {
 }
 
 impl StudioDesc {
-    /// What a scene lacks; its studio is added to `lights`. `bounds` are those of everything bounded in it.
+    /// Adds what the scene lacks; lights go to `lights`. `bounds` contain all bounded objects.
     pub(crate) fn complete(
         &self,
         scene: &SceneDesc,
@@ -58,7 +58,7 @@ impl StudioDesc {
         if !bounds.is_empty() && bounds.is_finite() {
             let radius = 0.5 * bounds.size().length();
             let far = bounds.center().abs().max_element();
-            // Vertices are numbers of 24 bits: what is left of them there makes steps of 1/160 of the size.
+            // Single precision has 24 bits: at this distance, vertices are on a grid of 1/160 of the size.
             if far > 1e5 * radius && radius > 0.0 {
                 let message = "the scene is far from the origin for its size: mesh vertices, in single precision, are rounded coarsely there. Move it to the origin";
                 studio.notes.push(Warning::new(WarningKind::Doubtful, message));
@@ -104,7 +104,7 @@ fn unnamed(value: CameraDesc) -> Named<CameraDesc> {
     Named { name: None, span: None::<Span>, value }
 }
 
-/// A camera that a model brings, by its name or number.
+/// A camera of a model, by name or index.
 fn named_camera(scene: &SceneDesc, wanted: &str) -> Result<Named<CameraDesc>, SceneError> {
     let by_name = scene.cameras.iter().find(|c| c.name.as_deref() == Some(wanted));
     let by_number = || wanted.parse::<usize>().ok().and_then(|i| scene.cameras.get(i));
@@ -114,31 +114,33 @@ fn named_camera(scene: &SceneDesc, wanted: &str) -> Result<Named<CameraDesc>, Sc
         let mut error = unknown_name(ErrorCode::UnknownName, span, "camera", wanted, &names);
         error.span = None;
         if scene.cameras.is_empty() {
-            error.help("the scene brings no cameras; write orbit:azimuth,elevation, as in orbit:30,20")
+            error.help("the scene has no cameras; write orbit:azimuth,elevation, as in orbit:30,20")
         } else {
             error
         }
     })
 }
 
-/// The colour with which a floor in the open looks like the horizon behind it, so that no edge shows: radiance E·C/π.
+/// The floor colour for which a floor without shadows has the radiance of the horizon behind it, so that no edge
+/// is visible. A diffuse floor of albedo C under irradiance E has radiance E·C/π, and E/π is the cosine-weighted
+/// mean of the radiance above.
 fn ground_color(lights: &[Light]) -> Spectrum {
     const RINGS: u32 = 48;
-    const AROUND: u32 = 96;
-    let radiance = |height: f64, turn: f64| {
-        let (sin, cos) = sin_cos(std::f64::consts::TAU * turn);
-        let across = (1.0 - height * height).sqrt();
-        let direction = DVec3::new(across * cos, height, across * sin);
+    const SECTORS: u32 = 96;
+    let radiance = |height: f64, azimuth: f64| {
+        let (sin, cos) = sin_cos(std::f64::consts::TAU * azimuth);
+        let radius = (1.0 - height * height).sqrt();
+        let direction = DVec3::new(radius * cos, height, radius * sin);
         lights.iter().filter_map(|l| l.around(direction)).fold(Spectrum::BLACK, |sum, l| sum + l)
     };
     let ring = |height: f64| {
-        let all = (0..AROUND).map(|i| radiance(height, (f64::from(i) + 0.5) / f64::from(AROUND)));
-        all.fold(Spectrum::BLACK, |sum, l| sum + l) * (1.0 / AROUND as f32)
+        let all = (0..SECTORS).map(|i| radiance(height, (f64::from(i) + 0.5) / f64::from(SECTORS)));
+        all.fold(Spectrum::BLACK, |sum, l| sum + l) * (1.0 / SECTORS as f32)
     };
-    // Over the square of the height the cosine is spread evenly.
+    // Stratified in the square of the height, which distributes the samples by the cosine.
     let heights = (0..RINGS).map(|i| ((f64::from(i) + 0.5) / f64::from(RINGS)).sqrt());
     let mean = heights.fold(Spectrum::BLACK, |sum, height| sum + ring(height)) * (1.0 / RINGS as f32);
     let horizon = ring(0.01);
-    let share = |horizon: f32, mean: f32| if mean > 0.0 { (horizon / mean).clamp(0.05, 0.85) } else { 0.5 };
-    Spectrum::new(share(horizon.r, mean.r), share(horizon.g, mean.g), share(horizon.b, mean.b))
+    let ratio = |horizon: f32, mean: f32| if mean > 0.0 { (horizon / mean).clamp(0.05, 0.85) } else { 0.5 };
+    Spectrum::new(ratio(horizon.r, mean.r), ratio(horizon.g, mean.g), ratio(horizon.b, mean.b))
 }

@@ -1,4 +1,4 @@
-//! From objects and groups to the primitives that they place in the world.
+//! From objects and groups to primitives in the world.
 
 use super::shapes::PreparedShapes;
 use crate::description::*;
@@ -25,23 +25,23 @@ pub(crate) struct Flattener<'a> {
     pub(crate) names: NameCollector,
     pub(crate) light_groups: LightGroups,
     pub(crate) physical: bool,
-    /// Opens and closes; at the same moment where nothing is blurred.
+    /// Opening and closing time of the shutter; equal without motion blur.
     pub(crate) shutter: [f64; 2],
 }
 
 impl Flattener<'_> {
-    /// Places all objects of the scene, those of groups wherever the groups stand.
+    /// Places all objects of the scene, and those of groups once per instance.
     pub(crate) fn flatten(&mut self, desc: &SceneDesc) -> Result<(), SceneError> {
         struct Level<'a> {
             objects: &'a [ObjectDesc],
             shapes: &'a [Option<Shape>],
             next: usize,
-            /// At the moments 0 and 1.
+            /// At the times 0 and 1.
             to_world: [DAffine3; 2],
             material: Option<MaterialId>,
-            /// The name of the scene's object that this is part of.
+            /// The name of the scene's object that contains these.
             name: Option<u32>,
-            /// The group of lights of what is within.
+            /// The light group of the objects in this group.
             group: Option<u32>,
         }
         let shapes = self.shapes;
@@ -99,7 +99,7 @@ impl Flattener<'_> {
     ) -> Result<(), SceneError> {
         for end in &ends {
             if *end != DAffine3::IDENTITY && !(end.is_finite() && end.inverse().is_finite()) {
-                let message = "the transforms of this object and the groups around it multiply to one that cannot be undone";
+                let message = "the product of the transforms of this object and its groups is not invertible";
                 return Err(SceneError::new(ErrorCode::Transform, message));
             }
         }
@@ -120,17 +120,17 @@ impl Flattener<'_> {
             self.transforms.len() as u32 - 1
         };
         if shape.bounds().is_some_and(|b| b.is_empty()) {
-            // A mesh without a triangle that has an area: nothing is there.
+            // A mesh without a triangle of positive area.
             return Ok(());
         }
-        // The tree works in single precision.
+        // The BVH works in single precision.
         const LARGEST: f64 = 1e30;
         if let Some(b) = bounds
             && !(b.min.abs().max_element() < LARGEST && b.max.abs().max_element() < LARGEST)
         {
             let name = object.name.as_deref().map_or(String::new(), |n| format!(" \"{}\"", escape(n)));
             let message =
-                format!("the object{name} reaches beyond {LARGEST:e} units: its numbers are too large");
+                format!("the object{name} reaches beyond {LARGEST:e} units: its coordinates are too large");
             return Err(SceneError::new(ErrorCode::OutOfRange, message));
         }
         let id = self.primitives.len() as u32;
@@ -141,7 +141,7 @@ impl Flattener<'_> {
         Ok(())
     }
 
-    /// Index of its faces. Objects that follow one another often have the same.
+    /// Index of its faces. Consecutive objects often have the same.
     fn faces(&mut self, object: &ObjectDesc, shape: &Shape, material: MaterialId) -> u32 {
         let mut materials = vec![material];
         if let (ObjectContent::Shape(ShapeDesc::Mesh(desc)), Shape::Mesh(mesh)) = (&object.content, shape)

@@ -1,4 +1,4 @@
-//! Meshes that are placed once, edited: the tree of the others is kept.
+//! Edits of meshes in the static world mesh: the BVH of the others is kept.
 
 use std::sync::Arc;
 
@@ -11,12 +11,12 @@ use crate::integrator::{CostDesc, IntegratorDesc, NormalsDesc};
 use crate::math::{DAffine3, DVec3};
 use crate::schema::{Asset, MeshData, PrepareOptions, Transform};
 
-/// A hilly square of `2 side²` triangles, flat ones and one that is not finite among them.
+/// A square with hills, of `2 side²` triangles, with degenerate and non-finite ones.
 fn hills(side: u32, seed: u32) -> Arc<MeshData> {
     let height = |x: u32, z: u32| ((x * 7 + z * 13 + seed * 31) % 17) as f32 * 0.02;
-    let place = |i: u32| i as f32 / side as f32 - 0.5;
+    let coordinate = |i: u32| i as f32 / side as f32 - 0.5;
     let points = (0..=side).flat_map(|z| (0..=side).map(move |x| (x, z)));
-    let mut positions: Vec<_> = points.map(|(x, z)| [place(x), height(x, z), place(z)]).collect();
+    let mut positions: Vec<_> = points.map(|(x, z)| [coordinate(x), height(x, z), coordinate(z)]).collect();
     positions.push([f32::NAN; 3]);
     let squares = (0..side).flat_map(|z| (0..side).map(move |x| z * (side + 1) + x));
     let mut triangles: Vec<_> =
@@ -25,7 +25,7 @@ fn hills(side: u32, seed: u32) -> Arc<MeshData> {
     Arc::new(MeshData { positions, triangles, ..MeshData::default() })
 }
 
-/// Sixteen squares in one place after the other, over and in one another.
+/// Sixteen overlapping squares.
 fn squares() -> SceneDesc {
     let mut desc = start();
     (desc.film.width, desc.film.height) = (24, 18);
@@ -39,7 +39,7 @@ fn squares() -> SceneDesc {
     desc
 }
 
-/// One edit of a mesh or of its object, by two numbers.
+/// One edit of a mesh or of its object, selected by two integers.
 fn edit(desc: &mut SceneDesc, what: u8, by: u8) {
     let x = f64::from(by) / 64.0 - 2.0;
     let count = desc.objects.len();
@@ -50,7 +50,7 @@ fn edit(desc: &mut SceneDesc, what: u8, by: u8) {
             desc.objects[object].transform =
                 Transform(DAffine3::from_translation(DVec3::new(x, 0.5, 0.0)) * turn);
         }
-        // The same number of triangles, more, none.
+        // The same number of triangles, and another number.
         1 => desc.meshes[usize::from(by) % 16].data = hills(12, u32::from(by)),
         2 => desc.meshes[usize::from(by) % 16].data = hills(u32::from(by % 16) + 1, 3),
         3 => desc.objects.push(shown(u32::from(by) % 16, 0, [x, 1.0, 0.0])),
@@ -59,7 +59,7 @@ fn edit(desc: &mut SceneDesc, what: u8, by: u8) {
             let removed = desc.objects.remove(object);
             desc.objects.push(removed);
         }
-        // Far away: the space of the tree is another one.
+        // Far away: the traversal frame changes.
         6 if object < count => desc.objects[object].transform.0.translation.x = 1e4 * x,
         _ => desc.camera = Some(super::tests::camera(4.0 + x).into()),
     }
@@ -69,7 +69,7 @@ proptest! {
     #![proptest_config(ProptestConfig { cases: 24, ..ProptestConfig::default() })]
 
     #[test]
-    fn gathered_meshes_that_change_have_the_bytes_of_fresh_ones(
+    fn world_meshes_that_change_have_the_bytes_of_fresh_ones(
         edits in prop::collection::vec((0u8..8, any::<u8>()), 1..8),
     ) {
         let mut preparer = Preparer::new(PrepareOptions::default());
@@ -83,7 +83,7 @@ proptest! {
 }
 
 #[test]
-fn the_tree_of_the_others_is_kept_but_where_searches_are_shown() {
+fn the_bvh_of_the_others_is_kept_unless_traversal_cost_is_shown() {
     let mut preparer = Preparer::new(PrepareOptions::default());
     let mut desc = squares();
     preparer.update(&desc).unwrap();
@@ -100,7 +100,7 @@ fn the_tree_of_the_others_is_kept_but_where_searches_are_shown() {
     assert_eq!(changed(&desc), (true, true));
     desc.camera = Some(super::tests::camera(6.0).into());
     assert_eq!(changed(&desc), (false, true));
-    // Where it was.
+    // At the original transform.
     desc.objects = squares().objects;
     assert_eq!(changed(&desc), (true, false));
     edit(&mut desc, 0, 5);
@@ -109,7 +109,7 @@ fn the_tree_of_the_others_is_kept_but_where_searches_are_shown() {
     assert_eq!(changed(&desc), (true, false));
     edit(&mut desc, 1, 100);
     assert_eq!(changed(&desc), (true, false));
-    // So many that a tree over all is better.
+    // So many edits that a full rebuild is better.
     desc.integrator = IntegratorDesc::Normals(NormalsDesc::default());
     for object in [1, 60, 90, 130] {
         edit(&mut desc, 0, object);

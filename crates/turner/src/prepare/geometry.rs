@@ -1,4 +1,12 @@
-//! From placed objects to what rays are traced through: the order of primitives, the trees over them.
+//! From placed objects to traversal: the order of primitives, and the BVHs over them.
+//!
+//! ```text
+//! primitives │ 0.. bounded shapes, in the order of │ bounded.. planes and other │ gathered.. members of the │
+//!            │ the BVH or the sphere culler        │ unbounded shapes           │ world mesh                │
+//! ```
+//!
+//! Few shapes are tested one by one, some dozens by the sphere culler, more by a BVH. Meshes placed once
+//! or a few times share one BVH in world space (`scene::world_mesh`); other meshes have a BVH in object space.
 
 use std::sync::Arc;
 
@@ -17,17 +25,17 @@ use crate::schema::{ErrorCode, PrepareOptions, SceneError};
 use crate::shape::traversal::TraversalFrame;
 use crate::shape::{Shape, TriangleMesh};
 
-/// Scenes of so many shapes or fewer have no tree. Together with a cheaper sphere test 1.5x faster at four spheres; the
-/// limit itself is a guess, not measured.
+/// Scenes with at most this many shapes have no BVH. With four spheres this, together with a cheaper sphere test,
+/// is 1.5 times faster. The limit itself is a guess, not measured.
 const MAX_LINEAR: usize = 6;
 
-/// What rays are traced through. Copies share all of it.
+/// The geometry that rays traverse. Copies share all of it.
 #[derive(Clone)]
 pub(super) struct Geometry {
     pub(super) primitives: Arc<[Primitive]>,
-    /// How many are in the tree or the sieve, which come first.
+    /// The number of primitives in the BVH or the sphere culler, which come first.
     pub(super) bounded: usize,
-    /// Where those begin that are gathered in `merged`, which come last.
+    /// Index of the first member of `world_mesh`; members come last.
     pub(super) gathered: usize,
     pub(super) world_mesh: Option<StaticWorldMesh>,
     pub(super) transforms: Arc<[ObjectTransform]>,
@@ -42,9 +50,9 @@ pub(super) struct Geometry {
     meshes: Vec<Arc<TriangleMesh>>,
 }
 
-/// The trees over shapes that are not gathered.
+/// BVH or sphere culler over the shapes outside the world mesh.
 struct SeparateTrees {
-    /// Their numbers in the description, in the order of the tree or the sieve.
+    /// Their indices in the description, in the order of the BVH or the sphere culler.
     order: Vec<u32>,
     bvh: BoxBvh,
     culler: Option<SphereCuller>,
@@ -52,15 +60,16 @@ struct SeparateTrees {
 }
 
 impl Geometry {
-    /// Builds the trees; those of meshes that have one are left as they are. `last` is the geometry of the last preparation: what was gathered there in the same
-    /// places is shared, and of what differs in some places the tree of the others, unless `whole` asks for a tree over all. Says whether the gathered meshes got a new tree.
+    /// Builds the BVHs; a mesh that has one keeps it. `last` is the geometry of the last preparation. Members of
+    /// its world mesh that did not change share its BVH, unless `full_rebuild` asks for one over all members.
+    /// Returns also whether the world mesh got a new BVH.
     ///
-    /// Errors: memory that there is not; a cancelled build is `None`.
+    /// Errors: not enough memory. A cancelled build returns `None`.
     pub(super) fn new(
         placed: Placed,
         materials: &[Material],
         last: Option<&Geometry>,
-        whole: bool,
+        full_rebuild: bool,
         options: &PrepareOptions,
         cancelled: &dyn Fn() -> bool,
     ) -> Result<Option<(Geometry, bool)>, SceneError> {
@@ -102,7 +111,7 @@ impl Geometry {
                 faces: &faces,
             };
             let last = last.and_then(|last| last.world_mesh.as_ref());
-            let (made, new) = StaticWorldMesh::build(&members, offset, last, whole, options)?;
+            let (made, new) = StaticWorldMesh::build(&members, offset, last, full_rebuild, options)?;
             (world_mesh, remade) = (Some(made), new);
         }
         let culled = if culler.is_some() { bounded } else { 0 };
@@ -126,23 +135,23 @@ impl Geometry {
         Ok(Some((geometry, remade)))
     }
 
-    /// Whether the tree of the gathered meshes was changed since it was built.
+    /// Whether the BVH of the world mesh was updated after it was built.
     pub(super) fn is_changed(&self) -> bool {
         self.world_mesh.as_ref().is_some_and(StaticWorldMesh::is_changed)
     }
 
-    /// Triangles of the meshes, each mesh counted once.
+    /// Number of triangles of the meshes; each mesh counts once.
     pub(super) fn triangles(&self) -> u64 {
         self.meshes.iter().map(|m| m.triangle_count() as u64).sum()
     }
 
-    /// Bytes: primitives, transforms and the tree over them.
+    /// Size in bytes of primitives, transforms and the BVH over them.
     pub(super) fn tree_bytes(&self) -> u64 {
         let lists = size_of_val(&self.primitives[..]) + size_of_val(&self.transforms[..]);
         (lists + self.bvh.bytes() + self.batch.bytes()) as u64
     }
 
-    /// Bytes: meshes with their trees.
+    /// Size in bytes of meshes and their BVHs.
     pub(super) fn mesh_bytes(&self) -> u64 {
         self.meshes.iter().map(|m| m.memory() as u64).sum::<u64>()
             + self.world_mesh.as_ref().map_or(0, |m| m.bytes() as u64)
@@ -157,7 +166,7 @@ impl SeparateTrees {
         total: &Bounds,
         options: &PrepareOptions,
     ) -> Result<SeparateTrees, SceneError> {
-        // Few shapes are tested one by one, without a tree.
+        // A few shapes are tested one by one, without a BVH.
         let single = gathered.iter().filter(|gathered| !**gathered).count();
         let has_tree = single > MAX_LINEAR;
         let frame = TraversalFrame::new(if has_tree { total } else { &Bounds::EMPTY });

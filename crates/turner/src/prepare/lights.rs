@@ -1,4 +1,4 @@
-//! Lights made ready, those that did not change only once.
+//! Prepared lights; unchanged ones are reused.
 
 use std::sync::Arc;
 
@@ -9,24 +9,24 @@ use crate::integrator::Capabilities;
 use crate::light::{Light, LightDesc};
 use crate::schema::{Asset, SceneError};
 
-/// Lights with a place or a direction, for each its number in the description, and the sum of the ambient ones.
+/// Lights except ambient ones, for each its index in the description, and the sum of the ambient ones.
 #[derive(Clone)]
 pub(super) struct PreparedLights {
     pub(super) lights: Vec<Light>,
     pub(super) sources: Vec<Option<u32>>,
     pub(super) ambient: Spectrum,
-    /// How many of the description's were made anew.
+    /// Number of lights of the description that were prepared again.
     pub(super) remade: usize,
 }
 
-/// The lights of a description as they were made last.
+/// The lights of the last description.
 #[derive(Default)]
 pub(super) struct CachedLights {
     made: Vec<Made>,
     capabilities: Capabilities,
 }
 
-/// One light of a description, with what it became.
+/// One light of a description and its prepared form.
 struct Made {
     desc: LightDesc,
     image: Option<Arc<Image>>,
@@ -34,7 +34,7 @@ struct Made {
     ambient: Spectrum,
 }
 
-/// The picture that a light is made from.
+/// The image of a light.
 fn image_of(light: &LightDesc, images: &[Asset<Image>]) -> Option<Arc<Image>> {
     images.get(light.picture()?.index()).map(|asset| asset.data.clone())
 }
@@ -47,7 +47,7 @@ fn same_image(a: &Option<Arc<Image>>, b: &Option<Arc<Image>>) -> bool {
 }
 
 impl CachedLights {
-    /// The lights of a description; those that are as before are not made again.
+    /// The lights of a description; unchanged ones are reused.
     ///
     /// Errors: those of the lights.
     pub(super) fn prepare(
@@ -69,7 +69,7 @@ impl CachedLights {
             remade += 1;
             let made = make(light, image, &desc.images, capabilities)?;
             match self.made.get_mut(number) {
-                Some(place) => *place = made,
+                Some(slot) => *slot = made,
                 None => self.made.push(made),
             }
         }

@@ -1,19 +1,19 @@
-//! From a description to what can be rendered, and from an edited description again: a [`Preparer`] keeps what it made and makes anew only what an edit
-//! changes.
+//! From a description to a scene that can be rendered. A [`Preparer`] also handles edits: it caches its results
+//! and prepares again only what an edit changes.
 //!
 //! ```text
-//! SceneDesc ─┬─ textures ── pyramids, by picture ───────────────┐
+//! SceneDesc ─┬─ textures ── mipmaps, by image ──────────────────┐
 //!            ├─ materials, media ───────────────────────────────┤
-//!            ├─ shapes ──── meshes and their trees, by mesh     ├─ Scene ─┐
+//!            ├─ shapes ──── meshes and their BVHs, by mesh      ├─ Scene ─┐
 //!            │    └─ placed ── objects in the world             │         │
-//!            │         └─ geometry ── trees over objects ───────┤         ├─ Prepared
-//!            ├─ lights ──── tables of environments, by picture ─┘         │
+//!            │         └─ geometry ── BVHs over objects ────────┤         ├─ Prepared
+//!            ├─ lights ──── sampling tables, by environment ────┘         │
 //!            ├─ camera, film ── View ─────────────────────────────────────┤
 //!            └─ integrator ───────────────────────────────────────────────┘
 //! ```
 //!
-//! Each step is compared with the step of the last description by what goes into it, and is shared if nothing did. So the result has the bytes of a fresh
-//! preparation, whatever the edits were.
+//! Each step compares its inputs with those of the last description. If they are equal, the result is shared. So
+//! the result has the same bytes as a fresh preparation after any edits.
 
 mod count;
 mod default_studio;
@@ -38,14 +38,15 @@ use crate::integrator::{Capabilities, Integrator, Prepared};
 use crate::schema::{ErrorCode, PrepareOptions, SceneError, Warning, WarningKind};
 
 impl SceneDesc {
-    /// Checks what only the whole scene shows and builds what rendering needs. To prepare a scene again after edits, keep a [`Preparer`].
+    /// Validates the scene and builds everything that rendering needs. To prepare a scene again after edits, keep
+    /// a [`Preparer`].
     ///
-    /// Errors: references to nothing, numbers beyond what can be traced, memory that there is not.
+    /// Errors: invalid references, values out of range, not enough memory.
     pub fn prepare(&self, options: &PrepareOptions) -> Result<Prepared, SceneError> {
         self.prepare_with(self.integrator.integrator(), options)
     }
 
-    /// The same for an integrator that takes the place of the description's.
+    /// The same with another integrator than the description's.
     pub fn prepare_with(
         &self,
         integrator: &dyn Integrator,
@@ -54,13 +55,13 @@ impl SceneDesc {
         let wanted = UpdateOptions { integrator: Some(integrator), ..UpdateOptions::default() };
         let update = Preparer::once(options.clone()).update_with(self, &wanted)?;
         let Some(Update { prepared, .. }) = update else {
-            return Err(SceneError::new(ErrorCode::Internal, "a preparation ended that nobody cancelled"));
+            return Err(SceneError::new(ErrorCode::Internal, "a preparation stopped without a cancel"));
         };
         prepared.choose();
         Ok(prepared)
     }
 
-    /// Checks the film; gives what there is to say about it.
+    /// Validates the film and returns its warnings.
     fn check_film(&self) -> Result<Vec<Warning>, SceneError> {
         Film::check(&self.film)?;
         let [open, close] = self.film.shutter;
@@ -73,7 +74,7 @@ impl SceneDesc {
         Ok(ignored.into_iter().collect())
     }
 
-    /// Whether textures are averaged over what a ray stands for.
+    /// Whether texture lookups are filtered over the footprint.
     fn filters_textures(&self, capabilities: Capabilities) -> bool {
         let wanted = match self.film.texture_filter {
             TextureFilter::Auto => capabilities.physical,

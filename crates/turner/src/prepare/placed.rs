@@ -1,4 +1,4 @@
-//! Objects placed in the world: what the geometry is made from.
+//! Objects placed in the world, the input of the geometry.
 
 use std::sync::Arc;
 
@@ -15,7 +15,7 @@ use crate::scene::scene::{ObjectTransform, Primitive};
 use crate::schema::{ErrorCode, MaterialId, MeshData, PrepareOptions, SceneError, Warning};
 use crate::shape::{CachedShapes, Plane, Shape, TriangleMesh};
 
-/// Bytes that a placed object takes at most while the scene is prepared: itself, its box, its transform, its place in the tree.
+/// Maximum size in bytes of a placed object during preparation: primitive, bounds, transform, part of the BVH.
 const PLACED: u64 = 1024;
 
 /// The primitives of a scene, in the order of the description.
@@ -29,12 +29,12 @@ pub(super) struct Placed {
     pub(super) light_groups: LightGroups,
     pub(super) meshes: Vec<Arc<TriangleMesh>>,
     pub(super) warnings: Vec<Warning>,
-    /// Around everything that is bounded.
+    /// The bounds of all bounded primitives.
     pub(super) total: Bounds,
 }
 
 impl Placed {
-    /// Adds the floor of a stage; its material is the one with this number.
+    /// Adds the floor of the default studio, with the material of this index.
     pub(super) fn add_ground(&mut self, studio: &DefaultStudio, material: usize) {
         let Some(plane) = ground_of(studio) else { return };
         let first = self.primitives.len() as u32;
@@ -46,12 +46,12 @@ impl Placed {
     }
 }
 
-/// The objects of a description as they were placed last, without a stage's floor.
+/// The objects of the last description, without the floor of the default studio.
 #[derive(Default)]
 pub(super) struct CachedObjects {
     made: Option<ObjectsByDesc>,
     shapes: CachedShapes,
-    /// Nothing is compared with it later: what was placed need not be copied.
+    /// For a single preparation: nothing is compared later, so nothing is copied.
     once: bool,
 }
 
@@ -65,15 +65,15 @@ struct ObjectsByDesc {
     placed: Placed,
 }
 
-/// What was remade of the objects.
+/// What changed among the objects.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct ChangedObjects {
     pub(super) placed: bool,
-    /// Meshes without a tree so far.
+    /// Number of new meshes, which have no BVH yet.
     pub(super) meshes: usize,
 }
 
-/// Whether two objects are the same but for their places in files.
+/// Whether two objects are equal, apart from their source positions.
 fn same_object(a: &ObjectDesc, b: &ObjectDesc) -> bool {
     a.content == b.content
         && a.material == b.material
@@ -101,9 +101,10 @@ impl ObjectsByDesc {
 }
 
 impl CachedObjects {
-    /// Places all objects of the scene in the world, if they are not there yet; says what of them is new.
+    /// Places all objects of the scene in the world, unless the last ones can be reused. Returns what changed.
     ///
-    /// Errors: groups that contain themselves, transforms that cannot be undone, numbers that are too large, memory that there is not.
+    /// Errors: groups that contain themselves, singular transforms, coordinates that are too large, not enough
+    /// memory.
     pub(super) fn prepare(
         &mut self,
         desc: &SceneDesc,
@@ -148,7 +149,7 @@ impl CachedObjects {
             shutter,
         };
         if flat.primitives.try_reserve_exact(count as usize).is_err() {
-            let message = format!("there is no memory for {count} objects");
+            let message = format!("not enough memory for {count} objects");
             return Err(SceneError::new(ErrorCode::TooLarge, message));
         }
         flat.flatten(desc)?;
@@ -179,12 +180,12 @@ impl CachedObjects {
         Ok(ChangedObjects { placed: true, meshes })
     }
 
-    /// For one preparation alone.
+    /// For a single preparation.
     pub(super) fn once() -> CachedObjects {
         CachedObjects { once: true, ..CachedObjects::default() }
     }
 
-    /// What was placed last, to be made use of.
+    /// The placed objects, for use by the geometry.
     pub(super) fn take(&mut self) -> Option<Placed> {
         match self.once {
             true => self.made.take().map(|made| made.placed),
@@ -192,13 +193,13 @@ impl CachedObjects {
         }
     }
 
-    /// What was placed last.
+    /// The placed objects.
     pub(super) fn placed(&self) -> Option<&Placed> {
         self.made.as_ref().map(|made| &made.placed)
     }
 }
 
-/// The floor that a stage adds, as far as the geometry is concerned.
+/// The plane of the default studio's floor.
 pub(super) fn ground_of(studio: &DefaultStudio) -> Option<Plane> {
     studio.ground.as_ref().map(|(plane, _)| *plane)
 }

@@ -1,4 +1,19 @@
-//! Descriptions prepared one after the other, each by what the last one left.
+//! Prepares one description after another. A step whose inputs equal those of the last update returns its cached
+//! result:
+//!
+//! ```text
+//! textures    texture descriptions, images, transfer, filtering        CachedTextures; mipmaps by image
+//! materials   material descriptions                                    CachedMaterials, per material
+//! media       media, materials, background medium                      CachedMedia
+//! lights      light description and its image                          CachedLights, per light
+//! objects     objects, groups, meshes, light groups, shutter, opacity  CachedObjects; meshes by data
+//! trees       objects, floor                                           Last::geometry
+//! light tree  objects, lights, textures, emissive materials            emitters of the last scene
+//! integrator  its settings, scene, camera, sampling of the film        Last::prepared
+//! ```
+//!
+//! All steps also depend on the integrator's [`Capabilities`]. `Changed` collects what differs from the last
+//! completed update, over failed and cancelled ones, too, since their steps replaced cached results.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -28,8 +43,8 @@ use crate::shape::Plane;
 use crate::texture::Textures;
 use crate::view::{View, ViewSampling};
 
-/// Prepares a scene again and again while its description is edited. It keeps what it made: textures, trees of meshes, tables of lights; an update costs what
-/// the edit changed. What it gives has the bytes of a fresh [`SceneDesc::prepare`].
+/// Prepares a scene after each edit of its description. Caches make an update cost only what the edit changed.
+/// The result has the same bytes as a fresh [`SceneDesc::prepare`].
 ///
 /// ```
 /// use turner::description::SceneDesc;
@@ -52,36 +67,34 @@ pub struct Preparer {
     lights: CachedLights,
     placed: CachedObjects,
     last: Option<Last>,
-    /// What was made anew since then, also by updates that failed or were cancelled.
+    /// What changed since `last`, including failed and cancelled updates.
     changed: Changed,
-    /// Bytes that were promised to the film.
+    /// Bytes reserved for the film.
     promised: u64,
 }
 
-/// The last preparation.
+/// The last completed preparation.
 struct Last {
     prepared: Prepared,
     geometry: Geometry,
     ground: Option<Plane>,
     capabilities: Capabilities,
-    /// `None` for one that is not the description's.
+    /// `None` if it is not the description's.
     integrator: Option<IntegratorDesc>,
 }
 
-/// What surfaces are made of.
 struct Surfaces {
     textures: Arc<Textures>,
     volumes: Option<Arc<Volumes>>,
-    /// Textures are averaged over what a ray stands for.
+    /// Whether texture lookups are filtered.
     filtered: bool,
 }
 
-/// Lights and materials, with what the stage added to them.
+/// Lights and materials, including those of the default studio.
 struct WithStudio {
-    is_staged: bool,
+    has_studio: bool,
     studio: DefaultStudio,
     ground: Option<Plane>,
-    /// The number of the floor's material.
     floor: usize,
     physical: bool,
     materials: Vec<Material>,
@@ -92,14 +105,14 @@ struct WithStudio {
 }
 
 impl WithStudio {
-    /// The camera to look through, and where it stands in a file.
+    /// The camera of the view, with its source position.
     fn camera(&self, desc: &SceneDesc, geometry: &Geometry) -> Named<CameraDesc> {
         let named = self.studio.camera.as_ref().or(desc.camera.as_ref());
         named.cloned().unwrap_or_else(|| CameraDesc::framing(&geometry.total, desc.film.aspect()).into())
     }
 }
 
-/// All parts of a scene but what lights are chosen from.
+/// The scene without its emitters.
 fn assemble(
     surfaces: Surfaces,
     with_studio: WithStudio,
@@ -145,25 +158,23 @@ fn assemble(
     }
 }
 
-/// What differs from the last preparation that came to its end.
 #[derive(Clone, Copy, Default)]
 struct Changed {
     remade: Remade,
-    /// Materials that shine, or did.
-    shines: bool,
+    /// A changed material is or was emissive.
+    emissive: bool,
     volumes: bool,
-    /// Objects were placed anew.
     placed: bool,
 }
 
-/// How an update is made.
+/// Options of an update.
 #[derive(Clone, Copy, Default)]
 pub struct UpdateOptions<'a> {
-    /// In place of the description's integrator.
+    /// Replaces the description's integrator.
     pub integrator: Option<&'a dyn Integrator>,
-    /// Becomes true when the update should end: between its steps, and between trees of meshes. What was made so far is kept for the next one.
+    /// Set to true, it cancels the update between steps or BVHs of meshes. Results so far stay cached.
     pub cancel: Option<&'a AtomicBool>,
-    /// Told of each step as it begins.
+    /// Called at the beginning of each step.
     pub progress: Option<&'a dyn Fn(PrepareStep)>,
 }
 
@@ -178,82 +189,83 @@ impl UpdateOptions<'_> {
         }
     }
 
-    /// Begins a step; says whether to leave off instead.
+    /// Begins a step. Returns whether the update is cancelled.
     fn step(&self, step: PrepareStep) -> bool {
         self.begin(step);
         self.is_cancelled()
     }
 }
 
-/// A step of a preparation, in their order.
+/// The steps of a preparation, in order.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum PrepareStep {
-    /// Textures and their smaller sizes, materials, media.
+    /// Textures and their mipmaps, materials, media.
     Surfaces,
-    /// Lights and the tables of environments.
+    /// Lights and the sampling tables of environments.
     Lights,
-    /// Objects, placed in the world.
+    /// Objects placed in the world.
     Objects,
-    /// Trees of meshes, and the tree over objects.
+    /// BVHs of meshes and over objects.
     Trees,
-    /// What lights are chosen from.
+    /// The light tree.
     LightTree,
     /// Camera, film and integrator.
     View,
 }
 
-/// What an update made anew.
+/// What an update prepared again.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Remade {
     /// The textures.
     pub textures: bool,
-    /// How many materials.
+    /// Number of materials.
     pub materials: usize,
-    /// How many lights of the description.
+    /// Number of lights of the description.
     pub lights: usize,
-    /// How many meshes, with their trees if they have their own.
+    /// Number of meshes, with their BVHs unless they are part of the world mesh.
     pub meshes: usize,
-    /// The objects in the world and the tree over them.
+    /// The placed objects and the BVH over them.
     pub objects: bool,
-    /// The one tree over meshes that are placed once or a few times.
+    /// The BVH of the static world mesh: meshes that are placed once or a few times.
     pub world_mesh: bool,
-    /// What lights are chosen from.
+    /// The light tree.
     pub light_tree: bool,
-    /// What the integrator knows of the scene and the view: it chooses anew.
+    /// The integrator's preparation and its choices.
     pub integrator: bool,
 }
 
-/// A scene, ready, and what of it is new.
+/// A prepared scene, and what of it is new.
 #[derive(Clone, Debug)]
 pub struct Update {
-    /// What is rendered.
+    /// The prepared scene.
     pub prepared: Prepared,
-    /// What was made anew.
+    /// What was prepared again.
     pub remade: Remade,
 }
 
 impl Preparer {
-    /// One that has made nothing so far.
+    /// A preparer with an empty cache.
     pub fn new(options: PrepareOptions) -> Preparer {
         Preparer { options, ..Preparer::default() }
     }
 
-    /// One for a single preparation, which keeps no copy of what it makes.
+    /// A preparer for a single preparation, which keeps no copies.
     pub(super) fn once(options: PrepareOptions) -> Preparer {
         Preparer { options, placed: CachedObjects::once(), ..Preparer::default() }
     }
 
-    /// Prepares a description. What its integrator chooses by probing, it chooses before its first sample ([`Prepared::choose`]).
+    /// Prepares a description. The integrator makes its choices later, before the first sample
+    /// ([`Prepared::choose`]).
     ///
-    /// Errors: those of [`SceneDesc::prepare`]. The next update is right all the same.
+    /// Errors: those of [`SceneDesc::prepare`]. The preparer stays usable.
     pub fn update(&mut self, desc: &SceneDesc) -> Result<Prepared, SceneError> {
         let update = self.update_with(desc, &UpdateOptions::default())?;
         update
             .map(|update| update.prepared)
-            .ok_or_else(|| SceneError::new(ErrorCode::Internal, "an update ended that nobody cancelled"))
+            .ok_or_else(|| SceneError::new(ErrorCode::Internal, "an update stopped without a cancel"))
     }
 
-    /// The same, cancellable, with progress and a report; `None` if it was cancelled.
+    /// The same with cancel, progress and a report; `None` if it was cancelled.
     ///
     /// Errors: those of [`SceneDesc::prepare`].
     pub fn update_with(
@@ -325,21 +337,20 @@ impl Preparer {
         Ok(Some(Update { prepared, remade }))
     }
 
-    /// Textures, materials, media.
     fn surfaces(&mut self, desc: &SceneDesc, capabilities: Capabilities) -> Result<Surfaces, SceneError> {
         let physical = capabilities.physical;
         let filtered = desc.filters_textures(capabilities);
         let (textures, new) = self.textures.prepare(desc, filtered, &self.options)?;
         self.changed.remade.textures |= new;
-        let (count, shines) = self.materials.prepare(desc, physical)?;
+        let (count, emissive) = self.materials.prepare(desc, physical)?;
         self.changed.remade.materials += count;
-        self.changed.shines |= shines;
+        self.changed.emissive |= emissive;
         let (volumes, new) = self.volumes.prepare(desc, physical)?;
         self.changed.volumes |= new;
         Ok(Surfaces { textures, volumes, filtered })
     }
 
-    /// Objects in the world, and what a stage adds to a scene without camera, light or floor.
+    /// Places the objects and adds what the default studio provides.
     fn place(
         &mut self,
         desc: &SceneDesc,
@@ -373,9 +384,9 @@ impl Preparer {
         if let (Some(placed), Some(_)) = (placed, &ground) {
             light_groups.add(placed.primitives.len() as u32, None);
         }
-        let is_staged = desc.studio.is_some();
+        let has_studio = desc.studio.is_some();
         Ok(WithStudio {
-            is_staged,
+            has_studio,
             studio,
             ground,
             floor,
@@ -388,18 +399,18 @@ impl Preparer {
         })
     }
 
-    /// The trees: those of the last preparation, where they are of the same objects. `None` if it was cancelled.
+    /// The BVHs: those of the last preparation if the objects are the same. `None` if cancelled.
     fn geometry(
         &mut self,
         with_studio: &WithStudio,
-        whole: bool,
+        full_rebuild: bool,
         wanted: &UpdateOptions<'_>,
     ) -> Result<Option<Geometry>, SceneError> {
         let last = self.last.as_ref();
         let same = |last: &&Last| {
             last.ground == with_studio.ground
                 && last.capabilities.physical == with_studio.physical
-                && !(whole && last.geometry.is_changed())
+                && !(full_rebuild && last.geometry.is_changed())
         };
         if let Some(last) = last.filter(same).filter(|_| !self.changed.placed) {
             return Ok(Some(last.geometry.clone()));
@@ -409,13 +420,14 @@ impl Preparer {
         placed.add_ground(&with_studio.studio, with_studio.floor);
         let before = last.map(|last| &last.geometry);
         let cancelled = || wanted.is_cancelled();
-        let made = Geometry::new(placed, &with_studio.materials, before, whole, &self.options, &cancelled)?;
+        let made =
+            Geometry::new(placed, &with_studio.materials, before, full_rebuild, &self.options, &cancelled)?;
         let Some((geometry, world_mesh)) = made else { return Ok(None) };
         self.changed.remade.world_mesh |= world_mesh;
         Ok(Some(geometry))
     }
 
-    /// The scene: the last one, where nothing of it changed.
+    /// The scene: the last one if nothing changed.
     fn scene(
         &mut self,
         surfaces: Surfaces,
@@ -424,11 +436,12 @@ impl Preparer {
         background: BackgroundDesc,
         capabilities: Capabilities,
     ) -> Arc<Scene> {
-        let Changed { remade, shines, volumes, .. } = self.changed;
-        let is_staged = with_studio.is_staged;
+        let Changed { remade, emissive, volumes, .. } = self.changed;
+        let has_studio = with_studio.has_studio;
         let mut scene = assemble(surfaces, with_studio, geometry, background, self.options.instruction_set);
         let last = self.last.as_ref().map(|last| (&last.prepared.scene, last.capabilities));
-        let same_emitters = !(remade.objects || remade.lights > 0 || remade.textures || shines || is_staged);
+        let same_emitters =
+            !(remade.objects || remade.lights > 0 || remade.textures || emissive || has_studio);
         let kept = last.filter(|(last, own)| {
             same_emitters && *own == capabilities && last.lights.len() == scene.lights.len()
         });
@@ -451,7 +464,7 @@ impl Preparer {
         Arc::new(scene)
     }
 
-    /// Asks for the memory of a film, once.
+    /// Reserves the memory of a film, once.
     fn promise_film(&mut self, film: &FilmDesc) -> Result<(), SceneError> {
         let peak = Film::peak(film)?;
         if peak > self.promised {
@@ -464,7 +477,7 @@ impl Preparer {
     }
 }
 
-/// Whether two films take the same samples, so that what an integrator found out for one holds for the other: they may differ in what is made of the samples.
+/// Whether two films take the same samples, so that an integrator's choices for one hold for the other.
 fn same_samples(a: &FilmDesc, b: &FilmDesc) -> bool {
     let of = |film: &FilmDesc| FilmDesc {
         exposure: 0.0,

@@ -1,4 +1,4 @@
-//! Shapes made ready, each mesh once, however often it is placed.
+//! Prepared shapes: each mesh once, for all its instances.
 
 use std::sync::Arc;
 
@@ -6,20 +6,21 @@ use crate::description::{ObjectContent, ObjectDesc, SceneDesc};
 use crate::schema::{PrepareOptions, SceneError, Warning, WarningKind};
 use crate::shape::{CachedShapes, MeshCache, Shape, TriangleMesh};
 
-/// Shapes made ready once, however often their groups are placed.
+/// The shapes of all objects and groups, each prepared once.
 pub(crate) struct PreparedShapes {
-    /// For the scene's objects and for each group's, by index; `None` for instances.
+    /// For the scene's objects and for those of each group, by index; `None` for instances.
     pub(crate) objects: Vec<Option<Shape>>,
     pub(crate) groups: Vec<Vec<Option<Shape>>>,
     pub(crate) meshes: Vec<Arc<TriangleMesh>>,
-    /// What was left out of meshes.
+    /// What was omitted from meshes.
     pub(crate) warnings: Vec<Warning>,
 }
 
 impl PreparedShapes {
-    /// All shapes of a scene. Meshes and clouds of points that were made from the same data before are taken from `kept`, which then has those of this scene.
+    /// Prepares all shapes of a scene. Meshes and point clouds with the same data are taken from `kept`, which
+    /// then holds those of this scene.
     ///
-    /// Errors: meshes whose numbers do not fit together; memory that there is not.
+    /// Errors: inconsistent meshes, not enough memory.
     pub(super) fn new(
         desc: &SceneDesc,
         options: &PrepareOptions,

@@ -1,4 +1,4 @@
-//! What surfaces are made of: textures, materials, media.
+//! Textures, materials and media.
 
 use std::sync::Arc;
 
@@ -11,7 +11,7 @@ use crate::scene::volumes::Volumes;
 use crate::schema::{MediumId, PrepareOptions, SceneError};
 use crate::texture::{CachedMipmaps, TextureDesc, Textures};
 
-/// The textures of a scene, with what they were made from.
+/// The textures of the last description, with their inputs.
 #[derive(Default)]
 pub(super) struct CachedTextures {
     made: Option<TexturesByDesc>,
@@ -27,9 +27,9 @@ struct TexturesByDesc {
 }
 
 impl CachedTextures {
-    /// The textures of a scene, and whether they were made anew.
+    /// The textures of a scene, and whether they were prepared again.
     ///
-    /// Errors: those of the textures; memory that there is not.
+    /// Errors: those of the textures; not enough memory.
     pub(super) fn prepare(
         &mut self,
         desc: &SceneDesc,
@@ -62,14 +62,14 @@ impl CachedTextures {
     }
 }
 
-/// The materials of a description, with what they were made from.
+/// The materials of the last description, with their inputs.
 #[derive(Default)]
 pub(super) struct CachedMaterials {
     made: Vec<(MaterialDesc, Material)>,
     physical: bool,
 }
 
-/// What the geometry asks of a material: where rays pass, and what shadow it casts.
+/// The properties of a material that the geometry needs: opacity and the kind of shadow.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct MaterialTraits {
     cutout: Option<Cutout>,
@@ -77,12 +77,12 @@ pub(super) struct MaterialTraits {
 }
 
 impl CachedMaterials {
-    /// Makes those anew that changed; says how many, and whether any of them shines or did.
+    /// Prepares changed materials. Returns their number, and whether any of them is or was emissive.
     ///
-    /// Errors: mixes of materials that there are not, or of themselves.
+    /// Errors: mixes that refer to missing materials or to themselves.
     pub(super) fn prepare(&mut self, desc: &SceneDesc, physical: bool) -> Result<(usize, bool), SceneError> {
         mix::check(&desc.materials)?;
-        // What a mix is made of stands in other materials.
+        // A mix depends on other materials.
         let mixes = |m: &MaterialDesc| matches!(m, MaterialDesc::Mix(_));
         let differ = |(made, now): (&(MaterialDesc, Material), &MaterialDesc)| made.0 != *now;
         let now = || desc.materials.iter().map(|m| &m.value);
@@ -91,31 +91,31 @@ impl CachedMaterials {
             self.made.clear();
         }
         self.physical = physical;
-        let (mut remade, mut shines) = (0, self.made.len() > desc.materials.len());
+        let (mut remade, mut emissive) = (0, self.made.len() > desc.materials.len());
         for (i, material) in now().enumerate() {
             let known = self.made.get(i).filter(|made| made.0 == *material);
             if known.is_some() && !(edited && mixes(material)) {
                 continue;
             }
             let made = (material.clone(), material.prepare(physical, &desc.materials));
-            shines |= made.1.may_shine() || self.made.get(i).is_none_or(|old| old.1.may_shine());
+            emissive |= made.1.may_shine() || self.made.get(i).is_none_or(|old| old.1.may_shine());
             remade += 1;
             match self.made.get_mut(i) {
-                Some(place) => *place = made,
+                Some(slot) => *slot = made,
                 None => self.made.push(made),
             }
         }
         self.made.truncate(desc.materials.len());
-        Ok((remade, shines))
+        Ok((remade, emissive))
     }
 
-    /// All of the description's, behind them the default one.
+    /// All materials of the description, followed by the default one.
     pub(super) fn materials(&self) -> Vec<Material> {
         let default = MaterialDesc::default().prepare(self.physical, &[]);
         self.made.iter().map(|(_, made)| made.clone()).chain([default]).collect()
     }
 
-    /// What the geometry asks of them.
+    /// The traits of all materials.
     pub(super) fn traits(&self) -> Vec<MaterialTraits> {
         let of = |(desc, made): &(MaterialDesc, Material)| MaterialTraits {
             cutout: desc.cutout(self.physical),
@@ -125,7 +125,7 @@ impl CachedMaterials {
     }
 }
 
-/// The media of a scene, with what they were made from.
+/// The media of the last description, with their inputs.
 #[derive(Default)]
 pub(super) struct CachedMedia {
     media: Vec<MediumDesc>,
@@ -136,9 +136,10 @@ pub(super) struct CachedMedia {
 }
 
 impl CachedMedia {
-    /// Which medium is where; `None` if there are none, or for integrators that do not follow light. Says whether that is new.
+    /// The volumes of a scene; `None` without media, or if the integrator is not physically based. Returns also
+    /// whether they changed.
     ///
-    /// Errors: those of the media; references to media that there are not.
+    /// Errors: those of the media; references to missing media.
     pub(super) fn prepare(
         &mut self,
         desc: &SceneDesc,
@@ -148,7 +149,7 @@ impl CachedMedia {
             && self.open == desc.background.medium
             && self.media.iter().eq(desc.media.iter().map(|m| &m.value))
             && (desc.media.is_empty() || self.materials.iter().eq(desc.materials.iter().map(|m| &m.value)));
-        // Report an undefined medium on every update, also where nothing else changed.
+        // Report an undefined medium on every update, even if nothing changed.
         if same && !(desc.media.is_empty() && physical) {
             return Ok((self.volumes.clone(), false));
         }

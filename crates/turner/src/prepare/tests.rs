@@ -1,4 +1,4 @@
-//! Updates have the bytes of fresh preparations, and remake what an edit changes, no more.
+//! Updates give the bytes of fresh preparations, and prepare again only what an edit changes.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -22,7 +22,7 @@ use crate::schema::{
 use crate::shape::{BoxDesc, MeshDesc, ShapeDesc, SphereDesc};
 use crate::texture::TextureDesc;
 
-/// A pyramid of four triangles over a square, its top so high.
+/// A pyramid of four triangles over a square, with its apex at height `top`.
 fn mesh(top: f32) -> Arc<MeshData> {
     let positions =
         vec![[-0.5, 0.0, -0.5], [0.5, 0.0, -0.5], [0.5, 0.0, 0.5], [-0.5, 0.0, 0.5], [0.0, top, 0.0]];
@@ -40,7 +40,7 @@ fn grey(v: f32) -> ColorSource {
     ColorSource::Constant(Spectrum::grey(v))
 }
 
-fn lamp(position: [f64; 3], intensity: f64) -> LightDesc {
+fn point_light(position: [f64; 3], intensity: f64) -> LightDesc {
     LightDesc::Point(PointDesc { position: position.into(), intensity, ..Default::default() })
 }
 
@@ -61,7 +61,7 @@ pub(super) fn shown(mesh: u32, material: u32, at: [f64; 3]) -> ObjectDesc {
     placed(ObjectContent::Shape(shape), material, at)
 }
 
-/// Balls, meshes that are gathered and instances of a group, over a floor: matte, shining, glass, textured.
+/// Spheres, meshes in the world mesh and instances of a group, over a floor: matte, emissive, glass, textured.
 pub(super) fn start() -> SceneDesc {
     let mut desc = SceneDesc::default();
     (desc.film.width, desc.film.height, desc.film.samples) = (20, 15, 2);
@@ -103,7 +103,7 @@ pub(super) fn start() -> SceneDesc {
         placed(group(), 0, [-1.5, 0.0, 1.0]),
         placed(group(), 3, [1.5, 0.0, 1.2]),
     ];
-    desc.lights = vec![lamp([0.0, 4.0, 2.0], 12.0).into()];
+    desc.lights = vec![point_light([0.0, 4.0, 2.0], 12.0).into()];
     desc.camera = Some(camera(5.0).into());
     desc
 }
@@ -122,7 +122,7 @@ pub(super) fn camera(distance: f64) -> CameraDesc {
     })
 }
 
-/// The picture to the last bit, and the warnings.
+/// The bits of the rendered picture, and the warnings.
 pub(super) fn rendered(prepared: Prepared) -> (Vec<[u32; 4]>, Vec<String>) {
     let warnings = prepared.warnings.iter().map(|w| w.message.clone()).collect();
     let mut renderer = Renderer::new(prepared).unwrap();
@@ -138,7 +138,7 @@ pub(super) fn is_as_fresh(preparer: &mut Preparer, desc: &SceneDesc) -> bool {
     rendered(preparer.update(desc).unwrap()) == rendered(fresh)
 }
 
-/// One edit, by two numbers.
+/// One edit, selected by two integers.
 fn edit(desc: &mut SceneDesc, what: u8, by: u8) {
     let x = f64::from(by) / 64.0 - 2.0;
     let object = usize::from(by) % desc.objects.len().max(1);
@@ -165,10 +165,10 @@ fn edit(desc: &mut SceneDesc, what: u8, by: u8) {
             desc.materials[usize::from(by) % 3 + 1] = MaterialDesc::Principled(m).into();
         }
         6 => desc.images[0].data = picture(by),
-        7 => desc.lights.push(lamp([x, 3.0, x * x], 5.0).into()),
+        7 => desc.lights.push(point_light([x, 3.0, x * x], 5.0).into()),
         8 if !desc.lights.is_empty() => {
             let light = usize::from(by) % desc.lights.len();
-            desc.lights[light] = lamp([x, 2.5, 1.0], 1.0 + f64::from(by)).into();
+            desc.lights[light] = point_light([x, 2.5, 1.0], 1.0 + f64::from(by)).into();
         }
         9 => drop(desc.lights.pop()),
         10 if object > 0 => {
@@ -182,7 +182,7 @@ fn edit(desc: &mut SceneDesc, what: u8, by: u8) {
         12 if object > 0 => drop(desc.objects.remove(object)),
         13 => desc.meshes[usize::from(by) % 3].data = mesh(0.2 + f32::from(by) / 100.0),
         14 => desc.background.color = Spectrum::grey(f32::from(by % 5) * 0.2),
-        15 => desc.objects[object].light_group = by.is_multiple_of(2).then(|| "lamps".to_owned()),
+        15 => desc.objects[object].light_group = by.is_multiple_of(2).then(|| "group".to_owned()),
         16 => desc.studio = by.is_multiple_of(2).then(Default::default),
         17 => {
             let color = Spectrum::grey(f32::from(by) / 255.0);
@@ -222,7 +222,7 @@ proptest! {
     }
 }
 
-/// What is remade by an edit.
+/// What an edit prepares again.
 fn remade(change: impl Fn(&mut SceneDesc)) -> Remade {
     let mut preparer = Preparer::new(PrepareOptions::default());
     let mut desc = start();
@@ -240,13 +240,13 @@ fn an_edit_remakes_what_it_changes() {
     assert_eq!(remade(|d| d.camera = Some(camera(6.0).into())), chooses);
     assert_eq!(remade(|d| d.film.samples = 7), chooses);
     assert_eq!(remade(|d| d.integrator = IntegratorDesc::Path(PathDesc::default())), chooses);
-    // A matte material says nothing to geometry or lights; one that shines does to lights.
+    // A matte material affects neither geometry nor lights; an emissive one affects lights.
     assert_eq!(remade(|d| edit(d, 4, 9)), Remade { materials: 1, ..chooses });
-    let shines = |d: &mut SceneDesc| {
+    let emissive = |d: &mut SceneDesc| {
         let m = PrincipledMaterial { emission_luminance: 5.0, ..Default::default() };
         d.materials[1] = MaterialDesc::Principled(m).into();
     };
-    assert_eq!(remade(shines), Remade { materials: 1, light_tree: true, ..chooses });
+    assert_eq!(remade(emissive), Remade { materials: 1, light_tree: true, ..chooses });
     assert_eq!(remade(|d| edit(d, 7, 9)), Remade { lights: 1, light_tree: true, ..chooses });
     assert_eq!(remade(|d| edit(d, 6, 9)), Remade { textures: true, light_tree: true, ..chooses });
     let moved = Remade { objects: true, light_tree: true, ..chooses };
@@ -275,7 +275,7 @@ fn a_cancelled_update_leaves_the_next_one_right() {
     assert!(rendered(preparer.update(&desc).unwrap()) == fresh);
 }
 
-/// What a failed update had made already counts for the next one.
+/// The results of a failed update that stay cached are right for the next one.
 #[test]
 fn a_failed_update_leaves_the_next_one_right() {
     for what in [4, 5, 6, 7, 10, 13, 14] {

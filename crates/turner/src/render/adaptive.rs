@@ -1,7 +1,19 @@
-//! Whitted's anti-aliasing: rays through the corners of a square; where they differ the square is divided.
+//! Whitted's adaptive anti-aliasing: rays through the corners of a square; where their values differ, the square
+//! is divided.
 //!
-//! Whitted 1980, §"Antialiasing". A corner is numbered by its place on the finest grid over the picture, so the
-//! same corner gives the same value whichever pixel asks for it.
+//! Whitted 1980, §"Antialiasing". The value of a pixel is the mean of its four corners if they differ by at most
+//! `threshold`, otherwise the mean of its four quarters, computed in the same way.
+//!
+//! ```text
+//! ●───────●       ●───●───●      ● ray; at most 2^max_subdivisions cells along the side of a pixel
+//! │       │  ──►  │   │   │
+//! │       │       ●───●───●
+//! │       │       │   │   │
+//! ●───────●       ●───●───●
+//! ```
+//!
+//! A corner's sample id is its position on the finest grid over the picture. So a corner has the same value for
+//! every pixel that it belongs to, in any tile.
 
 use super::tile::TileBuffers;
 use super::work::Stop;
@@ -10,18 +22,18 @@ use crate::integrator::Radiance;
 use crate::math::DVec2;
 use crate::sampler::SampleId;
 
-/// The values known within one pixel, on the finest grid.
+/// The known corner values of one pixel, on the finest grid.
 struct PixelGrid {
     /// Corners per side, 2^max_subdivisions + 1.
     side: usize,
     values: Vec<Option<Radiance>>,
-    /// The pixel's first corner on the finest grid over the picture.
+    /// The position of the pixel's top left corner on the finest grid of the picture.
     x: u32,
     y: u32,
 }
 
 impl TileBuffers<'_> {
-    /// Renders a tile; says whether it came to its end.
+    /// Renders a tile. Returns false if it was stopped.
     pub(super) fn render_adaptive(&mut self, tile: &PixelRect, stop: Stop<'_>) -> bool {
         let film = &self.p.view.film;
         let cells = 1u32 << film.max_subdivisions;
@@ -58,7 +70,8 @@ impl TileBuffers<'_> {
         true
     }
 
-    /// The mean over the square of `size` cells at (`cx`, `cy`) of a pixel. Recurses at most `max_subdivisions` deep.
+    /// The mean over the square of `size` cells at (`cx`, `cy`) of a pixel. The recursion is at most
+    /// `max_subdivisions` deep.
     #[allow(clippy::too_many_arguments)]
     fn square(
         &mut self,
@@ -96,7 +109,7 @@ impl TileBuffers<'_> {
     }
 }
 
-/// The largest difference in any channel.
+/// The largest difference of the four values in any channel.
 fn spread(values: &[Radiance; 4]) -> f64 {
     let channels = values.map(|v| [v.color.r, v.color.g, v.color.b, v.alpha]);
     (0..4)

@@ -1,4 +1,4 @@
-//! A coarse picture before the first samples.
+//! A coarse preview before the first pass.
 
 use std::sync::Mutex;
 use std::sync::atomic::Ordering;
@@ -13,11 +13,11 @@ use crate::schema::SceneError;
 use crate::view::place;
 
 impl Renderer {
-    /// Traces sample 0 of every fourth pixel in both directions, so that [`Renderer::develop`] has something to show for every
-    /// pixel: each traced pixel stands for its block of 4 x 4 until it has samples. The film's sums do not change: the finished picture has
-    /// the bytes that it has without. The pass that brings sample 0 takes these samples and traces the others. Where
-    /// pixels depend on one another (shared paths, photons, adaptive anti-aliasing) they are traced here by themselves and once more
-    /// in that pass. Returns whether the pass came to its end; blocks that were finished are shown.
+    /// Traces sample 0 of every fourth pixel in both directions. [`Renderer::develop`] shows each of them in its
+    /// block of 4 x 4 pixels until these have samples. The film's sums do not change, so the finished picture is
+    /// the same as without a preview. The pass that traces sample 0 reuses these samples. Where pixels depend on
+    /// one another (shared paths, photons, adaptive anti-aliasing) it traces them again. Returns whether the
+    /// preview is complete; finished rows are shown in any case.
     pub fn preview_pass(&mut self, options: &PassOptions<'_>) -> Result<bool, SceneError> {
         let empty = Preview::new(self.film.region);
         let rows = empty.rows() as usize;
@@ -33,7 +33,7 @@ impl Renderer {
             while let Some(row) = tasks.next() {
                 let seed = u64::from(p.view.film.seed);
                 let mut ids =
-                    empty.places(row as u32).map(|(x, y)| SampleId { x, y, index: 0, seed }).peekable();
+                    empty.positions(row as u32).map(|(x, y)| SampleId { x, y, index: 0, seed }).peekable();
                 values.clear();
                 while ids.peek().is_some() && !stop.is_set() {
                     let batch: Vec<_> = ids.by_ref().take(BATCH).collect();
@@ -45,7 +45,7 @@ impl Renderer {
                     }));
                 }
                 if ids.peek().is_some() {
-                    tasks.leave_off();
+                    tasks.mark_unfinished();
                 }
                 let mut preview = preview.lock().unwrap_or_else(|e| e.into_inner());
                 preview.set_row(row as u32, values.iter().copied());
@@ -58,5 +58,5 @@ impl Renderer {
     }
 }
 
-/// Samples that are traced together: as many as of a tile.
+/// Samples per batch: as many as pixels in a tile.
 const BATCH: usize = 256;

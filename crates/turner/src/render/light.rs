@@ -1,4 +1,7 @@
 //! Light paths of a pass, in batches.
+//!
+//! Light paths of a sample index are numbered `light_paths * index ..`; the film keeps the set of those that it
+//! holds.
 
 use std::ops::Range;
 
@@ -7,15 +10,15 @@ use crate::film::{SharedFilm, Splat};
 use crate::filter::Filter;
 use crate::integrator::{LightTracer, Photon, Prepared, RayStats};
 
-/// Light paths of a batch: enough that what is shared is seldom locked, and that rays fill blocks.
+/// Light paths per batch: enough to fill SIMD blocks and to lock the film rarely.
 const BATCH: u64 = 4096;
 
-/// Light paths, where none makes photons, between two looks at whether to leave off.
+/// Light paths between two checks for a cancel, where no photons are stored.
 const SLICE: u64 = 512;
 
-/// Light paths of some numbers, in batches.
+/// Ranges of light paths, divided into batches.
 pub(super) struct LightTasks {
-    /// The numbers, and how many batches come before them.
+    /// For each range, the number of batches before it.
     ranges: Vec<(usize, Range<u64>)>,
     batches: usize,
 }
@@ -32,7 +35,7 @@ impl LightTasks {
         LightTasks { ranges: counted, batches }
     }
 
-    /// How many batches there are.
+    /// Number of batches.
     pub(super) fn len(&self) -> usize {
         self.batches
     }
@@ -46,7 +49,7 @@ impl LightTasks {
     }
 }
 
-/// What a worker needs for light paths; kept from batch to batch.
+/// A worker's state for light paths, reused from batch to batch.
 pub(super) struct LightBuffers<'a> {
     tracer: Option<Box<dyn LightTracer + 'a>>,
     filter: Filter,
@@ -64,7 +67,7 @@ impl<'a> LightBuffers<'a> {
         }
     }
 
-    /// Says whether it came to the end.
+    /// Returns false if it was stopped.
     fn trace(&mut self, paths: &Range<u64>, stop: Stop<'_>) -> bool {
         self.splats.clear();
         let stop = || stop.is_set();
@@ -72,7 +75,7 @@ impl<'a> LightBuffers<'a> {
         tracer.is_none_or(|t| t.trace(paths.clone(), &stop, &mut self.splats, &mut self.stats))
     }
 
-    /// Traces light paths and adds what they bring to the film, some at a time; says whether it came to their end.
+    /// Traces light paths and adds their splats to the film, slice by slice. Returns false if it was stopped.
     pub(super) fn render(&mut self, mut paths: Range<u64>, film: &SharedFilm<'_>, stop: Stop<'_>) -> bool {
         while !paths.is_empty() {
             let slice = paths.start..paths.end.min(paths.start + SLICE);
@@ -85,8 +88,8 @@ impl<'a> LightBuffers<'a> {
         true
     }
 
-    /// Traces a batch at once, for the order of photons is that of batches, and gives its photons, if it came to its end. Of what it brings, the
-    /// film gets that of the light paths in `missing`.
+    /// Traces one batch without slices, because photons must be in the order of the light paths, and returns its
+    /// photons; `None` if it was stopped. Only the splats of the light paths in `missing` are added to the film.
     pub(super) fn photons(
         &mut self,
         paths: &Range<u64>,
@@ -95,7 +98,7 @@ impl<'a> LightBuffers<'a> {
         stop: Stop<'_>,
     ) -> Option<Vec<Photon>> {
         if missing != [paths.clone()] {
-            // Some light paths are on the film already: the others by themselves.
+            // The film already holds some of these light paths: trace the others separately for their splats.
             missing.iter().for_each(|part| _ = self.render(part.clone(), film, stop));
         }
         if !self.trace(paths, stop) {

@@ -1,4 +1,15 @@
-//! Rendering: tiles in parallel, each pixel and sample on its own.
+//! Rendering: passes over tiles, in parallel.
+//!
+//! A pass covers a range of sample indices over a set of tiles ([`PassRange`]). It has four steps:
+//!
+//! 1. `schedule` finds what the film lacks: for each tile the missing sample indices, and the missing light
+//!    paths.
+//! 2. `order` sorts the tiles by their cost in the last pass.
+//! 3. `work` hands tiles and batches of light paths to threads, one after another, from an atomic counter.
+//! 4. `tile` traces the samples of a tile and adds their sums to the film, once per tile.
+//!
+//! Samples are deterministic and the film's sums are exact, so the picture does not depend on threads, order or
+//! passes. A cancel is checked between sample indices; finished samples stay in the film.
 
 mod adaptive;
 mod coarse;
@@ -27,30 +38,33 @@ use crate::film::{Film, Picture};
 use crate::integrator::{Prepared, RayStats};
 use crate::schema::{ErrorCode, SceneError};
 
-/// How a pass is run; none of it changes the picture.
+/// How a pass runs. Nothing here changes the picture.
 #[derive(Clone, Copy)]
 pub struct PassOptions<'a> {
-    /// Threads; 0 takes all there are.
+    /// Number of threads; 0 uses all available ones.
     pub threads: usize,
-    /// Becomes true when rendering should stop. Workers look at it after each sample number of a tile; what is finished stays
-    /// in the film.
+    /// Set it to true to stop rendering. Workers check it at least once per sample index of a tile. Finished
+    /// samples stay in the film.
     pub cancel: &'a AtomicBool,
-    /// Called with (parts done, parts of this pass) from any thread, while no lock is held: tiles, and batches of light paths.
+    /// Called with (tasks done, tasks of this pass) from any thread, without a lock held. Tasks are tiles and
+    /// batches of light paths.
     pub progress: Option<&'a (dyn Fn(usize, usize) + Sync)>,
 }
 
-/// Renders a scene into a film, pass by pass. It owns what it needs.
+/// Renders a prepared scene into a film, pass by pass.
 pub struct Renderer {
     prepared: Prepared,
-    /// The sums so far.
+    /// The film with all samples so far.
     pub film: Film,
-    /// Rays so far.
+    /// Rays traced so far.
     pub stats: RayStats,
     order: TileOrder,
 }
 
 impl Renderer {
     /// A renderer with an empty film.
+    ///
+    /// Errors: those of [`Film::new`].
     pub fn new(prepared: Prepared) -> Result<Renderer, SceneError> {
         let mut film = Film::new(&prepared.view.film)?;
         film.take_light(prepared.integrator.light_paths())?;
@@ -58,9 +72,10 @@ impl Renderer {
         Ok(Renderer { prepared, film, stats: RayStats::default(), order })
     }
 
-    /// A renderer that goes on with a film of the same picture: one that was saved, or merged of others.
+    /// A renderer that continues a film of the same picture: a saved or merged one.
     ///
-    /// Errors: the film is of another picture ([`ErrorCode::Conflict`]), but for the scene's fingerprint, which is not compared.
+    /// Errors: the film belongs to another picture ([`ErrorCode::Conflict`]). The fingerprint of the scene is not
+    /// compared.
     pub fn resume(prepared: Prepared, film: Film) -> Result<Renderer, SceneError> {
         prepared.choose();
         let mut renderer = Renderer::new(prepared)?;
@@ -80,29 +95,29 @@ impl Renderer {
         }
     }
 
-    /// What is rendered.
+    /// The prepared scene.
     pub fn prepared(&self) -> &Prepared {
         &self.prepared
     }
 
-    /// Samples each pixel gets in all. Adaptive subdivision counts as one, however many rays it takes.
+    /// Samples per pixel of the finished picture. Adaptive subdivision counts as one.
     pub fn samples_per_pixel(&self) -> u32 {
         self.prepared.view.film.samples_per_pixel()
     }
 
-    /// The picture as far as it is known, with what the integrator's numbers look like.
+    /// The picture so far. Debug views replace display values as they need.
     pub fn develop(&self) -> Picture {
         let mut picture = self.film.develop(&self.prepared.view.film);
         self.prepared.integrator.show(&mut picture);
         picture
     }
 
-    /// Whether all samples are in.
+    /// Whether all samples of all tiles are in the film.
     pub fn is_complete(&self) -> bool {
         self.film.first_missing() >= self.samples_per_pixel()
     }
 
-    /// The rays that each tile took in the last pass it was part of, row by row; 0 before its first.
+    /// The number of rays of each tile in the last pass that completed it, row by row; 0 before.
     pub fn tile_costs(&self) -> &[u64] {
         self.order.costs()
     }

@@ -1,17 +1,17 @@
-//! In which order tiles are handed to threads.
+//! The order in which threads receive tiles.
 
 use std::cmp::Reverse;
 
 use super::schedule::TileTask;
 
-/// What tiles cost in the last pass. The picture does not depend on it: sums are exact.
+/// The costs of tiles in the last pass. The order does not change the picture, because sums are exact.
 pub(super) struct TileOrder {
-    /// Rays, by the number of the tile.
+    /// Number of rays by tile index.
     costs: Vec<u64>,
 }
 
 impl TileOrder {
-    /// Of tiles of which nothing is known.
+    /// Without known costs.
     pub(super) fn new(tiles: usize) -> TileOrder {
         TileOrder { costs: vec![0; tiles] }
     }
@@ -20,13 +20,13 @@ impl TileOrder {
         &self.costs
     }
 
-    /// What the last pass found.
+    /// Sets the costs from the last pass.
     pub(super) fn set_costs(&mut self, costs: impl Iterator<Item = u64>) {
         self.costs.clear();
         self.costs.extend(costs);
     }
 
-    /// Sorts tiles that come row by row, the costliest first; equally costly ones stay row by row.
+    /// Sorts tiles by descending cost; the sort is stable, so tiles of equal cost stay row by row.
     pub(super) fn costliest_first(&self, tasks: &mut [TileTask]) {
         tasks.sort_by_key(|task| Reverse(self.costs[task.tile]));
     }
@@ -46,7 +46,7 @@ mod tests {
     use crate::schema::PrepareOptions;
     use crate::shape::{ShapeDesc, SphereDesc};
 
-    /// A ball to the right in a white world: there light bounces, elsewhere it does not.
+    /// A sphere on the right before a white background: only there light bounces.
     fn ball() -> SceneDesc {
         let mut desc = SceneDesc::default();
         (desc.film.width, desc.film.height) = (150, 100);
@@ -84,7 +84,7 @@ mod tests {
         assert_eq!(first.iter().sum::<u64>(), renderer.stats.total(), "every ray belongs to a tile");
         let costliest = *first.iter().max().unwrap();
         assert!(first[0] < costliest, "{first:?}");
-        // A pass of more samples, stopped after two tiles: theirs are the only costs that grow.
+        // A pass of more samples, stopped after two tiles: only their costs grow.
         let stop = |done: usize, _: usize| cancel.store(done == 2, Ordering::Relaxed);
         let options = PassOptions { progress: Some(&stop), ..options };
         assert!(!renderer.pass(4, &options).unwrap());

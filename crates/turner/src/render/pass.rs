@@ -1,4 +1,14 @@
-//! Passes: samples of tiles, and light paths beside them.
+//! Passes: samples of tiles, and light paths in addition.
+//!
+//! ```text
+//! pass ─► choose (first pass only) ─► Schedule
+//!   without photons:  tiles and light paths of all sample indices in parallel
+//!   with photons:     for each sample index: light paths ─► photon map ─► tiles
+//! ```
+//!
+//! With photons, camera sample i merges with the photons of light paths of index i only. This makes the estimate
+//! independent from sample to sample. A photon map must be complete before its camera samples start, so there are
+//! two parallel parts per sample index.
 
 use std::ops::Range;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -14,17 +24,21 @@ use crate::integrator::{Photon, PhotonMap, RayStats};
 use crate::schema::SceneError;
 
 impl Renderer {
-    /// Adds up to `count` samples to every pixel: the next ones from the first number that some tile lacks. Returns whether the
-    /// pass came to its end; see [`Renderer::pass_over`].
+    /// Adds up to `count` samples to every pixel, starting from the first index that some tile lacks. Returns
+    /// whether the pass was completed; see [`Renderer::pass_over`].
     pub fn pass(&mut self, count: u32, options: &PassOptions<'_>) -> Result<bool, SceneError> {
         let first = self.film.first_missing();
         self.pass_over(&PassRange::all_tiles(first..first.saturating_add(count)), options)
     }
 
-    /// Adds samples to tiles; what the film holds already is skipped. Returns whether the pass came to its end. The film is the
-    /// same for any split into passes, cancelled where they may be: it keeps the samples that were finished and knows them. The tiles
-    /// that took most rays in the last pass come first, so that no thread is left with a costly one at the end; in the first
-    /// pass they come row by row. A fault in a worker is an error; what was finished before stays in the film.
+    /// Adds samples to tiles and skips those that the film holds. Returns whether the pass was completed.
+    ///
+    /// The film is the same for any split into passes and any cancel: it keeps finished samples and knows their
+    /// indices. Tiles are processed from the costliest of the last pass to the cheapest, so that no thread ends
+    /// with a costly tile; in the first pass, row by row.
+    ///
+    /// Errors: a panic in a worker ([`ErrorCode::Internal`](crate::schema::ErrorCode::Internal)); samples
+    /// finished before it stay in the film. No memory for the splats of light paths.
     pub fn pass_over(&mut self, range: &PassRange, options: &PassOptions<'_>) -> Result<bool, SceneError> {
         self.choose(options)?;
         let schedule = Schedule::new(range, &self.film);
@@ -36,7 +50,7 @@ impl Renderer {
             work.parts.store(tiles.len() + light.len(), Ordering::Relaxed);
             return self.part(tiles, &light, None, &work);
         }
-        // Samples of one number after another, each after its light paths.
+        // Sample indices one after another, each after its light paths.
         let each = LightTasks::new(vec![schedule.light(&(0..1))]).len();
         work.parts.store(each * samples.len() + schedule.missing(&self.film), Ordering::Relaxed);
         for index in samples {
@@ -44,7 +58,7 @@ impl Renderer {
             let tiles = schedule.tiles(&self.film, &one);
             let missing = schedule.missing_light(&self.film, &one);
             if tiles.is_empty() {
-                // Light alone needs no photons.
+                // Without tiles, light paths need no photon map.
                 let light = LightTasks::new(missing);
                 work.skip(each.saturating_sub(light.len()));
                 if light.len() > 0 && !self.part(tiles, &light, None, &work)? {
@@ -62,7 +76,8 @@ impl Renderer {
         Ok(true)
     }
 
-    /// Lets the integrator choose what pays, if it has not yet, while the other threads trace a [preview](Renderer::preview_pass) by paths of the plain kind.
+    /// Lets the integrator make its choices if it has not. Meanwhile the other threads trace a
+    /// [preview](Renderer::preview_pass) with independent camera paths.
     fn choose(&mut self, options: &PassOptions<'_>) -> Result<(), SceneError> {
         if self.prepared.integrator.has_chosen() {
             return Ok(());
@@ -74,7 +89,7 @@ impl Renderer {
                 let chooser = scope.spawn(|| prepared.choose());
                 let plain = PassOptions { threads: threads - 1, progress: None, ..*options };
                 let shown = self.preview_pass(&plain);
-                // A fault of its own shows again in the next line.
+                // A panic of `choose` occurs again in the call below.
                 let _ = chooser.join();
                 shown
             })?;
@@ -82,13 +97,13 @@ impl Renderer {
         prepared.choose();
         let light_paths = prepared.integrator.light_paths();
         if light_paths > 0 || prepared.integrator.shares_paths() {
-            // Its samples are not those of this choice.
+            // The preview's samples differ from those of this choice.
             self.film.set_preview(None);
         }
         self.film.take_light(light_paths)
     }
 
-    /// Renders samples of tiles, and light paths beside them.
+    /// Renders tiles and light paths in parallel.
     fn part(
         &mut self,
         mut tiles: Vec<TileTask>,
@@ -101,7 +116,7 @@ impl Renderer {
         let grid = self.film.tiles();
         let preview = self.film.take_preview();
         let film = self.film.share();
-        // What the workers counted, added once per worker.
+        // Ray counts, added once per worker.
         let rays = Mutex::new(RayStats::default());
         let p = &self.prepared;
         let complete = work.run(tiles.len() + light.len(), |mut tasks| {
@@ -109,14 +124,14 @@ impl Renderer {
             if let Some(photons) = &photons {
                 buffers.find_photons(photons.clone());
             }
-            buffers.keep_preview(preview.as_ref());
+            buffers.reuse_preview(preview.as_ref());
             let mut light_buffers = LightBuffers::new(p);
             let stop = tasks.stop();
             while let Some(task) = tasks.next() {
                 let Some(TileTask { tile, missing }) = tiles.get(task) else {
                     let paths = light.get(task - tiles.len());
                     if paths.is_some_and(|paths| !light_buffers.render(paths, &film, stop)) {
-                        tasks.leave_off();
+                        tasks.mark_unfinished();
                     }
                     continue;
                 };
@@ -124,7 +139,7 @@ impl Renderer {
                 let finished = buffers.render(&grid.rect(*tile), missing, stop);
                 buffers.deposit(*tile, &finished, &film);
                 if finished.len() < missing.iter().map(|r| r.end - r.start).sum() {
-                    tasks.leave_off();
+                    tasks.mark_unfinished();
                 } else {
                     costs[*tile].store(buffers.stats.total() - before, Ordering::Relaxed);
                 }
@@ -135,15 +150,15 @@ impl Renderer {
         drop(film);
         self.film.count_non_finite();
         self.stats.merge(&rays.into_inner().unwrap_or_else(|e| e.into_inner()));
-        // Once each tile has a sample nothing of the preview is seen.
+        // Once every tile has a sample, the preview is no longer visible.
         self.film.set_preview(preview.filter(|_| self.film.first_missing() == 0));
         let complete = complete?;
         self.order.set_costs(costs.into_iter().map(AtomicU64::into_inner));
         Ok(complete)
     }
 
-    /// Traces the light paths of a sample, whose photons its camera paths find; `None` if they did not come to their end. What
-    /// those in `missing` bring goes to the film.
+    /// Traces the light paths of a sample index and builds their photon map; `None` if it was stopped. The splats
+    /// of light paths in `missing` are added to the film.
     fn trace_photons(
         &mut self,
         index: u32,
@@ -165,7 +180,7 @@ impl Renderer {
                 let (Some(paths), Some(batch)) = (light.get(task), batches.get(task)) else { continue };
                 match buffers.photons(&paths, &lacking.within(paths.clone()), &film, stop) {
                     Some(photons) => *batch.lock().unwrap_or_else(|e| e.into_inner()) = photons,
-                    None => tasks.leave_off(),
+                    None => tasks.mark_unfinished(),
                 }
             }
             rays.lock().unwrap_or_else(|e| e.into_inner()).merge(&buffers.stats);

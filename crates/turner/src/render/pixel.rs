@@ -1,4 +1,4 @@
-//! One pixel by itself: the samples it is made of, and how they become its colour.
+//! One pixel on its own: its samples, and how they become its colour.
 
 use super::tile::TileBuffers;
 use super::work::Stop;
@@ -8,57 +8,58 @@ use crate::sampler::SampleId;
 use crate::schema::SceneError;
 use crate::view::{check_pixel, place_of};
 
-/// The most samples of a pixel that are listed.
+/// The maximum number of samples in a [`PixelRecord`].
 pub const MAX_LISTED: usize = 1 << 16;
 
-/// A pixel of the picture and what it is made of.
+/// A pixel of the picture and its samples.
 #[derive(Clone, Debug)]
 pub struct PixelRecord {
     /// Column, from 0 at the left.
     pub x: u32,
     /// Row, from 0 at the top.
     pub y: u32,
-    /// Its samples, at most [`MAX_LISTED`]: of "mean" those of the pixel and its neighbours, row by row; of "adaptive" the corners, in the order in
-    /// which they were asked for; of the others by number.
+    /// Its samples, at most [`MAX_LISTED`]. With "mean": those of the pixel and its neighbours, row by row. With
+    /// "adaptive": the corners in the order of evaluation. Otherwise: by index.
     pub samples: Vec<SampleRecord>,
-    /// How many there are.
+    /// The number of samples.
     pub count: u64,
-    /// Squares of "adaptive" that were not divided further.
+    /// With "adaptive": the squares that were not divided further.
     pub squares: Vec<Square>,
-    /// The pixel as rendered: scene values times coverage, and coverage. NaN where no sample was finite.
+    /// The pixel as rendered: linear scene values times coverage, and coverage. NaN if no sample was finite.
     pub color: [f32; 4],
 }
 
 /// A sample of a pixel.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SampleRecord {
-    /// What its random numbers depend on.
+    /// The id that determines its random numbers.
     pub id: SampleId,
-    /// Where in the picture it lies: columns from its left edge, rows from its top one.
+    /// Its position in the picture, in pixels from the top left corner: (column, row).
     pub place: [f64; 2],
-    /// Its share of the pixel. Shares add to 1 where all samples are finite, and less where `film.clamp_sample` cuts some.
+    /// Its weight in the pixel. The weights add up to 1 if all samples are finite, and to less if
+    /// `film.clamp_sample` scales some.
     pub weight: f64,
-    /// What it gives, before the film's `clamp_sample` cuts it.
+    /// Its radiance, before `film.clamp_sample`.
     pub radiance: Radiance,
 }
 
-/// A square of adaptive anti-aliasing, which counts as the mean of its corners.
+/// A square of adaptive anti-aliasing. Its value is the mean of its corners.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Square {
-    /// Its corner at the top left, columns and rows of the picture.
+    /// Its top left corner in the picture, in pixels: (column, row).
     pub corner: [f64; 2],
-    /// Its edge, in pixels.
+    /// Its side in pixels.
     pub size: f64,
-    /// The largest difference among its corners in any channel.
+    /// The largest difference of its corners in any channel.
     pub spread: f64,
 }
 
-/// What a [`TileBuffers`] notes of the samples it traces.
+/// The samples that [`TileBuffers`] records.
 #[derive(Default)]
 pub(super) struct Log {
     pub(super) samples: Vec<(SampleId, Radiance)>,
     pub(super) count: u64,
-    /// On the finest grid: corner, edge, spread.
+    /// On the finest grid: corner, side, spread.
     pub(super) squares: Vec<([u32; 2], u32, f64)>,
 }
 
@@ -70,7 +71,8 @@ impl Log {
     }
 }
 
-/// Renders the pixel in column `x`, row `y` (from 0, top left) alone: as in the picture, to the last bit.
+/// Renders only the pixel in column `x`, row `y` (from 0, top left). The result equals the picture's pixel bit
+/// for bit.
 ///
 /// Errors: a pixel outside the picture ([`crate::schema::ErrorCode::OutOfRange`]).
 pub fn pixel(p: &Prepared, x: u32, y: u32) -> Result<PixelRecord, SceneError> {
@@ -84,7 +86,7 @@ pub fn pixel(p: &Prepared, x: u32, y: u32) -> Result<PixelRecord, SceneError> {
     let region = film.region;
     let all = 0..u64::from(desc.samples_per_pixel());
     let finished = buffers.render(&region, std::slice::from_ref(&all), Stop::NEVER);
-    // The region has three columns and rows at most: one tile.
+    // The region has at most three columns and rows: one tile.
     buffers.deposit(0, &finished, &film.share());
     let color = film.develop(&desc).linear.first().copied().unwrap_or([f32::NAN; 4]);
     let log = buffers.log.take().unwrap_or_default();
@@ -109,7 +111,12 @@ pub fn pixel(p: &Prepared, x: u32, y: u32) -> Result<PixelRecord, SceneError> {
         } else {
             (place_of(view, &id), if finite(&radiance) { 1.0 / counted } else { 0.0 })
         };
-        SampleRecord { id, place, weight: weight * f64::from(view.film.kept(radiance.color)), radiance }
+        SampleRecord {
+            id,
+            place,
+            weight: weight * f64::from(view.film.clamp_factor(radiance.color)),
+            radiance,
+        }
     });
     let squares = log.squares.iter().map(|&(corner, size, spread)| Square {
         corner: corner.map(|c| f64::from(c) / cells),

@@ -1,4 +1,4 @@
-//! What of the picture counts for a pixel, and where it looks.
+//! Sampling of pixels: filters, cameras, clamped samples.
 #![allow(
     clippy::disallowed_methods,
     reason = "expected values are independent of the renderer's own functions"
@@ -34,7 +34,7 @@ fn by_normals() -> IntegratorDesc {
     IntegratorDesc::Normals(NormalsDesc::default())
 }
 
-/// Pixels of one unit, seen straight from above; everything to the right of `from` is of one material.
+/// Pixels of one unit, seen from above; everything to the right of `from` has one material.
 fn half(integrator: IntegratorDesc, from: f64, material: impl Into<MaterialDesc>) -> SceneDesc {
     let camera = OrthographicDesc {
         position: v(0.0, 1.0, 0.0),
@@ -61,8 +61,8 @@ fn edge(filter: FilterKind, filter_radius: Option<f64>, integrator: IntegratorDe
     (0..12).map(|x| f64::from(pixel(&picture, x, 1)[0])).collect()
 }
 
-/// The share of the filter f, even and 0 beyond r, that lies beyond `from`, by Simpson's rule.
-fn share(f: impl Fn(f64) -> f64, r: f64, from: f64) -> f64 {
+/// The fraction of the filter f, even and 0 beyond r, that lies beyond `from`, by Simpson's rule.
+fn fraction_beyond(f: impl Fn(f64) -> f64, r: f64, from: f64) -> f64 {
     let integral = |from: f64, to: f64| {
         let (n, h) = (2000, (to - from) / 2000.0);
         let inner: f64 = (1..n).map(|i| f(from + h * f64::from(i)) * f64::from(2 + 2 * (i % 2))).sum();
@@ -92,8 +92,8 @@ fn an_edge_shows_the_filter() {
         for (integrator, tolerance) in [(by_paths(), 1.5e-3), (directly(), 1.5e-3), (classically(), 8e-3)] {
             let name = integrator.type_name();
             for (x, value) in edge(filter, radius, integrator).into_iter().enumerate() {
-                // The edge lies so far from the pixel's middle.
-                let expected = share(f, r, 5.5 - x as f64);
+                // The distance of the edge from the pixel centre.
+                let expected = fraction_beyond(f, r, 5.5 - x as f64);
                 let near = (value - expected).abs() < tolerance;
                 assert!(near, "{name} {filter:?} {radius:?} {x}: {value}, not {expected}");
             }
@@ -102,7 +102,7 @@ fn an_edge_shows_the_filter() {
 }
 
 #[test]
-fn the_box_is_what_there_is_without_a_filter() {
+fn the_default_filter_is_the_box() {
     let FilmDesc { filter, filter_radius, .. } = FilmDesc::default();
     for integrator in [by_paths(), classically()] {
         let plain = edge(filter, filter_radius, integrator.clone());
@@ -119,7 +119,7 @@ fn a_white_picture_stays_white_under_every_filter() {
     }
 }
 
-/// A panorama taken within an environment is the environment's picture.
+/// A panorama inside an environment equals the environment map.
 #[test]
 fn a_panorama_of_the_studio_is_the_studio() {
     let (position, look_at) = (v(3.0, 1.0, 2.0), v(3.0, 1.0, 1.0));
@@ -140,7 +140,7 @@ fn a_panorama_of_the_studio_is_the_studio() {
             let near = (found[1] - expected.g).abs() < 1e-5 * (1.0 + expected.g);
             assert!(near, "{x} {y}: {found:?} {expected:?}");
         }
-        // A fisheye shows the same in its circle, and black beyond it.
+        // A fisheye shows the same in its circle, and black outside.
         let picture = render(&around(fisheye.clone().into(), &integrator)).0;
         let front = prepared.radiance(v(0.02, 0.02, -1.0));
         assert!((pixel(&picture, 32, 15)[0] - front.g).abs() < 0.02, "{:?}", pixel(&picture, 32, 15));
@@ -154,7 +154,7 @@ fn a_panorama_of_the_studio_is_the_studio() {
     assert!(render(&desc).0.linear.iter().all(|p| p[3] == 0.0));
 }
 
-/// Rays that the camera does not have hit nothing, whatever is there.
+/// Pixels without a camera ray hit nothing in any scene.
 #[test]
 fn nothing_is_hit_beyond_the_circle_of_a_fisheye() {
     for integrator in [by_paths(), classically(), by_normals()] {
@@ -165,13 +165,13 @@ fn nothing_is_hit_beyond_the_circle_of_a_fisheye() {
             fov: 360.0,
             ..FisheyeDesc::default()
         };
-        let lamp = PointDesc { position: v(0.0, 0.0, 0.5), ..PointDesc::default() };
+        let light = PointDesc { position: v(0.0, 0.0, 0.5), ..PointDesc::default() };
         let walls = BoxDesc { size: Some(DVec3::splat(2.0)), ..BoxDesc::default() };
         let white = ClassicMaterial { color: called("white"), ..ClassicMaterial::default() };
         let mut desc = scene(integrator)
             .seen(camera)
             .filmed([24, 24], 2)
-            .lit(LightDesc::Point(lamp))
+            .lit(LightDesc::Point(light))
             .with(ShapeDesc::Box(walls), white);
         let ball = ObjectDesc::new(sphere(v(0.0, 0.0, -0.5), 0.1));
         desc.objects.extend(std::iter::repeat_n(ball, 9));
@@ -184,30 +184,31 @@ fn nothing_is_hit_beyond_the_circle_of_a_fisheye() {
 }
 
 #[test]
-fn samples_are_cut_where_the_film_says_so() {
+fn samples_are_clamped_where_the_film_says_so() {
     let lit = half(by_paths(), 0.25, emissive(20.0, rgb([1.0, 0.5, 0.0]))).before_color([1.0, 2.0, 3.0]);
     for antialias in
         [Antialias::None, Antialias::Mean, Antialias::Grid, Antialias::Adaptive, Antialias::MonteCarlo]
     {
         let name = antialias.word();
-        let cut = |clamp_sample: f64| {
+        let clamped = |clamp_sample: f64| {
             let film = FilmDesc { antialias, samples: 64, clamp_sample, ..lit.film.clone() };
             SceneDesc { film, ..lit.clone() }
         };
-        let at = |most: f64, x: u32| pixel(&render(&cut(most)).0, x, 1);
+        let at = |most: f64, x: u32| pixel(&render(&clamped(most)).0, x, 1);
         assert_eq!(at(0.0, 10), [20.0, 10.0, 0.0], "{name}");
-        // The background stays as it is: it is not brighter.
+        // The background is not brighter than the limit and stays.
         for (x, expected) in [(2, [1.0, 2.0, 3.0]), (10, [4.0, 2.0, 0.0])] {
             assert_eq!(at(4.0, x), expected, "{name} {x}");
         }
-        // Samples are cut, not the pixel that they make: red is below 4 and above what its mean would be of uncut ones that are cut then.
+        // Samples are clamped, not pixels: red is below 4, and above the value that clamping the pixel's mean
+        // would give.
         let [r, g, b] = at(4.0, 6);
-        let lamp = f64::from(r - 1.0) / 3.0;
-        let mixed = [1.0 + 3.0 * lamp, 2.0, 3.0 - 3.0 * lamp];
+        let weight = f64::from(r - 1.0) / 3.0;
+        let mixed = [1.0 + 3.0 * weight, 2.0, 3.0 - 3.0 * weight];
         let found = [r, g, b].map(f64::from);
         let near = found.iter().zip(mixed).all(|(v, e)| (v - e).abs() < 1e-5);
         assert!(near, "{name}: {found:?}, {mixed:?}");
-        let record = explain(&cut(4.0).prepare(&PrepareOptions::default()).unwrap(), 6, 1).unwrap();
+        let record = explain(&clamped(4.0).prepare(&PrepareOptions::default()).unwrap(), 6, 1).unwrap();
         let sum = |c: fn(&Spectrum) -> f32| -> f64 {
             record.samples.iter().map(|s| s.weight * f64::from(c(&s.radiance.color))).sum()
         };

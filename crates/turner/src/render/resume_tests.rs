@@ -1,4 +1,4 @@
-//! Passes cancelled, continued, split and merged: always the film of an undisturbed render.
+//! Passes that are cancelled, continued, split and merged always give the film of an uninterrupted render.
 
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::time::Duration;
@@ -18,7 +18,7 @@ use crate::shape::{PlaneDesc, ShapeDesc, SphereDesc};
 
 const KINDS: [&str; 6] = ["path", "shared-paths", "light", "photons", "adaptive", "one"];
 
-/// A glass ball and a diffuse one on a floor under a lamp.
+/// A glass sphere and a diffuse one on a floor under a point light.
 fn scene(kind: &str) -> Prepared {
     let mut desc = SceneDesc::default();
     (desc.film.width, desc.film.height) = (53, 37);
@@ -49,8 +49,8 @@ fn scene(kind: &str) -> Prepared {
     for (shape, material) in [(ball(-0.6), 1), (ball(0.6), 0), (ShapeDesc::Plane(floor), 0)] {
         desc.objects.push(ObjectDesc { material: Some(MaterialId(material)), ..ObjectDesc::new(shape) });
     }
-    let lamp = PointDesc { position: DVec3::new(-1.0, 3.0, 2.0), intensity: 3.0, ..PointDesc::default() };
-    desc.lights.push(SceneLight { name: None, group: None, span: None, value: LightDesc::Point(lamp) });
+    let light = PointDesc { position: DVec3::new(-1.0, 3.0, 2.0), intensity: 3.0, ..PointDesc::default() };
+    desc.lights.push(SceneLight { name: None, group: None, span: None, value: LightDesc::Point(light) });
     let scene = desc.prepare(&PrepareOptions::default()).unwrap();
     assert_eq!(
         scene.path().is_some_and(|path| path.caustics().is_some()),
@@ -61,15 +61,15 @@ fn scene(kind: &str) -> Prepared {
     scene
 }
 
-fn whole(scene: &Prepared) -> Film {
+fn complete_film(scene: &Prepared) -> Film {
     let mut renderer = Renderer::new(scene.clone()).unwrap();
     let options = PassOptions { threads: 2, cancel: &AtomicBool::new(false), progress: None };
     assert!(renderer.pass(u32::MAX, &options).unwrap() && renderer.is_complete());
     renderer.film
 }
 
-/// Cancels passes after some parts, one after another, then lets one come to its end.
-fn disturbed(scene: &Prepared, threads: usize, samples: u32, stops: &[usize]) -> Renderer {
+/// Cancels one pass after another when some tasks are done, then completes the render.
+fn interrupted(scene: &Prepared, threads: usize, samples: u32, stops: &[usize]) -> Renderer {
     let mut renderer = Renderer::new(scene.clone()).unwrap();
     for stop in stops {
         let cancel = AtomicBool::new(*stop == 0);
@@ -85,31 +85,31 @@ fn disturbed(scene: &Prepared, threads: usize, samples: u32, stops: &[usize]) ->
 }
 
 #[test]
-fn a_cancelled_pass_that_goes_on_counts_nothing_twice() {
+fn a_cancelled_pass_that_continues_counts_nothing_twice() {
     for kind in KINDS {
         let scene = scene(kind);
-        let undisturbed = whole(&scene);
+        let uninterrupted = complete_film(&scene);
         for (threads, samples, stops) in
             [(1, 2, &[3][..]), (2, 6, &[1, 0, 5, 2]), (2, 1, &[7, 2, 2, 9]), (1, u32::MAX, &[13, 1])]
         {
-            let renderer = disturbed(&scene, threads, samples, stops);
-            assert_eq!(renderer.film.samples(), undisturbed.samples(), "{kind}");
+            let renderer = interrupted(&scene, threads, samples, stops);
+            assert_eq!(renderer.film.samples(), uninterrupted.samples(), "{kind}");
             assert!(
-                renderer.film.to_bytes() == undisturbed.to_bytes(),
+                renderer.film.to_bytes() == uninterrupted.to_bytes(),
                 "{kind}: {threads} {samples} {stops:?}"
             );
-            let (a, b) = (renderer.film.develop(&scene.view.film), undisturbed.develop(&scene.view.film));
+            let (a, b) = (renderer.film.develop(&scene.view.film), uninterrupted.develop(&scene.view.film));
             assert!(a == b, "{kind}");
         }
     }
 }
 
-/// One tile of thousands of samples, cancelled at any moment: what was finished of it stays and is known.
+/// One tile of thousands of samples, cancelled at random moments: finished samples stay and are known.
 #[test]
 fn a_tile_cancelled_in_the_middle_keeps_its_finished_samples() {
     let mut scene = scene("path");
     (scene.view.film.width, scene.view.film.height, scene.view.film.samples) = (16, 16, 3000);
-    let undisturbed = whole(&scene);
+    let uninterrupted = complete_film(&scene);
     let mut renderer = Renderer::new(scene.clone()).unwrap();
     let mut held = Vec::new();
     for _ in 0..3 {
@@ -127,7 +127,7 @@ fn a_tile_cancelled_in_the_middle_keeps_its_finished_samples() {
     assert!(0 < held[0] && held[0] < held[1] && held[2] < 3000, "{held:?}");
     let options = PassOptions { threads: 1, cancel: &AtomicBool::new(false), progress: None };
     assert!(renderer.pass(u32::MAX, &options).unwrap());
-    assert!(renderer.film.to_bytes() == undisturbed.to_bytes());
+    assert!(renderer.film.to_bytes() == uninterrupted.to_bytes());
 }
 
 #[test]
@@ -149,10 +149,10 @@ fn passes_over_tiles_and_samples_skip_what_is_there() {
     assert!(renderer.pass_over(&PassRange::all_tiles(2..3), &options).unwrap());
     assert_eq!(renderer.film.splats().unwrap().held().ranges().len(), 1);
     assert!(renderer.pass(u32::MAX, &options).unwrap() && renderer.is_complete());
-    assert!(renderer.film.to_bytes() == whole(&scene).to_bytes());
+    assert!(renderer.film.to_bytes() == complete_film(&scene).to_bytes());
 }
 
-/// Every (tile, samples) in one of several films, then all in one.
+/// Each (tile, sample index) is rendered into one of several films; then all are merged.
 fn split_and_merged(scene: &Prepared, owners: &[u8], order: &[usize]) -> Film {
     let never = AtomicBool::new(false);
     let options = PassOptions { threads: 2, cancel: &never, progress: None };
@@ -161,8 +161,8 @@ fn split_and_merged(scene: &Prepared, owners: &[u8], order: &[usize]) -> Film {
     for sample in 0..samples {
         for (owner, part) in parts.iter_mut().enumerate() {
             let owned = |tile: &u32| {
-                let place = sample as usize * tiles + *tile as usize;
-                usize::from(owners[place * 7 % owners.len()]) % order.len() == owner
+                let position = sample as usize * tiles + *tile as usize;
+                usize::from(owners[position * 7 % owners.len()]) % order.len() == owner
             };
             let tiles = TileSet::Some((0..tiles as u32).filter(owned).collect());
             assert!(part.pass_over(&PassRange { samples: sample..sample + 1, tiles }, &options).unwrap());
@@ -180,27 +180,27 @@ proptest! {
     #![proptest_config(ProptestConfig { cases: 6, ..ProptestConfig::default() })]
 
     #[test]
-    fn any_split_by_samples_and_tiles_merges_to_the_whole(
+    fn any_split_by_samples_and_tiles_merges_to_the_complete_film(
         owners in proptest::collection::vec(any::<u8>(), 5..90),
         order in Just(vec![0usize, 1, 2]).prop_shuffle(),
         kind in proptest::sample::select(&KINDS[..]),
     ) {
         let scene = scene(kind);
-        let (world_mesh, undisturbed) = (split_and_merged(&scene, &owners, &order), whole(&scene));
-        prop_assert!(world_mesh.to_bytes() == undisturbed.to_bytes(), "{}", kind);
-        prop_assert_eq!(world_mesh.develop(&scene.view.film), undisturbed.develop(&scene.view.film));
+        let (merged, uninterrupted) = (split_and_merged(&scene, &owners, &order), complete_film(&scene));
+        prop_assert!(merged.to_bytes() == uninterrupted.to_bytes(), "{}", kind);
+        prop_assert_eq!(merged.develop(&scene.view.film), uninterrupted.develop(&scene.view.film));
     }
 
     #[test]
-    fn any_cancels_leave_the_film_of_an_undisturbed_render(
+    fn any_cancels_leave_the_film_of_an_uninterrupted_render(
         stops in proptest::collection::vec(0usize..16, 0..6),
         samples in 1u32..8,
         threads in 1usize..4,
         kind in proptest::sample::select(&KINDS[..]),
     ) {
         let scene = scene(kind);
-        let renderer = disturbed(&scene, threads, samples, &stops);
-        prop_assert!(renderer.film.to_bytes() == whole(&scene).to_bytes(), "{}", kind);
+        let renderer = interrupted(&scene, threads, samples, &stops);
+        prop_assert!(renderer.film.to_bytes() == complete_film(&scene).to_bytes(), "{}", kind);
     }
 }
 
@@ -223,7 +223,7 @@ fn merging_refuses_samples_twice_and_other_pictures() {
     let each = film.identity().light_paths;
     let mut light = part(2..4, TileSet::Some(vec![0]));
     light.merge(&film).unwrap();
-    // The tile is another one; the light paths are not: they go with tile 0, which is then complete.
+    // The tile is another one, but the light paths belong to tile 0, which is then complete.
     let error = light.merge(&part(3..4, TileSet::Some(vec![0]))).unwrap_err();
     assert_eq!(error.message, "both films hold samples 3 to 3 of tile 0, 16x16 pixels at (0, 0)");
     let mut paths = SampleSet::default();
@@ -260,9 +260,9 @@ fn merging_refuses_samples_twice_and_other_pictures() {
     assert_eq!(error.message, "the films are of different pictures; scene: 0000000000001234 and none");
 }
 
-/// A film that was saved goes on elsewhere.
+/// A saved film is continued by another renderer.
 #[test]
-fn a_film_read_from_bytes_goes_on() {
+fn a_film_read_from_bytes_continues() {
     let scene = scene("photons");
     let never = AtomicBool::new(false);
     let options = PassOptions { threads: 2, cancel: &never, progress: None };
@@ -271,7 +271,7 @@ fn a_film_read_from_bytes_goes_on() {
     let film = Film::from_bytes(&first.film.to_bytes(), &Limits::default()).unwrap();
     let mut second = Renderer::resume(scene.clone(), film).unwrap();
     assert!(second.pass(u32::MAX, &options).unwrap() && second.is_complete());
-    assert!(second.film.to_bytes() == whole(&scene).to_bytes());
+    assert!(second.film.to_bytes() == complete_film(&scene).to_bytes());
 }
 
 #[test]
@@ -284,7 +284,7 @@ fn a_preview_shows_every_pixel_and_changes_no_byte() {
         assert!(renderer.preview_pass(&options).unwrap());
         let (coarse, rays) = (renderer.develop(), renderer.stats.camera);
         assert_eq!((coarse.missing, rays, renderer.film.samples()), (0, 14 * 10, 0), "{kind}");
-        // Blocks of 4 x 4 pixels are of one colour, and the picture is not.
+        // Blocks of 4 x 4 pixels have one colour; the picture does not.
         for y in 0..37usize {
             for x in 0..53 {
                 assert_eq!(coarse.linear[y * 53 + x], coarse.linear[(y - y % 4) * 53 + (x - x % 4)]);
@@ -292,26 +292,26 @@ fn a_preview_shows_every_pixel_and_changes_no_byte() {
         }
         assert!(coarse.linear.iter().any(|p| *p != coarse.linear[0]));
         if kind == "one" {
-            let finished = whole(&scene).develop(&scene.view.film);
+            let finished = complete_film(&scene).develop(&scene.view.film);
             assert!((0..37).step_by(4).all(|y| coarse.linear[y * 53 + 8] == finished.linear[y * 53 + 8]));
         }
-        // Tiles that have samples show these.
+        // Tiles with samples show them.
         let tile = PassRange { samples: 0..1, tiles: TileSet::Some(vec![5]) };
         assert!(renderer.pass_over(&tile, &options).unwrap());
         let mixed = renderer.develop();
         assert_eq!((mixed.linear[0], mixed.missing), (coarse.linear[0], 0));
         assert!((16..32).any(|x| mixed.linear[20 * 53 + x] != coarse.linear[20 * 53 + x]), "{kind}");
         assert!(renderer.pass(u32::MAX, &options).unwrap() && renderer.is_complete());
-        let undisturbed = whole(&scene);
-        // Samples that pixels do not share are traced once.
+        let uninterrupted = complete_film(&scene);
+        // Where pixels do not share paths, no sample is traced twice.
         let pixels = u64::from(scene.view.film.samples_per_pixel()) * 53 * 37;
         match kind {
             "path" | "light" | "one" => assert_eq!(renderer.stats.camera, pixels, "{kind}"),
             "photons" => assert_eq!(renderer.stats.camera, pixels + rays),
             _ => assert!(renderer.stats.camera > pixels, "{kind}"),
         }
-        assert!(renderer.film.to_bytes() == undisturbed.to_bytes(), "{kind}");
-        assert!(renderer.film.develop(&scene.view.film) == undisturbed.develop(&scene.view.film), "{kind}");
+        assert!(renderer.film.to_bytes() == uninterrupted.to_bytes(), "{kind}");
+        assert!(renderer.film.develop(&scene.view.film) == uninterrupted.develop(&scene.view.film), "{kind}");
     }
 }
 

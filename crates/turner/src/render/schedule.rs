@@ -1,56 +1,61 @@
-//! What a pass does: which samples of which tiles, and which light paths.
+//! The work of a pass: the missing samples of each tile, and the missing light paths.
+//!
+//! A film knows for each tile the set of its sample indices, and for the picture the set of its light paths. A
+//! pass traces (requested) minus (held). So passes may overlap, be cancelled, or run on other machines, and every
+//! sample counts once. Light paths reach all pixels, not one tile; those of a sample index are traced with tile
+//! 0. Ranges that cover each tile and index once therefore cover each light path once.
 
 use std::ops::Range;
 
 use crate::film::Film;
 
-/// Tiles of a film, by number: row by row from the top left ([`crate::film::TileGrid`]).
+/// A set of tiles of a film, by index: row by row from the top left ([`crate::film::TileGrid`]).
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub enum TileSet {
-    /// All.
+    /// All tiles.
     #[default]
     All,
-    /// These; numbers beyond the film's tiles and repeated ones count for nothing.
+    /// These tiles. Indices out of range and duplicates are ignored.
     Some(Vec<u32>),
 }
 
 impl TileSet {
-    /// The numbers below `count`, in rising order.
-    fn numbers(&self, count: usize) -> Vec<usize> {
+    /// The indices below `count`, in ascending order.
+    fn indices(&self, count: usize) -> Vec<usize> {
         match self {
             TileSet::All => (0..count).collect(),
             TileSet::Some(tiles) => {
-                let mut numbers: Vec<usize> =
+                let mut indices: Vec<usize> =
                     tiles.iter().map(|t| *t as usize).filter(|t| *t < count).collect();
-                numbers.sort_unstable();
-                numbers.dedup();
-                numbers
+                indices.sort_unstable();
+                indices.dedup();
+                indices
             }
         }
     }
 }
 
-/// Samples of tiles. Light paths of a sample number belong to tile 0, so ranges that cover each sample of each tile once cover
-/// each light path once, too.
+/// A range of sample indices over a set of tiles. The light paths of a sample index belong to tile 0, so ranges
+/// that cover each sample of each tile once also cover each light path once.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct PassRange {
-    /// Sample numbers; those beyond the picture's samples count for nothing.
+    /// Sample indices. Those beyond the samples per pixel are ignored.
     pub samples: Range<u32>,
     /// Tiles.
     pub tiles: TileSet,
 }
 
 impl PassRange {
-    /// Sample numbers of all tiles.
+    /// A range of sample indices over all tiles.
     pub fn all_tiles(samples: Range<u32>) -> PassRange {
         PassRange { samples, tiles: TileSet::All }
     }
 }
 
-/// What of a [`PassRange`] a film does not hold yet.
+/// The part of a [`PassRange`] that a film does not hold.
 pub(super) struct Schedule {
     pub(super) samples: Range<u32>,
-    /// In rising order.
+    /// In ascending order.
     tiles: Vec<usize>,
     light_paths: u64,
 }
@@ -61,12 +66,12 @@ impl Schedule {
         let samples = range.samples.start.min(all)..range.samples.end.min(all);
         Schedule {
             samples,
-            tiles: range.tiles.numbers(film.tiles().count()),
+            tiles: range.tiles.indices(film.tiles().count()),
             light_paths: film.identity().light_paths,
         }
     }
 
-    /// The samples that each tile lacks, of the numbers asked for; tiles that lack none are left out.
+    /// For each tile the indices in `samples` that it lacks; complete tiles are omitted.
     pub(super) fn tiles(&self, film: &Film, samples: &Range<u32>) -> Vec<TileTask> {
         let asked = u64::from(samples.start)..u64::from(samples.end);
         let tasks =
@@ -74,18 +79,18 @@ impl Schedule {
         tasks.filter(|task| !task.missing.is_empty()).collect()
     }
 
-    /// How many samples tiles lack in all.
+    /// The total number of missing samples, summed over tiles.
     pub(super) fn missing(&self, film: &Film) -> usize {
         let count = |task: &TileTask| task.missing.iter().map(|r| (r.end - r.start) as usize).sum::<usize>();
         self.tiles(film, &self.samples).iter().map(count).sum()
     }
 
-    /// Numbers of the light paths that go with samples.
+    /// The light paths of a range of sample indices.
     pub(super) fn light(&self, samples: &Range<u32>) -> Range<u64> {
         self.light_paths * u64::from(samples.start)..self.light_paths * u64::from(samples.end)
     }
 
-    /// Those of them that the film lacks and that this pass is to bring.
+    /// The light paths of `samples` that the film lacks and that belong to this pass.
     pub(super) fn missing_light(&self, film: &Film, samples: &Range<u32>) -> Vec<Range<u64>> {
         match film.splats() {
             Some(splats) if self.tiles.first() == Some(&0) => splats.held().missing(self.light(samples)),
@@ -94,7 +99,7 @@ impl Schedule {
     }
 }
 
-/// A tile and the samples to be traced for it.
+/// A tile and the samples to trace.
 pub(super) struct TileTask {
     pub(super) tile: usize,
     pub(super) missing: Vec<Range<u64>>,

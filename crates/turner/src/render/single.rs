@@ -1,4 +1,4 @@
-//! One sample by itself.
+//! One sample on its own.
 
 use super::tile::TileBuffers;
 use crate::integrator::path::group;
@@ -6,11 +6,11 @@ use crate::integrator::{Prepared, Radiance};
 use crate::schema::{ErrorCode, SceneError};
 use crate::view::{camera_point, place_of, sample_id, take_points};
 
-/// What sample `index` (from 0) of the pixel in column `x`, row `y` (from 0, top left) gives to its pixel: as in the picture, to the last bit, before the film's
-/// `clamp_sample` cuts it.
+/// The radiance of sample `index` (from 0) of the pixel in column `x`, row `y` (from 0, top left), before the
+/// film's `clamp_sample`. It equals the sample of the rendered picture bit for bit.
 ///
-/// Errors ([`ErrorCode::OutOfRange`]): a pixel outside the picture, a sample beyond those of a pixel, adaptive anti-aliasing, whose samples have no
-/// numbers.
+/// Errors ([`ErrorCode::OutOfRange`]): a pixel outside the picture, a sample index out of range, adaptive
+/// anti-aliasing, whose samples have no index.
 pub fn sample(p: &Prepared, x: u32, y: u32, index: u32) -> Result<Radiance, SceneError> {
     p.choose();
     let view = &p.view;

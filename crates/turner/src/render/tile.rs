@@ -1,4 +1,13 @@
-//! One tile: camera samples in batches, their results summed per pixel.
+//! One tile: camera samples in batches, summed per pixel.
+//!
+//! For each sample index, the samples of all pixels of the tile form one batch: pixel position, lens position,
+//! time, camera ray ([`take_points`]). The tracer turns the batch into radiance, which is added to sums that
+//! belong to this worker. At the end of the tile, the sums are added to the film under one lock.
+//!
+//! Three cases differ. With shared paths, the batch covers all cells of pixels that the tile touches, since a
+//! pixel needs the paths of its cell; results outside the tile are discarded. Where samples take many rays, a
+//! batch covers only some rows (a strip), so that a cancel is noticed soon. With one sample per pixel, radiance
+//! is stored without sums.
 
 use std::ops::Range;
 use std::sync::Arc;
@@ -14,33 +23,34 @@ use crate::math::DVec2;
 use crate::sampler::SampleId;
 use crate::view::{place, take_points};
 
-/// The approximate number of rays traced between two checks for a cancel: a few milliseconds of work. Small in tests, so that tiles are traced in strips.
+/// Approximate number of rays between two checks for a cancel: a few milliseconds of work. Small in tests, so
+/// that tiles are traced in strips.
 const MOST_RAYS: u64 = if cfg!(test) { 128 } else { 8192 };
 
-/// What a worker needs for its tiles; kept from tile to tile.
+/// A worker's state for tiles, reused from tile to tile.
 pub(super) struct TileBuffers<'a> {
     pub(super) p: &'a Prepared,
     tracer: Box<dyn Tracer + 'a>,
     pub(super) filter: Filter,
-    /// The results of scenes with one sample per pixel.
+    /// The results, with one sample per pixel.
     pub(super) pixels: Vec<Radiance>,
-    /// The sums of the others.
+    /// The sums, with more samples per pixel.
     sums: TileSums,
-    /// What was not finite in the tile.
+    /// The non-finite samples of the tile.
     pub(super) non_finite: NonFinite,
     pub(super) stats: RayStats,
     pub(super) samples: CameraSamples,
     pub(super) radiance: Vec<Radiance>,
     /// Samples and radiance of the strips of this tile that are already traced.
     earlier: (Vec<SampleId>, Vec<Radiance>),
-    /// The recent mean number of rays per sample.
+    /// A recent estimate of the number of rays per sample.
     rays_per_sample: u64,
-    /// The photons of a sample's number, if samples find any.
+    /// The photon map of the current sample index, if camera paths merge with photons.
     photons: Option<Arc<PhotonMap>>,
     finds_photons: bool,
-    /// Samples of number 0 that are traced already.
+    /// Samples with index 0 that are already traced.
     preview: Option<&'a Preview>,
-    /// Samples by themselves, for one pixel; `None` where a picture is rendered.
+    /// Records the samples of one pixel; `None` for rendering.
     pub(super) log: Option<Box<Log>>,
 }
 
@@ -65,19 +75,20 @@ impl<'a> TileBuffers<'a> {
         }
     }
 
-    /// Photons for all samples of one number; of others it traces its own.
+    /// Sets the photon map of one sample index. For other indices, this worker traces photons itself.
     pub(super) fn find_photons(&mut self, photons: Arc<PhotonMap>) {
         self.tracer.find_photons(photons.clone());
         self.photons = Some(photons);
     }
 
-    /// Takes the samples of number 0 that a preview has, where they are those of the picture: where pixels do not depend on one another.
-    pub(super) fn keep_preview(&mut self, preview: Option<&'a Preview>) {
+    /// Uses the preview's samples of index 0 where they equal those of the picture, that is, where pixels do not
+    /// depend on one another.
+    pub(super) fn reuse_preview(&mut self, preview: Option<&'a Preview>) {
         let alone = !self.p.integrator.shares_paths() && !self.finds_photons;
         self.preview = preview.filter(|_| alone && self.p.view.film.antialias != Antialias::Adaptive);
     }
 
-    /// Sees to it that samples of a number find the photons of that number.
+    /// Ensures that the tracer has the photon map of this sample index.
     pub(super) fn prepare(&mut self, index: u32) {
         if self.finds_photons && self.photons.as_ref().is_none_or(|p| p.index != index) {
             let photons = self.p.integrator.photons(&self.p.scene, &self.p.view, index);
@@ -87,8 +98,8 @@ impl<'a> TileBuffers<'a> {
         }
     }
 
-    /// Renders samples of all pixels of a tile; `stats` counts on from tile to tile. Gives the samples that were finished:
-    /// all, unless it was told to stop.
+    /// Renders samples of all pixels of a tile; `stats` accumulates over tiles. Returns the finished samples:
+    /// all, unless stopped.
     pub(super) fn render(&mut self, tile: &PixelRect, samples: &[Range<u64>], stop: Stop<'_>) -> SampleSet {
         let one_sample = self.p.view.film.samples_per_pixel() == 1;
         let mut finished = SampleSet::default();
@@ -106,8 +117,8 @@ impl<'a> TileBuffers<'a> {
         if !one_sample {
             self.sums.reset(*tile, 0);
         }
-        // One number of all pixels at a time: four (1024 samples) took integrators that follow light 2 to 9 % longer, for their paths' state leaves the
-        // caches.
+        // One sample index of all pixels per batch. Batches of four indices (1024 samples) were tried: path
+        // tracers are 2 to 9 % slower, because the state of the paths no longer fits in the caches.
         let traced = self.traced(tile);
         for index in samples.iter().cloned().flatten() {
             if stop.is_set() {
@@ -132,7 +143,8 @@ impl<'a> TileBuffers<'a> {
         finished
     }
 
-    /// Traces one sample of each pixel of a tile; `traced` are the pixels that share paths with them. Says whether it came to its end.
+    /// Traces one sample of each pixel of a tile; `traced` is the rectangle of pixels that share paths with them.
+    /// Returns false if it was stopped.
     fn render_sample(&mut self, tile: &PixelRect, traced: &PixelRect, index: u32, stop: Stop<'_>) -> bool {
         self.prepare(index);
         let rows = self.rows_at_once(traced);
@@ -140,7 +152,7 @@ impl<'a> TileBuffers<'a> {
             self.render_strip(tile, traced, index);
             return true;
         }
-        // Pixels that share no paths: the tile is what is traced.
+        // Without shared paths, `traced` equals the tile.
         self.earlier.0.clear();
         self.earlier.1.clear();
         for first in (0..tile.height).step_by(rows as usize) {
@@ -158,7 +170,8 @@ impl<'a> TileBuffers<'a> {
         true
     }
 
-    /// The number of rows of a tile traced at a time. Fewer than all if samples take so many rays that a cancel would be answered late.
+    /// The number of rows traced at a time: fewer than all if samples take so many rays that a cancel would be
+    /// noticed late.
     fn rows_at_once(&self, traced: &PixelRect) -> u32 {
         if self.p.integrator.shares_paths() {
             return traced.height;
@@ -167,7 +180,7 @@ impl<'a> TileBuffers<'a> {
         (MOST_RAYS / rays.max(1)).clamp(1, u64::from(traced.height)) as u32
     }
 
-    /// Traces one sample of each pixel of some rows of a tile.
+    /// Traces one sample of each pixel in some rows of a tile.
     fn render_strip(&mut self, tile: &PixelRect, traced: &PixelRect, index: u32) {
         let before = self.stats.total();
         let film = &self.p.view.film;
@@ -183,12 +196,12 @@ impl<'a> TileBuffers<'a> {
         take_points(&self.p.view, &mut self.samples, points);
         self.trace();
         if traced != tile {
-            self.keep(tile);
+            self.discard_outside(tile);
         }
         if let Some(log) = &mut self.log {
             log.traced(&self.samples.ids, &self.radiance);
         }
-        self.cut();
+        self.clamp_samples();
         if let Some(preview) = preview {
             self.add_preview(tile, preview);
         }
@@ -196,7 +209,7 @@ impl<'a> TileBuffers<'a> {
         self.rays_per_sample = rays.max(self.rays_per_sample / 2);
     }
 
-    /// Puts the samples of a preview among those that were traced, in the order of the tile's pixels.
+    /// Merges the preview's samples with the traced ones, in the order of the tile's pixels.
     fn add_preview(&mut self, tile: &PixelRect, preview: &Preview) {
         let seed = u64::from(self.p.view.film.seed);
         let mut traced = std::mem::take(&mut self.radiance).into_iter();
@@ -211,7 +224,7 @@ impl<'a> TileBuffers<'a> {
         }
     }
 
-    /// Adds the samples that were finished to the film.
+    /// Adds the finished samples to the film.
     pub(super) fn deposit(&self, tile: usize, finished: &SampleSet, film: &SharedFilm<'_>) {
         if finished.is_empty() {
             return;
@@ -223,10 +236,10 @@ impl<'a> TileBuffers<'a> {
         }
     }
 
-    /// Counts the pixels that are not finite.
+    /// Counts the non-finite pixels.
     pub(super) fn check_pixels(&mut self, tile: &PixelRect) {
-        // One test without branches for nearly all tiles: times 0 is 0 for finite numbers alone. The sum may be
-        // infinite though they are not.
+        // One branch-free test for nearly all tiles: v * 0 equals 0 only for finite v. The sum may overflow
+        // although its terms are finite; the loop below decides.
         let sum = |r: &Radiance| (r.color.r + r.color.g + r.color.b + r.alpha) * 0.0;
         if self.pixels.iter().fold(true, |finite, r| finite & (sum(r) == 0.0)) {
             return;
@@ -256,7 +269,7 @@ impl<'a> TileBuffers<'a> {
         }
     }
 
-    /// The pixels that are traced for those of a tile: all that they share paths with.
+    /// The pixels to trace for a tile: all cells that it touches, if pixels share paths.
     fn traced(&self, tile: &PixelRect) -> PixelRect {
         if !self.p.integrator.shares_paths() {
             return *tile;
@@ -268,8 +281,8 @@ impl<'a> TileBuffers<'a> {
         PixelRect { x, y, width: right - x, height: bottom - y }
     }
 
-    /// Leaves out the samples that are beyond a tile.
-    fn keep(&mut self, tile: &PixelRect) {
+    /// Discards the samples outside a tile.
+    fn discard_outside(&mut self, tile: &PixelRect) {
         let is_within = |id: &SampleId| {
             (tile.x..tile.x + tile.width).contains(&id.x) && (tile.y..tile.y + tile.height).contains(&id.y)
         };
@@ -278,7 +291,7 @@ impl<'a> TileBuffers<'a> {
         self.samples.ids.retain(is_within);
     }
 
-    /// Traces a list of points of the picture and gives their results in order.
+    /// Traces samples at positions in the picture; results are in the same order.
     pub(super) fn trace_points(&mut self, points: impl Iterator<Item = (SampleId, DVec2)>) -> &[Radiance] {
         self.samples.clear();
         take_points(&self.p.view, &mut self.samples, points);
@@ -286,15 +299,15 @@ impl<'a> TileBuffers<'a> {
         if let Some(log) = &mut self.log {
             log.traced(&self.samples.ids, &self.radiance);
         }
-        self.cut();
+        self.clamp_samples();
         &self.radiance
     }
 
-    /// Scales down the samples that are brighter than the film lets them be.
-    fn cut(&mut self) {
+    /// Scales down samples that are brighter than the film's `clamp_sample`.
+    fn clamp_samples(&mut self) {
         if self.p.view.film.clamp_sample > 0.0 {
             for radiance in &mut self.radiance {
-                radiance.color *= self.p.view.film.kept(radiance.color);
+                radiance.color *= self.p.view.film.clamp_factor(radiance.color);
             }
         }
     }

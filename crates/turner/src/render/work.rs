@@ -1,4 +1,4 @@
-//! Tasks by number, done by threads.
+//! Parallel tasks: threads take task indices from an atomic counter.
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
@@ -6,16 +6,16 @@ use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use super::PassOptions;
 use crate::schema::{ErrorCode, SceneError};
 
-/// The work of a pass, in one part or several.
+/// The work of a pass, in one parallel part or several.
 pub(super) struct Work<'a> {
     options: &'a PassOptions<'a>,
     threads: usize,
-    /// How many tasks the pass has.
+    /// Total number of tasks of the pass.
     pub(super) parts: AtomicUsize,
     done: AtomicUsize,
 }
 
-/// The tasks that a worker gets: the next one whenever it asks, until there are none, or the work is to stop.
+/// A worker's iterator over task indices. It ends when there are no more tasks or the work is stopped.
 pub(super) struct Tasks<'a> {
     work: &'a Work<'a>,
     next: &'a AtomicUsize,
@@ -25,7 +25,7 @@ pub(super) struct Tasks<'a> {
     busy: bool,
 }
 
-/// Says when workers are to leave off.
+/// Tells workers to stop.
 #[derive(Clone, Copy)]
 pub(super) struct Stop<'a> {
     cancel: &'a AtomicBool,
@@ -33,7 +33,7 @@ pub(super) struct Stop<'a> {
 }
 
 impl Stop<'_> {
-    /// Whether the pass is cancelled, or another worker has failed.
+    /// Whether the pass is cancelled or another worker has panicked.
     #[inline]
     pub(super) fn is_set(&self) -> bool {
         self.cancel.load(Ordering::Relaxed) || self.failed.load(Ordering::Relaxed)
@@ -41,7 +41,7 @@ impl Stop<'_> {
 }
 
 impl Stop<'static> {
-    /// Never.
+    /// Never stops.
     pub(super) const NEVER: Stop<'static> = {
         static NO: AtomicBool = AtomicBool::new(false);
         Stop { cancel: &NO, failed: &NO }
@@ -49,13 +49,13 @@ impl Stop<'static> {
 }
 
 impl<'a> Tasks<'a> {
-    /// When to leave off in the middle of a task.
+    /// For checks during a task.
     pub(super) fn stop(&self) -> Stop<'a> {
         Stop { cancel: self.work.options.cancel, failed: self.failed }
     }
 
-    /// Says that the task at hand is not done: the worker left off.
-    pub(super) fn leave_off(&mut self) {
+    /// Marks the current task as unfinished, because the worker stopped.
+    pub(super) fn mark_unfinished(&mut self) {
         self.busy = false;
     }
 }
@@ -89,17 +89,18 @@ impl<'a> Work<'a> {
         Work { options, threads, parts: AtomicUsize::new(0), done: AtomicUsize::new(0) }
     }
 
-    /// Counts tasks as done that need not be.
+    /// Counts tasks as done that need no work.
     pub(super) fn skip(&self, count: usize) {
         self.done.fetch_add(count, Ordering::Relaxed);
     }
 
-    /// Threads that will work.
+    /// Number of threads.
     pub(super) fn threads(&self) -> usize {
         self.threads
     }
 
-    /// Lets workers do `count` tasks; says whether all were done. A worker that panics is an error, once the others have stopped.
+    /// Runs `count` tasks on the threads and returns whether all were done. If a worker panics, the others stop,
+    /// and the panic becomes an error.
     pub(super) fn run(&self, count: usize, worker: impl Fn(Tasks<'_>) + Sync) -> Result<bool, SceneError> {
         let (next, done, failed) = (AtomicUsize::new(0), AtomicUsize::new(0), AtomicBool::new(false));
         let guarded = || {

@@ -1,6 +1,7 @@
-//! Who looks: a camera and a film's settings that are ready, and the camera rays of samples.
+//! The view: prepared camera and film settings, and the camera rays of samples.
 //!
-//! A view knows nothing of what is in a scene but whether anything moves: then camera rays have moments. It is cheap to make anew.
+//! The only thing that a view knows about a scene is whether anything moves, since camera rays then have times.
+//! It is cheap to create.
 
 mod sample;
 
@@ -13,31 +14,32 @@ use crate::camera::{Camera, CameraDesc, PixelCone};
 use crate::film::{Antialias, Film, FilmDesc};
 use crate::schema::SceneError;
 
-/// A camera and a film's settings that are ready.
+/// A prepared camera and film settings.
 #[derive(Clone, Debug)]
 pub struct View {
     /// The camera.
     pub camera: Camera,
-    /// What it was made from, also where the scene did not name one.
+    /// The description of the camera, also of one that Turner added.
     pub camera_desc: CameraDesc,
-    /// The cones of camera rays, where textures are filtered by them.
+    /// The ray cones of camera rays, if textures are filtered.
     pub pixel_cone: Option<PixelCone>,
     /// Size and sampling of the picture.
     pub film: FilmDesc,
-    /// Whether samples are placed by Sobol points.
+    /// Whether samples use Sobol points.
     pub sobol: bool,
     /// Whether anything in the scene moves.
     pub moves: bool,
     /// Whether pixels hold labels: then each has one sample, through the centre of the lens.
     pub labels: bool,
-    /// What camera rays are made with.
+    /// Instruction set for the generation of camera rays.
     pub instruction_set: InstructionSet,
 }
 
 impl View {
-    /// A view through a camera. With `filtered`, texture look-ups are filtered over the pixel's footprint. With `labels`, the film has no anti-aliasing, whatever it asks for.
+    /// A view through a camera. With `filtered`, texture lookups are filtered over the footprint of a pixel. With
+    /// `labels`, the film has no anti-aliasing, whatever it asks for.
     ///
-    /// Errors: a camera that sees nothing.
+    /// Errors: an invalid camera.
     pub fn new(camera: CameraDesc, mut film: FilmDesc, sampling: ViewSampling) -> Result<View, SceneError> {
         let prepared = camera.prepare(film.aspect())?;
         let ViewSampling { sobol, filtered, moves, labels, instruction_set } = sampling;
@@ -49,23 +51,23 @@ impl View {
         Ok(View { camera: prepared, camera_desc, pixel_cone, film, sobol, moves, labels, instruction_set })
     }
 
-    /// Bytes of the film's sums; 0 for a film that there cannot be.
+    /// Size in bytes of the film's sums; 0 for an invalid film.
     pub fn film_bytes(&self) -> u64 {
         Film::check(&self.film).unwrap_or(0)
     }
 }
 
-/// What the integrator and the scene make of a view's samples.
+/// The properties of integrator and scene that determine a view's samples.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct ViewSampling {
-    /// Samples are placed by Sobol points.
+    /// Samples use Sobol points.
     pub sobol: bool,
-    /// Textures are averaged over what a ray stands for.
+    /// Texture lookups are filtered over the footprint.
     pub filtered: bool,
     /// Something in the scene moves.
     pub moves: bool,
     /// Pixels hold labels: see [`Capabilities::labels`](crate::integrator::Capabilities::labels).
     pub labels: bool,
-    /// What camera rays are made with.
+    /// Instruction set for the generation of camera rays.
     pub instruction_set: InstructionSet,
 }

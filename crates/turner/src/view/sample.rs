@@ -1,4 +1,4 @@
-//! Samples of the picture and their camera rays.
+//! Camera samples: positions in the picture and their camera rays.
 
 use turner_bvh::lanes::{Block, LANES};
 
@@ -11,20 +11,20 @@ use crate::sampler::{OwenSobol, SampleId, stratified};
 use crate::scene::RayBatch;
 use crate::schema::{ErrorCode, Remedy, SceneError};
 
-/// Points of the picture to be coloured.
+/// A batch of camera samples.
 #[derive(Default)]
 pub struct CameraSamples {
-    /// What their random numbers depend on.
+    /// The ids that determine their random numbers.
     pub ids: Vec<SampleId>,
-    /// The camera rays, of unit direction.
+    /// The camera rays, with unit directions.
     pub rays: RayBatch,
-    /// The lengths of the directions as the camera formed them, from the eye to the screen: the classic documents
-    /// measure t in them.
+    /// The lengths of the direction vectors before normalisation, from the viewpoint to the screen: the classic
+    /// documents measure t in them.
     pub lengths: Vec<Block>,
 }
 
 impl CameraSamples {
-    /// Takes all out.
+    /// Removes all samples.
     pub fn clear(&mut self) {
         self.ids.clear();
         self.rays.clear();
@@ -32,15 +32,15 @@ impl CameraSamples {
     }
 }
 
-/// Dimensions of a sample's random numbers: the place in the pixel, the place on the lens; lights come after 16.
+/// Random dimensions of a sample: pixel and lens. Lights start at 16.
 const PIXEL_DIMENSION: u64 = 0;
 const LENS_DIMENSION: u64 = 1;
 
-/// The same for integrators with Sobol points: surfaces come after 2.
+/// Sobol sets for physically based integrators. Surfaces start at 2.
 const PIXEL_SET: u32 = 0;
 const LENS_SET: u32 = 1;
 
-/// Whether the picture has such a pixel.
+/// Errors: a pixel outside the picture.
 pub(crate) fn check_pixel(view: &View, x: u32, y: u32) -> Result<(), SceneError> {
     let film = &view.film;
     if x < film.width && y < film.height {
@@ -52,7 +52,9 @@ pub(crate) fn check_pixel(view: &View, x: u32, y: u32) -> Result<(), SceneError>
     Err(SceneError::new(ErrorCode::OutOfRange, message).help(help))
 }
 
-/// What a sample's numbers depend on, if the picture has it.
+/// The id of a sample.
+///
+/// Errors: a pixel or sample index outside the picture's; adaptive anti-aliasing.
 pub(crate) fn sample_id(view: &View, x: u32, y: u32, index: u32) -> Result<SampleId, SceneError> {
     let film = &view.film;
     let error = |message: String, help: &str, remedy| {
@@ -61,7 +63,7 @@ pub(crate) fn sample_id(view: &View, x: u32, y: u32, index: u32) -> Result<Sampl
     check_pixel(view, x, y)?;
     if film.antialias == Antialias::Adaptive {
         return Err(error(
-            "adaptive anti-aliasing shares samples between pixels, so a single sample cannot be chosen by its number".to_owned(),
+            "adaptive anti-aliasing shares samples between pixels, so a single sample cannot be selected by its index".to_owned(),
             "choose another: `antialias = \"monte-carlo\"` in [film]",
             Remedy::set("film.antialias", "monte-carlo"),
         ));
@@ -69,39 +71,39 @@ pub(crate) fn sample_id(view: &View, x: u32, y: u32, index: u32) -> Result<Sampl
     let count = film.samples_per_pixel();
     if index >= count {
         let last = match count {
-            1 => "pixels of this picture have one sample, number 0".to_owned(),
+            1 => "pixels of this picture have one sample, index 0".to_owned(),
             n => format!("samples of a pixel are numbered 0 to {}", n - 1),
         };
         let message = format!("there is no sample {index}: {last}");
         let more = Remedy::set("film.samples", index.saturating_add(1)).and("film.antialias", "monte-carlo");
         return Err(error(
             message,
-            "`samples` in [film] with `antialias = \"monte-carlo\"` takes more",
+            "`samples` in [film] with `antialias = \"monte-carlo\"` gives more",
             more,
         ));
     }
     Ok(SampleId { x, y, index, seed: u64::from(film.seed) })
 }
 
-/// Where in the picture a sample lies, in pixels from its top left corner; not for adaptive anti-aliasing.
+/// The position of a sample, in pixels from the picture's top left corner; not for adaptive anti-aliasing.
 pub(crate) fn place_of(view: &View, id: &SampleId) -> [f64; 2] {
     place(view, &view.film.filter(), id).into()
 }
 
-/// Puts in the camera sample of one place of the picture.
+/// Replaces the batch by the sample at one position.
 pub(crate) fn camera_point(view: &View, id: SampleId, place: [f64; 2], samples: &mut CameraSamples) {
     samples.clear();
     take_points(view, samples, std::iter::once((id, place.into())));
 }
 
-/// The camera's ray through a sample's place, of unit direction; `None` where the camera shows nothing.
+/// The camera ray through a sample's position, with unit direction; `None` where the camera has no ray.
 pub fn camera_ray(view: &View, id: SampleId, place: [f64; 2]) -> Option<Ray> {
     let mut samples = CameraSamples::default();
     camera_point(view, id, place, &mut samples);
     samples.rays.get(0).filter(|ray| ray.t_max >= 0.0)
 }
 
-/// Adds the camera samples of points of the picture, in pixels from its top left corner.
+/// Appends camera samples at positions in pixels from the picture's top left corner.
 pub(crate) fn take_points(
     view: &View,
     samples: &mut CameraSamples,
@@ -127,7 +129,7 @@ pub(crate) fn take_points(
             _ => DVec2::splat(0.5),
         };
         if view.moves {
-            // The third number beside the place on the lens.
+            // The third value of the lens set; the first two are the position on the lens.
             let [open, close] = view.film.shutter;
             for (i, id) in ids.iter().enumerate() {
                 let [.., u, _] = OwenSobol::new(id).four(LENS_SET);
@@ -142,13 +144,14 @@ pub(crate) fn take_points(
     }
 }
 
-/// Where in the picture a sample lies, in pixels from its top left corner.
+/// The position of a sample, in pixels from the picture's top left corner.
 #[inline]
 pub(crate) fn place(view: &View, filter: &Filter, id: &SampleId) -> DVec2 {
     DVec2::new(f64::from(id.x), f64::from(id.y)) + within_pixel(view, filter, id)
 }
 
-/// Where in its pixel a sample lies: (0, 0) is the top left corner, (1, 1) the bottom right one. Filters may reach beyond.
+/// The position in the pixel: (0, 0) is its top left corner, (1, 1) the bottom right one. Filters may reach
+/// beyond.
 #[inline]
 fn within_pixel(view: &View, filter: &Filter, id: &SampleId) -> DVec2 {
     let film = &view.film;

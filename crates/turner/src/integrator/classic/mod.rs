@@ -1,7 +1,8 @@
-//! Classic recursive ray tracing: the five documents' programs as one, with named settings.
+//! Classic recursive ray tracing: one integrator for the programs of five documents, with a setting for each
+//! difference.
 //!
-//! Whitted 1980, "An improved illumination model for shaded display"; docs/reference/classic.md says which settings make
-//! which document.
+//! Whitted 1980, "An Improved Illumination Model for Shaded Display". docs/reference/classic.md lists the
+//! settings that reproduce each document.
 
 mod notes;
 mod points;
@@ -23,23 +24,23 @@ pub use replay::{replay, replay_at};
 use crate::schema::{Range, choice, params};
 
 choice! {
-    /// What a ray beyond the depth limit returns.
+    /// The value of a ray beyond the depth limit.
     pub enum AtDepth {
-        /// The background's colour.
+        /// The background colour.
         Background = "background",
         /// Black.
         Black = "black",
         /// The ambient light.
         Ambient = "ambient",
-        /// There is no such ray: at the limit a surface shows its local colour alone, with weight 1.
+        /// No such ray is traced: at the limit a surface shows only its local colour, with weight 1.
         Local = "local",
     }
 }
 
 choice! {
-    /// What a ray that hits nothing returns.
+    /// The value of a ray that hits nothing.
     pub enum Miss {
-        /// The background's colour.
+        /// The background colour.
         Background = "background",
         /// Black.
         Black = "black",
@@ -47,11 +48,11 @@ choice! {
 }
 
 choice! {
-    /// The weight of the local colour of materials that do not say it (`k_local`).
+    /// The weight of the local colour of materials without `k_local`.
     pub enum Combine {
-        /// What reflection and refraction leave of 1.
+        /// 1 minus the weights of reflection and refraction.
         Blend = "blend",
-        /// 1: the coefficients simply add.
+        /// 1: all terms are simply added.
         Add = "add",
     }
 }
@@ -59,43 +60,48 @@ choice! {
 choice! {
     /// The colour of highlights.
     pub enum Highlight {
-        /// The light's.
+        /// The colour of the light.
         Light = "light",
-        /// The light's times the material's.
+        /// The colour of the light times that of the material.
         Material = "material",
     }
 }
 
 choice! {
-    /// Which way the normal of the shading rule points.
+    /// The direction of the normal in the shading model.
     pub enum Facing {
-        /// BsdfFromWo the viewer, so that surfaces are lit from the side they are seen from.
+        /// Towards the viewer: surfaces are lit from the visible side.
         Viewer = "viewer",
-        /// Out of the shape, as document 004 has it: seen from inside, a surface is lit by what is outside.
+        /// Out of the shape, as in document 004: a surface seen from inside is lit by the lights outside.
         Outward = "outward",
     }
 }
 
 params! {
-    /// Classic recursive ray tracing (Whitted 1980): local colour by ambient, diffuse and highlight terms with shadow rays, mirror reflection, refraction.
+    /// Classic recursive ray tracing (Whitted 1980): local colour from ambient, diffuse and highlight terms with
+    /// shadow rays, plus mirror reflection and refraction.
     pub struct ClassicDesc as "classic" {
-        /// How many times a ray may be reflected or refracted.
+        /// The maximum number of reflections and refractions along a ray path.
         max_depth: u32 = 5, in Range::closed(0.0, 100000.0);
-        /// What a ray beyond that returns.
+        /// The value of a ray beyond `max_depth`.
         at_depth: AtDepth = AtDepth::Background;
-        /// What a ray that hits nothing returns.
+        /// The value of a ray that hits nothing.
         miss: Miss = Miss::Background;
         /// The weight of the local colour of materials without `k_local`.
         combine: Combine = Combine::Blend;
         /// The colour of highlights.
         highlight: Highlight = Highlight::Light;
-        /// Which way the normal points in N·L and R·V.
+        /// The direction of the normal N in N·L and R·V.
         facing: Facing = Facing::Viewer;
-        /// Whether a ray that misses and looks along a directional light sees the light's colour.
+        /// Whether a ray that hits nothing and points towards a directional light returns the colour of that
+        /// light.
         light_seen: bool = false;
-        /// Share of a light that reaches points in shadow: the paper's factor.
+        /// Fraction of a light that reaches points in shadow: the shadow factor of the paper.
         shadow_factor: f64 = 0.0, in Range::UNIT;
-        /// Rays that leave a surface count hits from this t on, as the documents measure it: in units of the camera's vector from eye to screen for reflected and refracted rays, of the vector to the light (as given, for a directional light) for shadow rays. 0 instead moves the start off the surface by the precision of the hit.
+        /// Secondary rays ignore hits with t below this value. As in the documents, t counts in lengths of the
+        /// ray's direction vector: for reflected and refracted rays the camera's vector from the viewpoint to the
+        /// screen, for shadow rays the vector to the light (for a directional light, its vector as given). With
+        /// 0, the ray origin is moved off the surface by the numerical error of the hit instead.
         epsilon: f64 = 0.0, in Range::NON_NEGATIVE;
         /// Whether the ambient term counts.
         ambient: bool = true;
@@ -109,7 +115,8 @@ params! {
         reflection: bool = true;
         /// Whether surfaces refract.
         refraction: bool = true;
-        /// Rays one camera sample may spawn at most; what goes beyond is dropped and counted.
+        /// The maximum number of reflected and refracted rays per camera sample. Further rays are dropped and
+        /// counted.
         max_rays: u32 = 16384, in Range::closed(1.0, 4294967295.0);
     }
     example r#"[integrator]

@@ -1,4 +1,4 @@
-//! What the code that renders has to say to a [`TreeRecord`].
+//! How the rendering code fills a [`TreeRecord`].
 
 use turner_bvh::lanes::Block;
 
@@ -13,19 +13,20 @@ use crate::math::elementary::Exponent;
 use crate::math::{DVec3, Ray};
 use crate::scene::{Hit, RayBatch, Scene, SpectrumBlock};
 
-/// A record that is being made, and the rays that wait to be traced.
+/// A record under construction, and the rays that are still to be traced.
 pub(super) struct Notes {
     pub(super) tree: TreeRecord,
-    /// Kind and parent of rays that were spawned: the last one is traced first.
+    /// Kind and parent of the spawned rays, a stack: the last ray is traced first.
     waiting: Vec<(RayKind, u32)>,
-    /// The ray under way, if it is written down; its number in any case.
+    /// The index of the current ray in the record, if it is recorded; below, its number in any case.
     current: Option<usize>,
     number: u32,
-    /// Whether the ray under way is one that is not written down.
+    /// Whether the current ray is beyond [`MAX_WRITTEN`] and not recorded.
     beyond: bool,
 }
 
-/// What [`Illuminate`](super::shade::Illuminate) and [`Accumulate`](super::shade::Accumulate) know of eight hits beside what rendering needs.
+/// Values for the record that rendering itself does not need: what [`Illuminate`](super::shade::Illuminate) and
+/// [`Accumulate`](super::shade::Accumulate) compute at eight hits.
 #[derive(Clone, Copy, Default)]
 pub(super) struct TermNotes {
     pub(super) reaches: u8,
@@ -76,18 +77,18 @@ impl Notes {
         }
     }
 
-    /// What is added by a ray that is not written down.
+    /// Adds the contribution of a ray that is not recorded.
     fn rest(&mut self, contribution: Spectrum) {
         if self.beyond {
             self.tree.total = Some(self.tree.sum() + contribution);
         }
     }
 
-    /// It met no surface.
+    /// The current ray hit nothing.
     pub(super) fn missed(&mut self, seen: Seen, contribution: Option<Spectrum>) {
         match self.ray() {
             Some(ray) => {
-                // What adds nothing is black; adding that changes no sum.
+                // No contribution is recorded as black: adding black does not change the sum.
                 let contribution = contribution.unwrap_or(Spectrum::BLACK);
                 ray.end = RayEnd::Miss(MissRecord { seen, contribution });
             }
@@ -95,8 +96,8 @@ impl Notes {
         }
     }
 
-    /// It met a surface.
-    pub(super) fn met(&mut self, scene: &Scene, ray: &Ray, hit: &Hit) {
+    /// The current ray hit a surface.
+    pub(super) fn hit_surface(&mut self, scene: &Scene, ray: &Ray, hit: &Hit) {
         let Some(to) = self.ray() else { return };
         let surface = scene.surface(ray, hit);
         to.end = RayEnd::Hit(Box::new(HitRecord {
@@ -126,16 +127,16 @@ impl Notes {
         }));
     }
 
-    /// Its surface shines.
-    pub(super) fn shone(&mut self, contribution: Spectrum) {
+    /// The surface at the hit is emissive.
+    pub(super) fn emitted(&mut self, contribution: Spectrum) {
         match self.hit() {
             Some(hit) => hit.emitted = Some(contribution),
             None => self.rest(contribution),
         }
     }
 
-    /// The surface as it is shaded: in the first lane, as the wave has one sample.
-    pub(super) fn weighed(&mut self, b: &PointBlock, m: &Classic, weights: [f64; 3], total: bool) {
+    /// The surface as it is shaded. It is in lane 0, since the batch has one sample.
+    pub(super) fn shaded(&mut self, b: &PointBlock, m: &Classic, weights: [f64; 3], total: bool) {
         let Some(hit) = self.hit() else { return };
         hit.p = get(&b.p, 0);
         hit.ng = get(&b.ng, 0);
@@ -160,7 +161,7 @@ impl Notes {
         }
     }
 
-    /// What the surface returns of a light, if it arrives.
+    /// The terms of one light, before the shadow ray.
     pub(super) fn lit(&mut self, light: usize, sample: u32, finite: bool, terms: &TermNotes) {
         let Some(hit) = self.hit() else { return };
         let reaches = terms.reaches & 1 == 1;
@@ -181,7 +182,7 @@ impl Notes {
         });
     }
 
-    /// What of it arrives.
+    /// The light that arrives after the shadow ray.
     pub(super) fn arrived(
         &mut self,
         scene: &Scene,
@@ -208,7 +209,7 @@ impl Notes {
         }
     }
 
-    /// The local colour was added.
+    /// The local colour was added to the pixel.
     pub(super) fn added(&mut self, contribution: Spectrum) {
         match self.hit() {
             Some(hit) => hit.contribution = Some(contribution),
@@ -216,12 +217,12 @@ impl Notes {
         }
     }
 
-    /// A ray will be traced; of two that one surface spawns, the later comes first.
+    /// A ray was spawned. Of two spawned at one surface, the later one is traced first.
     pub(super) fn spawned(&mut self, kind: RayKind) {
         self.waiting.push((kind, self.number));
     }
 
-    /// A ray will not be traced.
+    /// A ray is not traced.
     pub(super) fn cut(
         &mut self,
         kind: RayKind,

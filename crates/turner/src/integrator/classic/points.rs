@@ -1,4 +1,4 @@
-//! Hits on their way through shading, eight to a block.
+//! Hits during shading, in blocks of eight.
 
 use turner_bvh::lanes::{Block, Block32, F64x8, Mask8, Simd, Vec3x8, Work};
 
@@ -7,52 +7,52 @@ use crate::math::DVec3;
 use crate::scene::SpectrumBlock;
 use crate::shape::ROUNDING;
 
-/// Eight hits. Lanes without one hold what was there before: nothing reads what comes of them.
+/// Eight hits. Lanes without a hit hold stale values; their results are never used.
 #[derive(Clone, Copy, Default)]
 pub(super) struct PointBlock {
     /// Unit direction of the ray.
     pub(super) d: [Block; 3],
-    /// Where the ray starts, and how far it goes.
+    /// Origin and length of the ray.
     pub(super) origin: [Block; 3],
     pub(super) t: Block,
-    /// Lanes whose surface is that of a sphere still to be computed, and the sphere.
+    /// Lanes that hit a sphere whose surface is still to be computed, and the sphere.
     pub(super) on_sphere: u8,
     pub(super) center: [Block; 3],
     pub(super) radius: Block,
-    /// The surface: point, error bound; normals as they point out of the shape.
+    /// The surface: point, error bound, and the normals that point out of the shape.
     pub(super) p: [Block; 3],
     pub(super) error: Block,
     pub(super) ng: [Block; 3],
     pub(super) ns: [Block; 3],
     /// Lanes whose ray enters the shape.
     pub(super) entering: u8,
-    /// The N of the shading rule.
+    /// The normal N of the shading model.
     pub(super) lit: [Block; 3],
-    /// The surface's own colour, and that of its highlight.
+    /// The surface colour, which is also that of material-coloured highlights.
     pub(super) color: SpectrumBlock,
-    /// Coefficients of the material; `kd` and `ks` are 0 where the term does not count.
+    /// Coefficients of the material; `kd` and `ks` are 0 where the term is switched off.
     pub(super) ka: Block32,
     pub(super) kd: Block,
     pub(super) ks: Block,
-    /// Whole exponents as the bits of integers, all of them together in `exponent_bits`; other ones are listed by
-    /// lane in `real_exponent`.
+    /// Integer exponents are stored as the bits of integers, and `exponent_bits` is the bitwise OR of all of
+    /// them. Lanes with other exponents are marked in `real_exponent`.
     pub(super) exponent: Block,
     pub(super) exponent_bits: u32,
     pub(super) real_exponent: u8,
-    /// Cosines below which there is no highlight.
+    /// The cosine below which the highlight is 0.
     pub(super) dark: Block,
-    /// Lanes with a highlight term, and lanes that lights are asked for.
+    /// Lanes with a highlight term, and lanes that need lights.
     pub(super) glossy: u8,
     pub(super) shaded: u8,
-    /// The sum of ambient light and lights.
+    /// The local colour: the sum of ambient term and lights.
     pub(super) local: SpectrumBlock,
-    /// The share of the local colour in the pixel.
+    /// The weight of the local colour in the pixel.
     pub(super) weight: Block,
-    /// Lanes with a mirrored ray.
+    /// Lanes with a reflected ray.
     pub(super) mirrors: u8,
 }
 
-/// Puts a vector into a lane.
+/// Stores a vector in a lane.
 #[inline]
 pub(super) fn set(block: &mut [Block; 3], lane: usize, v: DVec3) {
     block[0].0[lane] = v.x;
@@ -67,21 +67,21 @@ pub(super) fn get(block: &[Block; 3], lane: usize) -> DVec3 {
 }
 
 impl PointBlock {
-    /// Ready for other hits.
+    /// Resets the lane masks for new hits.
     pub(super) fn clear(&mut self) {
         (self.on_sphere, self.real_exponent, self.glossy, self.shaded, self.mirrors) = (0, 0, 0, 0, 0);
         self.exponent_bits = 0;
     }
 
-    /// A normal of a lane, towards the viewer.
+    /// The normal of a lane, flipped towards the viewer.
     #[inline]
     pub(super) fn facing(&self, normal: &[Block; 3], lane: usize) -> DVec3 {
         let n = get(normal, lane);
         if self.entering >> lane & 1 == 1 { n } else { -n }
     }
 
-    /// The point of a lane moved off the surface to the side `direction` leads to, as
-    /// [`leave`](crate::scene::SurfaceInteraction::leave) does it.
+    /// The point of a lane, moved off the surface to the side of `direction`, as
+    /// [`leave`](crate::scene::SurfaceInteraction::leave) does.
     pub(super) fn leave(&self, lane: usize, direction: DVec3) -> DVec3 {
         let ng = get(&self.ng, lane);
         let side = if direction.dot(ng) >= 0.0 { 4.0 } else { -4.0 };
@@ -97,7 +97,7 @@ impl PointBlock {
     }
 }
 
-/// Computes the surfaces of spheres, and which way the normals point.
+/// Computes the surfaces of spheres and the facing normals.
 pub(super) struct Surfaces<'a> {
     pub(super) points: &'a mut [PointBlock],
     pub(super) facing: Facing,
@@ -117,7 +117,7 @@ impl Work for Surfaces<'_> {
                 let at = Vec3x8::load(simd, &b.origin) + d * t - center;
                 let n = at * (F64x8::splat(simd, 1.0) / at.dot(at).sqrt());
                 let p = center + n * F64x8::load(simd, &b.radius);
-                // As `Sphere::surface` has it.
+                // As in `Sphere::surface`.
                 let reach = center.x.abs().or_larger(center.y.abs().or_larger(center.z.abs()));
                 let error = (F64x8::load(simd, &b.radius) + reach) * F64x8::splat(simd, ROUNDING);
                 let floor = F64x8::splat(simd, 1e-15) * t;
@@ -139,7 +139,7 @@ impl Work for Surfaces<'_> {
     }
 }
 
-/// A dimension of its own for each shaded point, light and shadow ray of a sample.
+/// A separate random dimension for each shaded point, light and shadow ray of a sample.
 pub(super) fn jitter_dimension(shaded: u64, light: usize, i: u32) -> u64 {
     16 + ((shaded << 40) ^ ((light as u64) << 20) ^ u64::from(i))
 }

@@ -1,4 +1,4 @@
-//! The integrator of the classic documents, ready for any scene.
+//! The classic integrator, prepared. It precomputes nothing.
 
 use std::sync::Arc;
 
@@ -24,7 +24,7 @@ impl Integrator for ClassicDesc {
     }
 }
 
-/// The recursion of the classic documents, ready for any scene.
+/// The prepared classic integrator.
 #[derive(Clone, Debug)]
 pub(super) struct ClassicIntegrator(pub(super) ClassicDesc);
 

@@ -1,7 +1,20 @@
-//! The recursion, many samples at a time: each round traces the next ray of every sample that has one.
+//! Whitted's recursion without recursion: the ray trees of a batch of samples, traced in rounds.
 //!
-//! A sample's rays are traced in the order of the recursion, whatever the other samples do, so its sum does not
-//! depend on them. Batches of closest hits and of shadow rays come of it, which the scene answers eight at a time.
+//! The problem: each sample has a tree of rays (camera ray, then at each hit a reflected and a refracted ray).
+//! Tracing one ray at a time leaves SIMD lanes idle. The idea: the samples of a tile advance together. Each round
+//! traces one ray per sample.
+//!
+//! ```text
+//! ray queue ─► closest hits ─► shade in blocks of 8: ambient term, then each light with its shadow rays ─► spawn
+//!     ▲                                                                                                    │
+//!     └──── per sample: the reflected ray, else the refracted ray, else the top of its stack ◄─────────────┘
+//! ```
+//!
+//! Order: a hit that spawns two rays queues the reflected ray for the next round and pushes the refracted one on
+//! the stack of its sample. When a branch ends, the sample pops its stack. So each tree is traced depth first,
+//! reflection before refraction, as the recursive programs do. The additions to a pixel happen in the same order,
+//! and the sum has the same bits whatever the other samples of the batch do. `max_rays` bounds the rays that one
+//! tree may spawn.
 
 use std::marker::PhantomData;
 
@@ -11,8 +24,8 @@ use super::ClassicDesc;
 use super::notes::TermNotes;
 use super::points::{PointBlock, Surfaces, get, jitter_dimension, set};
 use super::record::{Off, RayKind, Record};
-use super::shade::{Accumulate, Ambient, Illuminate, Leave, LeavingBlock, TermBlock, ask};
-use super::spawn::{Share, Spawn};
+use super::shade::{Accumulate, Ambient, Illuminate, Leave, LeavingBlock, TermBlock, illuminate_points};
+use super::spawn::{SecondaryRay, Spawn};
 use crate::color::Spectrum;
 use crate::integrator::{CameraSamples, Radiance, RayStats, Tracer, footprint};
 use crate::material::{Classic, Material, color_at};
@@ -21,19 +34,20 @@ use crate::scene::{Hit, RayBatch, Scene, SpectrumBlock, SurfaceInteraction};
 use crate::schema::ColorSource;
 use crate::view::View;
 
-/// A ray of a tree: whose it is, and its share of the pixel.
+/// A ray of a tree: its sample, its depth, and its weight in the pixel.
 #[derive(Clone, Copy)]
 pub(super) struct Task {
     pub(super) sample: u32,
     pub(super) depth: u32,
     pub(super) weight: f64,
-    /// What the ray stands for, where textures are filtered, from its end on once it has arrived; and how much the surface there turns away from it.
+    /// The ray cone, where textures are filtered; at a hit, the cone that arrives there. And the curvature of the
+    /// surface at the hit, above 0 where it bulges towards the ray.
     pub(super) cone: RayCone,
     pub(super) curvature: f32,
 }
 
 impl Task {
-    /// The ray arrives at a surface, which learns of its cone.
+    /// Advances the cone to the hit and stores the footprint in the surface.
     fn arrive(&mut self, scene: &Scene, surface: &mut SurfaceInteraction, direction: DVec3, t: f64) {
         footprint::arrive(&mut self.cone, surface, direction, t);
         let side = if direction.dot(surface.ng) <= 0.0 { 1.0 } else { -1.0 };
@@ -41,26 +55,26 @@ impl Task {
     }
 }
 
-/// A ray that waits until those before it, and all that these spawn, have been traced.
+/// A ray on the stack of its sample.
 struct Waiting {
     ray: Ray,
     task: Task,
-    /// The one that waits behind it, as `Tree::waiting`.
+    /// The element below it on the stack, as in `Tree::waiting`.
     next: Option<u32>,
 }
 
-/// How far the tree of one sample has come.
+/// The state of one sample's ray tree.
 #[derive(Clone)]
 pub(super) struct Tree {
-    /// Rays spawned.
+    /// Number of rays spawned.
     pub(super) spawned: u32,
-    /// Rays numbered for the jitter of area lights.
+    /// Number of points shaded, which selects the random dimensions of area lights.
     shaded: u64,
-    /// The ray to be traced when those under way are done, in the list of all that wait.
+    /// The top of the stack of rays still to be traced, an index into `TreeBatch::waiting`.
     waiting: Option<u32>,
 }
 
-/// The rays of one round, one for each sample that has one.
+/// The rays of one round: at most one per sample.
 #[derive(Default)]
 struct RayQueue {
     rays: RayBatch,
@@ -80,36 +94,36 @@ impl RayQueue {
     }
 }
 
-/// All that is known of a batch of samples while it is traced; its memory serves one batch after the other.
+/// The state of a batch of samples. Its memory is reused from batch to batch.
 pub(super) struct TreeBatch<'a, R = Off> {
     integrator: &'a ClassicDesc,
     scene: &'a Scene,
     view: &'a View,
     trees: Vec<Tree>,
     waiting: Vec<Waiting>,
-    front: RayQueue,
+    queue: RayQueue,
     next: RayQueue,
     hits: Vec<Option<Hit>>,
-    /// Hits of this round, in the order of the front, in the first so many blocks.
+    /// The hits of this round in the order of the queue; only the first `blocks` blocks are in use.
     points: Vec<PointBlock>,
     blocks: usize,
     shaded_hits: Vec<ShadedHit<'a>>,
-    /// OpenPbr materials at the hits of this round, as classic ones.
+    /// Physically based materials at the hits of this round, converted to classic ones.
     converted: Vec<Classic>,
     terms: Vec<TermBlock>,
     shadow_rays: RayBatch,
     through: Vec<SpectrumBlock>,
     leaving: Vec<LeavingBlock>,
-    /// What takes notes of the sample, if there is but one.
+    /// Records the sample, if the batch has only one.
     pub(super) record: R,
-    /// For these notes; empty where none are taken.
+    /// Values for the recorder; empty without one.
     term_notes: Vec<TermNotes>,
 }
 
-/// What a hit needs beside its place in a block.
+/// A hit of this round: what is not in its [`PointBlock`].
 struct ShadedHit<'a> {
     task: Task,
-    /// A material of the scene, or the number of a converted one.
+    /// A material of the scene, or an index into `TreeBatch::converted`.
     material: Result<&'a Classic, usize>,
     weights: Weights,
     refracted: Option<DVec3>,
@@ -143,7 +157,7 @@ impl<'a, R> TreeBatch<'a, R> {
             view,
             trees: Vec::new(),
             waiting: Vec::new(),
-            front: RayQueue::default(),
+            queue: RayQueue::default(),
             next: RayQueue::default(),
             hits: Vec::new(),
             points: Vec::new(),
@@ -169,13 +183,13 @@ impl<R: Record> Tracer for TreeBatch<'_, R> {
         self.trees.clear();
         self.trees.resize(count, Tree { spawned: 0, shaded: 0, waiting: None });
         self.waiting.clear();
-        self.front.rays.copy(&samples.rays);
-        self.front.tasks.clear();
-        self.front.tasks.extend((0..count as u32).map(|sample| {
+        self.queue.rays.copy(&samples.rays);
+        self.queue.tasks.clear();
+        self.queue.tasks.extend((0..count as u32).map(|sample| {
             let cone = footprint::of_camera(self.view, samples, sample as usize);
             Task { sample, depth: 0, weight: 1.0, cone, curvature: 0.0 }
         }));
-        while !self.front.tasks.is_empty() {
+        while !self.queue.tasks.is_empty() {
             self.round(samples, out, stats);
         }
         for tree in &self.trees {
@@ -185,9 +199,9 @@ impl<R: Record> Tracer for TreeBatch<'_, R> {
 }
 
 impl<R: Record> TreeBatch<'_, R> {
-    /// Traces the front and finds the next one.
+    /// Traces and shades the rays of the queue and fills the next one.
     fn round(&mut self, samples: &CameraSamples, out: &mut [Radiance], stats: &mut RayStats) {
-        self.scene.intersect_batch(&mut self.front.rays, &mut self.hits);
+        self.scene.intersect_batch(&mut self.queue.rays, &mut self.hits);
         self.next.clear();
         self.gather(out);
         let facing = self.integrator.facing;
@@ -199,28 +213,28 @@ impl<R: Record> TreeBatch<'_, R> {
         self.record.note(|n| shaded.into_iter().for_each(|b| n.ambient(b)));
         self.lights(samples, stats);
         self.leave(samples, out, stats);
-        std::mem::swap(&mut self.front, &mut self.next);
+        std::mem::swap(&mut self.queue, &mut self.next);
     }
 
-    /// Settles rays that hit nothing and collects the hits of the others.
+    /// Finishes the rays that hit nothing and gathers the hits of the others into blocks.
     fn gather(&mut self, out: &mut [Radiance]) {
         self.blocks = 0;
         self.shaded_hits.clear();
         self.converted.clear();
         for (i, hit) in self.hits.iter().enumerate() {
-            let mut task = self.front.tasks[i];
+            let mut task = self.queue.tasks[i];
             let (depth, weight) = (task.depth, task.weight);
-            let ray = || self.front.rays.get(i);
+            let ray = || self.queue.rays.get(i);
             self.record.note(|n| ray().iter().for_each(|ray| n.traced(ray, depth, weight)));
             let Some(hit) = hit else {
                 let tree = &mut self.trees[task.sample as usize];
-                let direction = || get(&self.front.rays.blocks()[i / LANES].direction, i % LANES);
+                let direction = || get(&self.queue.rays.blocks()[i / LANES].direction, i % LANES);
                 let pixel = &mut out[task.sample as usize];
                 self.integrator.miss(self.scene, &task, direction, pixel, &mut self.record);
                 resume(tree, &mut self.waiting, &mut self.next);
                 continue;
             };
-            self.record.note(|n| ray().iter().for_each(|ray| n.met(self.scene, ray, hit)));
+            self.record.note(|n| ray().iter().for_each(|ray| n.hit_surface(self.scene, ray, hit)));
             let lane = self.shaded_hits.len() % LANES;
             if lane == 0 {
                 self.blocks += 1;
@@ -240,31 +254,31 @@ impl<R: Record> TreeBatch<'_, R> {
             };
             let (material, seen) = match self.scene.material_at(hit) {
                 Material::Classic(material) => (Ok(material), None),
-                // Never prepared for this integrator.
+                // Materials are never prepared like this for the classic integrator.
                 Material::OpenPbr(_) => continue,
                 Material::Principled(physical, _) => {
-                    let Some(ray) = self.front.rays.get(i) else { continue };
+                    let Some(ray) = self.queue.rays.get(i) else { continue };
                     let mut surface = surface_of(&ray, &mut task);
                     let (converted, emitted) = physical.as_classic(self.scene, &mut surface, ray.direction);
                     let emitted = emitted * task.weight as f32;
                     out[task.sample as usize].color += emitted;
-                    self.record.note(|n| n.shone(emitted));
+                    self.record.note(|n| n.emitted(emitted));
                     self.converted.push(converted);
                     (Err(self.converted.len() - 1), Some(surface))
                 }
                 Material::Mix(mix) => {
-                    let Some(ray) = self.front.rays.get(i) else { continue };
+                    let Some(ray) = self.queue.rays.get(i) else { continue };
                     let mut surface = surface_of(&ray, &mut task);
                     let (converted, emitted) = mix.as_classic(self.scene, &mut surface, ray.direction);
                     let emitted = emitted * task.weight as f32;
                     out[task.sample as usize].color += emitted;
-                    self.record.note(|n| n.shone(emitted));
+                    self.record.note(|n| n.emitted(emitted));
                     self.converted.push(converted);
                     (Err(self.converted.len() - 1), Some(surface))
                 }
             };
             let classic = material.unwrap_or_else(|i| &self.converted[i]);
-            let rays = &self.front.rays.blocks()[i / LANES];
+            let rays = &self.queue.rays.blocks()[i / LANES];
             for axis in 0..3 {
                 b.d[axis].0[lane] = rays.direction[axis].0[i % LANES];
                 b.origin[axis].0[lane] = rays.origin[axis].0[i % LANES];
@@ -283,7 +297,7 @@ impl<R: Record> TreeBatch<'_, R> {
                 && classic.bump.is_none()
             {
                 color = Some(c);
-            } else if let Some(ray) = self.front.rays.get(i) {
+            } else if let Some(ray) = self.queue.rays.get(i) {
                 let mut surface = seen.unwrap_or_else(|| surface_of(&ray, &mut task));
                 if let Some(bump) = classic.bump {
                     crate::material::apply_bump_map(self.scene, &mut surface, bump);
@@ -306,35 +320,31 @@ impl<R: Record> TreeBatch<'_, R> {
         }
     }
 
-    /// Divides each ray's weight among local colour, reflection and refraction.
+    /// Splits each ray's weight into local colour, reflection and refraction.
     fn weigh(&mut self) {
-        for (i, shaded_hits) in self.shaded_hits.iter_mut().enumerate() {
+        for (i, hit) in self.shaded_hits.iter_mut().enumerate() {
             let (b, lane) = (&mut self.points[i / LANES], i % LANES);
-            (shaded_hits.weights, shaded_hits.refracted) = self.integrator.weights(
-                shaded_hits.material(&self.converted),
-                shaded_hits.task.depth,
-                b,
-                lane,
-            );
-            b.weight.0[lane] = shaded_hits.task.weight * shaded_hits.weights.local;
-            if shaded_hits.weights.local > 0.0 && (b.kd.0[lane] != 0.0 || b.ks.0[lane] != 0.0) {
+            (hit.weights, hit.refracted) =
+                self.integrator.weights(hit.material(&self.converted), hit.task.depth, b, lane);
+            b.weight.0[lane] = hit.task.weight * hit.weights.local;
+            if hit.weights.local > 0.0 && (b.kd.0[lane] != 0.0 || b.ks.0[lane] != 0.0) {
                 b.shaded |= 1 << lane;
             }
-            if shaded_hits.weights.reflect > 0.0 {
+            if hit.weights.reflect > 0.0 {
                 b.mirrors |= 1 << lane;
             }
             self.record.note(|n| {
-                let (m, w) = (shaded_hits.material(&self.converted), shaded_hits.weights);
+                let (m, w) = (hit.material(&self.converted), hit.weights);
                 let total = w.reflect > 0.0
                     && self.integrator.refraction
                     && m.k_refract > 0.0
-                    && shaded_hits.refracted.is_none();
-                n.weighed(b, m, [w.local, w.reflect, w.refract], total);
+                    && hit.refracted.is_none();
+                n.shaded(b, m, [w.local, w.reflect, w.refract], total);
             });
         }
     }
 
-    /// Adds the lights, one after the other, to the local colours.
+    /// Adds one light after another to the local colours.
     fn lights(&mut self, samples: &CameraSamples, stats: &mut RayStats) {
         if self.points[..self.blocks].iter().all(|b| b.shaded == 0) {
             return;
@@ -352,7 +362,7 @@ impl<R: Record> TreeBatch<'_, R> {
                         let dimension = jitter_dimension(self.trees[sample].shaded, number, i);
                         samples.ids[sample].unit_square(dimension)
                     };
-                    ask(light, i, &self.points[..self.blocks], &mut self.terms, jitter);
+                    illuminate_points(light, i, &self.points[..self.blocks], &mut self.terms, jitter);
                 }
                 self.shadow_rays.clear();
                 if R::NOTES {
@@ -404,14 +414,14 @@ impl<R: Record> TreeBatch<'_, R> {
                 });
             }
         }
-        for (i, shaded_hits) in self.shaded_hits.iter().enumerate() {
+        for (i, hit) in self.shaded_hits.iter().enumerate() {
             if self.points[i / LANES].shaded >> (i % LANES) & 1 == 1 {
-                self.trees[shaded_hits.task.sample as usize].shaded += 1;
+                self.trees[hit.task.sample as usize].shaded += 1;
             }
         }
     }
 
-    /// Adds the local colours to the pixels and spawns the rays that leave the hits.
+    /// Adds the local colours to the pixels and spawns reflected and refracted rays.
     fn leave(&mut self, samples: &CameraSamples, out: &mut [Radiance], stats: &mut RayStats) {
         let leaving = &mut self.leaving;
         leaving.resize(self.blocks.max(leaving.len()), LeavingBlock::default());
@@ -419,27 +429,28 @@ impl<R: Record> TreeBatch<'_, R> {
             self.scene.instruction_set,
             Leave { integrator: self.integrator, points: &self.points[..self.blocks], leaving },
         );
-        for (i, shaded_hits) in self.shaded_hits.iter().enumerate() {
+        for (i, hit) in self.shaded_hits.iter().enumerate() {
             let (b, leaving, lane) = (&self.points[i / LANES], &self.leaving[i / LANES], i % LANES);
-            let sample = shaded_hits.task.sample as usize;
+            let sample = hit.task.sample as usize;
             let (tree, pixel) = (&mut self.trees[sample], &mut out[sample]);
-            if shaded_hits.weights.local > 0.0 {
+            if hit.weights.local > 0.0 {
                 pixel.color += leaving.color.get(lane);
                 self.record.note(|n| n.added(leaving.color.get(lane)));
             }
             let length = samples.lengths[sample / LANES].0[sample % LANES];
-            // The refracted ray comes first, but the reflected one is traced first: the documents' order.
+            // The refracted ray is spawned first, but the reflected ray is traced first: the order of the
+            // documents.
             let mut spawned = None;
-            if let Some(direction) = shaded_hits.refracted
-                && shaded_hits.weights.refract > 0.0
+            if let Some(direction) = hit.refracted
+                && hit.weights.refract > 0.0
             {
-                let share = Share { kind: RayKind::Refracted, weight: shaded_hits.weights.refract };
-                let spawn = Spawn { from: &shaded_hits.task, tree, pixel, record: &mut self.record };
-                if let Some(mut task) = self.integrator.spawn(self.scene, share, || direction, spawn) {
+                let secondary = SecondaryRay { kind: RayKind::Refracted, weight: hit.weights.refract };
+                let spawn = Spawn { from: &hit.task, tree, pixel, record: &mut self.record };
+                if let Some(mut task) = self.integrator.spawn(self.scene, secondary, || direction, spawn) {
                     stats.refracted += 1;
-                    let ior = shaded_hits.material(&self.converted).ior;
+                    let ior = hit.material(&self.converted).ior;
                     let eta = if b.entering >> lane & 1 == 1 { ior } else { ior.recip() };
-                    task.cone = shaded_hits.task.cone.refracted(eta, f64::from(shaded_hits.task.curvature));
+                    task.cone = hit.task.cone.refracted(eta, f64::from(hit.task.curvature));
                     let origin = if self.integrator.epsilon > 0.0 {
                         get(&b.p, lane)
                     } else {
@@ -448,13 +459,13 @@ impl<R: Record> TreeBatch<'_, R> {
                     spawned = Some((self.integrator.leaving_ray(origin, direction, length), task));
                 }
             }
-            if shaded_hits.weights.reflect > 0.0 {
+            if hit.weights.reflect > 0.0 {
                 let direction = || get(&leaving.direction, lane);
-                let share = Share { kind: RayKind::Reflected, weight: shaded_hits.weights.reflect };
-                let spawn = Spawn { from: &shaded_hits.task, tree, pixel, record: &mut self.record };
-                if let Some(mut task) = self.integrator.spawn(self.scene, share, direction, spawn) {
+                let secondary = SecondaryRay { kind: RayKind::Reflected, weight: hit.weights.reflect };
+                let spawn = Spawn { from: &hit.task, tree, pixel, record: &mut self.record };
+                if let Some(mut task) = self.integrator.spawn(self.scene, secondary, direction, spawn) {
                     stats.reflected += 1;
-                    task.cone = shaded_hits.task.cone.reflected(f64::from(shaded_hits.task.curvature));
+                    task.cone = hit.task.cone.reflected(f64::from(hit.task.curvature));
                     if let Some((ray, task)) = spawned {
                         let behind = tree.waiting.replace(self.waiting.len() as u32);
                         self.waiting.push(Waiting { ray, task, next: behind });
@@ -471,7 +482,7 @@ impl<R: Record> TreeBatch<'_, R> {
     }
 }
 
-/// Takes up the ray of a sample that has waited for the shortest time, if there is one.
+/// Pops the stack of a sample, if it is not empty, into the next queue.
 #[inline]
 fn resume(tree: &mut Tree, waiting: &mut [Waiting], next: &mut RayQueue) {
     if let Some(i) = tree.waiting {

@@ -1,7 +1,7 @@
-//! What happened to one sample: the tree of its rays, with every term of the shading rule.
+//! The record of one sample: its ray tree, with every term of the shading model.
 //!
-//! The code that renders writes it down as it goes: a [`TreeBatch`](super::radiance::TreeBatch) is generic over a [`Record`], and with
-//! [`Off`], which renders pictures, the notes are compiled away.
+//! The rendering code itself fills it: a [`TreeBatch`](super::radiance::TreeBatch) is generic over a [`Record`].
+//! With [`Off`], as used for rendering, the compiler removes all recording.
 
 use super::notes::Notes;
 use crate::color::Spectrum;
@@ -11,15 +11,15 @@ use crate::sampler::SampleId;
 use crate::scene::Caster;
 use crate::schema::MaterialId;
 
-/// Takes notes of a tree, or none.
+/// A recorder of a ray tree, or none.
 pub(super) trait Record {
-    /// Whether anything is written down.
+    /// Whether anything is recorded.
     const NOTES: bool;
-    /// Writes something down; where nothing is, `f` is not called.
+    /// Records something. Without a recorder, `f` is not called.
     fn note(&mut self, f: impl FnOnce(&mut Notes));
 }
 
-/// Nothing is written down.
+/// Records nothing.
 pub(super) struct Off;
 
 impl Record for Off {
@@ -28,7 +28,7 @@ impl Record for Off {
     fn note(&mut self, _: impl FnOnce(&mut Notes)) {}
 }
 
-/// Notes of one sample; the wave must hold no other.
+/// Records one sample; the batch must hold no other.
 impl Record for Notes {
     const NOTES: bool = true;
     #[inline(always)]
@@ -37,45 +37,45 @@ impl Record for Notes {
     }
 }
 
-/// One sample of a picture by the integrator "classic". Lengths are in units of the scene, directions are unit vectors in world
-/// space but for those towards lights, colours are scene values.
+/// One sample of the integrator "classic". Lengths are in scene units. Directions are unit vectors in world
+/// space, except those to lights. Colours are linear scene values.
 ///
-/// What each part contributes is what was added to the sample, in this order: [`TreeRecord::contributions`] sums to
-/// [`TreeRecord::radiance`] to the last bit.
+/// Contributions are the values added to the sample, in this order: [`TreeRecord::contributions`] sums to
+/// [`TreeRecord::radiance`] bit for bit.
 #[derive(Clone, Debug)]
 pub struct TreeRecord {
-    /// The pixel (of adaptive anti-aliasing: the corner on its finest grid), the sample's number and the seed.
+    /// The pixel (with adaptive anti-aliasing, the corner on the finest grid), the sample index and the seed.
     pub id: SampleId,
-    /// Where in the picture the sample lies: columns from its left edge, rows from its top one.
+    /// The position of the sample in the picture, in pixels from its top left corner: (column, row).
     pub place: [f64; 2],
-    /// The rays in the order in which they were traced; the camera's comes first. None where the camera shows nothing.
+    /// The rays in the order in which they were traced, the camera ray first. Empty where the camera has no ray.
     pub rays: Vec<RayRecord>,
-    /// Rays traced after the first [`MAX_WRITTEN`]: they are part of the sum, but not written down.
+    /// Number of rays traced after the first [`MAX_WRITTEN`]. They are part of the sum but not recorded.
     pub unwritten: u64,
-    /// Rays that were not traced, for the sample had spawned as many as the integrator allows.
+    /// Number of rays that were not traced because of the integrator's `max_rays`.
     pub dropped: u64,
-    /// What the sample gives to its pixel.
+    /// The radiance of the sample.
     pub radiance: Radiance,
-    /// The sum so far, once there are rays that are not written down.
+    /// The sum so far, once there are rays that are not recorded.
     pub(super) total: Option<Spectrum>,
 }
 
-/// The most rays of a sample that are written down.
+/// The maximum number of recorded rays of a sample.
 pub const MAX_WRITTEN: usize = 1 << 16;
 
-/// Where a ray came from.
+/// The origin of a ray.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum RayKind {
-    /// The camera.
+    /// From the camera.
     Camera,
-    /// Mirrored at a surface.
+    /// Reflected at a surface.
     Reflected,
     /// Refracted into a solid, or out of it.
     Refracted,
 }
 
 impl RayKind {
-    /// In a word.
+    /// The kind as a word.
     pub fn word(self) -> &'static str {
         match self {
             RayKind::Camera => "camera",
@@ -85,60 +85,60 @@ impl RayKind {
     }
 }
 
-/// A ray of the tree; shadow rays stand with the lights they were sent to ([`LightTerm`]).
+/// A ray of the tree. Shadow rays are part of the light terms ([`LightTerm`]).
 #[derive(Clone, Debug)]
 pub struct RayRecord {
-    /// Where it came from.
+    /// What kind of ray it is.
     pub kind: RayKind,
-    /// The ray at whose hit it began; `None` for the camera's.
+    /// The index of the ray at whose hit it was spawned; `None` for the camera ray.
     pub parent: Option<u32>,
-    /// How often light was reflected or refracted between it and the camera.
+    /// The number of reflections and refractions between it and the camera.
     pub depth: u32,
-    /// Where it begins.
+    /// The origin.
     pub origin: DVec3,
-    /// Its direction.
+    /// The direction.
     pub direction: DVec3,
-    /// The share of what it finds that reaches the pixel.
+    /// Its weight in the pixel.
     pub weight: f64,
-    /// What it found.
+    /// What it hit.
     pub end: RayEnd,
 }
 
-/// What a ray found.
+/// What a ray hit.
 #[derive(Clone, Debug)]
 pub enum RayEnd {
     /// A surface.
     Hit(Box<HitRecord>),
-    /// None.
+    /// Nothing.
     Miss(MissRecord),
 }
 
-/// What a ray brings that met no surface.
+/// A ray that hit nothing.
 #[derive(Clone, Copy, Debug)]
 pub struct MissRecord {
-    /// What it saw.
+    /// What it returned.
     pub seen: Seen,
-    /// What was added to the sample.
+    /// The value added to the sample.
     pub contribution: Spectrum,
 }
 
-/// What is seen where there is no surface.
+/// What a ray returned that hit no surface.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Seen {
     /// The background or the environment.
     Surroundings,
-    /// Directional lights along which it looks.
+    /// Directional lights in the direction of the ray.
     Lights,
-    /// Ambient light, in place of a ray beyond the limit.
+    /// The ambient light, for a ray beyond the depth limit.
     Ambient,
     /// Nothing: black.
     Nothing,
-    /// A background that lets through what is behind the picture.
+    /// A transparent background.
     Transparent,
 }
 
 impl Seen {
-    /// In a word.
+    /// The value as a word.
     pub fn word(self) -> &'static str {
         match self {
             Seen::Surroundings => "surroundings",
@@ -150,53 +150,55 @@ impl Seen {
     }
 }
 
-/// A surface that a ray met, and how it was shaded: local = ambient + Σ lights, of which the share `k_local` · the ray's weight
-/// reaches the pixel.
+/// A hit and its shading: local = ambient + Σ lights. The local colour counts with `k_local` times the weight of
+/// the ray.
 #[derive(Clone, Debug)]
 pub struct HitRecord {
-    /// How far the ray came.
+    /// Distance along the ray.
     pub t: f64,
     /// The point.
     pub p: DVec3,
-    /// Geometric normal, as it points out of the shape.
+    /// Geometric normal, out of the shape.
     pub ng: DVec3,
     /// Shading normal of the shape, on the same side.
     pub ns: DVec3,
-    /// The N of the shading rule.
+    /// The normal N of the shading model.
     pub n: DVec3,
-    /// The primitive's number in the description, instances in order: [`Scene::object_name`](crate::scene::Scene::object_name).
+    /// Index of the primitive in the description, instances in order:
+    /// [`Scene::object_name`](crate::scene::Scene::object_name).
     pub primitive: u32,
-    /// Its shape, in a word.
+    /// The name of its shape type.
     pub shape: &'static str,
-    /// Which part of it: a face of a box, a triangle of a mesh.
+    /// Index of the part: a face of a box, a triangle of a mesh.
     pub part: u32,
-    /// Surface coordinates, as textures see them.
+    /// Texture coordinates.
     pub uv: [f64; 2],
     /// The material.
     pub material: MaterialId,
-    /// Whether the ray met the outer side: a ray refracted there enters the solid.
+    /// Whether the ray hit the outer side: a ray refracted there enters the solid.
     pub entering: bool,
-    /// The surface's own colour C.
+    /// The surface colour C.
     pub color: Spectrum,
-    /// Shares of ambient light, of light returned diffusely, and strength of the highlight; 0 where a term is switched off.
+    /// ka, kd and ks; 0 where a term is switched off.
     pub coefficients: [f64; 3],
     /// Exponent of the highlight.
     pub shininess: f64,
-    /// Index of refraction inside over outside.
+    /// Relative index of refraction, inside over outside.
     pub ior: f64,
     /// ka · Ia · C.
     pub ambient: Spectrum,
-    /// Lights, each once or once per point of it that was asked; empty where the local colour has no such term.
+    /// The light terms, one per light or per sample of an area light; empty where the surface has neither a
+    /// diffuse nor a highlight term.
     pub lights: Vec<LightTerm>,
-    /// Their sum with the ambient term, in this order.
+    /// The sum of the ambient term and the light terms, in this order.
     pub local: Spectrum,
-    /// Weights of the local colour, of what is reflected and of what is refracted, as they came out at this angle.
+    /// Weights of local colour, reflection and refraction at this angle of incidence.
     pub weights: [f64; 3],
-    /// Whether no ray can leave: what would be refracted is reflected.
+    /// Whether there is total internal reflection: the refracted fraction is reflected.
     pub total_internal_reflection: bool,
-    /// What was added to the sample because the surface shines, where its material can.
+    /// The emission added to the sample, where the material can emit.
     pub emitted: Option<Spectrum>,
-    /// The local colour's part of the sample, where it has a weight.
+    /// The contribution of the local colour, where its weight is above 0.
     pub contribution: Option<Spectrum>,
     /// Rays that were not traced.
     pub cut: Vec<CutRecord>,
@@ -205,31 +207,31 @@ pub struct HitRecord {
 /// A ray that was not traced.
 #[derive(Clone, Copy, Debug)]
 pub struct CutRecord {
-    /// What it would have been.
+    /// What kind of ray it would have been.
     pub kind: RayKind,
-    /// Where it would have gone.
+    /// Its direction.
     pub direction: DVec3,
-    /// The share of what it would have found that would have reached the pixel.
+    /// The weight it would have had in the pixel.
     pub weight: f64,
-    /// Why.
+    /// Why it was not traced.
     pub reason: CutReason,
-    /// What stands for it.
+    /// What replaced it.
     pub seen: Seen,
-    /// What was added to the sample.
+    /// The value added to the sample.
     pub contribution: Spectrum,
 }
 
 /// Why a ray was not traced.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum CutReason {
-    /// As many reflections and refractions as the integrator allows.
+    /// The limit of depth.
     Depth,
-    /// As many rays as it allows.
+    /// The limit of rays per sample.
     Count,
 }
 
 impl CutReason {
-    /// In a word.
+    /// The reason as a word.
     pub fn word(self) -> &'static str {
         match self {
             CutReason::Depth => "depth",
@@ -238,18 +240,18 @@ impl CutReason {
     }
 }
 
-/// What a light, or one of its points, adds to the local colour.
+/// The term of one light, or of one sample of an area light.
 #[derive(Clone, Debug)]
 pub struct LightTerm {
-    /// Its number among the scene's lights: [`Scene::light_sources`](crate::scene::Scene::light_sources).
+    /// Index among the scene's lights: [`Scene::light_sources`](crate::scene::Scene::light_sources).
     pub light: u32,
-    /// Which of its points.
+    /// Index of the sample of an area light.
     pub sample: u32,
-    /// BsdfFromWo the light: its length is the distance of a light that has a place.
+    /// Towards the light; for a light with a position, its length is the distance.
     pub to_light: DVec3,
-    /// Whether it has one.
+    /// Whether the light has a position.
     pub finite: bool,
-    /// Whether any light comes this way, as far as the light itself is concerned: a spot has a cone.
+    /// Whether the light illuminates this point at all, without regard to shadows: a spot has a cone.
     pub reaches: bool,
     /// I: colour times intensity times attenuation.
     pub intensity: Spectrum,
@@ -261,43 +263,44 @@ pub struct LightTerm {
     pub diffuse: Spectrum,
     /// ks · H · max(0, R·V)^shininess.
     pub highlight: Spectrum,
-    /// The ray that looked for what is in the way; `None` where none was needed.
+    /// The shadow ray; `None` where none was needed.
     pub shadow: Option<ShadowRecord>,
-    /// What was added to the local colour: S · I · (diffuse + highlight).
+    /// The value added to the local colour: S · I · (diffuse + highlight).
     pub added: Spectrum,
 }
 
-/// A ray from a surface to a light.
+/// A shadow ray.
 #[derive(Clone, Debug)]
 pub struct ShadowRecord {
-    /// Where it begins.
+    /// The origin.
     pub origin: DVec3,
-    /// Its direction; it ends at `t_max`, which is 1 at a light that has a place.
+    /// The direction. The ray ends at `t_max`, which is 1 at a light with a position.
     pub direction: DVec3,
-    /// Hits count from here on.
+    /// Hits count from this t.
     pub t_min: f64,
-    /// And up to here.
+    /// Hits count up to this t.
     pub t_max: f64,
-    /// The share of light that arrives; the integrator's `shadow_factor` comes on top.
+    /// The transmittance, before the integrator's `shadow_factor` is applied.
     pub through: Spectrum,
-    /// What is in the way, in the ray's order; what comes behind the first opaque thing is not listed.
+    /// The objects along the ray, in order, up to the first opaque one.
     pub casters: Vec<Caster>,
 }
 
 impl TreeRecord {
-    /// What the rays that are written down added to the sample, in the order in which they did.
+    /// The contributions of the recorded rays, in the order in which they were added to the sample.
     pub fn contributions(&self) -> impl Iterator<Item = Spectrum> + '_ {
         self.rays.iter().flat_map(RayRecord::contributions)
     }
 
-    /// Their sum, and that of rays which are not written down: the colour of [`TreeRecord::radiance`], to the last bit.
+    /// The sum of all contributions, those of unrecorded rays included: the colour of [`TreeRecord::radiance`],
+    /// bit for bit.
     pub fn sum(&self) -> Spectrum {
         self.total.unwrap_or_else(|| self.contributions().fold(Spectrum::BLACK, |sum, light| sum + light))
     }
 }
 
 impl RayRecord {
-    /// What this ray itself added to the sample, in order; what those that it spawned brought is theirs.
+    /// The contributions of this ray in order, without those of the rays that it spawned.
     pub fn contributions(&self) -> impl Iterator<Item = Spectrum> + '_ {
         let (hit, miss) = match &self.end {
             RayEnd::Hit(hit) => (Some(hit), None),

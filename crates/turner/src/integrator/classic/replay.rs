@@ -1,4 +1,4 @@
-//! One sample again, with notes.
+//! Traces one sample again, with a recorder.
 
 use super::notes::Notes;
 use super::prepared::ClassicIntegrator;
@@ -10,19 +10,20 @@ use crate::sampler::SampleId;
 use crate::schema::{ErrorCode, SceneError};
 use crate::view::{camera_point, place_of, sample_id};
 
-/// Traces sample `index` (from 0) of the pixel in column `x`, row `y` (from 0, top left) as rendering does, and writes down what happens.
+/// Traces sample `index` (from 0) of the pixel in column `x`, row `y` (from 0, top left) and records it.
 ///
-/// The rays are traced by the code that renders: the record's radiance is the sample's, to the last bit ([`crate::render::sample`]).
+/// It runs the rendering code: the radiance of the record equals that of the sample ([`crate::render::sample`])
+/// bit for bit.
 ///
-/// Errors: a pixel outside the picture, a sample beyond those of a pixel, adaptive anti-aliasing, whose samples have no numbers
-/// ([`ErrorCode::OutOfRange`]), and an integrator other than "classic" ([`ErrorCode::Conflict`]).
+/// Errors: a pixel outside the picture, a sample index out of range, adaptive anti-aliasing, whose samples have
+/// no index ([`ErrorCode::OutOfRange`]), and an integrator other than "classic" ([`ErrorCode::Conflict`]).
 pub fn replay(p: &Prepared, x: u32, y: u32, index: u32) -> Result<TreeRecord, SceneError> {
     let id = sample_id(&p.view, x, y, index)?;
     replay_at(p, id, place_of(&p.view, &id))
 }
 
-/// The same for a sample by what its numbers depend on and its place in the picture, in pixels from its top left corner: those of
-/// [`crate::render::pixel`] can be had whatever the anti-aliasing.
+/// The same for a sample given by its id and its position in the picture, in pixels from the top left corner. The
+/// samples of [`crate::render::pixel`] can be replayed with any anti-aliasing.
 ///
 /// Errors: an integrator other than "classic" ([`ErrorCode::Conflict`]).
 pub fn replay_at(p: &Prepared, id: SampleId, place: [f64; 2]) -> Result<TreeRecord, SceneError> {

@@ -1,6 +1,9 @@
-//! The shading rule, eight hits at a time: ka·Ia·C + Σ S·I·(kd·C·max(0, N·L) + ks·H·max(0, R·V)^n)
+//! The shading model, eight hits at a time: ka·Ia·C + Σ S·I·(kd·C·max(0, N·L) + ks·H·max(0, R·V)^n)
+//!
+//! C is the surface colour, H that of the highlight, Ia the ambient light, I the light's intensity after
+//! attenuation, S its transmittance (Whitted 1980, with Phong's highlight).
 
-// Bands of several colours go by one index.
+// Several arrays of colour channels share one index.
 #![allow(clippy::needless_range_loop)]
 
 use std::marker::PhantomData;
@@ -16,16 +19,16 @@ use crate::light::{Light, Uniform};
 use crate::math::elementary::Exponent;
 use crate::scene::{RayBatch, SpectrumBlock};
 
-/// A light's part at eight hits.
+/// The term of one light at eight hits.
 #[derive(Clone, Copy, Default)]
 pub(super) struct TermBlock {
-    /// What the surface returns of the light.
+    /// kd·C·max(0, N·L) + ks·H·max(0, R·V)^n.
     pub(super) term: SpectrumBlock,
-    /// The light that would arrive, if nothing was in the way; unused for lights that are the same everywhere.
+    /// The unshadowed intensity; unused for lights with a [`Uniform`].
     pub(super) intensity: SpectrumBlock,
-    /// BsdfFromWo the light; unused likewise.
+    /// Towards the light; unused for lights with a [`Uniform`].
     pub(super) to_light: [Block; 3],
-    /// Lanes that some light can reach.
+    /// Lanes that the light can reach.
     pub(super) active: u8,
 }
 
@@ -52,7 +55,7 @@ fn is_black<S: Simd>(simd: S, [r, g, b]: Color8<S>) -> Mask8<S> {
     r.eq(zero) & g.eq(zero) & b.eq(zero)
 }
 
-/// Begins the local colour with the ambient term.
+/// Initialises the local colours with the ambient term.
 pub(super) struct Ambient<'a> {
     pub(super) points: &'a mut [PointBlock],
     pub(super) ambient: Option<Spectrum>,
@@ -79,23 +82,24 @@ impl Work for Ambient<'_> {
     }
 }
 
-/// What surfaces return of one light (or one sample of it), and the rays that find out whether it arrives.
+/// Evaluates one light, or one sample of an area light, and creates its shadow rays.
 pub(super) struct Illuminate<'a, R> {
     pub(super) integrator: &'a ClassicDesc,
     pub(super) points: &'a [PointBlock],
     pub(super) terms: &'a mut [TermBlock],
-    /// For lights that shine alike everywhere; others have filled in the terms' `to_light`, `intensity` and `active`.
+    /// For lights whose position or direction and intensity are the same at all points. For other lights,
+    /// `to_light`, `intensity` and `active` of the terms are already set.
     pub(super) uniform: Option<Uniform>,
-    /// Whether the light has a place: then only what is nearer than it casts a shadow.
+    /// Whether the light has a position: then only objects nearer than it cast shadows.
     pub(super) finite: bool,
     pub(super) shadow_rays: &'a mut RayBatch,
-    /// Filled in where the recorder takes notes.
+    /// Filled if there is a recorder.
     pub(super) notes: &'a mut [TermNotes],
     pub(super) recorder: PhantomData<R>,
 }
 
 impl<R: Record> Work for Illuminate<'_, R> {
-    /// How many lanes the light may reach.
+    /// The number of lanes that the light can reach.
     type Output = u64;
 
     #[inline(always)]
@@ -156,7 +160,7 @@ impl<R: Record> Work for Illuminate<'_, R> {
                 // R is L mirrored about N; V is −d.
                 let mirrored = lit * (F64x8::splat(simd, 2.0) * n_dot_l) - l;
                 let r_dot_v = -mirrored.dot(Vec3x8::load(simd, &b.d));
-                // Darker ones are zero as they stand: adding them changes nothing.
+                // Below `dark` the highlight rounds to 0 in single precision; adding it would change nothing.
                 let seen = arrives
                     & Mask8::new(simd, b.glossy)
                     & r_dot_v.gt(zero)
@@ -180,7 +184,7 @@ impl<R: Record> Work for Illuminate<'_, R> {
                     }
                 }
             }
-            // What no light reaches needs no shadow ray.
+            // Lanes where both terms are black need no shadow ray.
             let active = arrives.and_not(is_black(simd, term));
             out.active = active.bits();
             reached += u64::from(out.active.count_ones());
@@ -206,7 +210,7 @@ impl<R: Record> Work for Illuminate<'_, R> {
     }
 }
 
-/// The power of a highlight, by repeated squaring as [`pow_int`](crate::math::elementary::pow_int) does it.
+/// The power of a highlight by repeated squaring, as [`pow_int`](crate::math::elementary::pow_int) computes it.
 #[inline(always)]
 fn power<S: Simd>(simd: S, b: &PointBlock, cosine: F64x8<S>, seen: Mask8<S>) -> F64x8<S> {
     let exponent = F64x8::load(simd, &b.exponent);
@@ -234,17 +238,17 @@ fn power<S: Simd>(simd: S, b: &PointBlock, cosine: F64x8<S>, seen: Mask8<S>) -> 
     result
 }
 
-/// Adds a light's terms to the local colours, as far as it arrives.
+/// Adds the terms of a light to the local colours, times its transmittance.
 pub(super) struct Accumulate<'a, R> {
     pub(super) points: &'a mut [PointBlock],
     pub(super) terms: &'a [TermBlock],
-    /// The light's intensity where it is the same everywhere.
+    /// The light's intensity, where it is the same at all points.
     pub(super) intensity: Option<Spectrum>,
-    /// What arrives of it; `None` without shadows.
+    /// The transmittance; `None` without shadows.
     pub(super) through: Option<&'a [SpectrumBlock]>,
-    /// The share that reaches points in shadow.
+    /// The fraction of light that reaches points in shadow.
     pub(super) shadow_factor: f32,
-    /// Filled in where the recorder takes notes.
+    /// Filled if there is a recorder.
     pub(super) notes: &'a mut [TermNotes],
     pub(super) recorder: PhantomData<R>,
 }
@@ -288,16 +292,16 @@ impl<R: Record> Work for Accumulate<'_, R> {
     }
 }
 
-/// What leaves eight hits: the local colour's part of the pixel, and mirrored rays.
+/// The results of eight hits: the weighted local colours and the reflected rays.
 #[derive(Clone, Copy, Default)]
 pub(super) struct LeavingBlock {
     pub(super) color: SpectrumBlock,
-    /// Only in the lanes with a mirrored ray.
+    /// Valid in lanes with a reflected ray.
     pub(super) origin: [Block; 3],
     pub(super) direction: [Block; 3],
 }
 
-/// Weighs the local colours and mirrors the rays.
+/// Weights the local colours and computes the reflected rays.
 pub(super) struct Leave<'a> {
     pub(super) integrator: &'a ClassicDesc,
     pub(super) points: &'a [PointBlock],
@@ -324,7 +328,7 @@ impl Work for Leave<'_> {
                 let n = Vec3x8::select(entering, ns, -ns);
                 let ng = Vec3x8::select(entering, ng, -ng);
                 let mut direction = d - n * (two * d.dot(n));
-                // A shading normal may tip the mirror direction below the surface: then the geometric one serves.
+                // A shading normal can reflect the ray below the surface; then the geometric normal is used.
                 let below = direction.dot(ng).le(zero);
                 if below.any() {
                     direction = Vec3x8::select(below, d - ng * (two * d.dot(ng)), direction);
@@ -341,8 +345,8 @@ impl Work for Leave<'_> {
     }
 }
 
-/// Asks a light that is not the same everywhere, point by point.
-pub(super) fn ask(
+/// Evaluates a light without [`Uniform`] point by point.
+pub(super) fn illuminate_points(
     light: &Light,
     i: u32,
     points: &[PointBlock],

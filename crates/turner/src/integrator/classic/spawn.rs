@@ -1,4 +1,4 @@
-//! How a ray's weight is divided at a surface, and what stands for rays that are not traced.
+//! How a ray's weight is split at a surface, and the values of rays that are not traced.
 
 use super::points::{PointBlock, get};
 use super::radiance::{Task, Tree, Weights};
@@ -12,14 +12,14 @@ use crate::math::elementary::Exponent;
 use crate::math::{DVec3, Ray, refract};
 use crate::scene::Scene;
 
-/// A ray that might leave a surface.
-pub(super) struct Share {
+/// A candidate for a reflected or refracted ray.
+pub(super) struct SecondaryRay {
     pub(super) kind: RayKind,
-    /// The share of what it finds that the surface passes on.
+    /// Its weight at the surface.
     pub(super) weight: f64,
 }
 
-/// Where it would begin.
+/// The state from which it is spawned.
 pub(super) struct Spawn<'a, R> {
     pub(super) from: &'a Task,
     pub(super) tree: &'a mut Tree,
@@ -28,7 +28,7 @@ pub(super) struct Spawn<'a, R> {
 }
 
 impl ClassicDesc {
-    /// The coefficients of a material as far as their terms count.
+    /// Stores the coefficients of a material; terms that are switched off get 0.
     #[inline]
     pub(super) fn coefficients(&self, material: &Classic, b: &mut PointBlock, lane: usize) {
         b.ka.0[lane] = material.ka as f32;
@@ -73,7 +73,7 @@ impl ClassicDesc {
         let eta = if b.entering >> lane & 1 == 1 { 1.0 / m.ior } else { m.ior };
         let direction = if k_refract > 0.0 { refract(d, n, eta) } else { None };
         let (reflect, refracted) = match (m.fresnel, k_refract > 0.0 && direction.is_none()) {
-            // Total internal reflection: the refracted share goes along the mirror direction.
+            // Total internal reflection: the refracted fraction follows the mirror direction.
             (Fresnel::Off, true) => (k_reflect + k_refract, 0.0),
             (_, true) => (k_reflect.max(k_refract), 0.0),
             (Fresnel::Off, false) => (k_reflect, k_refract),
@@ -89,17 +89,18 @@ impl ClassicDesc {
         (Weights { local, reflect, refract: refracted }, direction)
     }
 
-    /// A reflected or refracted ray to be traced; beyond the depth limit adds what stands for it instead.
+    /// Returns the task of a reflected or refracted ray. Beyond the depth limit it adds the replacement value and
+    /// returns `None`.
     #[inline]
     pub(super) fn spawn<R: Record>(
         &self,
         scene: &Scene,
-        share: Share,
+        secondary: SecondaryRay,
         direction: impl Fn() -> DVec3,
         at: Spawn<'_, R>,
     ) -> Option<Task> {
         let Spawn { from, tree, pixel, record } = at;
-        let (kind, weight) = (share.kind, from.weight * share.weight);
+        let (kind, weight) = (secondary.kind, from.weight * secondary.weight);
         let depth = from.depth + 1;
         if depth > self.max_depth {
             let (seen, color) = match self.at_depth {
@@ -126,8 +127,8 @@ impl ClassicDesc {
         Some(Task { sample: from.sample, depth, weight, cone: from.cone, curvature: 0.0 })
     }
 
-    /// A ray that leaves a surface; `length` is that of the camera ray, as the documents form it, which reflection and
-    /// refraction keep: `epsilon` is a t.
+    /// A secondary ray. `length` is that of the camera's direction vector as the documents define it; reflection
+    /// and refraction preserve it, and `epsilon` is a t in its units.
     #[inline]
     pub(super) fn leaving_ray(&self, origin: DVec3, direction: DVec3, length: f64) -> Ray {
         let mut ray = Ray::new(origin, direction);

@@ -1,4 +1,4 @@
-//! Colours without light.
+//! Base colour of the material, without light.
 
 use super::{DebugView, FirstHit, background_radiance, opaque};
 use crate::integrator::{Radiance, RayStats};
@@ -7,8 +7,9 @@ use crate::scene::Scene;
 use crate::schema::params;
 
 params! {
-    /// Shows the base colour of the material at the first hit, textures included, without light: what a denoiser wants beside the
-    /// picture. Materials of a mix by their shares. It is a colour, and is shown as the film says.
+    /// Shows the base colour of the material at the first hit, with textures and without light, as an input for a
+    /// denoiser. The colours of mixed materials are averaged by their weights. The result is a colour and follows
+    /// the film's settings.
     pub struct AlbedoDesc as "albedo" {
     }
     example r#"[integrator]
@@ -17,16 +18,16 @@ type = "albedo"
 }
 
 impl DebugView for AlbedoDesc {
-    fn word(&self) -> &'static str {
+    fn type_name(&self) -> &'static str {
         AlbedoDesc::DOC.name
     }
 
-    fn at(&self, hit: &FirstHit<'_>, _: &mut RayStats) -> Radiance {
+    fn at_hit(&self, hit: &FirstHit<'_>, _: &mut RayStats) -> Radiance {
         let outside = hit.surface.ng.dot(hit.ray.direction) <= 0.0;
         opaque(hit.scene.material_at(&hit.hit).base_color(hit.scene, &hit.surface, outside))
     }
 
-    fn beyond(&self, scene: &Scene, ray: &Ray) -> Radiance {
+    fn at_miss(&self, scene: &Scene, ray: &Ray) -> Radiance {
         background_radiance(scene, ray)
     }
 }

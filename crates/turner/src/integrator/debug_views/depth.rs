@@ -1,26 +1,27 @@
-//! How far away things are.
+//! Depth of the first hit.
 
-use super::{DebugView, FirstHit, numbers, shown};
+use super::{DebugView, FirstHit, display, values};
 use crate::film::Picture;
 use crate::integrator::{Radiance, RayStats};
 use crate::math::DVec2;
 use crate::schema::{choice, params};
 
 choice! {
-    /// What counts as depth.
+    /// How depth is measured.
     pub enum DepthMeasure {
-        /// The length of the camera ray.
+        /// Along the camera ray.
         Distance = "distance",
-        /// Its part along the middle of the view: the same all over a plane that faces the camera.
+        /// Along the viewing direction of the camera: constant over a plane that faces the camera.
         Axis = "axis",
     }
 }
 
 params! {
-    /// Shows how far away the first hit is, in the scene's units, from where the camera ray begins. EXR and HDR files hold the number in all three
-    /// channels, with alpha 0 where nothing is hit. PNG shows the reciprocal in colours: the nearest pale yellow, the farthest black.
+    /// Shows the distance from the origin of the camera ray to the first hit, in scene units. EXR and HDR files
+    /// hold it in all three channels; EXR alpha is 0 where nothing is hit. PNG files show its reciprocal as a
+    /// heat map: the nearest point pale yellow, the farthest black.
     pub struct DepthDesc as "depth" {
-        /// What counts as depth.
+        /// How depth is measured.
         measure: DepthMeasure = DepthMeasure::Distance;
     }
     example r#"[integrator]
@@ -30,23 +31,23 @@ measure = "axis"
 }
 
 impl DebugView for DepthDesc {
-    fn word(&self) -> &'static str {
+    fn type_name(&self) -> &'static str {
         DepthDesc::DOC.name
     }
 
-    fn shown(&self, picture: &mut Picture) {
-        shown::depth(picture);
+    fn set_display(&self, picture: &mut Picture) {
+        display::depth(picture);
     }
 
-    fn at(&self, hit: &FirstHit<'_>, _: &mut RayStats) -> Radiance {
-        let way = hit.surface.p - hit.ray.origin;
+    fn at_hit(&self, hit: &FirstHit<'_>, _: &mut RayStats) -> Radiance {
+        let to_hit = hit.surface.p - hit.ray.origin;
         let depth = match self.measure {
-            DepthMeasure::Distance => way.length(),
+            DepthMeasure::Distance => to_hit.length(),
             DepthMeasure::Axis => {
-                let middle = hit.view.camera.ray(DVec2::ZERO, DVec2::splat(0.5));
-                way.dot(middle.direction.normalize())
+                let central_ray = hit.view.camera.ray(DVec2::ZERO, DVec2::splat(0.5));
+                to_hit.dot(central_ray.direction.normalize())
             }
         };
-        numbers([depth; 3])
+        values([depth; 3])
     }
 }

@@ -1,16 +1,17 @@
-//! Integrators for looking at things: what is at the first hit of each camera ray, instead of light. One file each.
+//! Debug views: integrators that show a property of the first hit of each camera ray instead of light. One file
+//! each.
 //!
-//! The film holds numbers: EXR files have them as they are, with what was hit as alpha where a ray that hits nothing has no number
-//! to give. [`shown`] makes a picture of those that are no colours.
+//! The film holds the values. EXR files contain them unchanged, with alpha 0 where a ray hits nothing and the
+//! view has no value. [`display`] turns values that are not colours into the colours of PNG and JPEG files.
 
 mod albedo;
 mod ambient_occlusion;
 mod cost;
 mod depth;
+pub(super) mod display;
 mod ids;
 mod normals;
 mod position;
-pub(super) mod shown;
 #[cfg(test)]
 mod tests;
 mod uv;
@@ -39,7 +40,7 @@ use crate::scene::{Hit, Scene, SurfaceInteraction};
 use crate::schema::SceneError;
 use crate::view::View;
 
-/// A camera ray and what it met.
+/// A camera ray and its first hit.
 pub(super) struct FirstHit<'a> {
     scene: &'a Scene,
     view: &'a View,
@@ -50,61 +51,61 @@ pub(super) struct FirstHit<'a> {
 }
 
 impl FirstHit<'_> {
-    /// The shading normal on the viewer's side.
+    /// The shading normal, flipped towards the viewer.
     fn normal(&self) -> crate::math::DVec3 {
         if self.surface.ng.dot(self.ray.direction) > 0.0 { -self.surface.ns } else { self.surface.ns }
     }
 }
 
-/// What is shown of a hit, and where there is none.
+/// A property of the first hit.
 pub(super) trait DebugView: Clone + Send + Sync + 'static {
-    /// Its name in a scene.
-    fn word(&self) -> &'static str;
+    /// Its name in a scene file.
+    fn type_name(&self) -> &'static str;
 
-    /// Replaces the display values of a picture whose numbers are no colours.
-    fn shown(&self, _: &mut Picture) {}
+    /// Replaces the display values of a picture whose values are not colours.
+    fn set_display(&self, _: &mut Picture) {}
 
-    /// Whether it shows what searches go through.
+    /// Whether it shows the cost of traversal.
     fn shows_search(&self) -> bool {
         false
     }
 
-    /// Whether its numbers are labels, which have no mean.
+    /// Whether its values are labels, which have no mean.
     fn has_labels(&self) -> bool {
         false
     }
 
-    /// At a hit; counts the rays that it takes.
-    fn at(&self, hit: &FirstHit<'_>, stats: &mut RayStats) -> Radiance;
+    /// The value at a hit. Adds the rays that it traces to `stats`.
+    fn at_hit(&self, hit: &FirstHit<'_>, stats: &mut RayStats) -> Radiance;
 
-    /// Where a ray leaves the scene: without a word, nothing, which is transparent.
-    fn beyond(&self, scene: &Scene, ray: &Ray) -> Radiance {
+    /// The value where a ray hits nothing; transparent unless overridden.
+    fn at_miss(&self, scene: &Scene, ray: &Ray) -> Radiance {
         let _ = (scene, ray);
-        NOTHING
+        TRANSPARENT
     }
 }
 
-/// No number.
-const NOTHING: Radiance = Radiance { color: Spectrum::BLACK, alpha: 0.0 };
+/// No value.
+const TRANSPARENT: Radiance = Radiance { color: Spectrum::BLACK, alpha: 0.0 };
 
-/// A colour that covers.
+/// A colour with alpha 1.
 fn opaque(color: Spectrum) -> Radiance {
     Radiance { color, alpha: 1.0 }
 }
 
-/// Three numbers, in single precision.
-fn numbers(values: [f64; 3]) -> Radiance {
+/// Three values, rounded to single precision.
+fn values(values: [f64; 3]) -> Radiance {
     opaque(Spectrum::from(values.map(|v| v as f32)))
 }
 
-/// What a picture of light has there.
+/// The background, as in a rendered image.
 fn background_radiance(scene: &Scene, ray: &Ray) -> Radiance {
-    if scene.background.transparent { NOTHING } else { opaque(scene.background_radiance(ray.direction)) }
+    if scene.background.transparent { TRANSPARENT } else { opaque(scene.background_radiance(ray.direction)) }
 }
 
-impl<L: DebugView> Integrator for L {
+impl<D: DebugView> Integrator for D {
     fn name(&self) -> &str {
-        self.word()
+        self.type_name()
     }
 
     fn capabilities(&self) -> Capabilities {
@@ -117,12 +118,12 @@ impl<L: DebugView> Integrator for L {
     }
 }
 
-/// Shows the first hits of camera rays.
-struct DebugViewIntegrator<L>(L);
+/// The prepared form of every debug view.
+struct DebugViewIntegrator<D>(D);
 
-impl<L: DebugView> PreparedIntegrator for DebugViewIntegrator<L> {
+impl<D: DebugView> PreparedIntegrator for DebugViewIntegrator<D> {
     fn name(&self) -> &str {
-        self.0.word()
+        self.0.type_name()
     }
 
     fn capabilities(&self) -> Capabilities {
@@ -130,31 +131,31 @@ impl<L: DebugView> PreparedIntegrator for DebugViewIntegrator<L> {
     }
 
     fn show(&self, picture: &mut Picture) {
-        self.0.shown(picture);
+        self.0.set_display(picture);
     }
 
     fn tracer<'a>(&'a self, scene: &'a Scene, view: &'a View) -> Box<dyn Tracer + 'a> {
-        Box::new(DebugViewTracer { shown: &self.0, scene, view })
+        Box::new(DebugViewTracer { debug_view: &self.0, scene, view })
     }
 }
 
-struct DebugViewTracer<'a, L> {
-    shown: &'a L,
+struct DebugViewTracer<'a, D> {
+    debug_view: &'a D,
     scene: &'a Scene,
     view: &'a View,
 }
 
-impl<L: DebugView> Tracer for DebugViewTracer<'_, L> {
+impl<D: DebugView> Tracer for DebugViewTracer<'_, D> {
     fn radiance(&mut self, samples: &CameraSamples, out: &mut Vec<Radiance>, stats: &mut RayStats) {
         let (scene, view) = (self.scene, self.view);
         stats.camera += samples.ids.len() as u64;
         out.clear();
         let rays = samples.ids.iter().enumerate().filter_map(|(i, id)| Some((*id, samples.rays.get(i)?)));
         out.extend(rays.map(|(id, ray)| match scene.intersect(&ray) {
-            None => self.shown.beyond(scene, &ray),
+            None => self.debug_view.at_miss(scene, &ray),
             Some(hit) => {
                 let surface = scene.surface(&ray, &hit);
-                self.shown.at(&FirstHit { scene, view, id, ray, hit, surface }, stats)
+                self.debug_view.at_hit(&FirstHit { scene, view, id, ray, hit, surface }, stats)
             }
         }));
     }

@@ -1,6 +1,6 @@
-//! Normals as colours, for looking at geometry.
+//! Normals as colours.
 
-use super::{DebugView, FirstHit, background_radiance, numbers};
+use super::{DebugView, FirstHit, background_radiance, values};
 use crate::integrator::{Radiance, RayStats};
 use crate::math::Ray;
 use crate::scene::Scene;
@@ -9,17 +9,17 @@ use crate::schema::{choice, params};
 choice! {
     /// Which normal is shown.
     pub enum NormalKind {
-        /// The shading normal, turned towards the viewer.
+        /// The shading normal, flipped towards the viewer.
         Shading = "shading",
-        /// The geometric normal, as it points out of the shape.
+        /// The geometric normal, which points out of the shape.
         Geometric = "geometric",
     }
 }
 
 params! {
-    /// Shows the normal at the first hit as a colour: 0.5 + 0.5·(x, y, z).
+    /// Shows the world-space normal at the first hit as a colour: 0.5 + 0.5·(x, y, z).
     pub struct NormalsDesc as "normals" {
-        /// Which normal.
+        /// Which normal is shown.
         normal: NormalKind = NormalKind::Shading;
     }
     example r#"[integrator]
@@ -28,19 +28,19 @@ type = "normals"
 }
 
 impl DebugView for NormalsDesc {
-    fn word(&self) -> &'static str {
+    fn type_name(&self) -> &'static str {
         NormalsDesc::DOC.name
     }
 
-    fn at(&self, hit: &FirstHit<'_>, _: &mut RayStats) -> Radiance {
+    fn at_hit(&self, hit: &FirstHit<'_>, _: &mut RayStats) -> Radiance {
         let n = match self.normal {
             NormalKind::Geometric => hit.surface.ng,
             NormalKind::Shading => hit.normal(),
         };
-        numbers((0.5 * n + 0.5).to_array())
+        values((0.5 * n + 0.5).to_array())
     }
 
-    fn beyond(&self, scene: &Scene, ray: &Ray) -> Radiance {
+    fn at_miss(&self, scene: &Scene, ray: &Ray) -> Radiance {
         background_radiance(scene, ray)
     }
 }

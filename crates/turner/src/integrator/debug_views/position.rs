@@ -1,13 +1,14 @@
-//! Where things are.
+//! Positions of the first hits.
 
-use super::{DebugView, FirstHit, numbers, shown};
+use super::{DebugView, FirstHit, display, values};
 use crate::film::Picture;
 use crate::integrator::{Radiance, RayStats};
 use crate::schema::params;
 
 params! {
-    /// Shows the first hit's place in the world: x, y and z as red, green and blue. EXR files hold the numbers, with alpha 0 where
-    /// nothing is hit. PNG shows each axis from the least to the largest value in the picture.
+    /// Shows the world-space position of the first hit: x, y and z as red, green and blue, in scene units. EXR
+    /// files hold the values, with alpha 0 where nothing is hit. PNG files scale each axis from its smallest to
+    /// its largest value in the picture.
     pub struct PositionDesc as "position" {
     }
     example r#"[integrator]
@@ -16,15 +17,15 @@ type = "position"
 }
 
 impl DebugView for PositionDesc {
-    fn word(&self) -> &'static str {
+    fn type_name(&self) -> &'static str {
         PositionDesc::DOC.name
     }
 
-    fn shown(&self, picture: &mut Picture) {
-        shown::position(picture);
+    fn set_display(&self, picture: &mut Picture) {
+        display::position(picture);
     }
 
-    fn at(&self, hit: &FirstHit<'_>, _: &mut RayStats) -> Radiance {
-        numbers(hit.surface.p.to_array())
+    fn at_hit(&self, hit: &FirstHit<'_>, _: &mut RayStats) -> Radiance {
+        values(hit.surface.p.to_array())
     }
 }

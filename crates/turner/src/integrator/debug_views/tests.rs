@@ -1,4 +1,4 @@
-//! What these integrators show is known by formula.
+//! The values of the debug views, by formula.
 #![allow(
     clippy::disallowed_methods,
     reason = "expected values are independent of the renderer's own functions"
@@ -20,7 +20,7 @@ use crate::shape::{PlaneDesc, ShapeDesc};
 use crate::testing::scenes::{cuboid, grey, plane, rectangle, render, render_with, rgb, scene, sphere, v};
 use crate::texture::{CheckerboardDesc, TextureDesc};
 
-/// Nothing, seen from the front.
+/// An empty scene, seen from the front.
 fn nothing() -> SceneDesc {
     SceneDesc::default().seen_from_front(5.0, 50.0).sized([24, 16])
 }
@@ -79,7 +79,7 @@ fn with_triangle(mut desc: SceneDesc) -> SceneDesc {
     desc.with(triangle, white())
 }
 
-/// The numbers of all pixels that hit something.
+/// The values of all pixels that hit something.
 fn hits(picture: &Picture) -> Vec<[f64; 3]> {
     let hit = picture.linear.iter().filter(|p| p[3] == 1.0);
     hit.map(|p| [p[0], p[1], p[2]].map(f64::from)).collect()
@@ -91,14 +91,14 @@ fn depth_of_a_plane_is_its_distance() {
     let axis = seen(DepthMeasure::Axis);
     assert_eq!(hits(&axis).len(), 24 * 16);
     assert!(hits(&axis).iter().all(|d| d.iter().all(|d| (d - 5.0).abs() < 1e-6)));
-    // All are equally near: a half of the range of colours.
+    // All depths are equal: the centre of the colour range.
     assert!(axis.display.iter().all(|c| *c == axis.display[0]));
-    // Along the ray it is 5 over the cosine: p = 5 (tan x, tan y, 1).
+    // Along the ray the depth is 5 over the cosine: p = 5 (tan x, tan y, 1).
     let distance = seen(DepthDesc::default().measure);
     let tan = (25f64.to_radians()).tan();
     for (i, d) in hits(&distance).iter().enumerate() {
         let (x, y) = ((i % 24) as f64 + 0.5 - 12.0, (i / 24) as f64 + 0.5 - 8.0);
-        // The angle of view is that of the height.
+        // The field of view is vertical.
         let expected = 5.0 * (1.0 + (x * x + y * y) * (tan / 8.0) * (tan / 8.0)).sqrt();
         assert!((d[0] - expected).abs() < 1e-5, "{d:?} {expected}");
     }
@@ -115,7 +115,7 @@ fn positions_lie_on_the_sphere() {
     for [x, y, z] in found {
         assert!(((x * x + y * y + z * z).sqrt() - 1.5).abs() < 1e-6 && z > 0.0);
     }
-    // Beside it there is no place.
+    // No position outside the sphere.
     assert_eq!(picture.linear[0], [0.0; 4]);
     assert_eq!(picture.display[0], [0; 4]);
 }
@@ -128,7 +128,7 @@ fn coordinates_run_along_the_edges() {
     for (uv, p) in hits(&uvs).iter().zip(hits(&at)) {
         assert!((uv[0] - (p[0] / 4.0 + 0.5)).abs() < 1e-6 && (uv[1] - (p[1] / 4.0 + 0.5)).abs() < 1e-6);
     }
-    // Of what repeats, the part after the point is shown.
+    // Of repeated coordinates, the fractional part is shown.
     let wall = view(uv(), nothing().with_default(wall(0.0)));
     for (shown, p) in wall.display.iter().zip(hits(&wall)) {
         let expected = ((p[0] - p[0].floor()) * 255.0).round();
@@ -151,7 +151,7 @@ fn albedo_is_the_colour_without_light() {
 }
 
 #[test]
-fn ids_are_places_in_the_description() {
+fn ids_are_indices_in_the_description() {
     let mut desc = nothing();
     let [one, two] = [(); 2].map(|()| desc.material(white().into()));
     let two = desc
@@ -176,8 +176,8 @@ fn ids_are_places_in_the_description() {
 }
 
 #[test]
-fn holes_are_not_there() {
-    // The front of two walls has holes in a chessboard.
+fn rays_pass_through_holes() {
+    // The front one of two walls has the holes of a checkerboard.
     let mut desc = nothing();
     let board = CheckerboardDesc { even: grey(0.0), odd: grey(1.0), ..CheckerboardDesc::default() };
     let opacity = desc.texture(TextureDesc::Checkerboard(board));
@@ -200,11 +200,11 @@ fn occlusion_by_formula() {
         f64::from(picture.linear[0][0])
     };
     assert_eq!(open(None, 0.0), 1.0);
-    // A wall takes the half of all directions that lead towards it, however far it is away.
+    // A wall occludes half of all directions at any distance.
     let wall = ShapeDesc::Plane(PlaneDesc { normal: DVec3::X, point: v(-2.0, 0.0, 0.0) });
     assert!((open(Some(&wall), 0.0) - 0.5).abs() < 2e-3);
     assert_eq!(open(Some(&wall), 1.5), 1.0);
-    // A sphere overhead takes (r / h)².
+    // A sphere above occludes (r / h)².
     let found = open(Some(&sphere(v(0.0, 2.0, 0.0), 1.0)), 0.0);
     assert!((found - 0.75).abs() < 2e-3, "{found}");
     let none = view(IntegratorDesc::AmbientOcclusion(AmbientOcclusionDesc::default()), nothing());
@@ -214,20 +214,22 @@ fn occlusion_by_formula() {
 #[test]
 fn lines_have_their_width() {
     let large = nothing().sized([240, 160]);
-    // In the row of y = -0.5 both long edges are crossed: 1 in 4 of the width per height, the line is wider by √(1 + 1/4) across x.
+    // The row of y = -0.5 crosses both long edges. Their slope is 1/2 in width per height, so a line is wider by
+    // √(1 + 1/4) along x.
     for width in [1.0, 3.0] {
         let picture = view(wireframe(width), with_triangle(large.clone()));
         let row = &picture.linear[100 * 240..101 * 240];
-        // Within the triangle surfaces are seen a little from the side.
+        // Inside the triangle, surfaces are seen at a small angle.
         let inside: Vec<f32> = row.iter().filter(|p| p[0] < 1.0).map(|p| p[0]).collect();
         let dark: f64 = inside.iter().map(|v| (1.0 - f64::from(*v)).max(0.0)).sum();
         let shade: f64 = 0.02 * inside.len() as f64;
-        // Half of each line lies on the triangle, half beside it, where there is nothing to draw on.
+        // Only the half of each line on the triangle is drawn.
         let expected = 2.0 * (0.5 * width) * (1.25f64).sqrt();
         assert!((dark - expected).abs() < 0.6 + shade, "{dark} {expected}");
         assert!(picture.linear[150 * 240 + 120][0] > 0.9, "no line where none is");
     }
-    // A sphere has lines of its coordinates: the equator covers the two rows in the middle, and the next line is 20 rows away.
+    // A sphere has lines of equal u and v: the equator covers the two centre rows, and the next line is 20 rows
+    // away.
     let ball = view(wireframe(2.0), large.with_default(ball()));
     let row = |y: usize| &ball.linear[y * 240 + 85..y * 240 + 155];
     for y in [79, 80] {
@@ -235,18 +237,18 @@ fn lines_have_their_width() {
     }
     for y in [76, 84] {
         let light = row(y).iter().filter(|p| p[0] > 0.5).count();
-        // The next meridians, 45 degrees away, lie outside of these columns.
-        assert_eq!(light, 68, "{y}: all but the two columns of the meridian in the middle");
+        // The next meridians, 45 degrees away, are outside these columns.
+        assert_eq!(light, 68, "{y}: all but the two columns of the central meridian");
     }
 }
 
 #[test]
-fn cost_counts_what_lies_on_the_way() {
-    // Shapes of a sieve and planes are tested one by one.
+fn cost_counts_boxes_and_tests_along_the_ray() {
+    // Shapes in the sphere culler and planes are tested one by one.
     let away = ShapeDesc::Plane(PlaneDesc { normal: DVec3::NEG_Z, ..PlaneDesc::default() });
     let picture = view(cost(), nothing().with_default(wall(0.0)).with_default(away));
     assert!(hits(&picture).iter().all(|c| *c == [2.0, 0.0, 2.0]));
-    // One triangle: a node and a block where its box is met, nothing beside it.
+    // One triangle: one node, one block where its box is hit, and nothing else.
     let picture = view(cost(), with_triangle(nothing()));
     let found = hits(&picture);
     assert_eq!(found.len(), 24 * 16, "rays that hit nothing cost something, too");

@@ -1,13 +1,13 @@
-//! Surface coordinates.
+//! Texture coordinates.
 
-use super::{DebugView, FirstHit, numbers, shown};
+use super::{DebugView, FirstHit, display, values};
 use crate::film::Picture;
 use crate::integrator::{Radiance, RayStats};
 use crate::schema::params;
 
 params! {
-    /// Shows (u, v) at the first hit as red and green. EXR files hold the numbers, with alpha 0 where nothing is hit; PNG shows what is behind
-    /// their decimal points, so that pictures which repeat are seen to.
+    /// Shows the texture coordinates (u, v) at the first hit as red and green. EXR files hold the values, with
+    /// alpha 0 where nothing is hit. PNG files show their fractional parts, so repeats are visible.
     pub struct UvDesc as "uv" {
     }
     example r#"[integrator]
@@ -16,16 +16,16 @@ type = "uv"
 }
 
 impl DebugView for UvDesc {
-    fn word(&self) -> &'static str {
+    fn type_name(&self) -> &'static str {
         UvDesc::DOC.name
     }
 
-    fn shown(&self, picture: &mut Picture) {
-        shown::uv(picture);
+    fn set_display(&self, picture: &mut Picture) {
+        display::uv(picture);
     }
 
-    fn at(&self, hit: &FirstHit<'_>, _: &mut RayStats) -> Radiance {
+    fn at_hit(&self, hit: &FirstHit<'_>, _: &mut RayStats) -> Radiance {
         let uv = hit.scene.texture_point(&hit.surface).uv;
-        numbers([uv.x, uv.y, 0.0])
+        values([uv.x, uv.y, 0.0])
     }
 }

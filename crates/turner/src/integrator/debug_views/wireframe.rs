@@ -1,4 +1,7 @@
-//! The edges of what a scene is made of.
+//! Edges of triangles, and lines of equal u and v on other shapes.
+//!
+//! The distance of a line from the camera ray, divided by the size of a pixel at the hit, gives its distance in
+//! pixels. The coverage of the pixel follows from it, so lines are antialiased with one sample per pixel.
 
 use super::{DebugView, FirstHit, opaque};
 use crate::color::Spectrum;
@@ -8,14 +11,15 @@ use crate::scene::Scene;
 use crate::schema::{Range, params};
 
 params! {
-    /// Shows the edges of triangles as lines of an even width on the picture, smooth by themselves; other shapes have lines of equal u and v, eight to
-    /// each, on planes one to a unit of the scene, which fade where they would run together. Surfaces are shaded by how they face the viewer.
+    /// Shows the edges of triangles as antialiased lines of constant width in the image. Other shapes get lines
+    /// of equal u and v, eight in each direction (on planes one per scene unit), which fade where they come too
+    /// close. Surfaces are shaded by their angle to the viewer.
     pub struct WireframeDesc as "wireframe" {
         /// Width of the lines in pixels.
         width: f64 = 1.0, in Range { min: 0.0, open_min: true, max: 1000.0, open_max: false };
-        /// Their colour.
+        /// Colour of the lines.
         line: Spectrum = Spectrum::BLACK;
-        /// The colour of surfaces that face the viewer.
+        /// Colour of surfaces that face the viewer.
         fill: Spectrum = Spectrum::WHITE;
     }
     example r##"[integrator]
@@ -26,11 +30,11 @@ line = "#102040"
 }
 
 impl DebugView for WireframeDesc {
-    fn word(&self) -> &'static str {
+    fn type_name(&self) -> &'static str {
         WireframeDesc::DOC.name
     }
 
-    fn at(&self, hit: &FirstHit<'_>, _: &mut RayStats) -> Radiance {
+    fn at_hit(&self, hit: &FirstHit<'_>, _: &mut RayStats) -> Radiance {
         let pixel = Pixel::of(hit);
         let drawn = match hit.scene.triangle_at(&hit.hit) {
             Some(corners) => self.edges(hit, &corners, &pixel),
@@ -41,16 +45,16 @@ impl DebugView for WireframeDesc {
         opaque(fill.lerp(self.line, drawn as f32))
     }
 
-    fn beyond(&self, scene: &Scene, _: &Ray) -> Radiance {
-        if scene.background.transparent { super::NOTHING } else { opaque(self.fill) }
+    fn at_miss(&self, scene: &Scene, _: &Ray) -> Radiance {
+        if scene.background.transparent { super::TRANSPARENT } else { opaque(self.fill) }
     }
 }
 
-/// How a camera ray changes from its pixel to the next.
+/// Ray differentials: how a camera ray changes from one pixel to the next.
 struct Pixel {
-    /// To the right and down: of the origin and of the unit direction.
+    /// Per pixel to the right and down: the changes of the origin and of the unit direction.
     steps: [(DVec3, DVec3); 2],
-    /// A pixel's side at the hit, across the ray.
+    /// Width of a pixel at the hit, perpendicular to the ray.
     side: f64,
 }
 
@@ -74,7 +78,7 @@ impl Pixel {
         Pixel { steps, side: (across[0] * across[1]).sqrt() }
     }
 
-    /// The ray that is a pixel to the right or down.
+    /// The camera ray one pixel to the right (0) or down (1).
     fn neighbour(&self, ray: &Ray, i: usize) -> Ray {
         let (o, d) = self.steps[i];
         Ray { origin: ray.origin + o, direction: (ray.direction + d).normalize(), ..*ray }
@@ -82,13 +86,14 @@ impl Pixel {
 }
 
 impl WireframeDesc {
-    /// The share of a pixel, at a distance from a line's middle in pixels, that the line covers.
+    /// The fraction of a pixel that a line covers, by the distance of its centre line in pixels.
     fn covered(&self, distance: f64) -> f64 {
-        // What half a line and half a pixel have in common; thin lines are pale rather than broken.
+        // The overlap of line and pixel; lines thinner than a pixel become pale instead of broken.
         (0.5 * self.width + 0.5 - distance).clamp(0.0, 1.0).min(self.width)
     }
 
-    /// The nearest edge, by the distance of its line from the ray: that is its distance in the picture.
+    /// The coverage of the nearest edge, by the distance between the ray and the edge's line, which is its
+    /// distance in the image.
     fn edges(&self, hit: &FirstHit<'_>, corners: &[DVec3; 3], pixel: &Pixel) -> f64 {
         let distance = |i: usize| {
             let (a, b) = (corners[i], corners[(i + 1) % 3]);
@@ -100,12 +105,12 @@ impl WireframeDesc {
         self.covered(nearest / pixel.side)
     }
 
-    /// Lines of equal u and v: how fast they change is found by the rays of the next pixels.
+    /// Lines of equal u and v. The rays of neighbouring pixels give their derivatives.
     fn coordinate_lines(&self, hit: &FirstHit<'_>, pixel: &Pixel) -> f64 {
         let scene = hit.scene;
-        // On a plane u and v take two units of the scene.
-        let endless = scene.is_unbounded(&hit.hit);
-        let spacing = if endless { 0.5 } else { 0.125 };
+        // On a plane, u and v change by 1 in two scene units.
+        let unbounded = scene.is_unbounded(&hit.hit);
+        let spacing = if unbounded { 0.5 } else { 0.125 };
         let uv = scene.texture_point(&hit.surface).uv;
         let mut change = DVec2::ZERO;
         for i in 0..2 {
@@ -115,9 +120,9 @@ impl WireframeDesc {
                 && next_hit.shape.part == hit.hit.shape.part;
             if same {
                 let next = scene.texture_point(&scene.surface(&ray, &next_hit)).uv;
-                // Around a seam the short way.
+                // Across a seam of u or v, use the shorter difference.
                 let step = (next - uv).abs();
-                let step = if endless { step } else { step.min((step - 1.0).abs()) };
+                let step = if unbounded { step } else { step.min((step - 1.0).abs()) };
                 change += step * step;
             }
         }
@@ -127,7 +132,7 @@ impl WireframeDesc {
             }
             let off = v / spacing - (v / spacing).round();
             let apart = spacing / change;
-            // Fading from six widths apart to two.
+            // Fades from a spacing of six line widths to two.
             let fade = ((apart / self.width.max(1.0) - 2.0) / 4.0).clamp(0.0, 1.0);
             fade * self.covered(off.abs() * apart)
         };

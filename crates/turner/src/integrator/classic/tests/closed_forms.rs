@@ -1,4 +1,4 @@
-//! Pictures whose pixels are known by formula.
+//! Scenes whose pixels are known in closed form.
 #![allow(
     clippy::disallowed_methods,
     reason = "expected values are independent of the renderer's own functions"
@@ -31,7 +31,7 @@ fn of_depth(max_depth: u32) -> ClassicDesc {
     ClassicDesc { max_depth, ..ClassicDesc::default() }
 }
 
-/// One pixel of a scene.
+/// The one pixel of a scene rendered at 1x1.
 fn one_pixel(desc: SceneDesc) -> [f32; 3] {
     pixel(&render(&desc.sized([1, 1])).0, 0, 0)
 }
@@ -46,12 +46,12 @@ fn ambient(intensity: f64) -> LightDesc {
     LightDesc::Ambient(AmbientDesc { intensity, ..AmbientDesc::default() })
 }
 
-/// Light straight from above.
+/// A directional light from above.
 fn from_above(intensity: f64) -> LightDesc {
     LightDesc::Directional(DirectionalDesc { from: Some(DVec3::Y), intensity, ..DirectionalDesc::default() })
 }
 
-/// A surface of such a colour that is lit.
+/// A diffuse surface of this colour.
 fn colored(r: f64, g: f64, b: f64) -> ClassicMaterial {
     ClassicMaterial { color: rgb([r, g, b]), ..ClassicMaterial::default() }
 }
@@ -60,7 +60,7 @@ fn white() -> ClassicMaterial {
     colored(1.0, 1.0, 1.0)
 }
 
-/// A surface that is not lit, but reflects and refracts such shares.
+/// A surface without diffuse term that reflects and refracts with these coefficients.
 fn glass(k_reflect: f64, k_refract: f64) -> ClassicMaterial {
     ClassicMaterial { kd: 0.0, k_reflect, k_refract, ..ClassicMaterial::default() }
 }
@@ -71,7 +71,8 @@ fn ball(radius: f64) -> ShapeDesc {
 
 #[test]
 fn lambert_and_phong_at_a_point() {
-    // The camera looks straight down at the origin of a plane; the light stands 60 degrees from its normal.
+    // The camera looks straight down at the origin of a plane; the direction to the light is 60 degrees from the
+    // normal.
     let seen = |material: ClassicMaterial, coefficients: [f64; 3]| {
         let position = v(1.732_050_807_568_877_2, 1.0, 0.0);
         let attenuation = Attenuation { coefficients };
@@ -85,7 +86,7 @@ fn lambert_and_phong_at_a_point() {
     // R·V = cos 60° too: (1/2)^3 = 1/8 on every channel.
     let glossy = ClassicMaterial { kd: 0.0, ks: 1.0, shininess: 3.0, ..diffuse.clone() };
     close(seen(glossy.clone(), even), [0.125; 3], 1e-6);
-    // A non-whole exponent.
+    // A non-integer exponent.
     close(seen(ClassicMaterial { shininess: 2.5, ..glossy }, even), [0.5f64.powf(2.5); 3], 1e-6);
     // The distance is 2: a quarter of the light.
     close(seen(diffuse.clone(), [0.0, 0.0, 1.0]), [0.1, 0.05, 0.025], 1e-6);
@@ -120,7 +121,7 @@ fn spot_light_rim_and_ambient() {
 
 #[test]
 fn facing_mirrors_show_exactly_max_depth_images() {
-    // Two mirrors of brightness 1: one for the mirror the camera sees and one for each image in it.
+    // Two mirrors of brightness 1: one for the mirror that the camera sees and one for each image in it.
     for depth in [0, 1, 2, 5, 20, 1000] {
         let camera = PinholeDesc { position: DVec3::ZERO, look_at: DVec3::NEG_Z, ..PinholeDesc::default() };
         let settings = ClassicDesc { at_depth: AtDepth::Black, combine: Combine::Add, ..of_depth(depth) };
@@ -142,7 +143,7 @@ fn a_glass_slab_shifts_a_ray_by_the_textbook_amount() {
     let shift = (i - t).sin() / t.cos();
     let (dx, dz) = (i.sin(), -i.cos());
     let hit = |extra: f64| {
-        // The undisturbed ray goes through the origin; perpendicular to it, in the plane of incidence, lies (dz, −dx).
+        // The undeviated ray goes through the origin; (dz, −dx) is perpendicular to it in the plane of incidence.
         let s = shift + extra;
         let (x, z) = (dx * 5.0 + dz * s, dz * 5.0 - dx * s);
         let desc = plain()
@@ -170,14 +171,14 @@ fn the_ray_tree_has_at_most_two_to_the_depth_leaves() {
         let most = stats.camera * ((2u64 << depth) - 2);
         assert!(stats.reflected + stats.refracted <= most);
         assert!(depth == 0 || stats.refracted > 0);
-        // Glass without loss before a white background is white.
+        // Lossless glass in front of a white background is white.
         assert!(picture.linear.iter().all(|p| (p[0] - 1.0).abs() < 1e-5));
     }
 }
 
 #[test]
 fn total_internal_reflection_loses_nothing() {
-    // From inside a dense sphere, looking past the critical angle.
+    // From inside a dense sphere, beyond the critical angle.
     for fresnel in [Fresnel::Off, Fresnel::Schlick, Fresnel::Exact] {
         let k_reflect = if fresnel == Fresnel::Off { 0.0 } else { 1.0 };
         let settings = ClassicDesc { at_depth: AtDepth::Background, ..of_depth(50) };
@@ -190,7 +191,7 @@ fn total_internal_reflection_loses_nothing() {
     }
 }
 
-/// A white plane under light from above, seen from the side.
+/// A white plane lit from above, seen at a grazing angle.
 fn shadowed(settings: ClassicDesc) -> SceneDesc {
     classic(settings).seen_at(v(0.0, 0.1, 3.0), DVec3::ZERO, 0.01).lit(from_above(1.0)).with(plane(), white())
 }
@@ -199,13 +200,13 @@ fn shadowed(settings: ClassicDesc) -> SceneDesc {
 fn a_tinted_shadow_has_the_colour_of_its_glass() {
     let tinted = ClassicMaterial { k_refract: 0.8, shadow: ShadowKind::Tinted, ..colored(1.0, 0.5, 0.0) };
     let desc = shadowed(ClassicDesc::default()).with(sphere(v(0.0, 2.0, 0.0), 0.5), tinted);
-    // In and out: (0.8·colour)².
+    // Two crossings: (0.8·colour)².
     close(one_pixel(desc), [0.64, 0.16, 0.0], 1e-6);
 }
 
 #[test]
-fn a_soft_shadow_is_the_visible_share_of_the_light() {
-    // Half of a rectangle light is hidden by a wall's edge.
+fn a_soft_shadow_is_the_visible_fraction_of_the_light() {
+    // A wall's edge hides half of a rectangle light.
     let light = RectangleLightDesc {
         center: v(0.0, 1000.0, 0.0),
         edge_u: v(2.0, 0.0, 0.0),
@@ -242,7 +243,7 @@ fn effects_are_switched_one_by_one() {
             .with(ShapeDesc::Disk(disk), black);
         one_pixel(desc)
     };
-    // In shadow, ambient alone and the black disk in the mirror.
+    // In shadow: only the ambient term, and the black disk in the mirror.
     let all = ClassicDesc::default();
     close(seen(all.clone()), [0.25, 0.0, 0.0], 1e-6);
     let light = ClassicDesc { shadows: false, ..all.clone() };
@@ -254,12 +255,12 @@ fn effects_are_switched_one_by_one() {
     close(seen(ClassicDesc { reflection: false, ..all }), [0.5, 0.0, 0.0], 1e-6);
 }
 
-/// A scene with everything small enough to scale.
+/// A scene scaled by `k`.
 fn scaled(k: f64) -> SceneDesc {
     let at = |x: f64, y: f64, z: f64| v(x * k, y * k, z * k);
     let camera =
         PinholeDesc { position: at(0.0, 2.0, 6.0), look_at: at(0.0, 1.0, 0.0), ..Default::default() };
-    let lamp = PointDesc { position: at(3.0, 5.0, 4.0), intensity: 0.8, ..PointDesc::default() };
+    let light = PointDesc { position: at(3.0, 5.0, 4.0), intensity: 0.8, ..PointDesc::default() };
     let torus = TorusDesc {
         center: at(-2.0, 1.0, 0.0),
         axis: v(1.0, 2.0, 2.0),
@@ -272,7 +273,7 @@ fn scaled(k: f64) -> SceneDesc {
         .seen(camera)
         .before_color([0.2, 0.3, 0.4])
         .lit(ambient(0.2))
-        .lit(LightDesc::Point(lamp))
+        .lit(LightDesc::Point(light))
         .with(sphere(at(0.0, -5000.0, 0.0), 5000.0 * k), ClassicMaterial { k_reflect: 0.2, ..shade("khaki") })
         .with(sphere(at(0.0, 1.0, 0.0), k), ClassicMaterial { ks: 0.5, k_reflect: 0.3, ..shade("tomato") })
         .with(sphere(at(1.5, 0.7, 1.0), 0.7 * k), ClassicMaterial { kd: 0.1, ..glass(0.1, 0.8) })
@@ -297,7 +298,7 @@ fn the_scale_of_a_scene_does_not_matter() {
         let other = render(&scaled(k)).0;
         assert!(different(&one, &other) <= 64 * 48 / 200, "scale {k}: {} pixels", different(&one, &other));
     }
-    // Scaled by a power of two all arithmetic is the same, bit for bit.
+    // Scaling by a power of two keeps all arithmetic the same, bit for bit.
     assert_eq!(one.linear, render(&scaled(1024.0)).0.linear);
 }
 
@@ -339,16 +340,16 @@ fn a_crop_is_a_part_of_the_picture() {
     }
 }
 
-/// A handful of shapes is searched one by one, some dozens by a sieve, more by a tree: the picture is the same.
+/// A few shapes are tested one by one, some dozens by the sphere culler, more by a BVH: the picture is the same.
 #[test]
-fn the_way_of_searching_does_not_show() {
+fn the_search_structure_does_not_change_the_picture() {
     let seen = |hidden: u32| {
         let floor = PlaneDesc { point: v(0.0, -0.5, 0.0), ..PlaneDesc::default() };
         let material =
             ClassicMaterial { color: called("gray"), k_reflect: 0.3, ..ClassicMaterial::default() };
         let mut desc = scaled(1.0).with(ShapeDesc::Plane(floor), material);
         desc.objects.rotate_right(1);
-        // Below an endless floor nothing is seen, mirrored or shaded.
+        // Nothing below an infinite floor is visible, reflected or shaded.
         let below = |i: u32| sphere(v(f64::from(i % 17), -3.0, f64::from(i / 17)), 0.2);
         render(&(0..hidden).fold(desc, |desc, i| desc.with_default(below(i)))).0
     };
@@ -358,9 +359,9 @@ fn the_way_of_searching_does_not_show() {
     }
 }
 
-/// A tree of rays that would never end is cut, and counted.
+/// An endless ray tree is cut and counted.
 #[test]
-fn a_thousand_generations_of_glass_end() {
+fn an_endless_ray_tree_ends() {
     let camera = PinholeDesc { position: v(0.0, 0.0, 4.0), ..PinholeDesc::default() };
     let mut desc = classic(of_depth(1000)).seen(camera).before(1.0);
     let glass = desc.material(glass(0.5, 0.5).into());

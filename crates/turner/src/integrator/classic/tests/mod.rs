@@ -1,3 +1,3 @@
-//! Classic recursive ray tracing from a scene to pixels.
+//! Tests of the classic integrator, from scene to pixels.
 
 mod closed_forms;

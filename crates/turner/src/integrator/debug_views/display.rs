@@ -1,16 +1,16 @@
-//! Numbers that are no colours, made visible: what PNG and JPEG files hold of them. EXR and HDR files keep the numbers.
+//! Display colours for values that are not colours, as in PNG and JPEG files. EXR and HDR files keep the values.
 
 use crate::color::heat;
 use crate::film::Picture;
 
-/// The numbers of a pixel that hit something, without alpha.
+/// The values of a pixel that hit something, divided by alpha.
 fn straight([r, g, b, a]: [f32; 4]) -> Option<[f32; 3]> {
-    let numbers = [r, g, b].map(|v| v / a);
-    (a > 0.0 && numbers.iter().all(|v| v.is_finite())).then_some(numbers)
+    let values = [r, g, b].map(|v| v / a);
+    (a > 0.0 && values.iter().all(|v| v.is_finite())).then_some(values)
 }
 
 fn byte(v: f32) -> u8 {
-    // Saturates; NaN is 0.
+    // The cast saturates; NaN becomes 0.
     (v * 255.0 + 0.5) as u8
 }
 
@@ -18,23 +18,23 @@ fn heat_bytes(v: f32) -> [u8; 3] {
     heat(v).to_array().map(byte)
 }
 
-/// Each pixel that hit something, by a function of its numbers; others stay.
+/// Sets the display colour of each pixel that hit something to a function of its values.
 fn each(picture: &mut Picture, f: impl Fn([f32; 3]) -> [u8; 3]) {
     for (shown, linear) in picture.display.iter_mut().zip(&picture.linear) {
-        if let Some(numbers) = straight(*linear) {
-            let [r, g, b] = f(numbers);
+        if let Some(values) = straight(*linear) {
+            let [r, g, b] = f(values);
             *shown = [r, g, b, byte(linear[3].min(1.0))];
         }
     }
 }
 
-/// The least and the largest value of a channel.
+/// The smallest and the largest value of a channel.
 fn range(picture: &Picture, channel: usize) -> (f32, f32) {
     let values = picture.linear.iter().filter_map(|p| straight(*p)).map(|p| p[channel]);
     values.fold((f32::INFINITY, f32::NEG_INFINITY), |(least, most), v| (least.min(v), most.max(v)))
 }
 
-/// Where a value lies between two, 0 to 1; a half where they are equal.
+/// The position of a value in a range, 0 to 1; 0.5 for an empty range.
 fn between(v: f32, (least, most): (f32, f32)) -> f32 {
     if most > least { (v - least) / (most - least) } else { 0.5 }
 }
@@ -53,14 +53,14 @@ pub(super) fn position(picture: &mut Picture) {
 
 pub(super) fn uv(picture: &mut Picture) {
     let fraction = |v: f32| byte(v - v.floor());
-    // The end of the range, where a picture ends that does not repeat, is not its beginning.
+    // A value of exactly 1 is the end of a texture that does not repeat, so it is shown as 1, not as 0.
     let shown = |v: f32| if v == 1.0 { 255 } else { fraction(v) };
     each(picture, |p| [shown(p[0]), shown(p[1]), 0]);
 }
 
 pub(super) fn ids(picture: &mut Picture) {
     each(picture, |p| {
-        // Golden steps around the circle of hues: neighbours differ, and numbers close by as well.
+        // Steps of the golden ratio around the hue circle: neighbouring IDs get different hues.
         let turns = f64::from(p[0]) * 0.618_033_988_749_895;
         let hue = ((turns - turns.floor()) * 6.0) as f32;
         let light = [0.95, 0.7, 0.85][(p[0] as u32 % 3) as usize];
