@@ -214,7 +214,7 @@ fn moves(args: &RenderArgs, steps: &[Step], ready: &Ready, control: &Control) ->
     let limits = args.scene.watched_limits(control);
     for step in [second, &steps[steps.len() / 2]] {
         let Step::Frame(frame) = step else { continue };
-        let models = args.scene.stage.at_frame(*frame);
+        let models = args.scene.studio.at_frame(*frame);
         let other = args.scene.described(&args.film, models, args.threads, None, &limits)?;
         if other.desc.same_scene(&ready.desc).is_err() {
             return Ok(true);

@@ -27,15 +27,13 @@ use crate::flags;
 use crate::instructions::instruction_set;
 use crate::limits::LimitArgs;
 use crate::reference::{first_sentence, paragraph};
-use crate::studio::StageArgs;
+use crate::studio::StudioArgs;
 
 /// Which scene, and what is changed in it.
 #[derive(Debug, Args)]
 pub(crate) struct SceneArgs {
     /// Scene or model file; `-` reads a scene from standard input
     pub(crate) scene: PathBuf,
-    #[command(flatten)]
-    pub(crate) stage: StageArgs,
     /// Set any value of the scene, e.g. -D object.0.radius=2 (repeatable)
     #[arg(short = 'D', long = "set", value_name = "KEY.PATH=VALUE", value_parser = parse_override)]
     set: Vec<Override>,
@@ -43,7 +41,7 @@ pub(crate) struct SceneArgs {
     #[arg(long, value_name = "NAME=VALUE", value_parser = parse_define)]
     define: Vec<(String, String)>,
     #[command(flatten)]
-    pub(crate) studio: StageArgs,
+    pub(crate) studio: StudioArgs,
     #[command(flatten)]
     limits: LimitArgs,
     /// Build quality of the mesh BVHs: affects build time and speed, never the picture

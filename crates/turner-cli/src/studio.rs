@@ -19,7 +19,7 @@ const MAX_ENVIRONMENT: u64 = 2 << 30;
 
 /// How a model is shown. Options win over the scene file.
 #[derive(Debug, Default, Args)]
-pub(crate) struct StageArgs {
+pub(crate) struct StudioArgs {
     /// Camera of the model by name or index, or orbit:AZIMUTH,ELEVATION[,DISTANCE] in degrees and scene radii
     #[arg(long, value_name = "NAME|orbit:A,E[,D]", value_parser = parse_camera)]
     camera: Option<String>,
@@ -65,7 +65,7 @@ fn parse_camera(text: &str) -> Result<String, String> {
     }
 }
 
-impl StageArgs {
+impl StudioArgs {
     /// The overrides and how each was written.
     pub(crate) fn overrides(&self) -> Vec<(Override, String)> {
         let mut out = Vec::new();
@@ -120,7 +120,7 @@ impl StageArgs {
     }
 }
 
-impl StageArgs {
+impl StudioArgs {
     /// Replaces the environment lights of the scene by the environment map of `--environment`, and applies `--env-rotation` and `--env-strength`.
     pub(crate) fn surround(
         &self,
