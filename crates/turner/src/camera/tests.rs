@@ -67,17 +67,17 @@ fn a_fisheye_keeps_angles_from_its_axis() {
         let camera = fisheye(angle, aspect);
         let nearer = DVec2::new(1.0 / aspect.max(1.0), aspect.min(1.0));
         for i in 0..=20 {
-            let share = f64::from(i) / 20.0;
+            let fraction = f64::from(i) / 20.0;
             for side in [DVec2::X, DVec2::NEG_X, DVec2::Y, DVec2::NEG_Y] {
-                let at = side * nearer * share * (1.0 - 1e-12);
+                let at = side * nearer * fraction * (1.0 - 1e-12);
                 let d = direction_at(&camera, at.x, at.y);
                 assert!((d.length() - 1.0).abs() < 1e-12);
                 let from_axis = atan2(d.cross(DVec3::NEG_Z).length(), -d.z);
-                let expected = radians(0.5 * angle) * share;
+                let expected = radians(0.5 * angle) * fraction;
                 assert!((from_axis - expected).abs() < 1e-7 * (1.0 + expected), "{from_axis} {expected}");
                 // On the correct side of the picture.
                 let flat = DVec2::new(d.x, d.y);
-                assert!(share == 0.0 || share == 1.0 || flat.normalize().dot(side) > 1.0 - 1e-9);
+                assert!(fraction == 0.0 || fraction == 1.0 || flat.normalize().dot(side) > 1.0 - 1e-9);
             }
         }
         // There are no rays outside the circle.
