@@ -202,7 +202,7 @@ impl MeshDesc {
             || keys.face_materials.is_some();
         let mesh = match keys.file {
             Some(_) if inline => {
-                let message = "a mesh has either a `file` or inline data: `positions`, `triangles`, `normals`, `uvs` and so on";
+                let message = "a mesh has either a `file` or inline data such as `positions` and `triangles`";
                 return Err(SceneError::at(ErrorCode::Conflict, table.span_of("file"), message)
                     .help("remove one of the two"));
             }

@@ -78,8 +78,8 @@ params! {
     pub struct ImageDesc as "image" {
         /// Path of the image, relative to the scene file.
         file: ImageId, required, default ImageId(0);
-        /// Interpolation and filtering of texels. Where the film does not filter textures (`texture_filter` in `[film]`),
-        /// "mipmap" acts as "bilinear" and "nearest-mipmap" as "nearest".
+        /// Interpolation and filtering of texels. Where the film does not filter textures (`texture_filter` in
+        /// `[film]`), "mipmap" acts as "bilinear" and "nearest-mipmap" as "nearest".
         filter: ImageFilter = ImageFilter::Mipmap;
         /// What continues outside the image: the image repeated, mirrored, its border extended, or black.
         wrap: Wrap = Wrap::Repeat;
