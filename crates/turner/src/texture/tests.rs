@@ -191,7 +191,7 @@ fn cycles_are_refused_with_their_names() {
     let inner = board("a", "red");
     let a = table(&[("type", text("stripes")), ("even", inner)]);
     let error = refused(&scene(&[("a", a)]).unwrap());
-    assert_eq!(error.message, "a texture contains itself: a -> { chessboard } -> a");
+    assert_eq!(error.message, "a texture contains itself: a -> { checkerboard } -> a");
 }
 
 /// The keys that a texture type requires, with any values.
