@@ -153,7 +153,7 @@ fn value(entry: &EntryDoc, field: &Field, random: &mut Random) -> String {
         "color" => color(field, random),
         "color | texture" => source(field, random),
         "[color | texture, …]" => several(2, random, &source),
-        "[[place, color | texture], …]" => {
+        "[[position, color | texture], …]" => {
             format!("[[0.25, {}], [0.5, {}]]", source(field, random), source(field, random))
         }
         "[color, …]" => several(3, random, &color),
