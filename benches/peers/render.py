@@ -153,14 +153,14 @@ class Mitsuba:
             picture = sky(np, sky_directions(np, 1024, angles), light)
             return {"type": "envmap", "bitmap": mi.Bitmap(picture.astype(np.float32))}
         # Without a BSDF of its own a light is half grey.
-        shining = {"bsdf": {"type": "diffuse", "reflectance": self.rgb(0.0)},
+        emissive = {"bsdf": {"type": "diffuse", "reflectance": self.rgb(0.0)},
                    "emitter": {"type": "area", "radiance": self.rgb(light["radiance"])}}
         if light["type"] == "sphere":
-            return {"type": "sphere", "center": light["center"], "radius": light["radius"], **shining}
+            return {"type": "sphere", "center": light["center"], "radius": light["radius"], **emissive}
         middle, u, w, n = lamp_axes(np, light)
         matrix = np.eye(4)
         matrix[:3] = np.stack([u / 2, w / 2, n, middle], 1)
-        return {"type": "rectangle", "to_world": mi.ScalarTransform4f(matrix.tolist()), **shining}
+        return {"type": "rectangle", "to_world": mi.ScalarTransform4f(matrix.tolist()), **emissive}
 
     def render(self, samples, seed):
         # Kernels are compiled again for each number of samples, which is not measured.

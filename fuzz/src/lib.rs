@@ -29,7 +29,7 @@ fn assets(name: &str, data: &[u8]) -> MemoryAssets {
     assets
 }
 
-/// Of so many files whose scene is small one is made ready with all its probes, and eight are without the probes of caustics and
+/// Of so many files whose scene is small one is prepared with all its probes, and eight are without the probes of caustics and
 /// shared paths: these take hundreds of times as long as reading the file, and say little of its reader. A number made of the
 /// file's bytes decides, so that each file is treated alike every time.
 const ONE_OF: u64 = 64;
@@ -39,7 +39,7 @@ fn hash(data: &[u8]) -> u64 {
     data.iter().fold(0xcbf2_9ce4_8422_2325, |h, &b| (h ^ u64::from(b)).wrapping_mul(0x100_0000_01b3))
 }
 
-/// Meshes have sound indices; what is small can be made ready.
+/// Meshes have sound indices; what is small can be prepared.
 fn check(mut scene: SceneDesc, data: &[u8]) {
     scene.meshes.iter().for_each(|m| m.data.check().expect("indices are checked"));
     let images: usize = scene.images.iter().map(|i| i.data.memory()).sum();

@@ -1,4 +1,4 @@
-//! How long a pass goes on after it is cancelled: `cancel_latency [--threads N] SCENE...`. Cancels each scene's passes at many moments; prints the median and
+//! How long a pass continues after it is cancelled: `cancel_latency [--threads N] SCENE...`. Cancels each scene's passes at many moments; prints the median and
 //! the longest time in milliseconds from the cancel to the return.
 
 use std::error::Error;

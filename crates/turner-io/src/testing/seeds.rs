@@ -116,7 +116,7 @@ fn cloud() -> String {
 }
 
 const SCENE: &str = "include = \"part.toml\"\n[film]\nwidth = 16\nheight = 0x0c\n[camera]\nposition = [0, 1.5, 6]\n\
-look_at = [0, 1, 0]\n[texture.a]\ntype = \"chessboard\"\n[material.m]\ncolor = 'a'\nk_reflect = 0.3\n[[object]]\n\
+look_at = [0, 1, 0]\n[texture.a]\ntype = \"checkerboard\"\n[material.m]\ncolor = 'a'\nk_reflect = 0.3\n[[object]]\n\
 type = \"sphere\"\nmaterial = \"m\"\ntransform = [{ scale = 2 }, { rotate = { axis = [0, 1, 0], angle = 30 } },]\n\
 [[group.g.object]]\ntype = \"box\"\nmin = [0, 0, 0]\nmax = [1, 1, 1]\n\"material\" = \"grey\" # \u{e9}\n\
 [[object]]\ntype = \"instance\"\ngroup = \"g\"\ntransform = [{ translate = [1e0, 0, -1] }]\n\
