@@ -151,7 +151,7 @@ impl Textures {
             (a, b) if a == white => b,
             (a, b) if b == white => a,
             (ColorSource::Constant(a), ColorSource::Constant(b)) => ColorSource::Constant(a * b),
-            (a, b) => self.add(TextureDesc::Product(MultiplyDesc { a, b })),
+            (a, b) => self.add(TextureDesc::Multiply(MultiplyDesc { a, b })),
         }
     }
 }

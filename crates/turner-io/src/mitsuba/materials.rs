@@ -113,7 +113,7 @@ pub(super) fn grey(v: f64) -> ColorSource {
 /// The material of shapes without a BSDF: diffuse grey, or black if they emit.
 fn plain(usage: Use) -> MaterialDesc {
     if usage.interior.is_some() && usage.emission.is_none() {
-        return MaterialDesc::Boundary(InterfaceMaterial { interior: usage.interior });
+        return MaterialDesc::Interface(InterfaceMaterial { interior: usage.interior });
     }
     let reflectance = if usage.emission.is_some() { 0.0 } else { 0.5 };
     let surface = PrincipledMaterial { base_color: grey(reflectance), ..PrincipledMaterial::matte() };
@@ -197,7 +197,7 @@ fn only_texture(object: &Object) -> Result<Option<usize>, Fault> {
 
 fn null(scene: &mut Assembly<'_>, place: Place, usage: Use) -> MaterialDesc {
     if usage.emission.is_none() {
-        return MaterialDesc::Boundary(InterfaceMaterial { interior: usage.interior });
+        return MaterialDesc::Interface(InterfaceMaterial { interior: usage.interior });
     }
     scene.report.approximated(place, "an emissive shape with a null BSDF: its surface is black");
     let black = PrincipledMaterial { base_color: grey(0.0), ..PrincipledMaterial::matte() };

@@ -168,7 +168,7 @@ fn make(
         "interface" | "none" | "" => {
             params.finish(&what, &mut maker.scene.report);
             if usage.emission.is_none() {
-                return Ok(MaterialDesc::Boundary(InterfaceMaterial { interior: usage.interior }));
+                return Ok(MaterialDesc::Interface(InterfaceMaterial { interior: usage.interior }));
             }
             maker.scene.report.approximated(
                 params.place,

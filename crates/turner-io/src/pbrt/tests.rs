@@ -147,7 +147,7 @@ fn a_grid_around_the_camera_is_a_box() {
     let ObjectContent::Shape(ShapeDesc::Box(bounds)) = &smoke.content else { panic!("{smoke:?}") };
     assert_eq!(bounds.min, Some(DVec3::new(0.0, 0.0, 2.0)));
     let material = &scene.materials[smoke.material.unwrap().index()].value;
-    let MaterialDesc::Boundary(boundary) = material else { panic!("{material:?}") };
+    let MaterialDesc::Interface(boundary) = material else { panic!("{material:?}") };
     let MediumDesc::Grid(grid) = &scene.media[boundary.interior.unwrap().index()].value else { panic!() };
     assert_eq!(grid.border, GridBorder::Fade);
 }
@@ -172,7 +172,7 @@ fn integrators_without_media_show_none() {
         ))
     };
     let inside = |scene: &SceneDesc| match &scene.materials[0].value {
-        MaterialDesc::Boundary(b) => b.interior,
+        MaterialDesc::Interface(b) => b.interior,
         other => panic!("{other:?}"),
     };
     let (with, without) = (scene("volpath"), scene("path"));
@@ -348,7 +348,7 @@ fn textures_are_pictures_boards_and_mixes() {
     let at = c.transform.0.inverse().transform_point3(DVec3::new(2.0 * 0.3 - 1.0, 0.0, 0.0));
     assert!((at.x - 2.4).abs() < 1e-9 && (at.y - 2.0).abs() < 1e-9);
     assert!(
-        matches!(board.textures[1].value, TextureDesc::Product(_))
+        matches!(board.textures[1].value, TextureDesc::Multiply(_))
             && matches!(board.textures[2].value, TextureDesc::Mix(_))
     );
 }

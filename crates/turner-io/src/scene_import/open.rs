@@ -16,7 +16,7 @@ pub(crate) fn fill_open(scene: &mut SceneDesc, around: Option<MediumId>) {
         return;
     };
     let shape = BoxDesc { min: Some(grid.min), max: Some(grid.max), center: None, size: None };
-    let material = MaterialDesc::Boundary(InterfaceMaterial { interior: around });
+    let material = MaterialDesc::Interface(InterfaceMaterial { interior: around });
     let material_id = MaterialId(scene.materials.len() as u32);
     scene.materials.push(Named { name: None, span: None, value: material });
     scene.objects.push(ObjectDesc {

@@ -22,10 +22,10 @@ pub(crate) fn product(scene: &mut CommonParts<'_>, a: ColorSource, b: ColorSourc
                     let desc = ImageDesc { tint: image.tint * c, offset: image.offset * c, ..image.clone() };
                     scene.texture(TextureDesc::Image(desc))
                 }
-                _ => scene.texture(TextureDesc::Product(MultiplyDesc { a, b })),
+                _ => scene.texture(TextureDesc::Multiply(MultiplyDesc { a, b })),
             }
         }
-        _ => scene.texture(TextureDesc::Product(MultiplyDesc { a, b })),
+        _ => scene.texture(TextureDesc::Multiply(MultiplyDesc { a, b })),
     }
 }
 

@@ -19,7 +19,7 @@
 //! - `t_min` is where the ray crosses the `near` distance, which flat screens measure along the viewing direction.
 //!   `t_max` is infinite.
 //! - Where a camera has no picture (outside a fisheye's circle) the ray is empty: `t_max` is negative and it hits
-//!   nothing. The renderer makes the sample black, or transparent if the background is. [`Camera::leaves_out`] says
+//!   nothing. The renderer makes the sample black, or transparent if the background is. [`Camera::is_outside_field`] says
 //!   whether that can happen.
 //! - `lens` is a uniform random point of the unit square that chooses the point on the lens. Cameras without a lens
 //!   ignore it ([`Camera::has_lens`]). A ray depends on its arguments only.
@@ -135,7 +135,7 @@ impl Camera {
 
     /// Whether parts of the picture may have no ray, see [`Camera::ray`].
     #[inline]
-    pub fn leaves_out(&self) -> bool {
+    pub fn is_outside_field(&self) -> bool {
         match self {
             Camera::Fisheye(_) => true,
             Camera::Pinhole(_)

@@ -34,7 +34,7 @@ pub(super) fn read_object(value: &Value, cx: &mut Reader<'_>) -> Result<ObjectDe
         Some(value) => {
             let medium = cx.medium(value);
             let interior = noted(cx, medium)?;
-            let boundary = MaterialDesc::Boundary(InterfaceMaterial { interior });
+            let boundary = MaterialDesc::Interface(InterfaceMaterial { interior });
             cx.materials.push(Some(Named { name: None, span: Some(value.span), value: boundary }));
             Some(MaterialId(cx.materials.len() as u32 - 1))
         }

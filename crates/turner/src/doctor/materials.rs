@@ -9,7 +9,7 @@ use crate::schema::{ColorSource, MaterialId};
 /// Whether a material emits light on this side, or is unlit.
 pub(super) fn shines_at(scene: &Scene, id: MaterialId, outside: bool) -> bool {
     match scene.materials.get(id.index()) {
-        Some(Material::OpenPbr(m)) => m.desc.unlit || m.is_emissive() && (outside || m.shines_backwards()),
+        Some(Material::OpenPbr(m)) => m.desc.unlit || m.is_emissive() && (outside || m.emits_backwards()),
         Some(Material::Principled(m, _)) => m.unlit,
         Some(m) => m.is_emissive(scene),
         None => false,
@@ -40,7 +40,7 @@ pub(super) fn principled(desc: &SceneDesc, id: MaterialId) -> Option<PrincipledM
 /// The opacity of a material that is always fully transparent; `None` for others.
 pub(super) fn invisible(material: &MaterialDesc) -> Option<f64> {
     // The interface of a medium is invisible on purpose.
-    if matches!(material, MaterialDesc::Boundary(_)) {
+    if matches!(material, MaterialDesc::Interface(_)) {
         return None;
     }
     let m = material.principled()?;

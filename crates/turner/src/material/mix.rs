@@ -69,7 +69,7 @@ pub(crate) fn check(descs: &[Named<MaterialDesc>]) -> Result<(), SceneError> {
             }
             let (mut parts, mut depth, mut next) = (0u64, 0, None);
             for child in mix.materials.iter().map(|m| m.index()) {
-                if matches!(descs.get(child), Some(Named { value: MaterialDesc::Boundary(_), .. })) {
+                if matches!(descs.get(child), Some(Named { value: MaterialDesc::Interface(_), .. })) {
                     let message = "an interface material is no surface and cannot be part of a mix";
                     return Err(fail(ErrorCode::Conflict, message.into()));
                 }

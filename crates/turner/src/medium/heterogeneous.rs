@@ -26,7 +26,7 @@
 
 use std::sync::Arc;
 
-use super::{Coefficients, Stretch, Walk};
+use super::{Coefficients, RaySegment, Walk};
 use crate::color::Spectrum;
 use crate::math::elementary::ln;
 use crate::math::{DVec3, Ray};
@@ -242,7 +242,7 @@ impl Heterogeneous {
     }
 
     /// Samples scattering along a segment.
-    pub fn walk(&self, stretch: &Stretch<'_>, u: [f64; 2], more: &mut Stream) -> Walk {
+    pub fn walk(&self, stretch: &RaySegment<'_>, u: [f64; 2], more: &mut Stream) -> Walk {
         let shares = stretch.scatters.then_some(stretch.shares);
         let found = self.track(stretch.ray, [0.0, stretch.end], shares, u, more);
         let single = |v: [f64; 3]| Spectrum::from(v.map(|v| v as f32));
@@ -331,7 +331,7 @@ mod tests {
                 is(through.iter().map(|t| f64::from(t[band])), expected[band], "transmittance");
             }
             let shares = [0.2, 0.5, 0.3];
-            let stretch = Stretch { ray: &ray, end, shares, scatters: true };
+            let stretch = RaySegment { ray: &ray, end, shares, scatters: true };
             let walks: Vec<Walk> = (0..n)
                 .map(|i| {
                     let mut more = stream(i + n);
@@ -339,7 +339,7 @@ mod tests {
                     heterogeneous.walk(&stretch, u, &mut more)
                 })
                 .collect();
-            let stretch = Stretch { ray: &ray, end: length, shares, scatters: false };
+            let stretch = RaySegment { ray: &ray, end: length, shares, scatters: false };
             let emission_scale = homogeneous.walk(&stretch, [0.0; 2]).emitted.to_array();
             for band in 0..3 {
                 let of = |w: &Walk, scattered: bool| {

@@ -199,7 +199,7 @@ impl Emitters {
 
     /// Whether the choice depends on the normal and lobe of the receiver; if not, any [`Receiver`] at the point will
     /// do.
-    pub fn heed_surfaces(&self) -> bool {
+    pub fn use_surface_sides(&self) -> bool {
         self.placed.is_some()
     }
 
@@ -275,12 +275,12 @@ impl Emitters {
     }
 
     /// Whether there is an environment light in place of the background.
-    pub fn surrounded(&self) -> bool {
+    pub fn has_infinite_lights(&self) -> bool {
         self.has_environment
     }
 
     /// The indices of the infinite lights that escaped rays hit.
-    pub(crate) fn around_ids(&self) -> &[u32] {
+    pub(crate) fn infinite_ids(&self) -> &[u32] {
         &self.infinite_lights
     }
 
@@ -296,7 +296,12 @@ impl Emitters {
 
     /// Radiance of one infinite light in a unit direction, with the pdf with which `sample` gives the direction;
     /// `None` if the light does not lie in that direction.
-    pub(crate) fn around_one(&self, scene: &Scene, light: u32, direction: DVec3) -> Option<(Spectrum, f64)> {
+    pub(crate) fn infinite_one(
+        &self,
+        scene: &Scene,
+        light: u32,
+        direction: DVec3,
+    ) -> Option<(Spectrum, f64)> {
         let (radiance, pdf) = match scene.lights.get(light as usize)? {
             Light::Environment(l) => l.found(direction),
             Light::Directional(l) => l.found(direction)?,
@@ -318,7 +323,7 @@ impl Scene {
     #[inline]
     pub(crate) fn receiver(&self, surface: &SurfaceInteraction, direction: DVec3) -> Receiver {
         match self.material_at(&surface.hit) {
-            Material::OpenPbr(m) if self.emitters.heed_surfaces() => {
+            Material::OpenPbr(m) if self.emitters.use_surface_sides() => {
                 self.receiver_of(m.side(), surface.p, surface.ng, surface.ns, direction)
             }
             _ => Receiver::from(surface.p),
@@ -336,7 +341,7 @@ impl Scene {
         direction: DVec3,
     ) -> Receiver {
         match side {
-            Some(gloss) if self.emitters.heed_surfaces() => {
+            Some(gloss) if self.emitters.use_surface_sides() => {
                 let facing = Receiver::facing(p, -ng * ng.dot(direction).signum());
                 facing.with_lobe(gloss.lobe(direction, ns))
             }

@@ -115,7 +115,7 @@ impl<'a> MeshCache<'a> {
     }
 
     /// As [`MeshCache::with_options`]; reuses meshes and point clouds of `kept` whose data are the same.
-    pub fn with_kept(
+    pub fn with_cached(
         meshes: &'a [Asset<MeshData>],
         options: &PrepareOptions,
         kept: &'a CachedShapes,
@@ -124,7 +124,7 @@ impl<'a> MeshCache<'a> {
     }
 
     /// All shapes of this preparation, for the next cache.
-    pub fn into_kept(self) -> CachedShapes {
+    pub fn into_cached(self) -> CachedShapes {
         self.used
     }
 

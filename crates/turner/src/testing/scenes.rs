@@ -100,7 +100,7 @@ kinds! {
     MaterialDesc::Mix(MixMaterial),
     MaterialDesc::Principled(PrincipledMaterial),
     MaterialDesc::Dielectric(DielectricMaterial),
-    MaterialDesc::Boundary(InterfaceMaterial),
+    MaterialDesc::Interface(InterfaceMaterial),
     MediumDesc::Homogeneous(HomogeneousMedium),
     MediumDesc::Smoke(SmokeMedium),
 }

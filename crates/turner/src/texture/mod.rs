@@ -153,7 +153,7 @@ textures! {
     Noise(NoiseDesc => noise::Noise),
     Perlin(PerlinDesc => reference_noise::Perlin),
     VertexColor(VertexColorDesc => vertex_color::VertexColor),
-    Product(MultiplyDesc => multiply::Multiply),
+    Multiply(MultiplyDesc => multiply::Multiply),
     Mix(MixDesc => mix::Mix),
 }
 
@@ -171,7 +171,7 @@ impl TextureDesc {
             | TextureDesc::Noise(_)
             | TextureDesc::Perlin(_)
             | TextureDesc::VertexColor(_)
-            | TextureDesc::Product(_)
+            | TextureDesc::Multiply(_)
             | TextureDesc::Mix(_) => None,
         }
     }
@@ -402,7 +402,7 @@ impl Texture {
         match self {
             Texture::Image(image) => image.alpha(at),
             Texture::VertexColor(_) => at.color().map(|c| c[3]),
-            Texture::Product(p) => Some(textures.opacity(p.a, at) * textures.opacity(p.b, at)),
+            Texture::Multiply(p) => Some(textures.opacity(p.a, at) * textures.opacity(p.b, at)),
             Texture::Triplanar(t) => t.opacity(textures, at),
             Texture::Mix(m) => Some(m.opacity(textures, at)),
             Texture::Constant(_)

@@ -91,7 +91,7 @@ impl<'a> MaterialWriter<'a> {
             let first = mix.materials.first().and_then(|id| self.desc.materials.get(id.index()));
             desc = first.map_or(&default, |m| &m.value);
         }
-        if matches!(desc, MaterialDesc::Boundary(_)) {
+        if matches!(desc, MaterialDesc::Interface(_)) {
             remarks.ignored("media: fog, smoke and what is inside of their boundaries");
         }
         let material = desc.principled().unwrap_or_default();

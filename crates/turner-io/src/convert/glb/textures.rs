@@ -83,7 +83,7 @@ impl<'a> TextureWriter<'a> {
             Some(TextureDesc::VertexColor(_)) => {
                 Product { factor: Spectrum::WHITE, picture: None, vertex_colors: true }
             }
-            Some(TextureDesc::Product(p)) if depth < 16 => {
+            Some(TextureDesc::Multiply(p)) if depth < 16 => {
                 let a = self.product(p.a, depth + 1, remarks);
                 let b = self.product(p.b, depth + 1, remarks);
                 if a.picture.is_some() && b.picture.is_some() {

@@ -388,7 +388,7 @@ impl<R: Record> PathBatch<'_, R> {
             if self.may_connect(path, &ray, hit, &surface) {
                 let at = self.scene.receiver(&surface, ray.direction);
                 extra_candidates = self.extra_light_candidates(path, &at);
-                number = self.request_light(path, at.with_more(extra_candidates), lights);
+                number = self.request_light(path, at.with_candidates(extra_candidates), lights);
             }
             self.paths[sample as usize].extra_candidates = extra_candidates;
             surfaces.push((surface, number));

@@ -115,9 +115,9 @@ impl<R: Record> PathBatch<'_, R> {
         for (index, radiance, light_pdf) in escaped {
             let light_path_ratio = match self.strategy {
                 Some(_) => {
-                    let light = scene.emitters.around_ids()[index];
+                    let light = scene.emitters.infinite_ids()[index];
                     let density = |caustic_targets: &CausticTargets, group| {
-                        caustic_targets.density_around(scene, group, light, ray.direction)
+                        caustic_targets.infinite_pdf(scene, group, light, ray.direction)
                     };
                     if self.counted_by_photons(sample, density) {
                         continue;
@@ -133,7 +133,7 @@ impl<R: Record> PathBatch<'_, R> {
                 r.at_escape(|e| e.lights.push(InfiniteLightRecord { radiance, light_pdf, weight }))
             });
         }
-        if !scene.emitters.surrounded() {
+        if !scene.emitters.has_infinite_lights() {
             let background = scene.background.color(ray.direction);
             found += background;
             self.record.note(|r| r.at_escape(|e| e.background = background));
@@ -228,7 +228,7 @@ impl<R: Record> PathBatch<'_, R> {
             });
             return;
         }
-        if material.is_emissive() && (outside || material.shines_backwards()) {
+        if material.is_emissive() && (outside || material.emits_backwards()) {
             self.add_emission(sample, material, surface, pixel);
         }
         let path = &self.paths[sample as usize];
@@ -446,7 +446,7 @@ impl<R: Record> PathBatch<'_, R> {
         path.specular_bounce = s.lobe.is_delta;
         path.any_nonspecular |= !s.lobe.is_delta;
         path.pdf = s.pdf;
-        path.origin = self.scene.receiver(v.surface, -v.wo).with_more(path.extra_candidates);
+        path.origin = self.scene.receiver(v.surface, -v.wo).with_candidates(path.extra_candidates);
         if let Some(pixel) = &self.view.pixel_cone {
             path.cone = footprint::leave(self.scene, pixel, path.cone, v.surface, v.wo, &s, crosses);
         }

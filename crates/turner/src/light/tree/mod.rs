@@ -65,7 +65,7 @@ impl Receiver {
 
     /// The same point with this many extra candidates.
     #[inline]
-    pub fn with_more(self, extra_candidates: u32) -> Receiver {
+    pub fn with_candidates(self, extra_candidates: u32) -> Receiver {
         Receiver { extra_candidates, ..self }
     }
 

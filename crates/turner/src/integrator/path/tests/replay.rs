@@ -48,7 +48,7 @@ fn samples_of_the_picture_are_sums_of_their_records() {
             let mut pixel = PixelSum::default();
             for index in 0..4 {
                 let (path, rendered) = sample_and_record(&scene, (x, y, index), name);
-                assert!(pixel.add_or_leave_out(rendered.color, rendered.alpha));
+                assert!(pixel.add_or_omit(rendered.color, rendered.alpha));
                 occurred |= occurs(&path);
                 check(&path, name);
             }
