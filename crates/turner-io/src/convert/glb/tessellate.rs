@@ -1,7 +1,7 @@
-//! Shapes given by formulas as triangles.
+//! Tessellates analytic shapes.
 //!
-//! Circles have 96 corners on them, so that what is round is at most 1 − cos(π/96) = 0.054 % of its radius inside of the true surface; normals are those of the
-//! true surface, and (u, v) are those of the shape.
+//! A circle has 96 corners, so a curved surface lies at most 1 − cos(π/96) = 0.054 % of its radius inside the true
+//! surface. Normals are those of the true surface; (u, v) are those of the shape.
 
 use turner::math::DVec3;
 use turner::math::elementary::{cos, sin};
@@ -12,7 +12,7 @@ use turner::shape::ShapeDesc;
 const AROUND: u32 = 96;
 const TURN: f64 = 2.0 * std::f64::consts::PI;
 
-/// What is added to a mesh.
+/// A mesh under construction.
 #[derive(Default)]
 struct Builder(MeshData);
 
@@ -23,8 +23,8 @@ impl Builder {
         self.0.uvs.push([u as f32, v as f32]);
     }
 
-    /// A grid of `columns` by `rows` squares; `at` gives place, normal and (u, v) by shares of the way. Corners turn counter-clockwise where the first direction
-    /// × the second is outward.
+    /// Adds a grid of `columns` by `rows` quads. `at` maps the parameters s and t in 0..=1 to position, normal
+    /// and (u, v). Triangles are counter-clockwise seen from the side of ∂p/∂s × ∂p/∂t.
     fn grid(&mut self, columns: u32, rows: u32, at: impl Fn(f64, f64) -> (DVec3, DVec3, f64, f64)) {
         let first = self.0.positions.len() as u32;
         for j in 0..=rows {
@@ -38,7 +38,7 @@ impl Builder {
                 let a = first + j * (columns + 1) + i;
                 let [b, c, d] = [a + 1, a + columns + 2, a + columns + 1];
                 for triangle in [[a, b, c], [a, c, d]] {
-                    // None at poles and tips, where two corners are one place.
+                    // Skip degenerate triangles at poles and tips.
                     let [p, q, r] = triangle.map(|k| self.0.positions[k as usize]);
                     if p != q && q != r && r != p {
                         self.0.triangles.push(triangle);
@@ -48,25 +48,25 @@ impl Builder {
         }
     }
 
-    /// A disk or ring that faces along `n`, with its (u, v) around it.
+    /// Adds a disk or annulus facing `n`.
     fn disk(&mut self, center: DVec3, n: DVec3, radius: f64, inner: f64) {
         let (right, up) = plane_axes(n);
         let rows = 1;
         self.grid(AROUND, rows, |s, t| {
-            // Inwards, so that the first direction × the second is along n.
+            // t runs inwards, so that ∂p/∂s × ∂p/∂t points along n.
             let r = radius + (inner - radius) * t;
             let (x, y) = (cos(TURN * s) * r, sin(TURN * s) * r);
             (center + right * x + up * y, n, 0.5 + 0.5 * x / radius, 0.5 + 0.5 * y / radius)
         });
     }
 
-    /// The side of a cone or cylinder around an axis.
+    /// Adds the side of a cone or cylinder.
     fn side(&mut self, from: DVec3, to: DVec3, [bottom, top]: [f64; 2]) {
         let axis = to - from;
         let length = axis.length();
         let direction = axis / length;
         let (zero, quarter) = around(direction);
-        // The normal leans by what the radius loses along the axis.
+        // A decreasing radius tilts the normal towards the axis direction.
         let lean = (bottom - top) / length;
         self.grid(AROUND, 1, |s, t| {
             let out = zero * cos(TURN * s) + quarter * sin(TURN * s);
@@ -76,7 +76,8 @@ impl Builder {
     }
 }
 
-/// Directions at right angles to an axis: where u is 0 and a quarter, counter-clockwise seen from its tip; with +y they are −z and −x.
+/// Two directions perpendicular to an axis, at u = 0 and u = 1/4, counter-clockwise seen from its tip; for +y they
+/// are −z and −x.
 fn around(axis: DVec3) -> (DVec3, DVec3) {
     let flat = |v: DVec3| (v - axis * axis.dot(v)).try_normalize();
     let zero = if axis.z.abs() > 1.0 - 1e-6 { None } else { flat(DVec3::NEG_Z) };
@@ -84,7 +85,7 @@ fn around(axis: DVec3) -> (DVec3, DVec3) {
     (zero, axis.cross(zero))
 }
 
-/// To the right and up, seen from the side that a normal points to.
+/// The directions right and up in a plane, seen from the side of its normal.
 fn plane_axes(n: DVec3) -> (DVec3, DVec3) {
     if n.y.abs() > 1.0 - 1e-9 {
         return (DVec3::X, n.cross(DVec3::X));
@@ -94,11 +95,11 @@ fn plane_axes(n: DVec3) -> (DVec3, DVec3) {
 }
 
 fn unit(v: DVec3) -> Result<DVec3, SceneError> {
-    let message = "a shape with a direction of no length cannot be made of triangles";
+    let message = "a shape with a zero direction vector cannot be tessellated";
     v.try_normalize().ok_or_else(|| SceneError::new(ErrorCode::OutOfRange, message))
 }
 
-/// The triangles of a shape; `reach` is how far infinite planes go. `None` for meshes and points.
+/// Tessellates a shape; `reach` is half the side of infinite planes. `None` for meshes and points.
 pub(super) fn triangles(shape: &ShapeDesc, reach: f64) -> Result<Option<MeshData>, SceneError> {
     let mut b = Builder::default();
     match shape {
@@ -106,7 +107,7 @@ pub(super) fn triangles(shape: &ShapeDesc, reach: f64) -> Result<Option<MeshData
             let (height, around) = (TURN / 2.0 * (v - 0.5), TURN * u);
             let flat = if v == 0.0 || v == 1.0 { 0.0 } else { cos(height) };
             let n = DVec3::new(-sin(around) * flat, sin(height), -cos(around) * flat);
-            // The seam closes to the last bit.
+            // Make the seam close exactly.
             let n = if u == 1.0 { DVec3::new(0.0, n.y, -flat) } else { n };
             (s.center + n * s.radius, n, u, v)
         }),
@@ -164,7 +165,7 @@ pub(super) fn triangles(shape: &ShapeDesc, reach: f64) -> Result<Option<MeshData
             let (zero, quarter) = around(axis);
             b.grid(AROUND, AROUND / 2, |u, v| {
                 let out = zero * cos(TURN * u) + quarter * sin(TURN * u);
-                // From the inner side, then below.
+                // v starts at the inner side and continues below.
                 let n = out * -cos(TURN * v) - axis * sin(TURN * v);
                 (t.center + out * t.radius + n * t.tube_radius, n, u, v)
             });
@@ -178,7 +179,7 @@ pub(super) fn triangles(shape: &ShapeDesc, reach: f64) -> Result<Option<MeshData
 mod tests {
     use super::*;
 
-    /// Triangles face the way that their normals point, and normals have unit length.
+    /// Triangles face the side of their normals; normals have unit length.
     #[test]
     fn triangles_face_outwards() {
         let scenes = [
