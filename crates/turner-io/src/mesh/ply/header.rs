@@ -131,7 +131,7 @@ pub(super) fn read(bytes: &[u8]) -> Result<Header, Fail> {
         let fail = |problem: String| Fail { place: Place::Line(number), problem };
         let rest = &bytes[at.min(bytes.len())..bytes.len().min(MAX_HEADER)];
         let Some(end) = rest.iter().position(|&b| b == b'\n' || b == b'\r') else {
-            return Err(fail("the header has no end; expected the line `end_header`".into()));
+            return Err(fail("the header does not end; expected the line `end_header`".into()));
         };
         let line = String::from_utf8_lossy(&rest[..end]);
         // Lines end in \n, \r\n or \r.
