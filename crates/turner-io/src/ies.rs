@@ -166,7 +166,7 @@ pub fn decode(bytes: &[u8], name: &str) -> Result<(LightProfile, Vec<Warning>), 
     }
     let profile = match floodlight {
         Some(kind) => kind.profile(&Measured { horizontal, vertical, candela: planes }),
-        None => hanging(vertical, &horizontal, &planes),
+        None => type_c(vertical, &horizontal, &planes),
     };
     let profile = profile.map_err(|e| numbers.damaged(e.into()))?;
     if profile.peak() == 0.0 {
@@ -176,16 +176,12 @@ pub fn decode(bytes: &[u8], name: &str) -> Result<(LightProfile, Vec<Warning>), 
 }
 
 /// A profile of type C, with symmetric angles filled in.
-fn hanging(
-    vertical: Vec<f64>,
-    horizontal: &[f64],
-    planes: &[Vec<f32>],
-) -> Result<LightProfile, &'static str> {
-    let whole = whole_turn(horizontal).ok_or(
+fn type_c(vertical: Vec<f64>, horizontal: &[f64], planes: &[Vec<f32>]) -> Result<LightProfile, &'static str> {
+    let circle = full_circle(horizontal).ok_or(
         "horizontal angles must increase from 0 to 0, 90, 180 or 360, or from 90 through 180 to 270",
     )?;
-    let candela = whole.iter().flat_map(|(_, plane)| planes[*plane].iter().copied()).collect();
-    let angles = whole.iter().map(|(angle, _)| *angle).collect();
+    let candela = circle.iter().flat_map(|(_, plane)| planes[*plane].iter().copied()).collect();
+    let angles = circle.iter().map(|(angle, _)| *angle).collect();
     LightProfile::new(vertical, angles, candela)
 }
 
@@ -206,37 +202,37 @@ pub fn write(profile: &LightProfile, out: &mut dyn Write) -> io::Result<()> {
 
 /// Completes the horizontal angles to the full circle: each angle with the index of the measured plane that it
 /// repeats. `None` if the measured range is not one that the format allows.
-fn whole_turn(given: &[f64]) -> Option<Vec<(f64, usize)>> {
+fn full_circle(given: &[f64]) -> Option<Vec<(f64, usize)>> {
     let (first, last) = (*given.first()?, *given.last()?);
     if !given.windows(2).all(|w| w[0] < w[1]) {
         return None;
     }
-    let mut whole: Vec<(f64, usize)> = given.iter().copied().zip(0..).collect();
+    let mut circle: Vec<(f64, usize)> = given.iter().copied().zip(0..).collect();
     // Adds the planes mirrored at an angle.
-    let mirrored = |whole: &mut Vec<(f64, usize)>, at: f64| {
-        whole.extend(whole.clone().into_iter().map(|(angle, i)| ((2.0 * at - angle).rem_euclid(360.0), i)));
+    let mirrored = |circle: &mut Vec<(f64, usize)>, at: f64| {
+        circle.extend(circle.clone().into_iter().map(|(angle, i)| ((2.0 * at - angle).rem_euclid(360.0), i)));
     };
     match (first, last) {
         // Rotationally symmetric.
         (0.0, 0.0) => return Some(vec![(0.0, 0)]),
-        (0.0, 360.0) => return Some(whole),
-        (0.0, 180.0) => mirrored(&mut whole, 180.0),
+        (0.0, 360.0) => return Some(circle),
+        (0.0, 180.0) => mirrored(&mut circle, 180.0),
         (0.0, 90.0) => {
-            mirrored(&mut whole, 90.0);
-            mirrored(&mut whole, 180.0);
+            mirrored(&mut circle, 90.0);
+            mirrored(&mut circle, 180.0);
         }
-        (90.0, 270.0) => mirrored(&mut whole, 90.0),
+        (90.0, 270.0) => mirrored(&mut circle, 90.0),
         _ => return None,
     }
-    whole.sort_by(|a, b| a.0.total_cmp(&b.0));
-    whole.dedup_by(|a, b| a.0 == b.0);
-    let (_, zero) = *whole.first()?;
+    circle.sort_by(|a, b| a.0.total_cmp(&b.0));
+    circle.dedup_by(|a, b| a.0 == b.0);
+    let (_, zero) = *circle.first()?;
     // The circle must begin at 0. After mirroring at 90 that requires a measured plane at 180.
-    if whole.first()?.0 != 0.0 {
+    if circle.first()?.0 != 0.0 {
         return None;
     }
-    whole.push((360.0, zero));
-    Some(whole)
+    circle.push((360.0, zero));
+    Some(circle)
 }
 
 #[cfg(test)]

@@ -22,22 +22,22 @@ pub(super) fn scene(root: &Value, source: &str) -> String {
             Data::Table(named) if matches!(key.as_str(), "medium" | "texture" | "material") => {
                 for (i, entry) in named.entries.iter().enumerate() {
                     writer.gap(i);
-                    writer.thing(key, &format!("[{key}.{}]", bare(&entry.key)), &entry.value);
+                    writer.table(key, &format!("[{key}.{}]", key_text(&entry.key)), &entry.value);
                 }
             }
             Data::Table(groups) if key == "group" => {
                 for (i, group) in groups.entries.iter().enumerate() {
                     writer.gap(i);
-                    writer.group(&bare(&group.key), &group.value);
+                    writer.group(&key_text(&group.key), &group.value);
                 }
             }
-            Data::Array(things) => {
-                for (i, thing) in things.iter().enumerate() {
+            Data::Array(items) => {
+                for (i, item) in items.iter().enumerate() {
                     writer.gap(i);
-                    writer.thing(key, &format!("[[{key}]]"), thing);
+                    writer.table(key, &format!("[[{key}]]"), item);
                 }
             }
-            _ => writer.thing(key, &format!("[{key}]"), value),
+            _ => writer.table(key, &format!("[{key}]"), value),
         }
     }
     writer.out
@@ -72,7 +72,7 @@ impl Writer {
             Some(Data::Array(objects)) => {
                 for (i, object) in objects.iter().enumerate() {
                     self.gap(i);
-                    self.thing("object", &format!("[[group.{name}.object]]"), object);
+                    self.table("object", &format!("[[group.{name}.object]]"), object);
                 }
             }
             _ => self.out += &format!("[group.{name}]\n"),
@@ -80,7 +80,7 @@ impl Writer {
     }
 
     /// Writes a table with its header.
-    fn thing(&mut self, section: &str, head: &str, value: &Value) {
+    fn table(&mut self, section: &str, head: &str, value: &Value) {
         self.out += head;
         self.out.push('\n');
         let Data::Table(table) = &value.data else { return };
@@ -90,7 +90,7 @@ impl Writer {
         };
         for Entry { key, value, .. } in &table.entries {
             let before = self.out.len();
-            self.out += &bare(key);
+            self.out += &key_text(key);
             self.out += " = ";
             put(&mut self.out, &value.data, before);
             let Some(comment) = self.comments.first(section, kind, key) else {
@@ -128,7 +128,7 @@ fn put_table(out: &mut String, table: &Table, line: usize) {
     *out += "{ ";
     for (i, Entry { key, value, .. }) in table.entries.iter().enumerate() {
         *out += if i > 0 { ", " } else { "" };
-        *out += &bare(key);
+        *out += &key_text(key);
         *out += " = ";
         put(out, &value.data, line);
     }
@@ -185,7 +185,7 @@ fn number(v: f64) -> String {
 }
 
 /// A key, quoted if necessary.
-fn bare(key: &str) -> String {
+fn key_text(key: &str) -> String {
     let plain = |c: char| c.is_ascii_alphanumeric() || matches!(c, '-' | '_');
     if !key.is_empty() && key.chars().all(plain) { key.to_owned() } else { quoted(key) }
 }

@@ -107,10 +107,10 @@ impl Pose {
                 report.doubtful("an animation without keyframes");
                 continue;
             };
-            let place = keys.at(time);
+            let interval = keys.at(time);
             if path == "weights" {
                 budget.take(targets, size_of::<f64>(), &pointer)?;
-                let weights = (0..targets).map(|i| keys.value::<1>(&place, i)[0]).collect();
+                let weights = (0..targets).map(|i| keys.value::<1>(&interval, i)[0]).collect();
                 self.weights.insert(node.0, weights);
                 continue;
             }
@@ -119,9 +119,9 @@ impl Pose {
                 continue;
             };
             match path {
-                "translation" => *translation = DVec3::from(keys.value::<3>(&place, 0)),
-                "scale" => *scale = DVec3::from(keys.value::<3>(&place, 0)),
-                _ => *rotation = keys.rotation(&place),
+                "translation" => *translation = DVec3::from(keys.value::<3>(&interval, 0)),
+                "scale" => *scale = DVec3::from(keys.value::<3>(&interval, 0)),
+                _ => *rotation = keys.rotation(&interval),
             }
         }
         Ok(())
@@ -149,13 +149,13 @@ struct Keys<'a> {
     targets: usize,
 }
 
-/// A time between two keys: `way` is the interpolation parameter, 0 at `before` and 1 at `after`; `length` is their
+/// A time between two keys: `fraction` is the interpolation parameter, 0 at `before` and 1 at `after`; `length` is their
 /// distance in seconds.
 #[derive(Clone, Copy, Debug, PartialEq)]
-struct Place {
+struct Interval {
     before: usize,
     after: usize,
-    way: f64,
+    fraction: f64,
     length: f64,
 }
 
@@ -193,7 +193,7 @@ impl<'a> Keys<'a> {
     }
 
     /// The keys before and after a time; outside the animation, the first or last one twice.
-    fn at(&self, time: f64) -> Place {
+    fn at(&self, time: f64) -> Interval {
         let (mut from, mut to) = (0, self.times.count);
         while from < to {
             let middle = from + (to - from) / 2;
@@ -202,8 +202,8 @@ impl<'a> Keys<'a> {
         let last = self.times.count - 1;
         let (before, after) = (from.saturating_sub(1), from.min(last));
         let (start, length) = (self.time(before), self.time(after) - self.time(before));
-        let way = if length > 0.0 { ((time - start) / length).clamp(0.0, 1.0) } else { 0.0 };
-        Place { before, after, way: if way.is_finite() { way } else { 0.0 }, length }
+        let fraction = if length > 0.0 { ((time - start) / length).clamp(0.0, 1.0) } else { 0.0 };
+        Interval { before, after, fraction: if fraction.is_finite() { fraction } else { 0.0 }, length }
     }
 
     /// A stored value of a key. Of cubic splines, `which` is 0 for the in-tangent, 1 for the value, 2 for the
@@ -216,9 +216,9 @@ impl<'a> Keys<'a> {
         self.values.get::<N>(row * self.targets + target).map(f64::from)
     }
 
-    fn value<const N: usize>(&self, place: &Place, target: usize) -> [f64; N] {
+    fn value<const N: usize>(&self, interval: &Interval, target: usize) -> [f64; N] {
         let stored = |key, which| self.stored::<N>(key, which, target);
-        let (a, b, t) = (stored(place.before, 1), stored(place.after, 1), place.way);
+        let (a, b, t) = (stored(interval.before, 1), stored(interval.after, 1), interval.fraction);
         let value: [f64; N] = match self.interpolation {
             Interpolation::Step => {
                 if t < 1.0 {
@@ -228,25 +228,25 @@ impl<'a> Keys<'a> {
                 }
             }
             Interpolation::Linear => std::array::from_fn(|i| a[i] + (b[i] - a[i]) * t),
-            Interpolation::Cubic if place.before == place.after => a,
+            Interpolation::Cubic if interval.before == interval.after => a,
             Interpolation::Cubic => {
-                let (out, into) = (stored(place.before, 2), stored(place.after, 0));
+                let (out, into) = (stored(interval.before, 2), stored(interval.after, 0));
                 let (t2, t3) = (t * t, t * t * t);
-                let (from, leaving) = (2.0 * t3 - 3.0 * t2 + 1.0, place.length * (t3 - 2.0 * t2 + t));
-                let (to, arriving) = (3.0 * t2 - 2.0 * t3, place.length * (t3 - t2));
+                let (from, leaving) = (2.0 * t3 - 3.0 * t2 + 1.0, interval.length * (t3 - 2.0 * t2 + t));
+                let (to, arriving) = (3.0 * t2 - 2.0 * t3, interval.length * (t3 - t2));
                 std::array::from_fn(|i| from * a[i] + leaving * out[i] + to * b[i] + arriving * into[i])
             }
         };
         value.map(|v| if v.is_finite() { v } else { 0.0 })
     }
 
-    fn rotation(&self, place: &Place) -> [f64; 4] {
+    fn rotation(&self, interval: &Interval) -> [f64; 4] {
         match self.interpolation {
             Interpolation::Linear => {
-                let (a, b) = (self.stored(place.before, 1, 0), self.stored(place.after, 1, 0));
-                slerp(normalize(a), normalize(b), place.way)
+                let (a, b) = (self.stored(interval.before, 1, 0), self.stored(interval.after, 1, 0));
+                slerp(normalize(a), normalize(b), interval.fraction)
             }
-            _ => normalize(self.value::<4>(place, 0)),
+            _ => normalize(self.value::<4>(interval, 0)),
         }
     }
 }

@@ -115,14 +115,14 @@ fn grey(v: f32) -> ColorSource {
 
 /// The mean free paths of a volume that transmits `attenuation` over `distance`: the longest one, and the paths by
 /// channel relative to it.
-fn mean_ways(attenuation: Spectrum, distance: f64) -> (f64, ColorSource) {
+fn mean_free_paths(attenuation: Spectrum, distance: f64) -> (f64, ColorSource) {
     // A channel without attenuation gets a finite path: a million times the distance.
-    let ways = attenuation.to_array().map(|c| {
+    let paths = attenuation.to_array().map(|c| {
         let depth = -ln(f64::from(c).clamp(1e-10, 1.0));
         distance / depth.max(1e-6)
     });
-    let longest = ways[0].max(ways[1]).max(ways[2]).min(1e30);
-    let [r, g, b] = ways.map(|way| (way / longest) as f32);
+    let longest = paths[0].max(paths[1]).max(paths[2]).min(1e30);
+    let [r, g, b] = paths.map(|path| (path / longest) as f32);
     (longest, ColorSource::Constant(Spectrum::new(r, g, b)))
 }
 
@@ -282,7 +282,7 @@ impl Converter<'_> {
                 }
                 out.transmission_color = ColorSource::Constant(attenuation);
                 out.transmission_depth = distance;
-                (out.subsurface_radius, out.subsurface_radius_scale) = mean_ways(attenuation, distance);
+                (out.subsurface_radius, out.subsurface_radius_scale) = mean_free_paths(attenuation, distance);
             }
             self.scattering(out, extensions);
         }

@@ -80,8 +80,8 @@ mod tests {
         mesh.check().unwrap();
         for t in &mesh.triangles {
             let [a, b, c] = t.map(|v| DVec3::from(mesh.positions[v as usize].map(f64::from)));
-            let middle = (a + b + c) / 3.0;
-            assert!((b - a).cross(c - a).dot(middle - inside(middle)) > 0.0);
+            let center = (a + b + c) / 3.0;
+            assert!((b - a).cross(c - a).dot(center - inside(center)) > 0.0);
         }
     }
 

@@ -34,11 +34,11 @@ impl DecodeLimits {
         let asked = max_texture_size.unwrap_or(0);
         let default = DecodeLimits::default();
         let left = limits.memory.left();
-        let share = left / (PEAK * many.max(1));
+        let budget = left / (PEAK * many.max(1));
         DecodeLimits {
             max_side: default.max_side.max(asked),
             max_pixels: default.max_pixels.max(u64::from(asked) * u64::from(asked)),
-            max_bytes: if left == u64::MAX { default.max_bytes } else { share },
+            max_bytes: if left == u64::MAX { default.max_bytes } else { budget },
             meant_side: asked,
         }
     }

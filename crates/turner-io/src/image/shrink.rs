@@ -67,7 +67,7 @@ fn sixteen() -> Light<impl Fn(u16) -> f32, impl Fn(f32) -> u16> {
 /// Encodes linear values to the nearest 8-bit sRGB value without evaluating a power per pixel.
 struct Nearest {
     /// Entry i is the linear value halfway between the codes i and i + 1; values above it become i + 1.
-    middles: Vec<f32>,
+    midpoints: Vec<f32>,
     /// For each 4096th of the range, the code of its lower end.
     first: Vec<u8>,
 }
@@ -76,16 +76,16 @@ impl Nearest {
     const STEPS: f32 = 4096.0;
 
     fn new() -> Nearest {
-        let middles: Vec<f32> = (0..255_u8).map(|v| srgb_decode((f32::from(v) + 0.5) / 255.0)).collect();
-        let value = |light: f32| middles.partition_point(|m| *m <= light) as u8;
+        let midpoints: Vec<f32> = (0..255_u8).map(|v| srgb_decode((f32::from(v) + 0.5) / 255.0)).collect();
+        let value = |light: f32| midpoints.partition_point(|m| *m <= light) as u8;
         let first = (0..=4096_u16).map(|i| value(f32::from(i) / Self::STEPS)).collect();
-        Nearest { middles, first }
+        Nearest { midpoints, first }
     }
 
     fn of(&self, light: f32) -> u8 {
         let step = ((light * Self::STEPS) as usize).min(self.first.len() - 1);
         let mut value = self.first[step];
-        while self.middles.get(usize::from(value)).is_some_and(|m| *m <= light) {
+        while self.midpoints.get(usize::from(value)).is_some_and(|m| *m <= light) {
             value += 1;
         }
         value
@@ -232,7 +232,7 @@ mod tests {
         for i in 0..=100_000_u32 {
             let light = i as f32 / 100_000.0;
             let value = nearest.of(light);
-            assert_eq!(usize::from(value), nearest.middles.partition_point(|m| *m <= light));
+            assert_eq!(usize::from(value), nearest.midpoints.partition_point(|m| *m <= light));
             assert!((f32::from(value) - srgb_encode(light) * 255.0).abs() < 0.5001, "{light}: {value}");
         }
     }

@@ -94,7 +94,7 @@ impl Triangulator {
 
     fn is_convex(&self) -> bool {
         let n = self.flat.len();
-        (0..n).all(|i| turn(self.flat[i], self.flat[(i + 1) % n], self.flat[(i + 2) % n]) >= 0.0)
+        (0..n).all(|i| orientation(self.flat[i], self.flat[(i + 1) % n], self.flat[(i + 2) % n]) >= 0.0)
     }
 
     fn cut_ears(&mut self, out: &mut impl FnMut([usize; 3])) {
@@ -105,7 +105,7 @@ impl Triangulator {
         self.previous.extend((0..n).map(|i| ((i + n - 1) % n) as u32));
         self.reflex.clear();
         for i in 0..n {
-            if self.turn_at(i) <= 0.0 {
+            if self.orientation_at(i) <= 0.0 {
                 self.reflex.push(i as u32);
             }
         }
@@ -130,7 +130,7 @@ impl Triangulator {
                     self.reflex.retain(|&i| {
                         let i = i as usize;
                         let (p, q) = (flat[previous[i] as usize], flat[next[i] as usize]);
-                        i != at && !((i == before || i == after) && turn(p, flat[i], q) > 0.0)
+                        i != at && !((i == before || i == after) && orientation(p, flat[i], q) > 0.0)
                     });
                 }
                 // Continue with every second corner; this gives better-shaped triangles.
@@ -144,14 +144,14 @@ impl Triangulator {
         self.fanned += usize::from(crossed);
     }
 
-    fn turn_at(&self, i: usize) -> f64 {
-        turn(self.flat[self.previous[i] as usize], self.flat[i], self.flat[self.next[i] as usize])
+    fn orientation_at(&self, i: usize) -> f64 {
+        orientation(self.flat[self.previous[i] as usize], self.flat[i], self.flat[self.next[i] as usize])
     }
 
     /// Whether a corner is convex and its triangle contains no other corner.
     fn is_ear(&mut self, before: usize, at: usize, after: usize) -> bool {
         let [a, b, c] = [self.flat[before], self.flat[at], self.flat[after]];
-        let bulge = turn(a, b, c);
+        let bulge = orientation(a, b, c);
         if bulge <= 0.0 || bulge.is_nan() {
             self.budget = self.budget.saturating_sub(1);
             return false;
@@ -161,13 +161,16 @@ impl Triangulator {
             let i = i as usize;
             let p = self.flat[i];
             let is_corner = i == before || i == at || i == after || p == a || p == b || p == c;
-            is_corner || turn(a, b, p) < 0.0 || turn(b, c, p) < 0.0 || turn(c, a, p) < 0.0
+            is_corner
+                || orientation(a, b, p) < 0.0
+                || orientation(b, c, p) < 0.0
+                || orientation(c, a, p) < 0.0
         })
     }
 }
 
 /// Twice the signed area of a triangle, positive if counter-clockwise.
-fn turn(a: [f64; 2], b: [f64; 2], c: [f64; 2]) -> f64 {
+fn orientation(a: [f64; 2], b: [f64; 2], c: [f64; 2]) -> f64 {
     (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])
 }
 
@@ -186,7 +189,7 @@ mod tests {
     fn area(points: &[[f32; 2]], triangles: &[[usize; 3]]) -> (f64, bool) {
         let areas = triangles.iter().map(|t| {
             let [a, b, c] = t.map(|i| points[i].map(f64::from));
-            0.5 * turn(a, b, c)
+            0.5 * orientation(a, b, c)
         });
         let areas: Vec<f64> = areas.collect();
         (areas.iter().sum(), areas.iter().all(|a| *a >= 0.0) || areas.iter().all(|a| *a <= 0.0))

@@ -211,7 +211,7 @@ impl MeshDesc {
                     let message =
                         format!("{name}: has {vertices} vertices but no faces; expected a mesh of polygons");
                     return Err(SceneError::at(ErrorCode::Mesh, table.span_of("file"), message)
-                        .help("show a cloud of points as `type = \"points\"`"));
+                        .help("render a point cloud with `type = \"points\"`"));
                 }
                 mesh
             }

@@ -113,7 +113,7 @@ fn strength(color: Spectrum, intensity: f64) -> (Value, f64) {
 }
 
 fn light_json(light: &LightDesc, remarks: &mut Remarks) -> Option<(Value, DAffine3)> {
-    let weakens = |attenuation: &Attenuation, remarks: &mut Remarks| {
+    let check_falloff = |attenuation: &Attenuation, remarks: &mut Remarks| {
         if attenuation.coefficients != [0.0, 0.0, 1.0] {
             remarks
                 .approximated("lights without inverse-square falloff: written with inverse-square falloff");
@@ -121,7 +121,7 @@ fn light_json(light: &LightDesc, remarks: &mut Remarks) -> Option<(Value, DAffin
     };
     match light {
         LightDesc::Point(l) => {
-            weakens(&l.attenuation, remarks);
+            check_falloff(&l.attenuation, remarks);
             if l.ies.is_some() {
                 remarks.ignored("IES profiles");
             }
@@ -130,7 +130,7 @@ fn light_json(light: &LightDesc, remarks: &mut Remarks) -> Option<(Value, DAffin
             Some((json, DAffine3::from_translation(l.position)))
         }
         LightDesc::Spot(l) => {
-            weakens(&l.attenuation, remarks);
+            check_falloff(&l.attenuation, remarks);
             if l.ies.is_some() {
                 remarks.ignored("IES profiles");
             }

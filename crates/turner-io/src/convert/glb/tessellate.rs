@@ -9,8 +9,8 @@ use turner::schema::{ErrorCode, MeshData, SceneError};
 use turner::shape::ShapeDesc;
 
 /// Corners of a circle.
-const AROUND: u32 = 96;
-const TURN: f64 = 2.0 * std::f64::consts::PI;
+const SIDES: u32 = 96;
+const TAU: f64 = 2.0 * std::f64::consts::PI;
 
 /// A mesh under construction.
 #[derive(Default)]
@@ -52,10 +52,10 @@ impl Builder {
     fn disk(&mut self, center: DVec3, n: DVec3, radius: f64, inner: f64) {
         let (right, up) = plane_axes(n);
         let rows = 1;
-        self.grid(AROUND, rows, |s, t| {
+        self.grid(SIDES, rows, |s, t| {
             // t runs inwards, so that ∂p/∂s × ∂p/∂t points along n.
             let r = radius + (inner - radius) * t;
-            let (x, y) = (cos(TURN * s) * r, sin(TURN * s) * r);
+            let (x, y) = (cos(TAU * s) * r, sin(TAU * s) * r);
             (center + right * x + up * y, n, 0.5 + 0.5 * x / radius, 0.5 + 0.5 * y / radius)
         });
     }
@@ -65,11 +65,11 @@ impl Builder {
         let axis = to - from;
         let length = axis.length();
         let direction = axis / length;
-        let (zero, quarter) = around(direction);
+        let (zero, quarter) = perpendicular(direction);
         // A decreasing radius tilts the normal towards the axis direction.
         let lean = (bottom - top) / length;
-        self.grid(AROUND, 1, |s, t| {
-            let out = zero * cos(TURN * s) + quarter * sin(TURN * s);
+        self.grid(SIDES, 1, |s, t| {
+            let out = zero * cos(TAU * s) + quarter * sin(TAU * s);
             let p = from + axis * t + out * (bottom + (top - bottom) * t);
             (p, (out + direction * lean).normalize(), s, t)
         });
@@ -78,7 +78,7 @@ impl Builder {
 
 /// Two directions perpendicular to an axis, at u = 0 and u = 1/4, counter-clockwise seen from its tip; for +y they
 /// are −z and −x.
-fn around(axis: DVec3) -> (DVec3, DVec3) {
+fn perpendicular(axis: DVec3) -> (DVec3, DVec3) {
     let flat = |v: DVec3| (v - axis * axis.dot(v)).try_normalize();
     let zero = if axis.z.abs() > 1.0 - 1e-6 { None } else { flat(DVec3::NEG_Z) };
     let zero = zero.or_else(|| flat(DVec3::NEG_Y)).unwrap_or(DVec3::NEG_Z);
@@ -103,10 +103,10 @@ fn unit(v: DVec3) -> Result<DVec3, SceneError> {
 pub(super) fn triangles(shape: &ShapeDesc, reach: f64) -> Result<Option<MeshData>, SceneError> {
     let mut b = Builder::default();
     match shape {
-        ShapeDesc::Sphere(s) => b.grid(AROUND, AROUND / 2, |u, v| {
-            let (height, around) = (TURN / 2.0 * (v - 0.5), TURN * u);
+        ShapeDesc::Sphere(s) => b.grid(SIDES, SIDES / 2, |u, v| {
+            let (height, azimuth) = (TAU / 2.0 * (v - 0.5), TAU * u);
             let flat = if v == 0.0 || v == 1.0 { 0.0 } else { cos(height) };
-            let n = DVec3::new(-sin(around) * flat, sin(height), -cos(around) * flat);
+            let n = DVec3::new(-sin(azimuth) * flat, sin(height), -cos(azimuth) * flat);
             // Make the seam close exactly.
             let n = if u == 1.0 { DVec3::new(0.0, n.y, -flat) } else { n };
             (s.center + n * s.radius, n, u, v)
@@ -128,12 +128,12 @@ pub(super) fn triangles(shape: &ShapeDesc, reach: f64) -> Result<Option<MeshData
                     (center - half, center + half)
                 }
             };
-            let (middle, half) = ((min + max) * 0.5, (max - min) * 0.5);
+            let (center_point, half) = ((min + max) * 0.5, (max - min) * 0.5);
             for n in [DVec3::X, DVec3::NEG_X, DVec3::Y, DVec3::NEG_Y, DVec3::Z, DVec3::NEG_Z] {
                 let (right, up) = plane_axes(n);
                 b.grid(1, 1, |s, t| {
                     let p = n + right * (2.0 * s - 1.0) + up * (2.0 * t - 1.0);
-                    (middle + p * half, n, s, t)
+                    (center_point + p * half, n, s, t)
                 });
             }
         }
@@ -162,11 +162,11 @@ pub(super) fn triangles(shape: &ShapeDesc, reach: f64) -> Result<Option<MeshData
         }
         ShapeDesc::Torus(t) => {
             let axis = unit(t.axis)?;
-            let (zero, quarter) = around(axis);
-            b.grid(AROUND, AROUND / 2, |u, v| {
-                let out = zero * cos(TURN * u) + quarter * sin(TURN * u);
+            let (zero, quarter) = perpendicular(axis);
+            b.grid(SIDES, SIDES / 2, |u, v| {
+                let out = zero * cos(TAU * u) + quarter * sin(TAU * u);
                 // v starts at the inner side and continues below.
-                let n = out * -cos(TURN * v) - axis * sin(TURN * v);
+                let n = out * -cos(TAU * v) - axis * sin(TAU * v);
                 (t.center + out * t.radius + n * t.tube_radius, n, u, v)
             });
         }

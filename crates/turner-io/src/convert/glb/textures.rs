@@ -116,12 +116,15 @@ impl<'a> TextureWriter<'a> {
             return Spectrum::grey(0.5);
         }
         let mut sum = Spectrum::BLACK;
-        let share = |i: u32| (f64::from(i) + 0.5) / f64::from(SIDE);
+        let coordinate = |i: u32| (f64::from(i) + 0.5) / f64::from(SIDE);
         for i in 0..SIDE {
             for j in 0..SIDE {
-                let uv = DVec2::new(share(i), share(j));
-                let p =
-                    DVec3::new(2.0 * uv.x - 1.0, 2.0 * uv.y - 1.0, 2.0 * share((5 * i + 3 * j) % SIDE) - 1.0);
+                let uv = DVec2::new(coordinate(i), coordinate(j));
+                let p = DVec3::new(
+                    2.0 * uv.x - 1.0,
+                    2.0 * uv.y - 1.0,
+                    2.0 * coordinate((5 * i + 3 * j) % SIDE) - 1.0,
+                );
                 sum += prepared.color(source, &TexturePoint::new(uv, p));
             }
         }
@@ -239,9 +242,9 @@ fn texture_transform(picture: &ImageDesc, remarks: &mut Remarks) -> Option<Value
     let d = picture.density;
     let [a, b, c, e, f, g] = picture.uv_matrix.unwrap_or([1.0, 0.0, 0.0, 0.0, 1.0, 0.0]);
     // Density scales about the centre of the image.
-    let middle = (1.0 - d) / 2.0;
-    let [a, b, c] = [d * a, d * b, d * c + middle];
-    let [e, f, g] = [d * e, d * f, d * g + middle];
+    let center = (1.0 - d) / 2.0;
+    let [a, b, c] = [d * a, d * b, d * c + center];
+    let [e, f, g] = [d * e, d * f, d * g + center];
     if [a, b, c, e, f, g] == [1.0, 0.0, 0.0, 0.0, 1.0, 0.0] {
         return None;
     }

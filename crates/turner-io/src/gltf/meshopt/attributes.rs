@@ -77,11 +77,11 @@ pub(super) fn decode(source: &[u8], stride: usize, out: &mut [u8]) -> Option<()>
                     }
                 }
                 2 => {
-                    let turn = u32::from(32 - (how >> 4)) & 31;
+                    let rotation = u32::from(32 - (how >> 4)) & 31;
                     let mut v = u32::from_le_bytes([before[0], before[1], before[2], before[3]]);
                     for i in 0..count {
                         let d = [0, 1, 2, 3].map(|k| bytes[k * BLOCK_ELEMENTS + i]);
-                        v ^= u32::from_le_bytes(d).rotate_left(turn);
+                        v ^= u32::from_le_bytes(d).rotate_left(rotation);
                         elements[i * stride + at..][..4].copy_from_slice(&v.to_le_bytes());
                     }
                     before.copy_from_slice(&v.to_le_bytes());
@@ -114,8 +114,8 @@ fn groups(reader: &mut Reader<'_>, out: &mut [u8], widths: &[usize; 4]) -> Optio
                     let shift = if width == 1 { within } else { 8 - width - within };
                     let value = byte >> shift & mask;
                     let value = if value == mask { reader.byte()? } else { value };
-                    if let Some(place) = group.get_mut(i) {
-                        *place = value;
+                    if let Some(slot) = group.get_mut(i) {
+                        *slot = value;
                     }
                 }
             }

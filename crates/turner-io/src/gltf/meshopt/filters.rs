@@ -1,4 +1,4 @@
-//! Filters (appendix B), applied in place after decompression of attributes.
+//! Filters (appendix B), applied in slot after decompression of attributes.
 //!
 //! | filter | stored | decoded |
 //! |---|---|---|
@@ -38,8 +38,8 @@ pub(super) fn octahedral_8(bytes: &mut [u8]) -> bool {
     elements::<4>(bytes, |e| {
         let [x, y, one, _] = e.map(|b| f32::from(b as i8));
         let v = octahedron(x, y, one, 127.0);
-        for (place, v) in e.iter_mut().zip(v) {
-            *place = v as i8 as u8;
+        for (slot, v) in e.iter_mut().zip(v) {
+            *slot = v as i8 as u8;
         }
     })
 }

@@ -123,8 +123,8 @@ pub(super) fn decode_triangles(source: &[u8], stride: usize, out: &mut [u8]) -> 
             edges.push((a, c));
             [a, b, c]
         };
-        for (place, index) in triangle.chunks_exact_mut(stride).zip(corners) {
-            store(place, index);
+        for (slot, index) in triangle.chunks_exact_mut(stride).zip(corners) {
+            store(slot, index);
         }
     }
     data.bytes.is_empty().then_some(())
@@ -138,11 +138,11 @@ pub(super) fn decode_sequence(source: &[u8], stride: usize, out: &mut [u8]) -> O
     }
     let mut data = Reader { bytes: body.get(..body.len().checked_sub(4)?)? };
     let mut last = [0u32; 2];
-    for place in out.chunks_exact_mut(stride) {
+    for slot in out.chunks_exact_mut(stride) {
         let v = data.varint()?;
         let base = &mut last[(v & 1) as usize];
         *base = base.wrapping_add(unzigzag(v >> 1));
-        store(place, *base);
+        store(slot, *base);
     }
     data.bytes.is_empty().then_some(())
 }

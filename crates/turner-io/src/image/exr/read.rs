@@ -62,8 +62,8 @@ fn read(bytes: &[u8], name: &str, limits: &DecodeLimits) -> Result<Image, ImageE
         i64::from(position.0) - i64::from(window.position.0),
         i64::from(position.1) - i64::from(window.position.1),
     );
-    let meets = |at: i64, length: usize, side: u32| at < i64::from(side) && at + length as i64 > 0;
-    if !meets(offset.0, data.0, size.width) || !meets(offset.1, data.1, size.height) {
+    let overlaps = |at: i64, length: usize, side: u32| at < i64::from(side) && at + length as i64 > 0;
+    if !overlaps(offset.0, data.0, size.width) || !overlaps(offset.1, data.1, size.height) {
         return Err(ImageError::damaged(name, FORMAT, "the data window lies outside the display window"));
     }
     let mut picture = Picture {

@@ -140,9 +140,9 @@ impl Converter<'_> {
             matches!(m.illum, Some(3 | 5)) && m.metalness.is_none() && !m.maps.contains_key("map_pm");
         let specular = m.specular.unwrap_or([0.0; 3]);
         if mirror && largest(specular) > 0.0 {
-            let share = largest(specular)
+            let fraction = largest(specular)
                 / (largest(specular) + if picture.is_some() { 1.0 } else { largest(diffuse) });
-            out.base_metalness = grey(share.clamp(0.0, 1.0));
+            out.base_metalness = grey(fraction.clamp(0.0, 1.0));
             if picture.is_none() {
                 let sum = [0, 1, 2].map(|i| (diffuse[i] + specular[i]).min(1.0));
                 out.base_color = ColorSource::Constant(spectrum(sum));
@@ -189,8 +189,8 @@ impl Converter<'_> {
             out.specular_ior = f64::from(ior).min(100.0);
         }
         if by_illum || is_clear {
-            let share = if dissolve < 1.0 { 1.0 - dissolve } else { 1.0 };
-            out.transmission_weight = grey(share);
+            let fraction = if dissolve < 1.0 { 1.0 - dissolve } else { 1.0 };
+            out.transmission_weight = grey(fraction);
             let filter = m.filter.filter(|f| largest(*f) > 0.0).unwrap_or([1.0; 3]);
             out.transmission_color = ColorSource::Constant(spectrum(filter));
             if m.roughness.is_none() {

@@ -222,7 +222,7 @@ impl Corners {
         file: &mut ObjFile,
         name: &str,
     ) -> Result<(), MeshError> {
-        let place = |k: usize, i: usize| -> u32 {
+        let resolve = |k: usize, i: usize| -> u32 {
             match chunk.corners[k].get(i) {
                 None | Some(&NONE) => NONE,
                 Some(&v) if v & RELATIVE != 0 => (base[k] + i64::from(v & !RELATIVE) - HALF) as u32,
@@ -232,18 +232,18 @@ impl Corners {
         let all = &mut file.corners;
         if range.len() == 3 {
             let at = range.start;
-            all.positions.push([at, at + 1, at + 2].map(|i| place(0, i)));
+            all.positions.push([at, at + 1, at + 2].map(|i| resolve(0, i)));
             if self.has[1] {
-                all.uvs.push([at, at + 1, at + 2].map(|i| place(1, i)));
+                all.uvs.push([at, at + 1, at + 2].map(|i| resolve(1, i)));
             }
             if self.has[2] {
-                all.normals.push([at, at + 1, at + 2].map(|i| place(2, i)));
+                all.normals.push([at, at + 1, at + 2].map(|i| resolve(2, i)));
             }
             return Ok(());
         }
         self.polygon.clear();
         reserve_some(&mut self.polygon, range.len(), name)?;
-        self.polygon.extend(range.map(|i| [place(0, i), place(1, i), place(2, i)]));
+        self.polygon.extend(range.map(|i| [resolve(0, i), resolve(1, i), resolve(2, i)]));
         let (polygon, has, positions) = (&self.polygon, self.has, &file.attributes.positions);
         let position = |i: usize| positions[polygon[i][0] as usize];
         self.cutter.cut(polygon.len(), position, &mut |t| {
