@@ -6,8 +6,7 @@
 //!
 //! p' = Σ wⱼ Wⱼ Bⱼ⁻¹ p / Σ wⱼ.
 //!
-//! The result is in world space; the transform of the mesh's own node is ignored. Weights are normalised here,
-//! because exporters' weights sum to 1 only approximately.
+//! The result is in world space; the transform of the mesh's own node is ignored. Weights need not sum to 1.
 
 use super::accessors::Elements;
 use super::budget::Budget;

@@ -1,7 +1,7 @@
 //! Tangents by MikkTSpace, for meshes that have a normal map but no tangents (glTF 2.0 §3.7.2.1).
 //!
 //! A normal map stores normals relative to the tangent frame (T, B, N) of the surface, with T = ∂p/∂u. Baker and
-//! renderer must compute the same frame, so glTF prescribes Mikkelsen's algorithm (Mikkelsen 2008, "Simulation of
+//! renderer must compute the same frame, so glTF asks for Mikkelsen's algorithm (Mikkelsen 2008, "Simulation of
 //! Wrinkled Surfaces Revisited"):
 //!
 //! 1. For each triangle, T and its handedness follow from its positions and UVs.

@@ -8,14 +8,14 @@
 //!
 //! ```text
 //!   e───────d          corner b is an ear: abc contains no other corner
-//!   │    ┌──┘          corner c is reflex: it can never be an ear,
-//!   │    c             and only reflex corners can lie inside an ear's triangle
+//!   │    ┌──┘          corner c is reflex: it is not an ear, and only
+//!   │    c             reflex corners can lie inside a candidate triangle
 //!   │     \
 //!   a──────b
 //! ```
 //!
-//! A self-intersecting polygon may have no ear; what remains of it becomes a fan. A polygon with n corners, r of them
-//! reflex, takes O(n r) time, which a budget per file bounds.
+//! A self-intersecting polygon may have no ear; what remains of it becomes a fan. Each candidate is
+//! tested against all reflex corners, so time can grow with the cube of the corners; a budget per file bounds it.
 
 /// Point comparisons for ear clipping per file; when they are used up, polygons become fans.
 const BUDGET: u64 = 1 << 30;

@@ -2,8 +2,7 @@
 //!
 //! STL and similar formats repeat each vertex in every triangle. An open-addressing hash table, at most half full,
 //! maps each triple to the index of its first occurrence, so n corners take O(n) time. Triples are equal only if all
-//! bits are (−0 and 0 count as equal positions); no tolerance is used, because it would make the result depend on the
-//! order of the triangles.
+//! bits are (−0 and 0 count as equal positions); no tolerance is used.
 //!
 //! Probing stops after a fixed number of slots: a file crafted to produce collisions then leaves some duplicates, but
 //! takes no more time.

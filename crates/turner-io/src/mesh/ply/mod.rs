@@ -1,10 +1,10 @@
 //! Stanford PLY: ASCII and binary of either byte order, any scalar types, any extra properties and elements.
 //!
-//! | element | properties |
-//! |---|---|
-//! | `vertex` | `x y z`, `nx ny nz`, (u, v) under several names, colours `red green blue` with optional `alpha`, also with the prefix `diffuse_`; further UV sets and tangents: see [`write()`] |
-//! | `face` | the list `vertex_indices` or `vertex_index`; optionally `texcoord`, a (u, v) per corner, and `material`, an index |
-//! | `tristrips` | triangle strips |
+//! - `vertex`: `x y z`, `nx ny nz`, (u, v) under several names, colours `red green blue` with optional `alpha`, also with
+//!   the prefix `diffuse_`. For further UV sets and tangents see [`write()`].
+//! - `face`: the list `vertex_indices` or `vertex_index`; optionally `texcoord`, a (u, v) per corner, and `material`, an
+//!   index.
+//! - `tristrips`: triangle strips.
 //!
 //! Without faces the vertices are a point cloud. `comment TextureFile NAME` names an image. The common layout
 //! (binary, floats, one list of integers per face) is decoded directly from the bytes, any other layout value by

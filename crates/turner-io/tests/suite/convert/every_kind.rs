@@ -47,9 +47,9 @@ fn assets() -> MemoryAssets {
     let data = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/data/");
     assets.files.insert("p.png".into(), std::fs::read(format!("{data}basn2c08.png")).unwrap());
     assets.files.insert("m.ply".into(), std::fs::read(format!("{data}cube_blender_uv.ply")).unwrap());
-    let lamp = "IESNA:LM-63-2002\nTILT=NONE\n1 -1 1.5 3 5 1 2 0 0 0\n1 1 0\n0 45.1 90\n0 90 180 270 360\n\
+    let profile = "IESNA:LM-63-2002\nTILT=NONE\n1 -1 1.5 3 5 1 2 0 0 0\n1 1 0\n0 45.1 90\n0 90 180 270 360\n\
                 1 2.7 0.1\n4 5 6\n7 8 9\n4 5 6\n1 2.7 0.1\n";
-    assets.files.insert("l.ies".into(), lamp.into());
+    assets.files.insert("l.ies".into(), profile.into());
     let grid = turner_io::grid::encode([2, 1, 2], &[0.1, 2.0, 0.0, 7.25], Some(&[1.0, 0.3, 0.0, 2.0]));
     assets.files.insert("g.grid".into(), grid);
     assets
@@ -233,8 +233,8 @@ fn head(section: &str, i: usize) -> String {
     match section {
         "texture" | "material" | "medium" => format!("[{section}.\"{i} of \\u0001 them\"]\n"),
         "view" => format!("[[view]]\nname = \"view {i}\"\n"),
-        "light" => format!("[[light]]\ngroup = \"lamps\"\nname = \"light {i}\"\n"),
-        "object" => format!("[[object]]\nname = \"{i}\"\nlight_group = \"lamps\"\n"),
+        "light" => format!("[[light]]\ngroup = \"key lights\"\nname = \"light {i}\"\n"),
+        "object" => format!("[[object]]\nname = \"{i}\"\nlight_group = \"key lights\"\n"),
         _ => format!("[{section}]\n"),
     }
 }

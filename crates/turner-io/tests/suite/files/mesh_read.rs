@@ -119,7 +119,7 @@ fn bad_plys_say_where() {
         ("ply\nend_header\n".to_owned(), "is missing"),
         (format!("{head}element vertex 5\nend_header\n"), "no properties"),
         (format!("{head}element vertex 1\nproperty float x\nproperty float y\nend_header\n1 2\n"), "\"z\""),
-        (format!("{head}element vertex 1\n{xyz}end_header\n1 2 3\n"), "cloud of points as"),
+        (format!("{head}element vertex 1\n{xyz}end_header\n1 2 3\n"), "point cloud with"),
         (
             format!("{head}element vertex 1\n{xyz}end_header\n1 2 q\n"),
             "line 8: expected a number, found \"q\"",

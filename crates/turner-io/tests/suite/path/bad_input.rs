@@ -57,8 +57,8 @@ fn lights_without_area() {
         ("type = \"disk\", radius = 0", "greater than 0"),
         ("type = \"sphere\", transform = { scale = [1, 0, 1] }", "scale"),
     ] {
-        let lamp = "material = { type = \"emissive\" }";
-        let error = refused(&format!("{SMALL}object = [{{ {shape}, {lamp} }}]"));
+        let emissive = "material = { type = \"emissive\" }";
+        let error = refused(&format!("{SMALL}object = [{{ {shape}, {emissive} }}]"));
         assert!(error.contains(words), "{shape}: {error}");
     }
 }
