@@ -161,7 +161,7 @@ impl Memory {
     }
 }
 
-const HELP: &str = "raise the limit of memory, or make the scene smaller";
+const HELP: &str = "raise the memory limit, or make the scene smaller";
 
 /// Bytes as people write them, e.g. `1.5 GiB`; rounded up, so that a need never looks smaller than it is.
 fn in_words(bytes: u64) -> String {
