@@ -157,7 +157,7 @@ fn value(entry: &EntryDoc, field: &Field, random: &mut Random) -> String {
             format!("[[0.25, {}], [0.5, {}]]", source(field, random), source(field, random))
         }
         "[color, …]" => several(3, random, &color),
-        "\"picture file\"" => "\"p.png\"".into(),
+        "\"image file\"" => "\"p.png\"".into(),
         "\"IES file\"" => "\"l.ies\"".into(),
         "\"grid file\"" => "\"g.grid\"".into(),
         "material" => "\"base\"".into(),

@@ -133,9 +133,9 @@ fn what_is_missing_is_reported_and_no_reason_to_stop() {
     assert_eq!(constant(material(&scene, "y").base_color), [0.0, 1.0, 0.0]);
     assert_eq!(constant(material(&scene, "z").base_color), [0.8; 3]);
     for (words, count) in [
-        ("library of materials", 2),
-        ("the picture", 1),
-        ("in no library", 1),
+        ("material library", 2),
+        ("the image ", 1),
+        ("materials without a definition", 1),
         ("`disp`", 1),
         ("`foo`", 1),
         ("(points)", 2),
@@ -235,10 +235,10 @@ fn pictures_of_materials_with_their_options() {
     assert_eq!((other.file, other.tint, other.uv_matrix), (red.file, Spectrum::new(0.5, 1.0, 1.0), None));
     assert_eq!((a.bump_map, b.bump_unit, b.bump_scale), (None, BumpUnit::Tile, 0.02));
     assert_eq!(texture(b.bump_map.unwrap()).encoding, Encoding::Linear);
-    assert_eq!(said(&scene, WarningKind::Approximated, "heights"), 1);
+    assert_eq!(said(&scene, WarningKind::Approximated, "bump maps"), 1);
     // Each file once: red, data, normals, mask, soft, heights.
     assert_eq!(scene.images.len(), 6);
-    assert_eq!(said(&scene, WarningKind::Approximated, "beside the file"), 1);
+    assert_eq!(said(&scene, WarningKind::Approximated, "images missing at their path"), 1);
     assert_eq!(said(&scene, WarningKind::Approximated, "normal maps"), 1);
     assert_eq!(said(&scene, WarningKind::Ignored, "`refl`"), 1);
     scene.prepare(&PrepareOptions::default()).unwrap();
@@ -419,7 +419,7 @@ fn ply_colours_strips_corners_with_their_own_uv_and_pictures() {
         panic!("no picture")
     };
     assert!(matches!(scene.textures[id.index()].value, TextureDesc::Image(_)));
-    assert_eq!(said(&scene, WarningKind::Ignored, "colours of faces"), 1);
+    assert_eq!(said(&scene, WarningKind::Ignored, "face colours"), 1);
     // A concave quad is cut along its shorter diagonal.
     let arrow = "ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\nproperty float z\nelement face 1\nproperty list uchar int vertex_index\n\
                  end_header\n0 0 0\n2 1 0\n0 2 0\n0.5 1 0\n4 0 1 2 3\n";
@@ -438,7 +438,7 @@ fn a_cloud_of_points_is_shown_as_spheres() {
     let scene = read(&[("a.ply", cloud)]);
     assert!(matches!(&scene.objects[0].content, ObjectContent::Shape(ShapeDesc::Points(_))));
     assert_eq!(mesh(&scene).positions.len(), 4);
-    assert_eq!(said(&scene, WarningKind::Doubtful, "points dropped"), 1);
+    assert_eq!(said(&scene, WarningKind::Doubtful, "points with NaN"), 1);
     let mut assets = MemoryAssets::default();
     assets.files.insert("a.ply".into(), cloud.into());
     for object in ["type = \"points\"\nfile = \"a.ply\"\nradius = 0.75", "type = \"model\"\nfile = \"a.ply\""]

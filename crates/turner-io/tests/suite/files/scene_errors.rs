@@ -42,7 +42,7 @@ fn bad_scenes_say_where_and_what_to_do() {
     let table: &[Bad<'_>] = &[
         ("hello, world\n", &[], &[], "E0101", "scene.toml", 1, 6, "", "key = value"),
         ("[film\nwidth = 3\n", &[], &[], "E0101", "scene.toml", 1, 6, "]", "key = value"),
-        ("a = 1\na = 2\n", &[], &[], "E0101", "scene.toml", 2, 1, "duplicate key", "stand once"),
+        ("a = 1\na = 2\n", &[], &[], "E0101", "scene.toml", 2, 1, "duplicate key", "appear once"),
         ("[[object]]\ntype = \"sphere\"\nradus = 2\n", &[], &[], "E0102", "scene.toml", 3, 1, "unknown key `radus`", "radius"),
         ("[[objekt]]\n", &[], &[], "E0102", "scene.toml", 1, 3, "objekt", "object"),
         ("[[object]]\n  type = \"spere\"\n", &[], &[], "E0103", "scene.toml", 2, 10, "spere", "did you mean \"sphere\""),

@@ -42,7 +42,7 @@ fn stl_of_both_kinds() {
     let scene = import(text.replace('\n', "\r\n").into_bytes()).unwrap();
     assert_eq!((mesh(&scene).positions.len(), mesh(&scene).triangles.len()), (4, 3));
     assert_eq!((&mesh(&scene).face_materials[..], scene.materials.len()), (&[0, 1, 1][..], 2));
-    assert_eq!(said(&scene, WarningKind::Doubtful, "against the order"), 1);
+    assert_eq!(said(&scene, WarningKind::Doubtful, "opposes the order"), 1);
     let options = ImportOptions { nodes: vec!["two".into()], ..Default::default() };
     let picked = import_with(&[("a.stl", text.as_bytes().to_vec())], &options).unwrap();
     assert_eq!(mesh(&picked).triangles.len(), 2);
