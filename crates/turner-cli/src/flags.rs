@@ -6,6 +6,9 @@ use turner::schema::{ErrorCode, KeyEdit, Quality, Remedy, SceneError, Warning};
 /// The key that `--shared-paths` sets.
 pub(crate) const SHARED_PATHS: &str = "integrator.shared_paths";
 
+/// The option that sets it.
+pub(crate) const SHARED_PATHS_OPTION: &str = "--shared-paths";
+
 /// Keys of a scene that have options of their own.
 const OPTIONS: &[(&str, &str)] = &[
     ("film.antialias", "--antialias"),
@@ -21,7 +24,7 @@ const OPTIONS: &[(&str, &str)] = &[
     ("integrator.caustics", "--caustics"),
     ("integrator.clamp_indirect", "--clamp-indirect"),
     ("integrator.max_depth", "--max-depth"),
-    (SHARED_PATHS, "--shared-paths"),
+    (SHARED_PATHS, SHARED_PATHS_OPTION),
     ("integrator.type", "--integrator"),
     ("studio.camera", "--camera"),
     ("studio.ground", "--ground"),

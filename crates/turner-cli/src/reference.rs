@@ -62,7 +62,7 @@ pub(crate) fn chapters() -> Vec<Chapter> {
         family("Shapes", &["shapes"], &ShapeDesc::DOC, topics::SHAPE),
         written("Groups", &["groups", "instance"], topics::group()),
         model(),
-        single("Stage", &[], &StudioDesc::DOC),
+        single("Studio", &["stage"], &StudioDesc::DOC),
         written("Transforms", &["transforms", "scale", "rotate", "translate", "matrix"], topics::transform()),
         written("Colours", &["colors", "colour", "colours"], topics::color()),
         family("Materials", &["materials"], &MaterialDesc::DOC, topics::MATERIAL),

@@ -6,7 +6,6 @@ use std::time::Instant;
 
 use clap::Args;
 use serde_json::json;
-use turner::description::default_studio::FOV;
 use turner::film::{Antialias, Film};
 use turner::render::{PassOptions, Renderer};
 use turner::schema::{ErrorCode, SceneError, Warning, WarningKind};
@@ -19,7 +18,7 @@ use crate::output::{FormatArg, Output};
 use crate::progress::Progress;
 use crate::report::{Reporter, strict};
 use crate::scene::{FilmArgs, Ready, SceneArgs};
-use crate::sequence::{SequenceArgs, Step};
+use crate::sequence::{SequenceArgs, Step, Turntable};
 use crate::text;
 use crate::watch::{Changes, Watched};
 
@@ -135,7 +134,7 @@ fn render_all(
         return Err(Failure::usage(error.help("name a file with `-o FILE`: the pictures are numbered")));
     }
     let studio = &args.scene.studio;
-    let mut ready = None;
+    let (mut ready, mut turntable) = (None, None);
     for (i, step) in steps.iter().enumerate() {
         let models = match step {
             Step::Frame(frame) => studio.at_frame(*frame),
@@ -148,8 +147,9 @@ fn render_all(
             ready = Some(load(args, models, output, (reporter, control), steps)?);
         }
         let Some(ready) = &mut ready else { continue };
-        let fov = ready.desc.studio.as_ref().map_or(FOV, |s| s.fov);
-        step.turn(&mut ready.prepared, ready.desc.integrator.integrator(), studio.orbit(), fov)
+        let turntable =
+            turntable.get_or_insert_with(|| Turntable::new(&ready.desc, &ready.prepared, studio.orbit()));
+        step.turn(&mut ready.prepared, ready.desc.integrator.integrator(), turntable)
             .map_err(|e| Failure::in_scene(e, &ready.sources, &ready.labels))?;
         let output = output.numbered(step)?;
         let Some(code) = render(args, ready, &output, reporter, control, None)? else { continue };
@@ -214,7 +214,7 @@ fn moves(args: &RenderArgs, steps: &[Step], ready: &Ready, control: &Control) ->
     let limits = args.scene.watched_limits(control);
     for step in [second, &steps[steps.len() / 2]] {
         let Step::Frame(frame) = step else { continue };
-        let models = args.scene.stage.at_frame(*frame);
+        let models = args.scene.studio.at_frame(*frame);
         let other = args.scene.described(&args.film, models, args.threads, None, &limits)?;
         if other.desc.same_scene(&ready.desc).is_err() {
             return Ok(true);

@@ -72,7 +72,7 @@ impl Reporter {
         for w in warnings.iter().take(MAX_SHOWN) {
             out += &warning_text(w, sources, labels, &renderer());
         }
-        let is_warning = |w: &&Warning| matches!(w.kind, WarningKind::Ignored | WarningKind::Doubtful);
+        let is_warning = |w: &&Warning| w.kind != WarningKind::Note;
         let total: u64 = warnings.iter().filter(is_warning).map(|w| w.count).sum();
         if warnings.len() > MAX_SHOWN {
             out += &format!("… and {} more\n", warnings.len() - MAX_SHOWN);
@@ -177,17 +177,17 @@ fn error_text(error: &SceneError, sources: &Sources, labels: &Labels, renderer: 
     groups.into_iter().flatten().map(|group| format!("{}\n", renderer.render(&[group]))).collect()
 }
 
+/// `warning[ignored]: …`, with the kind where errors have their code; notes are `note: …`.
 fn warning_text(warning: &Warning, sources: &Sources, labels: &Labels, renderer: &Renderer) -> String {
     let times = if warning.count > 1 { format!(" ({} times)", warning.count) } else { String::new() };
     let place = Place::of(warning.span, sources, labels);
     let at = place.as_ref().map_or(String::new(), |p| format!("{}: ", p.title));
     let message = format!("{at}{}{times}", flags::message(warning));
-    let level = match warning.kind {
-        WarningKind::Note => Level::NOTE,
-        WarningKind::Approximated => Level::NOTE.with_name("approximated"),
-        WarningKind::Ignored | WarningKind::Doubtful => Level::WARNING,
+    let title = match warning.kind {
+        WarningKind::Note => Level::NOTE.primary_title(message),
+        kind => Level::WARNING.primary_title(message).id(kind.word()),
     };
-    format!("{}\n", renderer.render(&[Group::with_title(level.primary_title(message))]))
+    format!("{}\n", renderer.render(&[Group::with_title(title)]))
 }
 
 /// An excerpt with a marked range.

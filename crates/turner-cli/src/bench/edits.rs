@@ -188,10 +188,10 @@ fn print(row: &Row, args: &EditsBenchArgs) {
                 "edit": row.edit,
                 "milliseconds": row.milliseconds,
                 "median_milliseconds": middle,
-                "aim_milliseconds": row.most,
-                "remade_objects": row.remade.objects,
-                "remade_merged": row.remade.world_mesh,
-                "remade_meshes": row.remade.meshes,
+                "target_milliseconds": row.most,
+                "rebuilt_objects": row.remade.objects,
+                "rebuilt_merged": row.remade.world_mesh,
+                "rebuilt_meshes": row.remade.meshes,
                 "version": env!("CARGO_PKG_VERSION"),
             });
             format!("{values}\n")

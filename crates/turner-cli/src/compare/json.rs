@@ -29,7 +29,7 @@ pub(super) fn of(c: &Compared) -> Value {
         "non_finite": {
             "reference": non_finite(&pair.non_finite[0]),
             "picture": non_finite(&pair.non_finite[1]),
-            "unlike": non_finite(&pair.unlike),
+            "differing": non_finite(&pair.unlike),
         },
         "verdict": c.verdict.as_ref().map(|v| json!({
             "metric": v.metric.word(),
@@ -37,7 +37,7 @@ pub(super) fn of(c: &Compared) -> Value {
             "tolerance": v.tolerance,
             "within": v.within,
         })),
-        "diff": c.diff.as_ref().map(|d| json!({ "file": d.path, "metric": d.metric.word(), "white": d.white })),
+        "diff": c.diff.as_ref().map(|d| json!({ "file": d.path, "metric": d.metric.word(), "maximum": d.white })),
     })
 }
 

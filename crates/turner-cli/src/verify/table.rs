@@ -29,7 +29,7 @@ impl Table {
     pub(super) fn start(&self, seed: u64, level: f64, by_chance: usize) {
         if self.json {
             let checks = self.checks;
-            let event = json!({"event": "start", "seed": seed, "level": level, "checks": checks, "by_chance": by_chance});
+            let event = json!({"event": "start", "seed": seed, "level": level, "checks": checks, "statistical": by_chance});
             return Events::Stdout.send(event);
         }
         let width = self.width;

@@ -108,7 +108,7 @@ fn differences_are_drawn() {
     let (code, found) = json(&f, &[&a, &b, "--diff", "d.png", "--metric", "max"]);
     assert_eq!((code, found["diff"]["file"].as_str()), (Some(0), Some("d.png")));
     let worst = &found["metrics"]["max"]["worst"];
-    assert_eq!(found["diff"]["white"], worst["value"]);
+    assert_eq!(found["diff"]["maximum"], worst["value"]);
     let (width, height, drawn) = pixels(&f.read("d.png"));
     assert_eq!((width, height), (96, 64));
     let at = |x: &Value, y: &Value| drawn[(y.as_u64().unwrap() * 96 + x.as_u64().unwrap()) as usize];

@@ -106,7 +106,7 @@ fn an_examination_repeats() {
     };
     let first = report("1");
     assert_eq!(first["format"], "turner-doctor");
-    assert_eq!(first["version"], 1);
+    assert_eq!(first["version"], 2);
     assert_eq!(first, report("1"));
     assert_eq!(first, report("5"));
 }

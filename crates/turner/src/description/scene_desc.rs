@@ -130,4 +130,6 @@ pub struct ImportSummary {
     pub format: &'static str,
     /// How many of what.
     pub counts: Vec<(&'static str, u64)>,
+    /// Names in the file that a scene can select: of animations and of material variants.
+    pub names: Vec<(&'static str, Vec<String>)>,
 }

@@ -86,11 +86,11 @@ fn cause(e: &Evidence<'_>, l: &LightFacts) -> Option<Cause> {
     let measured = |f: Finding| {
         f.about(name.text.clone())
             .at(e.place_of(l.one))
-            .measure("points-reached", share(l.clear), "share")
-            .measure("points-in-shadow", share(l.blocked), "share")
-            .measure("points-turned-away", share(l.away), "share")
-            .measure("points-not-shone-at", share(l.none), "share")
-            .measure("irradiance-kept-off", l.kept_off, "irradiance")
+            .measure("points-reached", share(l.clear), "fraction")
+            .measure("points-in-shadow", share(l.blocked), "fraction")
+            .measure("points-facing-away", share(l.away), "fraction")
+            .measure("points-not-illuminated", share(l.none), "fraction")
+            .measure("irradiance-blocked", l.kept_off, "irradiance")
     };
     let find =
         |code, weight, what: String| measured(Finding::new(BLACK, Severity::Error, code, weight, what));
@@ -121,7 +121,7 @@ fn cause(e: &Evidence<'_>, l: &LightFacts) -> Option<Cause> {
                 percent(b.share)
             ))
             .remedy("make an opening in it, remove it, or put a light inside")
-            .measure("kept-off-by-it", b.share, "share");
+            .measure("fraction-blocked-by-it", b.share, "fraction");
         return Some(Cause { finding, by: Some(b.primitive) });
     }
     if let Some(cause) = shut_in(e, l, blocker, &name, &find) {
@@ -210,7 +210,7 @@ fn shut_in(
             percent(f64::from(l.clear) / f64::from(l.asked))
         ))
         .remedy(format!("move the light out of {around}, or make an opening in it. For light to pass through, give it a transmissive material, or `shadow = \"none\"` with \"classic\""))
-        .measure("directions-enclosed", l.enclosed, "share");
+        .measure("directions-enclosed", l.enclosed, "fraction");
     Some(Cause { finding, by: Some(encloser) })
 }
 
@@ -279,7 +279,7 @@ fn turned_away(e: &Evidence<'_>, l: &LightFacts, name: &Label, find: Find<'_>) -
             ))
             .remedy(remedy)
             .measure("angle-off-axis", angle, "degrees")
-            .measure("directions-lit", l.lit, "share"),
+            .measure("directions-lit", l.lit, "fraction"),
     )
 }
 
@@ -318,7 +318,7 @@ fn behind_glass(e: &Evidence<'_>, all_arrives: f64) -> Option<Finding> {
             .or(Remedy::set("integrator.type", "path").and("integrator.caustics", "light-tracing"))
             .about(name.text)
             .at(e.place_of(most.one))
-            .measure("light-lost", share, "share")
-            .measure("lost-at-it", b.share, "share"),
+            .measure("light-lost", share, "fraction")
+            .measure("fraction-lost-at-it", b.share, "fraction"),
     )
 }

@@ -83,11 +83,11 @@ fn crop(e: &Evidence<'_>) -> Option<Finding> {
         .remedy("remove `crop` from [film], or move it over the objects")
         .set("film.crop", [0, 0, e.scene.film().width, e.scene.film().height]);
     let finding = finding.measure("brightness-in-crop", light, "radiance").measure(
-        "brightness-of-picture",
+        "picture-brightness",
         all,
         "radiance",
     );
-    Some(finding.measure("met-in-crop", met, "share").measure("met-in-picture", met_all, "share"))
+    Some(finding.measure("hits-in-crop", met, "fraction").measure("hits-in-picture", met_all, "fraction"))
 }
 
 /// The camera is inside a solid.
@@ -136,8 +136,8 @@ fn inside(e: &Evidence<'_>, view: &View) -> Option<Finding> {
         ))
         .remedy(format!("move the camera out of it: `[camera] position` is ({})", point(view.eye)))
         .about(name.text)
-        .measure("directions-enclosed", share, "share")
-        .measure("rays-enclosed", seen, "share");
+        .measure("directions-enclosed", share, "fraction")
+        .measure("rays-enclosed", seen, "fraction");
     Some(out)
 }
 
@@ -186,8 +186,8 @@ fn invisible(e: &Evidence<'_>) -> Option<Finding> {
             .set(&format!("material.{}.opacity", name.text), 1.0)
             .about(name.text)
             .at(e.desc.materials.get(i).and_then(|m| m.span))
-            .measure("opacity", opacity, "share")
-            .measure("rays-through", share, "share"),
+            .measure("opacity", opacity, "fraction")
+            .measure("rays-through", share, "fraction"),
     )
 }
 
@@ -219,7 +219,7 @@ fn nothing_seen(e: &Evidence<'_>, view: &View) -> Option<Finding> {
     let half = crate::math::elementary::asin(reach).to_degrees();
     let find = |code, weight, what: String| {
         Finding::new(BLACK, severity, code, weight, what)
-            .measure("rays-that-meet-objects", share, "share")
+            .measure("rays-that-hit-objects", share, "fraction")
             .measure("angle-off-axis", angle, "degrees")
             .measure("distance", distance, "units")
             .measure("radius-of-objects", radius, "units")
@@ -278,7 +278,7 @@ fn nothing_seen(e: &Evidence<'_>, view: &View) -> Option<Finding> {
             "move the camera; the integrator \"depth\" shows what its rays hit",
         )
     };
-    Some(find("objects-not-met", 0.9, what).why(why).remedy(remedy))
+    Some(find("objects-not-hit", 0.9, what).why(why).remedy(remedy))
 }
 
 /// A lens with nothing in focus.
@@ -359,8 +359,8 @@ fn near(e: &Evidence<'_>, view: &View) -> Option<Finding> {
             .remedy("move the camera or the object, or clip it with `near` of [camera]")
             .set("camera.near", rounded(distance * 1.5))
             .about(name.text)
-            .measure("rays-that-end-there", share, "share")
+            .measure("rays-blocked", share, "fraction")
             .measure("distance", distance, "units")
-            .measure("distance-looked-at", to_target, "units"),
+            .measure("distance-to-target", to_target, "units"),
     )
 }

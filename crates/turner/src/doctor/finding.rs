@@ -60,7 +60,7 @@ pub struct Measure {
     pub name: &'static str,
     /// The value; finite.
     pub value: f64,
-    /// Its unit: `share` (0 to 1), `count`, `stops`, `degrees`, `units` of the scene, `radiance`, `irradiance`, `pixels`, `ratio`, `relmse`.
+    /// Its unit: `fraction` (0 to 1), `count`, `stops`, `degrees`, `units` of the scene, `radiance`, `irradiance`, `pixels`, `ratio`, `relmse`.
     pub unit: &'static str,
 }
 
