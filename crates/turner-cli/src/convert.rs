@@ -1,4 +1,4 @@
-//! `turner convert`: a scene as files of another format.
+//! `turner convert`: writes a scene in another format.
 
 use std::path::{Path, PathBuf};
 use std::time::Instant;
@@ -21,8 +21,9 @@ use crate::text;
 
 /// Convert a scene or model to an editable TOML scene or to a glTF model
 ///
-/// A .toml keeps everything and renders to the same picture; meshes become PLY files in NAME-meshes, textures files in NAME-pictures, IES profiles and
-/// grids files in NAME-data. A .glb is one file with what glTF 2.0 can represent; warnings name the rest.
+/// A .toml keeps everything and renders to the same picture; meshes become PLY files in NAME-meshes, textures files in
+/// NAME-pictures, IES profiles and grids files in NAME-data. A .glb is one file with what glTF 2.0 can represent; warnings
+/// name the rest.
 #[derive(Debug, Args)]
 pub(crate) struct ConvertArgs {
     #[command(flatten)]
@@ -150,9 +151,9 @@ fn done(converted: &Converted, out: &Path, seconds: f64, reporter: &Reporter) {
         }));
         return;
     }
-    let beside = converted.files.len() as u64 - 1;
+    let others = converted.files.len() as u64 - 1;
     let more =
-        if beside == 0 { String::new() } else { format!(" and {} more", text::plural(beside, "file")) };
+        if others == 0 { String::new() } else { format!(" and {}", text::plural(others, "other file")) };
     reporter.line(&format!(
         "{}{more} written: {} in {}",
         out.display(),

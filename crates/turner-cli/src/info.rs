@@ -1,4 +1,4 @@
-//! `turner info`: contents of a scene, memory and bounds.
+//! `turner info`: contents, names, memory and bounds of a scene.
 
 use std::collections::BTreeMap;
 
@@ -46,7 +46,7 @@ pub(crate) fn run(args: &InfoArgs, control: &Control) -> u8 {
     }
 }
 
-/// Count of each name.
+/// Number of entries by name.
 type Counts = BTreeMap<&'static str, u64>;
 
 fn count(names: impl Iterator<Item = &'static str>) -> Counts {
@@ -67,7 +67,7 @@ fn camera(desc: &SceneDesc) -> &'static str {
     desc.camera.as_ref().map_or("none", |c| c.value.type_name())
 }
 
-/// Bytes by use.
+/// Memory by use, bytes.
 fn memory(ready: &Ready) -> [(&'static str, u64); 5] {
     let s = &ready.prepared.scene.stats;
     [
@@ -285,7 +285,7 @@ fn film(film: &FilmDesc) -> String {
     )
 }
 
-/// A point with four digits.
+/// A point, rounded to three decimals or four significant digits.
 fn point(p: [f64; 3]) -> String {
     let p = p.map(|v| {
         let digits = if v.abs() >= 1e6 || (v != 0.0 && v.abs() < 1e-3) {

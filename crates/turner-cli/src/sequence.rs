@@ -1,4 +1,4 @@
-//! Several pictures of one scene: turntables and animation frames.
+//! Sequences of pictures of a scene: turntables and animation frames.
 
 use std::path::{Path, PathBuf};
 
@@ -11,7 +11,7 @@ use turner::math::elementary::{cos, sin};
 use turner::math::{Bounds, DVec3, radians};
 use turner::schema::SceneError;
 
-/// Which pictures to render, if not one.
+/// Options for sequences of pictures.
 #[derive(Debug, Default, Args)]
 pub(crate) struct SequenceArgs {
     /// Render N numbered pictures from a camera that circles the scene once, starting at the scene's camera or at --camera orbit:A,E
@@ -25,9 +25,9 @@ pub(crate) struct SequenceArgs {
 /// One picture of a sequence.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Step {
-    /// The only one.
+    /// The only picture.
     Only,
-    /// Number and angle on a turntable, degrees.
+    /// A picture of a turntable: index and angle in degrees.
     Turn(u32, f64),
     /// An animation frame.
     Frame(u32),
@@ -42,7 +42,7 @@ fn parse_frames(text: &str) -> Result<(u32, u32), String> {
 }
 
 impl SequenceArgs {
-    /// All of them in order.
+    /// All pictures in order.
     pub(crate) fn steps(&self) -> Vec<Step> {
         match (self.turntable, self.frames) {
             (Some(n), _) => (0..n).map(|i| Step::Turn(i, 360.0 * f64::from(i) / f64::from(n))).collect(),
