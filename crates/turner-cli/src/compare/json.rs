@@ -1,4 +1,5 @@
-//! What was found, for programs. docs/reference/compare.md explains it: keys may be added, none changes its meaning.
+//! The result as JSON. docs/reference/compare.md documents the keys: new ones may be added, the meaning of a key does not
+//! change.
 
 use serde_json::{Map, Value, json};
 use turner::compare::{Metric, NonFinite};
@@ -14,7 +15,7 @@ pub(super) fn of(c: &Compared) -> Value {
         .map(|(metric, found)| {
             let w = found.worst;
             let worst = json!({ "x": w.x, "y": w.y, "value": of_map(*metric, w.value) });
-            // Infinite: no difference. JSON has no number for it.
+            // The PSNR of equal pictures is infinite, which JSON cannot hold: null.
             (metric.word().to_owned(), json!({ "value": finite(found.value), "worst": worst }))
         })
         .collect();
@@ -41,7 +42,7 @@ pub(super) fn of(c: &Compared) -> Value {
     })
 }
 
-/// SSIM's map holds its distance from 1.
+/// The map of SSIM holds 1 - SSIM.
 fn of_map(metric: Metric, v: f32) -> f64 {
     if metric == Metric::Ssim { 1.0 - f64::from(v) } else { f64::from(v) }
 }

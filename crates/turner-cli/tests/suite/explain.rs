@@ -1,4 +1,4 @@
-//! `turner explain`: the parts of a sample are its sum, the samples are the pixel, and all formats are what they claim to be.
+//! `turner explain`: contributions sum to the sample, samples average to the pixel, and every format is valid.
 
 use serde_json::Value;
 
@@ -33,7 +33,7 @@ material = { type = "emissive", strength = 8 }
 type = "environment"
 "#;
 
-/// Glass, mirrors, shadows; names that no terminal and no page should take at their word.
+/// Glass, mirrors, shadows, and names that must be escaped in a terminal and on a page.
 const CLASSIC: &str = r##"
 camera = { position = [0, 1.2, 6], look_at = [0, 0.9, 0], fov = 40 }
 film = { width = 24, height = 16 }
@@ -266,7 +266,7 @@ fn the_text_names_the_hits_and_shows_the_sum() {
 #[test]
 fn large_trees_are_collapsed_by_weight() {
     let f = folder();
-    // Shells of glass in a room of mirrors.
+    // Nested glass shells in a room of mirrors.
     let mut deep = CLASSIC.replace("max_depth = 4", "max_depth = 10");
     for radius in [0.9, 0.8, 0.7, 0.6] {
         deep += &format!(
@@ -365,14 +365,14 @@ fn drawings_and_pages_are_well_formed_and_need_nothing_else() {
             let count = |name: &str| names.iter().filter(|n| *n == name).count();
             assert!(count("svg") >= 1 && count("path") > 0, "{scene} {name}");
             assert_eq!(count("script"), usize::from(name == "e.html"));
-            // Nothing is fetched: the only address is the name of the format.
+            // The page loads nothing: its only URL is the XML namespace.
             let addresses = text.replace("http://www.w3.org/2000/svg", "");
             for word in ["http:", "https:", "src=", "href=", "@import", "url(h", "alert('", "\x1b"] {
                 assert!(!addresses.contains(word), "{scene} {name}: {word}");
             }
             assert!(text.contains("equal to the last bit") || text.contains("to the last bit"));
             assert!(!text.contains("object #"), "{scene} {name}: a shape has no name");
-            // Each ray of the views is in the tree as well.
+            // Rays are linked between the views and the tree.
             let once: std::collections::BTreeSet<&str> = text
                 .match_indices("data-ray=\"")
                 .map(|(i, m)| text[i + m.len()..].split('"').next().unwrap())
@@ -380,7 +380,7 @@ fn drawings_and_pages_are_well_formed_and_need_nothing_else() {
             assert!(!once.is_empty());
         }
     }
-    // The same bytes each time.
+    // The output is deterministic.
     let page = || f.turner(&["explain", "c.toml", "--pixel", "12,7", "--format", "html"]).ok().stdout;
     assert_eq!(page(), page());
 }
