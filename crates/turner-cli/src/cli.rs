@@ -1,4 +1,4 @@
-//! Arguments: which command, and `turner SCENE` as short for `turner render SCENE`.
+//! Arguments: the commands, and `turner SCENE` as short for `turner render SCENE`.
 
 use std::ffi::{OsStr, OsString};
 use std::path::Path;
@@ -72,7 +72,7 @@ pub(crate) fn run(args: Vec<OsString>, control: &Control) -> u8 {
                 failure.exit
             }
             None => {
-                // Standard output may be closed; there is nobody to tell.
+                // Standard output may be closed.
                 let _ = error.print();
                 u8::try_from(error.exit_code()).unwrap_or(failure::USAGE)
             }
@@ -105,7 +105,7 @@ fn with_command(mut args: Vec<OsString>) -> Result<Vec<OsString>, Box<clap::Erro
     if is(&names, first) || is(&OWN_FLAGS, first) {
         return Ok(args);
     }
-    // A plain word that names no file was meant as a command.
+    // A plain word that names no file is a misspelt command.
     let word = first.to_string_lossy();
     let is_plain = !word.starts_with('-') && !word.contains(['.', '/', '\\']) && !Path::new(first).exists();
     if is_plain && nearest(&word, &names).is_some() {

@@ -1,4 +1,4 @@
-//! Colours of help, on terminals that show them.
+//! Colours of the help on terminals.
 
 use std::fmt::Write;
 use std::io::IsTerminal;
@@ -9,7 +9,7 @@ const TITLE: Style = AnsiColor::Green.on_default().bold();
 const NAME: Style = AnsiColor::Cyan.on_default().bold();
 const CODE: Style = AnsiColor::Yellow.on_default();
 
-/// Those of the commands' help.
+/// Styles of the help of commands.
 pub const STYLES: Styles = Styles::styled()
     .header(TITLE)
     .usage(TITLE)
@@ -25,8 +25,8 @@ pub(crate) fn are_wanted(stream: &impl IsTerminal) -> bool {
     stream.is_terminal() && !is("NO_COLOR", |v| !v.is_empty()) && !is("TERM", |v| v == "dumb")
 }
 
-/// Colours the titles, names and examples of help on the scene format. Titles start at the margin, names after two spaces, examples
-/// after four.
+/// Colours titles, names and examples in the help on the scene format: titles start at the margin, names after two spaces,
+/// examples after four.
 pub(crate) fn paint(text: &str) -> String {
     let mut out = String::new();
     for line in text.lines() {
@@ -53,7 +53,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn paint_changes_no_letter() {
+    fn paint_changes_no_text() {
         let text = crate::reference::explain("sphere").unwrap();
         let painted = paint(&text);
         let mut plain = String::new();

@@ -88,7 +88,7 @@ fn row(out: &mut String, arg: &Arg) {
     *out += &format!("| `{}` | {text} |\n", cell(&name));
 }
 
-/// Text that stays in its cell.
+/// Escapes text for a cell of a table.
 fn cell(text: &str) -> String {
     text.replace('|', "\\|").replace('\n', " ").replace('<', "&lt;")
 }

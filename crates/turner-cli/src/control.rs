@@ -1,4 +1,4 @@
-//! The effect of an interrupt in each phase of the work.
+//! The effect of an interrupt in each phase of the work, and the memory watch.
 //!
 //! Ctrl-C and a request to terminate differ only in the exit code.
 
@@ -18,14 +18,14 @@ const SAVING: u8 = 2;
 /// The phase of the work and the request to stop it; shared between the worker and the main thread.
 #[derive(Debug, Default)]
 pub struct Control {
-    /// Becomes true when rendering should stop and save the picture so far.
+    /// True when rendering should stop and save the picture.
     pub(crate) cancel: AtomicBool,
     phase: AtomicU8,
-    /// The memory limit, while there is a scene.
+    /// The memory limit, from the time a scene is loaded.
     memory: Mutex<Option<Arc<Memory>>>,
-    /// The error, if memory ran out while there was a picture to save.
+    /// Whether memory ran out while there was a picture to save.
     starved: AtomicBool,
-    /// Where errors from outside the command are reported.
+    /// The destination of errors that the main thread reports.
     events: Mutex<Option<Events>>,
     /// The exit code after the interrupt.
     code: AtomicU8,
@@ -34,19 +34,19 @@ pub struct Control {
 /// Shortest and longest interval between memory checks.
 const INTERVALS: [Duration; 2] = [Duration::from_millis(1), Duration::from_millis(100)];
 
-/// Bytes that all threads together can fill in a millisecond.
+/// Bytes that all threads together can allocate in a millisecond, an upper estimate.
 const GROWTH: u64 = 8 << 20;
 
-/// Margin below the limit: the memory that may be filled between two checks.
+/// Margin below the limit: memory that may be allocated between two checks.
 const MARGIN: u64 = 16 << 20;
 
 impl Control {
-    /// From here on an interrupt saves the picture so far.
+    /// From here on an interrupt stops rendering and saves the picture.
     pub(crate) fn begin_rendering(&self) {
         self.phase.store(RENDERING, Ordering::SeqCst);
     }
 
-    /// From here on an interrupt waits for the file, which takes little time.
+    /// From here on an interrupt waits for the output file.
     pub(crate) fn begin_saving(&self) {
         self.phase.store(SAVING, Ordering::SeqCst);
     }
@@ -61,13 +61,13 @@ impl Control {
         self.cancel.load(Ordering::SeqCst)
     }
 
-    /// The exit code of work that was interrupted: 128 and the signal's number.
+    /// The exit code of interrupted work: 128 + the number of the signal.
     pub(crate) fn exit_code(&self) -> u8 {
         self.code.load(Ordering::SeqCst)
     }
 
-    /// Requests a stop with this exit code. False if the program should exit at once: it was interrupted before, or has
-    /// nothing to save.
+    /// Requests a stop with this exit code. Returns false if the program should exit at once: after an earlier interrupt, or
+    /// if there is nothing to save.
     pub(crate) fn interrupt(&self, code: u8) -> bool {
         if !self.is_interrupted() {
             self.code.store(code, Ordering::SeqCst);
@@ -75,7 +75,7 @@ impl Control {
         self.phase.load(Ordering::SeqCst) != IDLE && !self.cancel.swap(true, Ordering::SeqCst)
     }
 
-    /// From here on errors from outside the command are reported like its own.
+    /// From here on errors of the main thread are reported like those of the command.
     pub(crate) fn hear(&self, reporter: &Reporter) {
         *self.events.lock().unwrap_or_else(PoisonError::into_inner) = reporter.events;
     }
@@ -85,8 +85,8 @@ impl Control {
         Reporter { quiet: false, events: *self.events.lock().unwrap_or_else(PoisonError::into_inner) }
     }
 
-    /// From here on the main thread checks the memory in use. Large allocations ask before ([`Memory::need`]); this is for many
-    /// small ones.
+    /// From here on the main thread checks the memory in use. Large allocations are checked beforehand ([`Memory::need`]);
+    /// this catches many small ones.
     pub(crate) fn watch_memory(&self, memory: &Arc<Memory>) {
         *self.memory.lock().unwrap_or_else(PoisonError::into_inner) = Some(Arc::clone(memory));
     }
@@ -101,8 +101,8 @@ impl Control {
         Some(Duration::from_millis(left / GROWTH).clamp(INTERVALS[0], INTERVALS[1]))
     }
 
-    /// The error if memory ran out and the program must end now. A picture is saved first, and [`Control::starved`] has the
-    /// error then.
+    /// The error if memory ran out and the program must end now. If there is a picture to save, rendering stops instead, and
+    /// [`Control::starved`] returns the error.
     pub(crate) fn out_of_memory(&self) -> Option<SceneError> {
         let memory = self.watched()?;
         if memory.in_use()?.saturating_add(MARGIN) <= memory.limit() {
@@ -136,7 +136,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_first_interrupt_saves_and_the_second_leaves() {
+    fn the_first_interrupt_saves_and_the_second_exits() {
         let control = Control::default();
         assert!(!control.interrupt(130) && !control.is_interrupted(), "nothing to save while loading");
         control.begin_rendering();

@@ -1,10 +1,12 @@
-//! `turner convert`: a scene as files of another format.
+//! `turner convert`: writes a scene in another format.
 
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use clap::Args;
 use serde_json::json;
+use turner::description::{SceneDesc, StudioDesc};
+use turner::light::LightDesc;
 use turner::schema::error::nearest;
 use turner::schema::{ErrorCode, SceneError, WarningKind};
 use turner_io::convert::{ConvertOptions, Converted, to_glb, to_toml};
@@ -19,8 +21,9 @@ use crate::text;
 
 /// Convert a scene or model to an editable TOML scene or to a glTF model
 ///
-/// A .toml keeps everything and renders to the same picture; meshes become PLY files in NAME-meshes, textures files in NAME-pictures, IES profiles and
-/// grids files in NAME-data. A .glb is one file with what glTF 2.0 can represent; warnings name the rest.
+/// A .toml keeps everything and renders to the same picture; meshes become PLY files in NAME-meshes, textures files in
+/// NAME-pictures, IES profiles and grids files in NAME-data. A .glb is one file with what glTF 2.0 can represent; warnings
+/// name the rest.
 #[derive(Debug, Args)]
 pub(crate) struct ConvertArgs {
     #[command(flatten)]
@@ -74,8 +77,12 @@ fn convert(args: &ConvertArgs, reporter: &Reporter, control: &Control) -> Result
     }
     let pictures = KeptPictures::default();
     let limits = args.scene.watched_limits(control);
-    let described =
+    let mut described =
         args.scene.described(&args.film, args.scene.studio.models(), 0, Some(pictures.clone()), &limits)?;
+    let is_import = args.scene.scene.extension().is_none_or(|e| !e.eq_ignore_ascii_case("toml"));
+    if is_import && matches!(target, Target::Toml) {
+        simplify(&mut described.desc);
+    }
     let (desc, sources, labels) = (&described.desc, &described.sources, &described.labels);
     reporter.imports(&desc.imports);
     reporter.warnings(&desc.warnings, sources, labels);
@@ -93,6 +100,26 @@ fn convert(args: &ConvertArgs, reporter: &Reporter, control: &Control) -> Result
     reporter.warnings(&converted.warnings, sources, labels);
     done(&converted, &args.out, start.elapsed().as_secs_f64(), reporter);
     Ok(())
+}
+
+/// Omits what an import adds to a description without an effect on the picture: a `[[view]]` that is the camera itself,
+/// and a `[studio]` that adds neither camera nor light nor floor.
+fn simplify(desc: &mut SceneDesc) {
+    let names_camera = desc.studio.as_ref().is_some_and(|s| s.camera.is_some());
+    if let ([only], false) = (&desc.cameras[..], names_camera) {
+        let is_used = desc.studio.is_some() && desc.camera.is_none();
+        if is_used || desc.camera.as_ref().is_some_and(|c| c.value == only.value) {
+            desc.camera = desc.cameras.pop();
+        }
+    }
+    let has_light = desc.lights.iter().any(|l| !matches!(l.value, LightDesc::Ambient(_)));
+    let adds_nothing = |s: &StudioDesc| {
+        let no_floor = s.ground.is_none_or(|ground| !ground);
+        s.camera.is_none() && desc.camera.is_some() && no_floor && (has_light || !s.lights)
+    };
+    if desc.studio.as_ref().is_some_and(adds_nothing) {
+        desc.studio = None;
+    }
 }
 
 fn target(out: &Path) -> Result<Target, Failure> {
@@ -124,9 +151,9 @@ fn done(converted: &Converted, out: &Path, seconds: f64, reporter: &Reporter) {
         }));
         return;
     }
-    let beside = converted.files.len() as u64 - 1;
+    let others = converted.files.len() as u64 - 1;
     let more =
-        if beside == 0 { String::new() } else { format!(" and {} more", text::plural(beside, "file")) };
+        if others == 0 { String::new() } else { format!(" and {}", text::plural(others, "other file")) };
     reporter.line(&format!(
         "{}{more} written: {} in {}",
         out.display(),

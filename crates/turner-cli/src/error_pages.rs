@@ -1,4 +1,5 @@
-//! What each error code means: a paragraph, a faulty example, the remedy. `turner help E0102` and docs/reference/errors.md show them.
+//! The page of each error code: a paragraph, a faulty example, the remedy. `turner help E0102` and docs/reference/errors.md
+//! show them.
 
 use turner::schema::ErrorCode;
 
@@ -9,7 +10,7 @@ pub struct ErrorPage {
     pub code: ErrorCode,
     /// What it means.
     pub text: &'static str,
-    /// An example that gives this error: a scene, or a command if it begins with `turner`. Empty where none can be written down.
+    /// An example with this error: a scene, or a command if it begins with `turner`. Empty if there is no example.
     pub faulty: &'static str,
     /// How to correct it.
     pub remedy: &'static str,

@@ -1,13 +1,15 @@
-//! Events as JSON lines, for programs. `SCHEMA` documents them: `turner help json` prints it.
+//! Events as JSON lines, for programs. [`SCHEMA`] documents them; `turner help json` prints it.
 
 use std::io::Write;
 
 use serde_json::Value;
 
 /// The events and their keys.
-pub(crate) const SCHEMA: &str = r#"With --json, turner writes one JSON object per line to standard output (to standard error when
-the picture goes to standard output) and no other text. Keys may be added in later versions; none changes
-its meaning. `null` means unknown or none. Usage errors (exit code 2) found before a command runs are plain text.
+pub(crate) const SCHEMA: &str = r#"With --json, `render`, `watch` and `convert` write one JSON object per line to standard output (to standard
+error when the picture goes to standard output) and no other text. Later versions may add keys; the meaning
+of a key does not change. `null` means unknown or none. Usage errors (exit code 2) found before a command
+runs are plain text. `explain`, `doctor`, `info`, `compare` and `list` write one JSON value, `verify` and
+`bench` one object per line: see docs/reference.
 
 {"event":"start"}      rendering begins
     scene              name of the scene as given
@@ -21,8 +23,15 @@ its meaning. `null` means unknown or none. Usage errors (exit code 2) found befo
     seconds            since rendering began
     seconds_left       estimate, null at first
 
-{"event":"warning"}    something ignored, approximated or doubtful; equal warnings are one event
-    kind               "ignored", "approximated", "doubtful" or "note"
+{"event":"import"}     a model file was read
+    file, format       name and format of the file
+    counts             {nodes, meshes, triangles, …}: number of each
+
+{"event":"warning"}    a warning or note; equal ones are one event
+    kind               "ignored": no effect on the picture; an error with --strict
+                       "approximated": shown, but not exactly
+                       "doubtful": probably a mistake
+                       "note": a choice that the file does not make
     message            text
     count              number of occurrences
     file, line, column location of the first, or null

@@ -1,4 +1,4 @@
-//! Why a command failed: errors, the texts that they lie in, the exit code.
+//! Why a command failed: errors, their sources, the exit code.
 
 use std::collections::HashMap;
 
@@ -9,7 +9,7 @@ use turner_io::scene::{LoadError, Sources};
 pub const FAILED: u8 = 1;
 /// Exit code of bad usage.
 pub const USAGE: u8 = 2;
-/// Exit code after Ctrl-C: 128 and the signal's number.
+/// Exit code after Ctrl-C: 128 + the number of the signal.
 pub(crate) const INTERRUPTED: u8 = 130;
 /// Exit code after a request to terminate.
 #[cfg(unix)]
@@ -18,15 +18,15 @@ pub(crate) const TERMINATED: u8 = 143;
 #[cfg(unix)]
 pub(crate) const HUNG_UP: u8 = 129;
 
-/// The options of the command line as they were given, by the override that they became.
+/// Options as given on the command line, by the override that they became.
 pub type Labels = HashMap<String, String>;
 
-/// Errors with what is needed to print them.
+/// Errors, with everything needed to print them.
 #[derive(Debug)]
 pub struct Failure {
     /// What is wrong.
     pub errors: Vec<SceneError>,
-    /// The texts that they may lie in.
+    /// The texts to which their spans refer.
     pub sources: Sources,
     /// Names of options.
     pub labels: Labels,
@@ -45,7 +45,7 @@ impl Failure {
         Failure { exit: USAGE, ..Failure::new(error) }
     }
 
-    /// With a further note in the help of the last error.
+    /// Adds a note to the help of the last error.
     pub(crate) fn note(mut self, text: String) -> Failure {
         if let Some(error) = self.errors.last_mut() {
             error.help = Some(match error.help.take() {
@@ -56,7 +56,7 @@ impl Failure {
         self
     }
 
-    /// The errors of a scene; bad usage if the first lies in an argument.
+    /// The errors of a scene; bad usage if the first one is in an argument.
     pub fn in_scene(mut error: SceneError, sources: &Sources, labels: &Labels) -> Failure {
         let is_argument =
             error.span.and_then(|s| sources.get(s.file)).is_some_and(|source| source.is_argument);
@@ -64,7 +64,7 @@ impl Failure {
         let mut errors = vec![error];
         errors.extend(more.into_vec());
         for error in &mut errors {
-            // An error of the entire scene names the file.
+            // An error without a location names the file.
             if let (None, Some(scene)) = (error.span, sources.files().first())
                 && !error.message.starts_with(&scene.name)
             {
@@ -85,7 +85,7 @@ impl Failure {
     }
 }
 
-/// Splits `what is wrong\n  remedy`, the form of errors of pictures and files.
+/// Splits `message\n  remedy`, the form of errors of images and files.
 pub fn two_lines(code: ErrorCode, text: &str) -> SceneError {
     match text.split_once("\n  ") {
         Some((message, help)) => SceneError::new(code, message).help(help),

@@ -6,6 +6,9 @@ use turner::schema::{ErrorCode, KeyEdit, Quality, Remedy, SceneError, Warning};
 /// The key that `--shared-paths` sets.
 pub(crate) const SHARED_PATHS: &str = "integrator.shared_paths";
 
+/// The option that sets it.
+pub(crate) const SHARED_PATHS_OPTION: &str = "--shared-paths";
+
 /// Keys of a scene that have options of their own.
 const OPTIONS: &[(&str, &str)] = &[
     ("film.antialias", "--antialias"),
@@ -21,7 +24,7 @@ const OPTIONS: &[(&str, &str)] = &[
     ("integrator.caustics", "--caustics"),
     ("integrator.clamp_indirect", "--clamp-indirect"),
     ("integrator.max_depth", "--max-depth"),
-    (SHARED_PATHS, "--shared-paths"),
+    (SHARED_PATHS, SHARED_PATHS_OPTION),
     ("integrator.type", "--integrator"),
     ("studio.camera", "--camera"),
     ("studio.ground", "--ground"),
@@ -37,7 +40,7 @@ pub(crate) fn key(option: &str) -> Option<&'static str> {
     OPTIONS.iter().find(|(_, o)| *o == option).map(|(key, _)| *key)
 }
 
-/// The options that carry out a remedy.
+/// The options that apply a remedy.
 pub(crate) fn of(remedy: &Remedy) -> String {
     match remedy {
         Remedy::Set(edits) => edits.iter().map(set).collect::<Vec<_>>().join(" "),
@@ -52,12 +55,12 @@ pub(crate) fn of(remedy: &Remedy) -> String {
         Remedy::TreeQuality(Quality::Balanced) => "--bvh-quality balanced".to_owned(),
         Remedy::TreeQuality(Quality::High) => "--bvh-quality high".to_owned(),
         Remedy::Seconds(seconds) => format!("--seconds {}", number(*seconds)),
-        // One that this front end has no option for.
+        // A remedy without an option.
         _ => String::new(),
     }
 }
 
-/// What an error says about its remedy, with the options that carry it out.
+/// The help of an error, with the options that apply its remedy.
 pub(crate) fn help(error: &SceneError) -> Option<String> {
     let help = error.help.clone();
     if error.code == ErrorCode::Strict {
@@ -70,7 +73,7 @@ pub(crate) fn help(error: &SceneError) -> Option<String> {
     }
 }
 
-/// What a warning says, with the options that change it.
+/// The message of a warning, with the options that apply its remedy.
 pub(crate) fn message(warning: &Warning) -> String {
     match warning.remedy.as_ref().map(of).filter(|o| !o.is_empty()) {
         Some(options) => format!("{}: {options}", warning.message),
@@ -78,7 +81,7 @@ pub(crate) fn message(warning: &Warning) -> String {
     }
 }
 
-/// One value by its own option, or by the one for all keys.
+/// The option that sets the value: its own, or `--set`.
 fn set(edit: &KeyEdit) -> String {
     let key: Vec<&str> = edit.path.iter().map(|part| part.key.as_str()).collect();
     let key = key.join(".");
@@ -88,13 +91,13 @@ fn set(edit: &KeyEdit) -> String {
         (Some(option), Data::String(word)) => format!("{option} {word}"),
         (Some(option), Data::Array(list)) => format!("{option} {}", items(list)),
         (Some(option), data) => format!("{option} {}", toml(data)),
-        // A shell takes quotes away.
+        // Quoted for the shell.
         (None, data @ Data::String(_)) => format!("--set '{key}={}'", toml(data)),
         (None, data) => format!("--set {key}={}", toml(data)),
     }
 }
 
-/// A value as a scene would have it.
+/// A value in TOML.
 fn toml(data: &Data) -> String {
     match data {
         Data::Bool(b) => b.to_string(),
@@ -114,7 +117,7 @@ fn items(list: &[Value]) -> String {
     list.iter().map(|v| toml(&v.data)).collect::<Vec<_>>().join(",")
 }
 
-/// A number as short as it can be, small and large ones with an exponent.
+/// The shortest form of a number; small and large ones with an exponent.
 fn number(v: f64) -> String {
     if v == 0.0 || (1e-3..1e5).contains(&v.abs()) {
         return format!("{v}");
@@ -153,7 +156,7 @@ mod tests {
     }
 
     #[test]
-    fn help_names_the_option_beside_the_words() {
+    fn help_ends_with_the_option() {
         let error = SceneError::new(ErrorCode::TooLarge, "too large").remedy(Remedy::MoreMemory);
         assert_eq!(help(&error).as_deref(), Some("--max-memory SIZE"));
         assert_eq!(

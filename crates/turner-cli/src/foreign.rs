@@ -1,10 +1,10 @@
-//! Options of other programs, and Turner's for the same. For words in scenes see [`turner::schema::foreign`].
+//! Options of other programs with Turner's equivalents. For words in scenes see [`turner::schema::foreign`].
 
 /// Options with one remedy.
 pub(crate) struct ForeignOption {
     /// Without dashes.
     pub(crate) words: &'static [&'static str],
-    /// What to write instead. Code stands in backquotes.
+    /// What to write instead, with code in backquotes.
     pub(crate) remedy: &'static str,
 }
 
@@ -36,7 +36,7 @@ pub(crate) const OPTIONS: &[ForeignOption] = words! {
     "path" | "pathtracer" | "path-tracing" | "pt" | "gi" | "global-illumination" => "write `--integrator path`";
     "whitted" | "raytrace" | "classic" => "write `--integrator classic`";
     "ao" => "write `--integrator ambient-occlusion`";
-    "normals" | "depth-map" | "albedo" | "wireframe" => "write `--integrator normals`, or another view: `turner list integrators`";
+    "normals" | "depth-map" | "albedo" | "wireframe" => "write `--integrator normals`, or another debug view: `turner list integrators`";
     "depth" | "bounces" | "max-bounces" | "recursion" | "max-recursion" | "maxdepth" => "write `--max-depth 8`";
     "jobs" | "j" | "cpus" | "cores" | "nthreads" | "num-threads" | "workers" => "write `--threads 4`";
     "hdri" | "hdr" | "envmap" | "env" | "env-map" | "skybox" | "ibl" | "world" => "write `--environment FILE`";

@@ -1,4 +1,4 @@
-//! `turner help`: commands, and every name of the scene format, from the tables that read them.
+//! `turner help`: commands, options, error codes and every name of the scene format, from the tables that parse them.
 
 use clap::Args;
 use turner::schema::error::{escape, nearest};
@@ -48,7 +48,7 @@ pub(crate) fn run(args: &HelpArgs) -> u8 {
     }
 }
 
-/// The help of a command, with `colors` if they are wanted; `None` if there is no such command.
+/// The help of a command; `None` if there is no such command.
 fn command(name: Option<&str>, colors: bool) -> Option<String> {
     let shown =
         |help: clap::builder::StyledStr| if colors { help.ansi().to_string() } else { help.to_string() };

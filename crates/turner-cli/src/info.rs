@@ -1,4 +1,4 @@
-//! `turner info`: contents of a scene, memory and bounds.
+//! `turner info`: contents, names, memory and bounds of a scene.
 
 use std::collections::BTreeMap;
 
@@ -15,7 +15,7 @@ use crate::report::{Reporter, summed};
 use crate::scene::{FilmArgs, Ready, SceneArgs};
 use crate::text;
 
-/// Show the contents of a scene, its memory and its bounds, without rendering it
+/// Show the contents of a scene, its names, memory and bounds, without rendering it
 #[derive(Debug, Args)]
 pub(crate) struct InfoArgs {
     #[command(flatten)]
@@ -46,7 +46,7 @@ pub(crate) fn run(args: &InfoArgs, control: &Control) -> u8 {
     }
 }
 
-/// Count of each name.
+/// Number of entries by name.
 type Counts = BTreeMap<&'static str, u64>;
 
 fn count(names: impl Iterator<Item = &'static str>) -> Counts {
@@ -67,7 +67,7 @@ fn camera(desc: &SceneDesc) -> &'static str {
     desc.camera.as_ref().map_or("none", |c| c.value.type_name())
 }
 
-/// Bytes by use.
+/// Memory by use, bytes.
 fn memory(ready: &Ready) -> [(&'static str, u64); 5] {
     let s = &ready.prepared.scene.stats;
     [
@@ -98,7 +98,7 @@ fn as_json(ready: &Ready) -> Value {
     let film = &view.film;
     json!({
         "objects": shapes(desc),
-        "placed": scene.stats.primitives,
+        "primitives": scene.stats.primitives,
         "triangles": scene.stats.triangles,
         "materials": count(desc.materials.iter().map(|m| m.value.type_name())),
         "textures": count(desc.textures.iter().map(|t| t.value.type_name())),
@@ -112,6 +112,7 @@ fn as_json(ready: &Ready) -> Value {
         "camera": camera(desc),
         "view": self::view(&view.camera_desc),
         "cameras": desc.cameras.iter().map(|c| &c.name).collect::<Vec<_>>(),
+        "names": names(ready).into_iter().map(|(what, names)| (what.to_owned(), json!(names))).collect::<serde_json::Map<_, _>>(),
         "imports": desc.imports.iter().map(import).collect::<Vec<_>>(),
         "integrator": desc.integrator.type_name(),
         "film": {
@@ -129,7 +130,7 @@ fn as_json(ready: &Ready) -> Value {
         "bounds": scene.stats.bounds.map(|b| json!({ "min": b.min.to_array(), "max": b.max.to_array() })),
         "memory": memory(ready).into_iter().collect::<BTreeMap<_, _>>(),
         "files": ready.sources.files().iter().filter(|f| !f.is_argument).map(|f| &f.name).collect::<Vec<_>>(),
-        "pictures": desc.images.iter().map(|i| &i.uri).collect::<Vec<_>>(),
+        "images": desc.images.iter().map(|i| &i.uri).collect::<Vec<_>>(),
         "meshes": desc.meshes.iter().map(|m| &m.uri).collect::<Vec<_>>(),
         "warnings": warnings,
         "scene_hash": ready.hash,
@@ -143,11 +144,11 @@ fn as_text(ready: &Ready) -> String {
     let bounds = stats.bounds.map_or("none: the scene has no bounded object".to_owned(), |b| {
         format!("{} to {}", point(b.min.to_array()), point(b.max.to_array()))
     });
-    let names =
+    let list =
         |names: Vec<&str>| if names.is_empty() { String::new() } else { format!(": {}", names.join(", ")) };
     let mut objects = listed(&shapes(desc));
     if stats.primitives != desc.objects.len() as u64 {
-        objects += &format!("; {} placed", stats.primitives);
+        objects += &format!("; {} primitives with instances", stats.primitives);
     }
     if stats.triangles > 0 {
         objects += &format!("; {} triangles", stats.triangles);
@@ -168,7 +169,7 @@ fn as_text(ready: &Ready) -> String {
         ("textures", listed(&count(desc.textures.iter().map(|t| t.value.type_name())))),
         ("lights", listed(&count(desc.lights.iter().map(|l| l.value.type_name())))),
         ("light groups", light_groups(scene)),
-        ("groups", format!("{}{}", groups.len(), names(groups))),
+        ("groups", format!("{}{}", groups.len(), list(groups))),
         ("camera", camera),
         ("film", film(&view.film)),
         ("integrator", desc.integrator.type_name().to_owned()),
@@ -177,8 +178,52 @@ fn as_text(ready: &Ready) -> String {
         ("hash", ready.hash.clone()),
         ("loaded in", text::seconds(ready.seconds)),
     ];
-    let rows: Vec<(&str, String)> = imports.chain(rows).collect();
+    // Light groups have a row of their own.
+    let named = names(ready).into_iter().filter(|(what, names)| *what != "light_groups" && !names.is_empty());
+    let named = named.map(|(what, names)| {
+        let title = match what {
+            "materials" => "material names",
+            "cameras" => "camera names",
+            other => other,
+        };
+        (title, shortened(&names))
+    });
+    let rows: Vec<(&str, String)> = imports.chain(rows).chain(named).collect();
     text::columns(rows.iter().map(|(name, what)| (*name, what.clone())))
+}
+
+/// Most names per row.
+const MAX_NAMES: usize = 20;
+
+/// The names that options and keys refer to: `materials` of a model, `--camera`, `--animation`, `--variant`, light groups.
+fn names(ready: &Ready) -> Vec<(&'static str, Vec<String>)> {
+    let desc = &ready.desc;
+    let imported = |what: &str| -> Vec<String> {
+        let all = desc.imports.iter().flat_map(|i| &i.names).filter(|(of, _)| *of == what);
+        all.flat_map(|(_, names)| names.iter().cloned()).collect()
+    };
+    let own = |names: &mut dyn Iterator<Item = &Option<String>>| names.flatten().cloned().collect();
+    let groups = ready.prepared.scene.light_group_counts();
+    let mut all: Vec<(&'static str, Vec<String>)> = vec![
+        ("materials", own(&mut desc.materials.iter().map(|m| &m.name))),
+        ("cameras", own(&mut desc.cameras.iter().map(|c| &c.name))),
+        ("animations", imported("animations")),
+        ("variants", imported("variants")),
+        ("light_groups", groups.iter().map(|(name, ..)| (*name).to_owned()).collect()),
+    ];
+    for (_, names) in &mut all {
+        let mut seen = std::collections::HashSet::new();
+        names.retain(|name| seen.insert(name.clone()));
+    }
+    all
+}
+
+/// `red, green, … and 7 more`: at most [`MAX_NAMES`].
+fn shortened(names: &[String]) -> String {
+    let shown: Vec<String> = names.iter().take(MAX_NAMES).map(|n| turner::schema::error::escape(n)).collect();
+    let more = names.len().saturating_sub(MAX_NAMES);
+    let more = if more > 0 { format!(" and {more} more") } else { String::new() };
+    format!("{}{more}", shown.join(", "))
 }
 
 /// `ceiling: 3 lights, 2 objects`.
@@ -187,8 +232,11 @@ fn light_groups(scene: &turner::scene::Scene) -> String {
         let (lights, objects) = (text::plural(*lights, "light"), text::plural(*objects, "object"));
         format!("{}: {lights}, {objects}", turner::schema::error::escape(name))
     };
-    let all: Vec<String> = scene.light_group_counts().iter().map(one).collect();
-    if all.is_empty() { "none".into() } else { all.join("; ") }
+    let counts = scene.light_group_counts();
+    let all: Vec<String> = counts.iter().take(MAX_NAMES).map(one).collect();
+    let more = counts.len().saturating_sub(MAX_NAMES);
+    let more = if more > 0 { format!(" and {more} more") } else { String::new() };
+    if all.is_empty() { "none".into() } else { all.join("; ") + &more }
 }
 
 /// Position, target, up vector and vertical field of view in degrees.
@@ -237,7 +285,7 @@ fn film(film: &FilmDesc) -> String {
     )
 }
 
-/// A point with four digits.
+/// A point, rounded to three decimals or four significant digits.
 fn point(p: [f64; 3]) -> String {
     let p = p.map(|v| {
         let digits = if v.abs() >= 1e6 || (v != 0.0 && v.abs() < 1e-3) {

@@ -8,19 +8,19 @@
 //!                       │                                      └─ progress   bar and time left
 //!                       ├─ bench    render speed of this machine
 //!                       ├─ verify   statistical tests
-//!                       ├─ explain  the rays of a pixel
+//!                       ├─ explain  the rays behind a pixel
 //!                       ├─ doctor   why a picture is black, noisy, washed out, slow
-//!                       ├─ compare  two pictures
+//!                       ├─ compare  error metrics of two pictures
 //!                       ├─ convert  a scene to another format
 //!                       ├─ watch    render after each change
 //!                       ├─ new      ── templates
 //!                       └─ completions, man ── shell
 //! ```
 //!
-//! What `turner-lab` shares with it is public: measuring scenes, running checks, messages and failures.
+//! Public items are those that `turner-lab` uses: measuring scenes, running checks, messages and failures.
 //!
-//! The work runs on its own thread; the main thread waits for its end or for a signal, so that a second Ctrl-C can
-//! end the program at once without a process exit anywhere below `main`.
+//! The work runs on a second thread. The main thread waits for its end or for a signal, so that a second Ctrl-C ends the
+//! program at once and only `main` exits the process.
 #![forbid(unsafe_code)]
 
 pub mod bench;
@@ -73,7 +73,7 @@ use failure::Failure;
 pub use render::threads;
 use turner::schema::{ErrorCode, SceneError};
 
-/// Every word that `turner help` explains, but for those of other programs.
+/// Every word that `turner help` explains, without those of other programs.
 pub fn words() -> std::collections::BTreeSet<String> {
     let cli = cli::command();
     let mut words = lookup::words(&cli);
@@ -81,20 +81,20 @@ pub fn words() -> std::collections::BTreeSet<String> {
     words
 }
 
-/// What `turner help WORD` prints for a word that is no command.
+/// The text of `turner help WORD`; `None` if the word is unknown.
 pub fn explained(word: &str) -> Option<String> {
     let mut cli = cli::command();
     cli.build();
     lookup::explain(word, &cli).or_else(|| cli.find_subcommand(word).map(ToString::to_string))
 }
 
-/// All answers to words of other programs.
+/// All remedies for words of other programs.
 pub fn remedies() -> Vec<&'static str> {
     use turner::schema::foreign::{KEYS, KINDS};
     KEYS.iter().chain(KINDS).map(|f| f.remedy).chain(foreign::OPTIONS.iter().map(|o| o.remedy)).collect()
 }
 
-/// What the main thread waits for.
+/// An event that the main thread waits for.
 enum Event {
     /// The command ended with this exit code.
     Done(u8),
@@ -102,16 +102,16 @@ enum Event {
     Signal(u8),
 }
 
-/// How long the second Ctrl-C waits for an output file that is being written.
+/// The longest time that a second Ctrl-C waits for an output file that is being written.
 const SAVING: Duration = Duration::from_secs(2);
 
-/// Runs the command given by the process' arguments. Exit codes: 0 success, 1 bad input or failure, 2 bad usage, 130
+/// Runs the command given by the arguments of the process. Exit codes: 0 success, 1 bad input or failure, 2 bad usage, 130
 /// after an interrupt, 143 after a request to terminate.
 pub fn start() -> ExitCode {
     start_with(cli::run)
 }
 
-/// The same for another program: `run` gets the process' arguments and returns the exit code.
+/// [`start`] for another program: `run` gets the arguments of the process and returns the exit code.
 pub fn start_with(run: fn(Vec<OsString>, &Control) -> u8) -> ExitCode {
     let fault: Arc<Mutex<Option<String>>> = Arc::default();
     install_panic_hook(Arc::clone(&fault));
@@ -148,7 +148,7 @@ pub fn start_with(run: fn(Vec<OsString>, &Control) -> u8) -> ExitCode {
     }
 }
 
-/// Runs the command on a thread with a known stack.
+/// Runs the command on a thread with a stack of known size.
 fn spawn(
     run: fn(Vec<OsString>, &Control) -> u8,
     sender: Sender<Event>,
@@ -163,7 +163,7 @@ fn spawn(
             control.reporter().failure(&internal(&fault.unwrap_or_default()));
             failure::FAILED
         });
-        // The main thread may have ended.
+        // The receiver is gone if the main thread has ended.
         let _ = sender.send(Event::Done(code));
     };
     std::thread::Builder::new().name("turner".into()).stack_size(STACK).spawn(work).map(drop)
@@ -176,12 +176,12 @@ fn internal(what: &str) -> Failure {
     )
 }
 
-/// A panic is reported once, by whoever catches it; the hook only keeps what it said.
+/// A panic is reported once, where it is caught; the hook only stores its message.
 fn install_panic_hook(fault: Arc<Mutex<Option<String>>>) {
     std::panic::set_hook(Box::new(move |info: &PanicHookInfo<'_>| {
         let message = info.payload_as_str().unwrap_or("unknown");
-        let place = info.location().map_or(String::new(), |l| format!(" ({}:{})", l.file(), l.line()));
-        *fault.lock().unwrap_or_else(|e| e.into_inner()) = Some(format!("{message}{place}"));
+        let position = info.location().map_or(String::new(), |l| format!(" ({}:{})", l.file(), l.line()));
+        *fault.lock().unwrap_or_else(|e| e.into_inner()) = Some(format!("{message}{position}"));
     }));
     turner_io::image::silence_contained_panics();
 }

@@ -1,4 +1,4 @@
-//! Which files a scene may read and how much memory it may use: options, and defaults by the machine.
+//! Limits on the files that a scene may read and on its memory: options, and defaults of the machine.
 
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -26,11 +26,11 @@ pub(crate) struct LimitArgs {
     max_triangles: Option<u64>,
 }
 
-/// Smallest memory limit: the program and its threads need some of it.
+/// Smallest memory limit, for the program and its threads.
 const LEAST: u64 = 32 << 20;
 
 impl LimitArgs {
-    /// The limits given, otherwise those of the machine.
+    /// The given limits, otherwise those of the machine.
     pub(crate) fn limits(&self) -> Limits {
         let memory = match self.max_memory.or_else(default_memory) {
             Some(limit) => Memory::new(limit, resident),
@@ -84,7 +84,7 @@ fn parse_count(text: &str) -> Result<u64, String> {
     }
 }
 
-/// Four fifths of the memory available to the process; `None` where the system does not tell.
+/// Four fifths of the memory available to the process; `None` where the system does not report it.
 fn default_memory() -> Option<u64> {
     let all = [machine(), control_group(), address_space()].into_iter().flatten().min()?;
     Some((all / 5 * 4).max(LEAST))
@@ -110,7 +110,7 @@ fn machine() -> Option<u64> {
     line.split_ascii_whitespace().next()?.parse::<u64>().ok()?.checked_mul(1024)
 }
 
-/// The memory limit of the process' control group and of the groups that contain it (cgroup v2 or v1), bytes.
+/// The memory limit of the control group of the process and of its parents (cgroup v2 or v1), bytes.
 fn control_group() -> Option<u64> {
     let number = |path: PathBuf| std::fs::read_to_string(path).ok()?.trim().parse::<u64>().ok();
     let groups = std::fs::read_to_string("/proc/self/cgroup").unwrap_or_default();
@@ -147,7 +147,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn sizes_are_read_as_people_write_them() {
+    fn sizes_and_counts_have_suffixes() {
         assert_eq!(parse_size("4G"), Ok(4 << 30));
         assert_eq!(parse_size("500M"), Ok(500 << 20));
         assert_eq!(parse_size("1.5GiB"), Ok(3 << 29));
@@ -164,7 +164,7 @@ mod tests {
 
     #[test]
     #[cfg(target_os = "linux")]
-    fn the_machine_says_what_it_has() {
+    fn the_machine_reports_its_memory() {
         let (limit, used) = (default_memory().unwrap(), resident().unwrap());
         assert!(used > 1 << 20 && used < machine().unwrap(), "{used}");
         assert!(limit <= machine().unwrap() / 5 * 4, "{limit}");

@@ -1,4 +1,4 @@
-//! `turner list`: names of kinds, formats, colours and errors.
+//! `turner list`: names of types, formats, colours and errors.
 
 use clap::Args;
 use clap::builder::PossibleValuesParser;
@@ -39,7 +39,7 @@ struct Topic {
 }
 
 const TOPICS: &[Topic] = &[
-    Topic { name: "shapes", what: "kinds of objects", rows: || family(&ShapeDesc::DOC) },
+    Topic { name: "shapes", what: "types of objects", rows: || family(&ShapeDesc::DOC) },
     Topic { name: "materials", what: "how surfaces scatter light", rows: || family(&MaterialDesc::DOC) },
     Topic { name: "textures", what: "colours that vary over a surface", rows: || family(&TextureDesc::DOC) },
     Topic { name: "media", what: "participating media: fog and smoke", rows: || family(&MediumDesc::DOC) },

@@ -1,5 +1,5 @@
-//! `turner help WORD`: everything that has this name. Kinds, keys, values, sections, options, error codes, colours, and the words of
-//! other programs.
+//! `turner help WORD`: everything with this name: types, keys, values, sections, options, error codes, colours, and words
+//! of other programs.
 
 use std::collections::BTreeSet;
 
@@ -11,7 +11,7 @@ use crate::reference::{self, Chapter, Key, Page};
 use crate::text::wrap;
 use crate::{error_pages, flags};
 
-/// What is called `word`, as text; `None` if nothing is.
+/// The help on a word; `None` if it is unknown.
 pub(crate) fn explain(word: &str, cli: &Command) -> Option<String> {
     let name = word.trim_start_matches('-');
     let mut parts = Vec::new();
@@ -23,11 +23,11 @@ pub(crate) fn explain(word: &str, cli: &Command) -> Option<String> {
         parts.extend(color(name));
     }
     parts.extend(option(word, cli));
-    parts.extend(elsewhere(word));
+    parts.extend(foreign_word(word));
     (!parts.is_empty()).then(|| parts.join("\n\n"))
 }
 
-/// Every word that [`explain`] knows, but for those of other programs.
+/// Every word that [`explain`] knows, without those of other programs.
 pub(crate) fn words(cli: &Command) -> BTreeSet<String> {
     let mut words: BTreeSet<String> = reference::names().into_iter().map(str::to_owned).collect();
     for key in reference::chapters().into_iter().flat_map(pages).flat_map(|(_, page)| page.keys) {
@@ -40,7 +40,7 @@ pub(crate) fn words(cli: &Command) -> BTreeSet<String> {
     words
 }
 
-/// The pages of a chapter with what a scene needs before their keys.
+/// The pages of a chapter, each with the lines that precede its keys in a scene.
 fn pages(chapter: Chapter) -> Vec<(String, Page)> {
     let section = match chapter.heading {
         "Camera" => "[camera]",
@@ -61,7 +61,7 @@ fn pages(chapter: Chapter) -> Vec<(String, Page)> {
     std::iter::once(chapter.intro).chain(chapter.pages).map(|page| (head(&page), page)).collect()
 }
 
-/// Places that have the same key.
+/// A key with the same meaning on several pages.
 struct Same {
     key: Key,
     titles: Vec<String>,
@@ -136,7 +136,7 @@ fn facts(key: &Key) -> String {
     out
 }
 
-/// The key in its section: as the page's example has it, otherwise with its default.
+/// The key in its section: with the value of the page's example, otherwise with its default.
 fn example(head: &str, key: &Key, page: &Page) -> String {
     let start = format!("{} = ", key.name);
     let lines = page.example.as_deref().unwrap_or_default().lines();
@@ -146,7 +146,7 @@ fn example(head: &str, key: &Key, page: &Page) -> String {
         (None, None | Some("none")) => format!("{start}{}", key.kind),
         (None, Some(default)) => format!("{start}{default}"),
     };
-    // For the key `type` the section is enough.
+    // The key `type` is part of the head.
     if key.name == "type" {
         format!("{}\n{line}", head.lines().next().unwrap_or_default())
     } else {
@@ -181,7 +181,7 @@ fn color(word: &str) -> Option<String> {
     Some(format!("The colour \"{name}\"\n\n  #{rgb:06x}  e.g. material = {{ color = \"{name}\" }}\n"))
 }
 
-/// The option, with the commands that have it. Options with one name and another meaning are listed one by one.
+/// The option, with the commands that have it. Options with the same name and different meanings are listed separately.
 fn option(word: &str, cli: &Command) -> Option<String> {
     let mut found: Vec<(&Arg, Vec<&str>)> = Vec::new();
     for command in cli.get_subcommands() {
@@ -218,8 +218,8 @@ fn option(word: &str, cli: &Command) -> Option<String> {
     Some(out)
 }
 
-/// What other programs mean by the word.
-fn elsewhere(word: &str) -> Option<String> {
+/// The remedies for a word of other programs.
+fn foreign_word(word: &str) -> Option<String> {
     let mut out = String::new();
     for foreign in foreign::everywhere(word) {
         let within = foreign

@@ -1,4 +1,4 @@
-//! The program `turner`: see the library for what it does.
+//! The program `turner`. The library `turner_cli` documents it.
 
 use std::process::ExitCode;
 

@@ -66,7 +66,7 @@ fn write(args: &NewArgs) -> Result<PathBuf, Failure> {
             "give a name, e.g. `turner new scene`",
         );
     }
-    // The name stands in the scene's first lines and is shown to be typed.
+    // The name appears in the first lines of the scene and in commands to copy.
     if shown.chars().any(char::is_control) {
         return refuse(
             format!("\"{}\": contains a control character", escape(&shown)),

@@ -1,6 +1,6 @@
-//! How the help of commands is arranged: headings, which options are common, examples.
+//! Arranges the help of the commands: headings, common options, examples.
 //!
-//! `-h` and `--help` show the common options, `--help-all` shows all of them.
+//! `-h` and `--help` show the common options, `--help-all` all of them.
 
 use clap::{Arg, ArgAction, Command};
 
@@ -9,7 +9,7 @@ struct Group {
     heading: &'static str,
     /// Shown by `--help`.
     common: &'static [&'static str],
-    /// Shown by `--help-all` alone.
+    /// Shown by `--help-all` only.
     more: &'static [&'static str],
 }
 
@@ -43,10 +43,10 @@ const GROUPS: &[Group] = &[
     Group { heading: "Reporting", common: &["quiet", "json"], more: &["strict"] },
 ];
 
-/// Commands that render: their options are arranged in groups.
+/// Commands whose options are arranged in groups.
 const GROUPED: &[&str] = &["render", "watch", "explain", "doctor", "convert", "info"];
 
-/// Commands with the examples that their help begins with.
+/// Examples at the start of a command's help.
 const EXAMPLES: &[(&str, &[(&str, &str)])] = &[
     (
         "render",
@@ -60,6 +60,13 @@ const EXAMPLES: &[(&str, &[(&str, &str)])] = &[
             ),
             ("turner scene.toml -D camera.fov=35 -D light.0.intensity=2", "sets any value of the scene"),
             ("turner model.glb --turntable 36 -o frame_##.png", "36 pictures, once around the model"),
+        ],
+    ),
+    (
+        "new",
+        &[
+            ("turner new first", "writes first.toml"),
+            ("turner new first --template classic", "the same for Whitted ray tracing"),
         ],
     ),
     (
@@ -100,7 +107,7 @@ const EXAMPLES: &[(&str, &[(&str, &str)])] = &[
             ),
         ],
     ),
-    ("info", &[("turner info scene.toml", "objects, lights, memory, bounds")]),
+    ("info", &[("turner info scene.toml", "objects, lights, names, memory, bounds")]),
     (
         "help",
         &[
@@ -113,6 +120,12 @@ const EXAMPLES: &[(&str, &[(&str, &str)])] = &[
     ),
 ];
 
+/// The first example of a command.
+pub(crate) fn example(command: &str) -> Option<&'static str> {
+    let (_, examples) = EXAMPLES.iter().find(|(of, _)| *of == command)?;
+    examples.first().map(|(line, _)| *line)
+}
+
 /// The id of the option that shows all options.
 const ALL: &str = "help_all";
 
@@ -123,7 +136,7 @@ pub(crate) fn arrange(cli: Command) -> Command {
 
 fn one(command: Command) -> Command {
     let name = command.get_name().to_owned();
-    // The setting applies to nested commands as well, which get their own option.
+    // The setting also applies to nested commands, which get their own option.
     let mut command = command.disable_help_flag(true).mut_subcommands(one);
     let is_grouped = GROUPED.contains(&name.as_str());
     if is_grouped {

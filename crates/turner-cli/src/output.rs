@@ -49,7 +49,7 @@ pub(crate) struct Output {
 }
 
 impl Output {
-    /// Checks the path and the format. Leaves no file behind, so that a killed render leaves none either.
+    /// Checks the path and the format. Creates no file, so that a killed render leaves none behind.
     pub(crate) fn new(
         path: Option<&Path>,
         format: Option<FormatArg>,
@@ -115,8 +115,8 @@ impl Output {
         Ok(())
     }
 
-    /// The metadata of the picture: the same for the same scene on any machine, at any time. `exposure` is that of the
-    /// display values, in stops.
+    /// The metadata of the picture: equal for the same scene on every machine. `exposure` is that of the display values,
+    /// in stops.
     pub(crate) fn metadata(
         &self,
         prepared: &Prepared,
@@ -162,7 +162,7 @@ impl Output {
         .collect()
     }
 
-    /// Checks before rendering that the disk has room for a picture of this size.
+    /// Checks before rendering that the disk has space for a picture of this size.
     pub(crate) fn check_space(&self, width: u32, height: u32) -> Result<(), Failure> {
         let Some(path) = &self.path else { return Ok(()) };
         OutputFile::create(path)
@@ -180,8 +180,8 @@ impl Output {
         self.path.as_ref().map_or("-".into(), |p| p.display().to_string())
     }
 
-    /// Encodes the picture and writes the file atomically. If that fails, e.g. because the disk is full, the picture is kept in the
-    /// folder for temporary files, so that hours of work are not lost.
+    /// Encodes the picture and writes the file atomically. If that fails, e.g. because the disk is full, the picture is kept
+    /// in the folder for temporary files.
     pub(crate) fn write(
         &self,
         picture: &Picture,
@@ -238,7 +238,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn formats_that_are_written_can_be_asked_for() {
+    fn every_writable_format_has_a_value() {
         let named: Vec<ImageFormat> = FormatArg::value_variants().iter().map(|f| (*f).into()).collect();
         for format in ImageFormat::all() {
             assert_eq!(named.contains(&format), format.can_write(), "--format and {}", format.name());

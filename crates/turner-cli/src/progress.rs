@@ -10,14 +10,14 @@ use serde_json::json;
 use crate::report::Reporter;
 use crate::text;
 
-/// Renders shorter than this show no bar; it would only flash.
+/// Shorter renders show no bar.
 const BAR_DELAY: Duration = Duration::from_millis(400);
 const BAR_INTERVAL: Duration = Duration::from_millis(100);
 const EVENT_INTERVAL: Duration = Duration::from_millis(250);
-/// Least time and fraction of work before the remaining time is estimated.
+/// Minimum time and fraction of the work before the remaining time is estimated.
 const FIRST_ESTIMATE: (Duration, f64) = (Duration::from_millis(500), 0.01);
 
-/// Receives every finished tile, from any thread, and shows the progress at intervals.
+/// Receives finished tiles from any thread and shows the progress at intervals.
 pub(crate) struct Progress<'a> {
     reporter: &'a Reporter,
     bar: Option<ProgressBar>,
@@ -55,9 +55,9 @@ impl<'a> Progress<'a> {
     /// `done` of `tiles` tiles of this pass are finished.
     pub(crate) fn tile(&self, done: usize, tiles: usize) {
         let mut state = self.lock();
-        let share = done as f64 / tiles.max(1) as f64;
-        let total = (f64::from(state.before) + share * f64::from(state.pass)) / f64::from(state.total);
-        // Threads may arrive out of order.
+        let fraction = done as f64 / tiles.max(1) as f64;
+        let total = (f64::from(state.before) + fraction * f64::from(state.pass)) / f64::from(state.total);
+        // Threads may report out of order.
         state.done = state.done.max(total);
         let now = Instant::now();
         if now < state.next {
@@ -110,7 +110,7 @@ fn bar() -> ProgressBar {
     }
 }
 
-/// An estimate, without digits that it does not have.
+/// A rounded estimate.
 fn rough(seconds: f64) -> String {
     if seconds < 1.0 {
         "1 s".into()

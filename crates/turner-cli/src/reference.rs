@@ -1,6 +1,6 @@
-//! The reference of the scene format as text and as Markdown, from the tables that read scenes.
+//! The reference of the scene format as text and as Markdown, from the tables that parse scenes.
 //!
-//! Chapters follow the sections of a scene; each has an introduction and one page per kind. `turner help NAME`
+//! Chapters follow the sections of a scene; each has an introduction and one page per type. `turner help NAME`
 //! prints single pages, docs/reference/scene-format.md contains all of them.
 
 use turner::camera::CameraDesc;
@@ -30,7 +30,7 @@ pub(crate) struct Key {
     pub(crate) words: &'static [(&'static str, &'static str)],
 }
 
-/// The documentation of one name.
+/// The documentation of a section, a type or a topic.
 #[derive(Clone, Debug)]
 pub(crate) struct Page {
     pub(crate) name: &'static str,
@@ -41,17 +41,17 @@ pub(crate) struct Page {
     pub(crate) example: Option<String>,
 }
 
-/// A section of a scene with its kinds.
+/// A section of a scene with its types.
 #[derive(Clone, Debug)]
 pub(crate) struct Chapter {
     pub(crate) heading: &'static str,
-    /// Other names for it, such as `shapes`.
+    /// Other names, such as `shapes`.
     pub(crate) aliases: &'static [&'static str],
     pub(crate) intro: Page,
     pub(crate) pages: Vec<Page>,
 }
 
-/// Everything, in the order of the document.
+/// All chapters, in the order of the document.
 pub(crate) fn chapters() -> Vec<Chapter> {
     vec![
         single("Film", &[], &FilmDesc::DOC),
@@ -62,7 +62,7 @@ pub(crate) fn chapters() -> Vec<Chapter> {
         family("Shapes", &["shapes"], &ShapeDesc::DOC, topics::SHAPE),
         written("Groups", &["groups", "instance"], topics::group()),
         model(),
-        single("Stage", &[], &StudioDesc::DOC),
+        single("Studio", &["stage"], &StudioDesc::DOC),
         written("Transforms", &["transforms", "scale", "rotate", "translate", "matrix"], topics::transform()),
         written("Colours", &["colors", "colour", "colours"], topics::color()),
         family("Materials", &["materials"], &MaterialDesc::DOC, topics::MATERIAL),
@@ -127,12 +127,12 @@ pub(crate) fn paragraph(lines: &[&str]) -> String {
     lines.iter().map(|l| l.trim()).collect::<Vec<_>>().join(" ").trim().to_owned()
 }
 
-/// Up to the first full stop or colon that ends a clause.
+/// The text up to the first full stop.
 pub(crate) fn first_sentence(text: &str) -> String {
     text.split_once(". ").map_or(text, |(first, _)| first).trim_end_matches('.').to_owned()
 }
 
-/// Examples of all pages, with the name of each: they are tested to load and render.
+/// The examples of all pages, with the titles. Tests load and render them.
 pub fn examples() -> Vec<(String, String)> {
     chapters()
         .into_iter()
@@ -155,7 +155,7 @@ pub(crate) fn names() -> Vec<&'static str> {
     names
 }
 
-/// All pages of that name, as text; `None` if there is none.
+/// All pages with this name, as text; `None` if there is none.
 pub(crate) fn explain(name: &str) -> Option<String> {
     let mut parts = Vec::new();
     for chapter in chapters() {
@@ -275,7 +275,7 @@ fn page_markdown(out: &mut String, page: &Page) {
     }
 }
 
-/// Text that stays in its cell.
+/// Escapes text for a cell of a table.
 fn cell(text: &str) -> String {
     text.replace('|', "\\|").replace('\n', " ").replace('<', "&lt;")
 }

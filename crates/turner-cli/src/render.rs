@@ -6,7 +6,6 @@ use std::time::Instant;
 
 use clap::Args;
 use serde_json::json;
-use turner::description::default_studio::FOV;
 use turner::film::{Antialias, Film};
 use turner::render::{PassOptions, Renderer};
 use turner::schema::{ErrorCode, SceneError, Warning, WarningKind};
@@ -19,7 +18,7 @@ use crate::output::{FormatArg, Output};
 use crate::progress::Progress;
 use crate::report::{Reporter, strict};
 use crate::scene::{FilmArgs, Ready, SceneArgs};
-use crate::sequence::{SequenceArgs, Step};
+use crate::sequence::{SequenceArgs, Step, Turntable};
 use crate::text;
 use crate::watch::{Changes, Watched};
 
@@ -56,8 +55,8 @@ pub(crate) struct RenderArgs {
     strict: bool,
 }
 
-/// Samples per pixel of the next pass. Passes are short at first, so that an interrupted picture is complete but noisy;
-/// later they are longer, because each pass starts its threads again.
+/// Samples per pixel of the next pass. Early passes are short, so that an interrupted picture covers all pixels. Later ones
+/// are longer, because each pass starts its threads again.
 fn pass_samples(done: u32) -> u32 {
     (done / 8).clamp(16, 256)
 }
@@ -104,8 +103,8 @@ pub(crate) fn run(args: &RenderArgs, control: &Control) -> u8 {
     })
 }
 
-/// Renders one picture and adds the files of the scene to `watched`. Stops, and keeps the existing picture, when one of them
-/// changes.
+/// Renders one picture and adds the files of the scene to `watched`. Stops when one of them changes; the existing picture
+/// is kept then.
 pub(crate) fn again(
     args: &RenderArgs,
     output: &Output,
@@ -135,7 +134,7 @@ fn render_all(
         return Err(Failure::usage(error.help("name a file with `-o FILE`: the pictures are numbered")));
     }
     let studio = &args.scene.studio;
-    let mut ready = None;
+    let (mut ready, mut turntable) = (None, None);
     for (i, step) in steps.iter().enumerate() {
         let models = match step {
             Step::Frame(frame) => studio.at_frame(*frame),
@@ -148,8 +147,9 @@ fn render_all(
             ready = Some(load(args, models, output, (reporter, control), steps)?);
         }
         let Some(ready) = &mut ready else { continue };
-        let fov = ready.desc.studio.as_ref().map_or(FOV, |s| s.fov);
-        step.turn(&mut ready.prepared, ready.desc.integrator.integrator(), studio.orbit(), fov)
+        let turntable =
+            turntable.get_or_insert_with(|| Turntable::new(&ready.desc, &ready.prepared, studio.orbit()));
+        step.turn(&mut ready.prepared, ready.desc.integrator.integrator(), turntable)
             .map_err(|e| Failure::in_scene(e, &ready.sources, &ready.labels))?;
         let output = output.numbered(step)?;
         let Some(code) = render(args, ready, &output, reporter, control, None)? else { continue };
@@ -164,8 +164,8 @@ fn render_all(
     Ok(0)
 }
 
-/// Loads and prepares the scene. `first` are the pictures of the sequence when its first one is loaded; warnings are reported only
-/// then.
+/// Loads and prepares the scene. `first` holds the steps of the sequence for its first picture: only then are warnings
+/// reported.
 fn load(
     args: &RenderArgs,
     models: ModelOverrides,
@@ -193,19 +193,19 @@ fn load(
     if args.strict && warnings.iter().any(|w| w.kind == WarningKind::Ignored) {
         return Err(strict(warnings, &ready.sources, &ready.labels));
     }
-    // Warnings about models follow the closing line, unless a program reads them.
+    // In text, warnings about models follow the closing line.
     if first.is_some() && (ready.desc.imports.is_empty() || reporter.events.is_some()) {
         reporter.imports(&ready.desc.imports);
         reporter.warnings(warnings, &ready.sources, &ready.labels);
     }
     output.check_against(&args.scene.scene, &ready.desc)?;
-    // Rendering does not need them.
+    // Rendering does not need the description of the objects.
     (ready.desc.objects, ready.desc.groups) = (Vec::new(), Vec::new());
     Ok(ready)
 }
 
-/// Whether the scene differs between the frames `steps`; true where no frames are rendered. Only glTF models have animations. The first
-/// frame is compared with the second and with one halfway: an animation that loops may end as it begins.
+/// Whether the scene changes over the frames `steps`; true if no frames are rendered. Only glTF models have animations. The
+/// first frame is compared with the second and the middle one: in a loop the last frame equals the first.
 fn moves(args: &RenderArgs, steps: &[Step], ready: &Ready, control: &Control) -> Result<bool, Failure> {
     let (Some(Step::Frame(_)), [_, second, ..]) = (steps.first(), steps) else { return Ok(true) };
     if !ready.desc.imports.iter().any(|i| i.format.starts_with("glTF")) {
@@ -223,7 +223,7 @@ fn moves(args: &RenderArgs, steps: &[Step], ready: &Ready, control: &Control) ->
     Ok(false)
 }
 
-/// Renders and writes a picture; gives the exit code, or `None` if it stopped because a file changed.
+/// Renders and writes a picture. Returns the exit code, or `None` if it stopped because a file changed.
 fn render(
     args: &RenderArgs,
     ready: &Ready,
@@ -332,7 +332,8 @@ fn trace(
     Traced { renderer, seconds, finished, interrupted, fault }
 }
 
-/// For tests: the environment variable with the number of tiles or batches of light paths of a pass after which a worker panics.
+/// For tests: environment variable with the number of tiles, or batches of light paths, of a pass after which a worker
+/// panics.
 const FAULT_AFTER: &str = "TURNER_FAULT_AFTER";
 
 fn fault_after() -> Option<usize> {
@@ -343,7 +344,7 @@ fn is_set(flag: &AtomicBool) -> bool {
     flag.load(Ordering::SeqCst)
 }
 
-/// Warnings that arise while rendering.
+/// Warnings that are known only after rendering.
 fn late_warnings(traced: &Traced, integrator: &turner::integrator::IntegratorDesc) -> Vec<Warning> {
     let mut out = Vec::new();
     let mut warn = |message: String| out.push(Warning::new(WarningKind::Ignored, message));

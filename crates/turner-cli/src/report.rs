@@ -1,4 +1,4 @@
-//! Errors and warnings: for people with an excerpt of the file, for programs as events.
+//! Errors and warnings: as text with an excerpt of the file, or as events.
 
 use std::io::Write;
 
@@ -14,13 +14,13 @@ use crate::failure::{Failure, Labels};
 use crate::usage::ARGUMENTS;
 use crate::{flags, text};
 
-/// Most errors, and most warnings, that are printed one by one.
+/// Most errors, and most warnings, that are printed.
 const MAX_SHOWN: usize = 20;
 
-/// So many errors mean that the scene has more: reading stopped at the one after the hundredth.
+/// With this many errors the scene may have more: reading stops after 100.
 const MAX_READ: usize = 101;
 
-/// Where messages go.
+/// The destination of messages.
 pub struct Reporter {
     /// Print errors only.
     pub quiet: bool,
@@ -47,7 +47,7 @@ impl Reporter {
         }
     }
 
-    /// Reports warnings; equal ones once, with their count.
+    /// Reports warnings. Equal ones are printed once, with their count.
     pub(crate) fn warnings(&self, warnings: &[Warning], sources: &Sources, labels: &Labels) {
         let warnings = summed(warnings);
         if let Some(events) = &self.events {
@@ -72,7 +72,7 @@ impl Reporter {
         for w in warnings.iter().take(MAX_SHOWN) {
             out += &warning_text(w, sources, labels, &renderer());
         }
-        let is_warning = |w: &&Warning| matches!(w.kind, WarningKind::Ignored | WarningKind::Doubtful);
+        let is_warning = |w: &&Warning| w.kind != WarningKind::Note;
         let total: u64 = warnings.iter().filter(is_warning).map(|w| w.count).sum();
         if warnings.len() > MAX_SHOWN {
             out += &format!("… and {} more\n", warnings.len() - MAX_SHOWN);
@@ -101,7 +101,7 @@ impl Reporter {
         }
     }
 
-    /// One line for people.
+    /// Prints a line, unless events are sent or `quiet` is set.
     pub fn line(&self, line: &str) {
         if !self.quiet && self.events.is_none() {
             eprint_all(&format!("{line}\n"));
@@ -109,7 +109,7 @@ impl Reporter {
     }
 }
 
-/// Equal messages merged: the location of the first and the sum of the counts.
+/// Merges equal messages: location of the first, sum of the counts.
 pub(crate) fn summed(warnings: &[Warning]) -> Vec<Warning> {
     let mut out: Vec<Warning> = Vec::new();
     let mut seen = std::collections::HashMap::new();
@@ -156,7 +156,7 @@ pub(crate) fn print_error(failure: &Failure) {
     eprint_all(&out);
 }
 
-/// With colours on terminals only, unless they are turned off.
+/// With colours on terminals, unless they are turned off.
 fn renderer() -> Renderer {
     let plain = !crate::color::are_wanted(&std::io::stderr());
     if plain { Renderer::plain() } else { Renderer::styled() }
@@ -164,34 +164,34 @@ fn renderer() -> Renderer {
 
 fn error_text(error: &SceneError, sources: &Sources, labels: &Labels, renderer: &Renderer) -> String {
     let title = Level::ERROR.primary_title(error.message.as_str()).id(error.code.as_str());
-    let place = Place::of(error.span, sources, labels);
+    let place = Excerpt::of(error.span, sources, labels);
     let help = flags::help(error);
     let help = help.as_deref();
     if let Some(place) = &place {
         let group = title.element(place.snippet()).elements(help.map(|help| Level::HELP.message(help)));
         return format!("{}\n", renderer.render(&[group]));
     }
-    // Rendered separately: together they would be joined by an empty margin.
+    // Rendered separately: one call would put an empty margin between them.
     let groups =
         [Some(Group::with_title(title)), help.map(|h| Group::with_title(Level::HELP.secondary_title(h)))];
     groups.into_iter().flatten().map(|group| format!("{}\n", renderer.render(&[group]))).collect()
 }
 
+/// `warning[ignored]: …`, with the kind where errors have their code; notes are `note: …`.
 fn warning_text(warning: &Warning, sources: &Sources, labels: &Labels, renderer: &Renderer) -> String {
     let times = if warning.count > 1 { format!(" ({} times)", warning.count) } else { String::new() };
-    let place = Place::of(warning.span, sources, labels);
+    let place = Excerpt::of(warning.span, sources, labels);
     let at = place.as_ref().map_or(String::new(), |p| format!("{}: ", p.title));
     let message = format!("{at}{}{times}", flags::message(warning));
-    let level = match warning.kind {
-        WarningKind::Note => Level::NOTE,
-        WarningKind::Approximated => Level::NOTE.with_name("approximated"),
-        WarningKind::Ignored | WarningKind::Doubtful => Level::WARNING,
+    let title = match warning.kind {
+        WarningKind::Note => Level::NOTE.primary_title(message),
+        kind => Level::WARNING.primary_title(message).id(kind.word()),
     };
-    format!("{}\n", renderer.render(&[Group::with_title(level.primary_title(message))]))
+    format!("{}\n", renderer.render(&[Group::with_title(title)]))
 }
 
 /// An excerpt with a marked range.
-struct Place {
+struct Excerpt {
     /// `file:line:column`, or the argument.
     title: String,
     file: String,
@@ -202,13 +202,13 @@ struct Place {
     is_argument: bool,
 }
 
-impl Place {
-    fn of(span: Option<Span>, sources: &Sources, labels: &Labels) -> Option<Place> {
+impl Excerpt {
+    fn of(span: Option<Span>, sources: &Sources, labels: &Labels) -> Option<Excerpt> {
         let at = sources.locate(span?)?;
         let file = label(&at, labels);
         let (before, length) = (at.excerpt_column.saturating_sub(1), at.length);
         if !at.is_argument {
-            return Some(Place {
+            return Some(Excerpt {
                 title: format!("{file}:{}:{}", at.line, at.column),
                 range: byte_range(&at.excerpt, before, length),
                 line: at.line,
@@ -218,7 +218,7 @@ impl Place {
             });
         }
         if at.file == ARGUMENTS {
-            return Some(Place {
+            return Some(Excerpt {
                 title: file,
                 range: byte_range(&at.excerpt, before, length),
                 file: String::new(),
@@ -227,11 +227,11 @@ impl Place {
                 is_argument: true,
             });
         }
-        // An option is shown as it was given; in a `-D` the wrong part is marked.
+        // An option is shown as given; in a `-D` the wrong part is marked.
         let is_set = file == at.file;
         let excerpt = if is_set { format!("-D {}", at.excerpt) } else { file.clone() };
         let range = if is_set { byte_range(&excerpt, before + 3, length) } else { 0..excerpt.len() };
-        Some(Place {
+        Some(Excerpt {
             title: excerpt.clone(),
             file: String::new(),
             line: 1,
@@ -261,7 +261,7 @@ fn byte_range(text: &str, start: usize, length: usize) -> std::ops::Range<usize>
     at(start)..at(start + length)
 }
 
-/// Standard error may be closed; there is nobody to tell.
+/// Writes to standard error and ignores errors: it may be closed.
 fn eprint_all(text: &str) {
     let _ = std::io::stderr().lock().write_all(text.as_bytes());
 }

@@ -29,7 +29,7 @@ use crate::limits::LimitArgs;
 use crate::reference::{first_sentence, paragraph};
 use crate::studio::StudioArgs;
 
-/// Which scene, and what is changed in it.
+/// The scene, and the options that change it.
 #[derive(Debug, Args)]
 pub(crate) struct SceneArgs {
     /// Scene or model file; `-` reads a scene from standard input
@@ -60,7 +60,7 @@ enum BvhQuality {
     High,
 }
 
-/// Values of `[film]` and `[integrator]` with options of their own.
+/// Options for keys of `[film]` and `[integrator]`.
 #[derive(Debug, Default, Args)]
 pub(crate) struct FilmArgs {
     /// Width in pixels; without --height the aspect ratio is kept
@@ -93,7 +93,7 @@ pub(crate) struct FilmArgs {
     /// Seed of the random numbers
     #[arg(long, value_name = "N")]
     seed: Option<u32>,
-    /// Light transport algorithm, or a debug view; settings that it does not know are dropped
+    /// Light transport algorithm, or a debug view; keys of `[integrator]` that it does not have are dropped
     #[arg(long, value_name = "NAME", value_parser = integrators())]
     integrator: Option<String>,
     /// Longest path, in bounces
@@ -146,7 +146,7 @@ fn parse_crop(text: &str) -> Result<String, String> {
 }
 
 impl FilmArgs {
-    /// The overrides and how each was written.
+    /// The overrides, each with the option as given.
     fn overrides(&self) -> Vec<(Override, String)> {
         let mut out = Vec::new();
         let mut set = |path: &str, value: Option<String>, shown: Option<&str>| {
@@ -180,7 +180,7 @@ impl FilmArgs {
         out
     }
 
-    /// The one side that was given, and whether it is the width. The film refuses a side of 0.
+    /// The side that was given alone, and whether it is the width. A side of 0 is left to the film, which refuses it.
     fn side(&self) -> Option<(u32, bool)> {
         match (self.width, self.height) {
             (Some(side @ 1..), None) => Some((side, true)),
@@ -189,7 +189,7 @@ impl FilmArgs {
         }
     }
 
-    /// Scales the film to the given width or height with its aspect ratio kept. A crop of the scene scales with it.
+    /// Scales the film to the given width or height and keeps the aspect ratio. A crop of the scene scales with it.
     fn fit(&self, film: &mut FilmDesc, hash: &mut String) {
         let Some((side, is_width)) = self.side() else { return };
         let (old, across) = if is_width { (film.width, film.height) } else { (film.height, film.width) };
@@ -217,7 +217,7 @@ impl FilmArgs {
     }
 }
 
-/// A prepared scene with what its messages need.
+/// A prepared scene, with sources and labels for messages.
 pub(crate) struct Ready {
     /// The description.
     pub(crate) desc: SceneDesc,
@@ -227,13 +227,13 @@ pub(crate) struct Ready {
     pub(crate) sources: Sources,
     /// Names of options.
     pub(crate) labels: Labels,
-    /// Hash over everything that determines the picture.
+    /// Hash of everything that determines the picture.
     pub(crate) hash: String,
     /// Seconds to load and prepare.
     pub(crate) seconds: f64,
 }
 
-/// A scene description with what its messages need.
+/// A scene description, with sources and labels for messages.
 pub(crate) struct Described {
     /// The description.
     pub(crate) desc: SceneDesc,
@@ -241,7 +241,7 @@ pub(crate) struct Described {
     pub(crate) sources: Sources,
     /// Names of options.
     pub(crate) labels: Labels,
-    /// Hash over everything that determines the picture.
+    /// Hash of everything that determines the picture.
     pub(crate) hash: String,
 }
 
@@ -297,7 +297,7 @@ impl SceneArgs {
                 .insert(format!("-D {}", Override::integrator(name).text()), format!("--integrator {name}"));
         }
         let mut overrides: Vec<Override> = film_overrides.into_iter().map(|(o, _)| o).collect();
-        // As in Mitsuba's own program: no key of a scene that could be set lacks a dot in its path.
+        // As in Mitsuba's own program, `-D name=value` defines a parameter: every key of a scene has a dot in its path.
         let is_mitsuba = self.scene.extension().is_some_and(|e| e.eq_ignore_ascii_case("xml"));
         let is_define = |o: &&Override| is_mitsuba && !o.path.contains('.');
         let defined = self.set.iter().filter(is_define).map(|o| (o.path.clone(), o.value.clone()));
@@ -316,14 +316,29 @@ impl SceneArgs {
             kept_pictures,
         };
         let Loaded { mut desc, sources, mut hash } =
-            input.load(&options).map_err(|e| Failure::load(e, &labels))?;
+            input.load(&options).map_err(|e| needs_path(Failure::load(e, &labels)))?;
         film.fit(&mut desc.film, &mut hash);
-        self.studio.surround(&mut desc, &mut hash, &options)?;
+        self.studio.apply_environment(&mut desc, &mut hash, &options)?;
         Ok(Described { desc, sources, labels, hash })
     }
 }
 
-/// The scene file, or the text of standard input, which can be read only once.
+/// Options of the path tracer that were given for another integrator: their errors name the remedy.
+fn needs_path(mut failure: Failure) -> Failure {
+    const OPTIONS: [&str; 3] = ["--caustics", "--clamp-indirect", flags::SHARED_PATHS_OPTION];
+    for error in failure.errors.iter_mut().filter(|e| e.code == ErrorCode::UnknownKey) {
+        let source = error.span.and_then(|span| failure.sources.get(span.file));
+        let label = source.and_then(|source| failure.labels.get(&source.name));
+        let option = OPTIONS.iter().find(|o| label.is_some_and(|l| l.split(' ').next() == Some(**o)));
+        if let Some(option) = option {
+            error.message = format!("`{option}` is an option of the integrator \"path\"");
+            error.help = Some("add `--integrator path`".to_owned());
+        }
+    }
+    failure
+}
+
+/// The scene file, or the text read from standard input.
 enum Input<'a> {
     File(&'a Path),
     Text(String),
@@ -331,6 +346,11 @@ enum Input<'a> {
 
 impl Input<'_> {
     fn new(path: &Path) -> Result<Input<'_>, Failure> {
+        if path.is_dir() {
+            let message = format!("{}: is a folder; expected a scene or model file", path.display());
+            let help = "name a file in it; `turner list formats` lists the formats";
+            return Err(Failure::new(SceneError::new(ErrorCode::File, message).help(help)));
+        }
         if path != Path::new("-") {
             return Ok(Input::File(path));
         }

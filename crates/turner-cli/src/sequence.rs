@@ -1,17 +1,20 @@
-//! Several pictures of one scene: turntables and animation frames.
+//! Sequences of pictures of a scene: turntables and animation frames.
 
 use std::path::{Path, PathBuf};
 
 use clap::Args;
-use turner::description::default_studio::Orbit;
+use turner::camera::CameraDesc;
+use turner::description::SceneDesc;
+use turner::description::default_studio::{FOV, Orbit};
 use turner::integrator::{Integrator, Prepared};
-use turner::math::Bounds;
+use turner::math::elementary::{cos, sin};
+use turner::math::{Bounds, DVec3, radians};
 use turner::schema::SceneError;
 
-/// Which pictures to render, if not one.
+/// Options for sequences of pictures.
 #[derive(Debug, Default, Args)]
 pub(crate) struct SequenceArgs {
-    /// Render N numbered pictures from a camera that circles the scene once
+    /// Render N numbered pictures from a camera that circles the scene once, starting at the scene's camera or at --camera orbit:A,E
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=100_000))]
     turntable: Option<u32>,
     /// Render the animation frames FIRST to LAST as numbered pictures
@@ -22,9 +25,9 @@ pub(crate) struct SequenceArgs {
 /// One picture of a sequence.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Step {
-    /// The only one.
+    /// The only picture.
     Only,
-    /// Number and angle on a turntable, degrees.
+    /// A picture of a turntable: index and angle in degrees.
     Turn(u32, f64),
     /// An animation frame.
     Frame(u32),
@@ -39,7 +42,7 @@ fn parse_frames(text: &str) -> Result<(u32, u32), String> {
 }
 
 impl SequenceArgs {
-    /// All of them in order.
+    /// All pictures in order.
     pub(crate) fn steps(&self) -> Vec<Step> {
         match (self.turntable, self.frames) {
             (Some(n), _) => (0..n).map(|i| Step::Turn(i, 360.0 * f64::from(i) / f64::from(n))).collect(),
@@ -75,22 +78,66 @@ impl Step {
         &self,
         prepared: &mut Prepared,
         integrator: &dyn Integrator,
-        orbit: Option<Orbit>,
-        fov: f64,
+        turntable: &Turntable,
     ) -> Result<(), SceneError> {
         let Step::Turn(_, degrees) = self else { return Ok(()) };
-        let orbit = orbit.unwrap_or(Orbit::DEFAULT);
-        let aspect = prepared.view.film.aspect();
-        let bounds = prepared.scene.stats.bounds.unwrap_or(Bounds::EMPTY);
-        // The same distance from all sides, at which the bounding sphere fits.
-        let distance = orbit.distance.unwrap_or_else(|| {
-            let half = turner::math::radians(0.5 * fov);
-            1.02 / turner::math::elementary::sin(half)
-        });
-        let orbit = Orbit { azimuth: orbit.azimuth + degrees, distance: Some(distance), ..orbit };
-        *prepared = prepared.with_camera(orbit.camera(&bounds, fov, aspect), integrator)?;
+        let camera = turntable.camera(*degrees, prepared);
+        *prepared = prepared.with_camera(camera, integrator)?;
         Ok(())
     }
+}
+
+/// The camera of a turntable at its start.
+#[derive(Clone, Debug)]
+pub(crate) enum Turntable {
+    /// An orbit of the options or of `[studio]`, with its field of view in degrees; otherwise the default orbit.
+    Orbit(Orbit, f64),
+    /// The camera of the scene.
+    Camera(Box<CameraDesc>),
+}
+
+impl Turntable {
+    /// `orbit` is that of `--camera`, which comes first. The next is `camera` of `[studio]`, then the scene's camera.
+    pub(crate) fn new(desc: &SceneDesc, prepared: &Prepared, orbit: Option<Orbit>) -> Turntable {
+        let studio = desc.studio.as_ref();
+        let of_studio = || Orbit::parse(studio?.camera.as_deref()?)?.ok();
+        let has_camera = desc.camera.is_some() || studio.is_some() && !desc.cameras.is_empty();
+        match orbit.or_else(of_studio) {
+            None if has_camera => Turntable::Camera(Box::new(prepared.view.camera_desc.clone())),
+            orbit => Turntable::Orbit(orbit.unwrap_or(Orbit::DEFAULT), studio.map_or(FOV, |s| s.fov)),
+        }
+    }
+
+    /// The camera after a rotation by `degrees`.
+    fn camera(&self, degrees: f64, prepared: &Prepared) -> CameraDesc {
+        let bounds = prepared.scene.stats.bounds.unwrap_or(Bounds::EMPTY);
+        match self {
+            Turntable::Orbit(orbit, fov) => {
+                // The same distance from all sides, at which the bounding sphere fits.
+                let distance = orbit.distance.unwrap_or_else(|| 1.02 / sin(radians(0.5 * fov)));
+                let orbit = Orbit { azimuth: orbit.azimuth + degrees, distance: Some(distance), ..*orbit };
+                orbit.camera(&bounds, *fov, prepared.view.film.aspect())
+            }
+            Turntable::Camera(camera) => circled((**camera).clone(), &bounds, degrees),
+        }
+    }
+}
+
+/// Rotates a camera about a vertical axis, counter-clockwise as seen from above. The axis goes through `look_at` if that
+/// lies within the bounds, otherwise through their centre: `look_at` of an imported camera is an arbitrary point on its
+/// axis.
+fn circled(mut camera: CameraDesc, bounds: &Bounds, degrees: f64) -> CameraDesc {
+    let [position, look_at, up] = camera.placement_mut();
+    let slack = 1e-6 * bounds.size().max_element().max(0.0);
+    let contains = (look_at.cmpge(bounds.min - slack) & look_at.cmple(bounds.max + slack)).all();
+    let finite = !bounds.is_empty() && bounds.is_finite();
+    let center = if contains || !finite { *look_at } else { bounds.center() };
+    let (sin, cos) = (sin(radians(degrees)), cos(radians(degrees)));
+    let rotated = |v: DVec3| DVec3::new(v.x * cos + v.z * sin, v.y, v.z * cos - v.x * sin);
+    *position = center + rotated(*position - center);
+    *look_at = center + rotated(*look_at - center);
+    *up = rotated(*up);
+    camera
 }
 
 #[cfg(test)]
@@ -104,6 +151,28 @@ mod tests {
         assert_eq!(name(Step::Frame(7), "a/b.png"), "a/b_0007.png");
         assert_eq!(name(Step::Frame(123), "b-##.x.exr"), "b-123.x.exr");
         assert_eq!(name(Step::Turn(3, 0.0), "###b"), "003b");
+    }
+
+    #[test]
+    fn a_turntable_circles_the_point_looked_at() {
+        use turner::camera::PinholeDesc;
+        let desc = |position, look_at| {
+            CameraDesc::Pinhole(PinholeDesc { position, look_at, ..PinholeDesc::default() })
+        };
+        let bounds = Bounds { min: DVec3::splat(-1.0), max: DVec3::splat(1.0) };
+        let turned = |position, look_at, degrees| {
+            let mut camera = circled(desc(position, look_at), &bounds, degrees);
+            camera.placement_mut().map(|v| *v)
+        };
+        let close = |a: DVec3, b: DVec3| assert!((a - b).length() < 1e-12, "{a} {b}");
+        let [position, look_at, up] = turned(DVec3::new(0.0, 2.0, 5.0), DVec3::new(0.0, 0.5, 0.0), 90.0);
+        close(position, DVec3::new(5.0, 2.0, 0.0));
+        close(look_at, DVec3::new(0.0, 0.5, 0.0));
+        close(up, DVec3::Y);
+        // `look_at` between camera and objects: the axis goes through the centre of the bounds.
+        let [position, look_at, _] = turned(DVec3::new(0.0, 0.0, 5.0), DVec3::new(0.0, 0.0, 4.0), 180.0);
+        close(position, DVec3::new(0.0, 0.0, -5.0));
+        close(look_at, DVec3::new(0.0, 0.0, -4.0));
     }
 
     #[test]

@@ -1,4 +1,4 @@
-//! `turner completions` and `turner man`: completion scripts and manual pages from the definitions of the arguments.
+//! `turner completions` and `turner man`: completion scripts and manual pages, from the definitions of the arguments.
 
 use std::path::PathBuf;
 
@@ -74,7 +74,7 @@ fn write_all(folder: &std::path::Path) -> Result<(), Failure> {
     let mut pages = vec![("turner".to_owned(), cli.clone())];
     for command in cli.get_subcommands().filter(|c| !c.is_hide_set()) {
         let name = format!("turner-{}", command.get_name());
-        // Pages are named with a hyphen; clap takes only names that live as long as the program.
+        // Pages are named with a hyphen. clap takes names with static lifetime only, so the name is set separately.
         pages.push((name, command.clone().display_name(format!("turner {}", command.get_name()))));
     }
     for (name, command) in pages {

@@ -1,4 +1,4 @@
-//! Options for camera, environment, floor, background and animation time.
+//! Options for camera, environment map, floor, background and animation time.
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -17,7 +17,7 @@ use crate::failure::Failure;
 /// Largest environment map file: 2 GiB.
 const MAX_ENVIRONMENT: u64 = 2 << 30;
 
-/// How a model is shown. Options win over the scene file.
+/// How a model is shown. Options override the scene file.
 #[derive(Debug, Default, Args)]
 pub(crate) struct StudioArgs {
     /// Camera of the model by name or index, or orbit:AZIMUTH,ELEVATION[,DISTANCE] in degrees and scene radii
@@ -66,7 +66,7 @@ fn parse_camera(text: &str) -> Result<String, String> {
 }
 
 impl StudioArgs {
-    /// The overrides and how each was written.
+    /// The overrides, each with the option as given.
     pub(crate) fn overrides(&self) -> Vec<(Override, String)> {
         let mut out = Vec::new();
         let mut set = |path: &str, value: String, label: String| {
@@ -109,7 +109,7 @@ impl StudioArgs {
         }
     }
 
-    /// The same at another frame.
+    /// The same for a given frame.
     pub(crate) fn at_frame(&self, frame: u32) -> ModelOverrides {
         ModelOverrides { time: Some(f64::from(frame) / self.fps), ..self.models() }
     }
@@ -121,8 +121,9 @@ impl StudioArgs {
 }
 
 impl StudioArgs {
-    /// Replaces the environment lights of the scene by the environment map of `--environment`, and applies `--env-rotation` and `--env-strength`.
-    pub(crate) fn surround(
+    /// Replaces the environment lights of the scene by the environment map of `--environment`, and applies `--env-rotation`
+    /// and `--env-strength`.
+    pub(crate) fn apply_environment(
         &self,
         desc: &mut SceneDesc,
         hash: &mut String,

@@ -1,4 +1,4 @@
-//! Text for people: numbers, wrapping, standard output.
+//! Human-readable text: numbers, wrapping, standard output.
 
 use std::io::Write;
 
@@ -69,7 +69,7 @@ pub(crate) fn wrap(out: &mut String, text: &str, indent: usize) {
     out.push('\n');
 }
 
-/// Two columns, the first as wide as it needs to be.
+/// Two columns; the first is as wide as its longest entry.
 pub(crate) fn columns<'a>(rows: impl Iterator<Item = (&'a str, String)> + Clone) -> String {
     let width = rows.clone().map(|(name, _)| name.chars().count()).max().unwrap_or(0);
     let mut out = String::new();

@@ -1,4 +1,4 @@
-//! Pages of the reference that are not in a table: objects, groups, transforms, colours, includes.
+//! Pages of the reference that come from no table: objects, groups, transforms, colours, includes.
 
 use turner::description::SECTIONS;
 
@@ -19,7 +19,7 @@ type = "point"
 position = [5, 8, 5]
 "##;
 
-/// Further text on families of kinds.
+/// Further paragraphs on families of types.
 pub(crate) const CAMERA: &str = "Without `[camera]` the scene is framed from the front.";
 pub(crate) const INTEGRATOR: &str = "";
 pub(crate) const SHAPE: &str = "The keys of a shape and those of every object (`name`, `material`, `transform`, `motion`) share one table.";
@@ -30,7 +30,7 @@ pub(crate) const MEDIUM: &str = "An object that bounds only a medium has `medium
 pub(crate) const TEXTURE: &str = "";
 pub(crate) const LIGHT: &str = "Lights and emissive objects with the same `light_group = \"NAME\"` form a light group. `turner info` lists the light groups. The `name` of a light is used in reports.";
 
-/// Sections as they are written, with their contents.
+/// Sections as written in a scene, with their contents.
 pub(crate) fn sections() -> Vec<(String, &'static str)> {
     let written = |name: &str| match name {
         "include" => "include = [\"FILE\", …]".to_owned(),
@@ -38,7 +38,7 @@ pub(crate) fn sections() -> Vec<(String, &'static str)> {
         "object" | "light" | "view" => format!("[[{name}]]"),
         name => format!("[{name}]"),
     };
-    // The tables also show how it is written.
+    // The tables append the written form after a colon.
     SECTIONS.iter().map(|(name, what)| (written(name), what.split(": [").next().unwrap_or(what))).collect()
 }
 
@@ -76,14 +76,14 @@ pub(crate) fn object() -> Page {
                 "type",
                 "\"text\"",
                 None,
-                "The shape, \"model\" for a model file, or \"instance\" for an instance of a group. The keys of that kind follow.",
+                "The shape, \"model\" for a model file, or \"instance\" for an instance of a group. The keys of that type follow.",
             ),
             key("name", "\"text\"", Some("none"), "A name, used in reports."),
             key(
                 "light_group",
                 "\"text\"",
                 Some("none"),
-                "The light group of an object with an emissive material. An object in a group without this key takes it from the instance.",
+                "The light group of an object with an emissive material. An object in a group without this key has that of the instance.",
             ),
             key(
                 "material",

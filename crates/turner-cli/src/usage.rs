@@ -1,4 +1,5 @@
-//! Errors of the command line in the form of all others: what clap says, with the place among the arguments and a remedy.
+//! Errors of the command line in the form of all others: the message, the marked argument and a remedy, from what clap
+//! reports.
 
 use std::error::Error as _;
 use std::ffi::OsString;
@@ -13,10 +14,10 @@ use turner_io::scene::{SourceFile, Sources};
 use crate::failure::{Failure, Labels, USAGE};
 use crate::foreign;
 
-/// What the arguments are called among the sources of an error.
+/// The name of the arguments among the sources of an error.
 pub(crate) const ARGUMENTS: &str = "the command line";
 
-/// The error of arguments that clap refused. `None` for what is no error: help and version.
+/// The error for arguments that clap refused; `None` for help and version, which clap also reports as errors.
 pub(crate) fn failure(error: &clap::Error, args: &[OsString], cli: &Command) -> Option<Failure> {
     let kind = error.kind();
     if matches!(
@@ -47,7 +48,7 @@ pub(crate) fn failure(error: &clap::Error, args: &[OsString], cli: &Command) -> 
     Some(Failure { errors: vec![error.help(help)], sources, labels: Labels::new(), exit: USAGE })
 }
 
-/// The arguments as one line, and the place of the wrong one in it.
+/// The arguments as one line, and the byte range of the wrong one.
 fn line(words: &[String], wrong: Option<String>) -> (String, Option<(usize, usize)>) {
     let mut text = String::from("turner");
     let mut marked = None;
@@ -65,7 +66,7 @@ fn line(words: &[String], wrong: Option<String>) -> (String, Option<(usize, usiz
     (text, marked)
 }
 
-/// What clap says of an error.
+/// An error of clap, with the command.
 struct Said<'a> {
     error: &'a clap::Error,
     command: &'a Command,
@@ -84,7 +85,7 @@ impl Said<'_> {
         self.texts(kind).into_iter().next()
     }
 
-    /// The option without what its values are called.
+    /// The option without the names of its values.
     fn option(&self) -> Option<String> {
         let text = self.text(ContextKind::InvalidArg)?;
         text.split([' ', '=', '[']).next().map(str::to_owned)
@@ -102,7 +103,7 @@ impl Said<'_> {
         }
     }
 
-    /// What is wrong, and the remedy.
+    /// The message and the remedy.
     fn words(&self, cli: &Command, name: &str) -> (String, String) {
         let see = if name.is_empty() {
             "`turner help` lists the commands".to_owned()
@@ -125,6 +126,10 @@ impl Said<'_> {
                 format!("`{option}` needs a value"),
                 self.valid().unwrap_or_else(|| format!("write `{}`", takes())),
             ),
+            ErrorKind::InvalidValue if option.is_empty() => {
+                let name = takes().trim_matches(['[', ']', '<', '>']).to_lowercase();
+                (format!("there is no {name} \"{value}\""), self.valid().unwrap_or(see))
+            }
             ErrorKind::InvalidValue => {
                 (format!("`{option}` has no value \"{value}\""), self.valid().unwrap_or(see))
             }
@@ -164,31 +169,35 @@ impl Said<'_> {
 
     fn usage(&self) -> Option<String> {
         let usage = self.command.clone().render_usage().to_string();
-        usage.strip_prefix("Usage: ").map(|usage| format!("usage: {}", usage.trim()))
+        let usage = usage.strip_prefix("Usage: ")?.trim();
+        let usage = usage.strip_prefix("turner ").unwrap_or(usage);
+        let example = crate::options::example(self.command.get_name());
+        let example = example.map_or(String::new(), |line| format!(", e.g. `{line}`"));
+        Some(format!("usage: turner {usage}{example}"))
     }
 
-    /// Values that are valid, the nearest first.
+    /// Valid values, the nearest first.
     fn valid(&self) -> Option<String> {
         let valid = self.texts(ContextKind::ValidValue);
         let names: Vec<&str> = valid.iter().map(String::as_str).collect();
         turner::schema::error::suggestion(&self.text(ContextKind::InvalidValue).unwrap_or_default(), &names)
     }
 
-    /// What to write for an option that does not exist: what other programs' option is here, the nearest one, or the command that
-    /// has it.
+    /// The remedy for an unknown option: Turner's equivalent of another program's option, the nearest name, or the command
+    /// that has the option.
     fn instead_of(&self, option: &str, cli: &Command) -> Option<String> {
         if let Some(remedy) = foreign::option(option).filter(|r| self.has_options_of(r)) {
             return Some(remedy.to_owned());
         }
         let own = options(self.command);
         let names: Vec<&str> = own.iter().map(String::as_str).collect();
-        let bare = option.trim_start_matches('-');
-        if let Some(near) = nearest(bare, &names) {
+        let name = option.trim_start_matches('-');
+        if let Some(near) = nearest(name, &names) {
             return Some(format!("did you mean `--{near}`?"));
         }
-        let has = |c: &&Command| options(c).iter().any(|o| o == bare);
+        let has = |c: &&Command| options(c).iter().any(|o| o == name);
         if let Some(other) = cli.get_subcommands().find(has) {
-            return Some(format!("`--{bare}` is an option of `turner {}`", other.get_name()));
+            return Some(format!("`--{name}` is an option of `turner {}`", other.get_name()));
         }
         foreign::option(option).map(str::to_owned)
     }

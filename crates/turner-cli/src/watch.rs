@@ -1,7 +1,7 @@
 //! `turner watch`: renders again whenever a file of the scene is saved.
 //!
-//! Files are checked a few times a second, by time and length: no service of the system is needed, and network folders and
-//! editors that replace files are all the same to it.
+//! Modification time and length of the files are polled a few times a second. Polling needs no service of the system and
+//! works on network folders and with editors that replace files.
 
 use std::path::{Path, PathBuf};
 use std::sync::Mutex;
@@ -27,10 +27,10 @@ pub(crate) struct WatchArgs {
     count: Option<u32>,
 }
 
-/// How often files are checked.
+/// Interval between two checks of the files.
 const INTERVAL: Duration = Duration::from_millis(150);
 
-/// What distinguishes two states of a file; `None` if it does not exist.
+/// Modification time and length of a file; `None` if it does not exist.
 type Stamp = Option<(SystemTime, u64)>;
 
 fn stamp(path: &Path) -> Stamp {
@@ -38,7 +38,7 @@ fn stamp(path: &Path) -> Stamp {
     Some((meta.modified().ok()?, meta.len()))
 }
 
-/// The files of a scene as they were when it was read.
+/// The files of a scene, with their state when it was loaded.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Watched {
     files: Vec<(PathBuf, Stamp)>,
@@ -50,7 +50,7 @@ impl Watched {
         Watched { files: vec![(path.to_owned(), stamp(path))] }
     }
 
-    /// Adds the files that a scene consists of, in their current state.
+    /// Adds the files of a scene in their current state.
     pub(crate) fn add(&mut self, scene: &Path, sources: &Sources, desc: Option<&SceneDesc>) {
         let folder = scene.parent().unwrap_or(Path::new(""));
         let texts = sources.files().iter().filter(|f| !f.is_argument).map(|f| folder.join(&f.uri));
@@ -62,7 +62,7 @@ impl Watched {
 
     fn add_all(&mut self, paths: impl Iterator<Item = PathBuf>) {
         for path in paths {
-            // Parts of a model have names that are no files.
+            // Some parts of a model have names that are not files.
             if path.is_file() && !self.files.iter().any(|(known, _)| *known == path) {
                 let now = stamp(&path);
                 self.files.push((path, now));
@@ -75,8 +75,7 @@ impl Watched {
         self.files.iter().any(|(path, then)| stamp(path) != *then)
     }
 
-    /// Waits until a file has changed and none has for a moment, the scene's file is there, and says whether that came about
-    /// before an interrupt.
+    /// Waits until a file has changed, all files are stable, and the scene file exists. Returns false after an interrupt.
     fn wait(&self, control: &Control, reporter: &Reporter) -> bool {
         let mut said = false;
         loop {
@@ -104,7 +103,7 @@ impl Watched {
     }
 }
 
-/// Checks a few times a second whether files changed; threads share the result.
+/// Checks a few times a second whether files changed. Threads share the result.
 pub(crate) struct Changes<'a> {
     watched: &'a Watched,
     last: Mutex<(Instant, bool)>,
@@ -148,7 +147,7 @@ pub(crate) fn run(args: &WatchArgs, control: &Control) -> u8 {
             return control.exit_code();
         }
         if result.is_err() {
-            // What cannot be read is likely to be made of the same files as before.
+            // A scene that fails to load keeps the files of the last successful load.
             now.add_all(watched.files.drain(..).map(|(path, _)| path));
         }
         watched = now;
@@ -168,7 +167,7 @@ pub(crate) fn run(args: &WatchArgs, control: &Control) -> u8 {
     }
 }
 
-/// Refuses what cannot be watched.
+/// The error for inputs and outputs that cannot be watched.
 fn refusal(scene: &Path, output: &crate::output::Output, args: &RenderArgs) -> Option<Failure> {
     let usage = |message: &str, help: &str| {
         Some(Failure::usage(SceneError::new(ErrorCode::Output, message.to_owned()).help(help)))

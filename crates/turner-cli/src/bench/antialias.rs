@@ -65,12 +65,12 @@ pub(super) fn run(args: &AntialiasBenchArgs) -> u8 {
 }
 
 impl AntialiasBenchArgs {
-    /// The scene's file.
+    /// The scene file.
     pub fn scene(&self) -> &Path {
         &self.scene
     }
 
-    /// How often each is rendered.
+    /// How often each mode is rendered.
     pub fn repeat(&self) -> u32 {
         self.repeat
     }
@@ -116,7 +116,7 @@ impl Measured<'_> {
         Ok(())
     }
 
-    /// Prints a line for each mode, in the requested form.
+    /// Prints the table or the JSON lines.
     pub fn print(&self) {
         let json = self.args.json;
         text::print(&if json { json_lines(self.args, &self.rows) } else { self.table() });
@@ -169,7 +169,7 @@ pub fn measure(args: &AntialiasBenchArgs) -> Result<Measured<'_>, Failure> {
     Ok(Measured { args, reference, rows })
 }
 
-/// An 8-bit picture as numbers 0 to 1, without alpha.
+/// A picture as RGB values from 0 to 1, without alpha.
 fn unit_values(image: &Image) -> Image {
     let n = usize::from(image.channels);
     let colors = if n < 3 { 1 } else { 3 };
@@ -223,7 +223,7 @@ fn render(
         .iter()
         .zip(&picture.display)
         .flat_map(|(linear, display)| match renderer.prepared().view.film.transfer {
-            // What is shown are the numbers themselves: not rounded, errors below 1/255 are seen too.
+            // Values without a transfer function are compared before rounding, so that errors below 1/255 count.
             turner::color::Transfer::None => [linear[0], linear[1], linear[2]].map(|v| v.clamp(0.0, 1.0)),
             _ => [display[0], display[1], display[2]].map(|v| f32::from(v) / 255.0),
         })

@@ -41,27 +41,27 @@ pub(crate) struct EditsBenchArgs {
     json: bool,
 }
 
-/// Meshes of the scene, rows and columns of squares in each, materials and lights.
+/// Number of meshes, of rows and columns of squares in each, of materials and of lights.
 const MESHES: u32 = 100;
 const SIDE: u32 = 71;
 const MATERIALS: u32 = 50;
 const LIGHTS: u32 = 1000;
 
-/// A hilly square of some 10,000 triangles; `seed` makes its hills.
+/// A hilly terrain of about 10,000 triangles.
 fn hills(seed: u32) -> Arc<MeshData> {
     let height = |x: u32, z: u32| ((x * 7 + z * 13 + seed * 31) % 17) as f32 * 2e-3;
-    let place = |i: u32| i as f32 / SIDE as f32 - 0.5;
+    let position = |i: u32| i as f32 / SIDE as f32 - 0.5;
     let points = (0..=SIDE).flat_map(|z| (0..=SIDE).map(move |x| (x, z)));
-    let positions = points.map(|(x, z)| [place(x), height(x, z), place(z)]).collect();
+    let positions = points.map(|(x, z)| [position(x), height(x, z), position(z)]).collect();
     let squares = (0..SIDE).flat_map(|z| (0..SIDE).map(move |x| z * (SIDE + 1) + x));
     let triangles =
         squares.flat_map(|a| [[a, a + 1, a + SIDE + 2], [a, a + SIDE + 2, a + SIDE + 1]]).collect();
     Arc::new(MeshData { positions, triangles, ..MeshData::default() })
 }
 
-fn lamp(number: u32, intensity: f64) -> LightDesc {
-    let place = |n: u32| f64::from(number.wrapping_mul(n) % 1009) / 10.09 - 50.0;
-    let position = DVec3::new(place(7919), 3.0 + 0.01 * f64::from(number % 100), place(104_729));
+fn light(number: u32, intensity: f64) -> LightDesc {
+    let coordinate = |n: u32| f64::from(number.wrapping_mul(n) % 1009) / 10.09 - 50.0;
+    let position = DVec3::new(coordinate(7919), 3.0 + 0.01 * f64::from(number % 100), coordinate(104_729));
     LightDesc::Point(PointDesc { position, intensity, ..PointDesc::default() })
 }
 
@@ -70,8 +70,8 @@ fn grey(number: u32) -> MaterialDesc {
     MaterialDesc::Principled(PrincipledMaterial { base_color, ..PrincipledMaterial::default() })
 }
 
-/// `places` objects for each mesh.
-fn scene(places: u32) -> SceneDesc {
+/// A scene with `instances` objects for each mesh.
+fn scene(instances: u32) -> SceneDesc {
     let mut desc = SceneDesc::default();
     (desc.film.width, desc.film.height, desc.film.samples) = (1280, 720, 16);
     desc.film.antialias = Antialias::MonteCarlo;
@@ -85,7 +85,7 @@ fn scene(places: u32) -> SceneDesc {
     desc.camera = Some(CameraDesc::Pinhole(camera).into());
     desc.materials = (0..MATERIALS).map(|i| grey(i).into()).collect();
     desc.meshes = (0..MESHES).map(|i| Asset { uri: format!("{i}"), data: hills(i) }).collect();
-    desc.objects = (0..MESHES * places)
+    desc.objects = (0..MESHES * instances)
         .map(|i| {
             let mesh = MeshDesc { mesh: MeshId(i % MESHES), smooth: None, materials: Vec::new() };
             let at = DVec3::new(f64::from(i % 100) - 50.0, 0.0, f64::from(i / 100) - 50.0);
@@ -96,14 +96,14 @@ fn scene(places: u32) -> SceneDesc {
             }
         })
         .collect();
-    desc.lights = (0..LIGHTS).map(|i| lamp(i, 5.0).into()).collect();
+    desc.lights = (0..LIGHTS).map(|i| light(i, 5.0).into()).collect();
     desc
 }
 
-/// An edit, by the number of its repetition.
+/// An edit; its argument is the index of the repetition.
 type Edit = fn(&mut SceneDesc, u32);
 
-/// The edits, with the most milliseconds that they are to take on two cores; `None` where that depends on a tree.
+/// The edits, with the target in milliseconds on two cores; `None` where the time depends on a BVH build.
 const EDITS: &[(&str, Option<f64>, Edit)] = &[
     ("nothing", Some(1.0), |_, _| ()),
     ("camera", Some(1.0), |desc, i| {
@@ -115,10 +115,10 @@ const EDITS: &[(&str, Option<f64>, Edit)] = &[
     ("integrator", Some(1.0), |desc, i| {
         desc.integrator = IntegratorDesc::Path(PathDesc { max_depth: 5 + i, ..PathDesc::default() });
     }),
-    ("material number", Some(5.0), |desc, i| desc.materials[7] = grey(60 + i).into()),
-    ("light colour", Some(5.0), |desc, i| desc.lights[500] = lamp(500, 6.0 + f64::from(i)).into()),
-    ("light moved", Some(20.0), |desc, i| desc.lights[300] = lamp(2000 + i, 5.0).into()),
-    ("light added", Some(20.0), |desc, i| desc.lights.push(lamp(3000 + i, 5.0).into())),
+    ("material value", Some(5.0), |desc, i| desc.materials[7] = grey(60 + i).into()),
+    ("light colour", Some(5.0), |desc, i| desc.lights[500] = light(500, 6.0 + f64::from(i)).into()),
+    ("light moved", Some(20.0), |desc, i| desc.lights[300] = light(2000 + i, 5.0).into()),
+    ("light added", Some(20.0), |desc, i| desc.lights.push(light(3000 + i, 5.0).into())),
     ("object moved", Some(30.0), |desc, i| {
         let object = desc.objects.len() / 2;
         desc.objects[object].transform.0.translation.y += 0.1 + f64::from(i);
@@ -135,7 +135,7 @@ pub(crate) fn run(args: &EditsBenchArgs) -> u8 {
 struct Row {
     scene: &'static str,
     edit: &'static str,
-    most: Option<f64>,
+    target: Option<f64>,
     milliseconds: Vec<f64>,
     rebuilt: Rebuilt,
 }
@@ -144,21 +144,21 @@ fn measure(args: &EditsBenchArgs) -> Result<(), SceneError> {
     if !args.json {
         text::print(&format!(
             "{:8}{:18}{:>10}{:>10}{:>10}\n",
-            "scene", "edit", "median ms", "most ms", "aim"
+            "scene", "edit", "median ms", "max ms", "target"
         ));
     }
-    for (name, places) in [("placed", 100), ("once", 1)] {
-        let mut desc = scene(places);
+    for (name, instances) in [("placed", 100), ("once", 1)] {
+        let mut desc = scene(instances);
         let options = PrepareOptions { threads: args.threads, ..PrepareOptions::default() };
         let mut preparer = Preparer::new(options);
         let first = update(&mut preparer, &desc)?;
         print(
-            &Row { scene: name, edit: "first", most: None, milliseconds: vec![first.0], rebuilt: first.1 },
+            &Row { scene: name, edit: "first", target: None, milliseconds: vec![first.0], rebuilt: first.1 },
             args,
         );
-        for &(edit, most, change) in EDITS {
+        for &(edit, target, change) in EDITS {
             let mut row =
-                Row { scene: name, edit, most, milliseconds: Vec::new(), rebuilt: Rebuilt::default() };
+                Row { scene: name, edit, target, milliseconds: Vec::new(), rebuilt: Rebuilt::default() };
             for i in 0..args.repeat {
                 change(&mut desc, i);
                 let (milliseconds, rebuilt) = update(&mut preparer, &desc)?;
@@ -179,7 +179,7 @@ fn update(preparer: &mut Preparer, desc: &SceneDesc) -> Result<(f64, Rebuilt), S
 }
 
 fn print(row: &Row, args: &EditsBenchArgs) {
-    let middle = median(&row.milliseconds).unwrap_or(f64::NAN);
+    let median = median(&row.milliseconds).unwrap_or(f64::NAN);
     let most = row.milliseconds.iter().copied().fold(0.0, f64::max);
     text::print(&match args.json {
         true => {
@@ -187,18 +187,18 @@ fn print(row: &Row, args: &EditsBenchArgs) {
                 "scene": row.scene,
                 "edit": row.edit,
                 "milliseconds": row.milliseconds,
-                "median_milliseconds": middle,
-                "aim_milliseconds": row.most,
-                "remade_objects": row.rebuilt.objects,
-                "remade_merged": row.rebuilt.world_mesh,
-                "remade_meshes": row.rebuilt.meshes,
+                "median_milliseconds": median,
+                "target_milliseconds": row.target,
+                "rebuilt_objects": row.rebuilt.objects,
+                "rebuilt_merged": row.rebuilt.world_mesh,
+                "rebuilt_meshes": row.rebuilt.meshes,
                 "version": env!("CARGO_PKG_VERSION"),
             });
             format!("{values}\n")
         }
         false => {
-            let aim = row.most.map_or(String::new(), |most| format!("{most:.0}"));
-            format!("{:8}{:18}{middle:>10.2}{most:>10.2}{aim:>10}\n", row.scene, row.edit)
+            let target = row.target.map_or(String::new(), |target| format!("{target:.0}"));
+            format!("{:8}{:18}{median:>10.2}{most:>10.2}{target:>10}\n", row.scene, row.edit)
         }
     });
 }

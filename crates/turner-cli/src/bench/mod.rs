@@ -1,4 +1,5 @@
-//! `turner bench`: render speed of scenes on this machine; `antialias` measures the anti-aliasing modes.
+//! `turner bench`: render speed of scenes on this machine. `antialias` measures the anti-aliasing modes, `edits` the
+//! preparation after edits.
 
 pub mod antialias;
 mod edits;
@@ -86,17 +87,17 @@ impl ScenesArgs {
     }
 }
 
-/// Another renderer that alternates with Turner.
+/// Another renderer, measured alternately with Turner.
 pub trait Rival {
     /// Its name in tables.
     fn name(&self) -> &'static str;
     /// Prefix of its keys in JSON.
     fn key(&self) -> &'static str;
-    /// Render time for the scene of this file, seconds; `None` if it has no such scene.
+    /// Render time of the scene in this file, seconds; `None` if the renderer has no such scene.
     fn trace(&self, path: &Path, film: &FilmDesc, threads: usize) -> Result<Option<f64>, Failure>;
 }
 
-/// Measures the scenes, alternating with the rival if there is one, and prints the times.
+/// Measures the scenes and prints the times. Runs alternate with those of the rival, if there is one.
 pub fn measure_scenes(args: &ScenesArgs, rival: Option<&dyn Rival>) -> Result<(), Failure> {
     let scenes = find(args)?;
     let width = scenes.iter().map(|(name, _)| name.chars().count()).max().unwrap_or(0).max(5);
@@ -168,10 +169,10 @@ struct Row<'a> {
     name: &'a str,
     prepared: &'a Prepared,
     threads: usize,
-    /// Each run, in order.
+    /// Render time of each run, in order.
     seconds: Vec<f64>,
     rays: u64,
-    /// Each run of the rival, if there was one.
+    /// Render time of each run of the rival.
     rival: Vec<f64>,
 }
 
@@ -202,11 +203,11 @@ fn measure<'a>(
 pub fn median(values: &[f64]) -> Option<f64> {
     let mut sorted = values.to_vec();
     sorted.sort_by(f64::total_cmp);
-    let middle = sorted.len() / 2;
+    let half = sorted.len() / 2;
     match sorted.len() {
         0 => None,
-        n if n % 2 == 1 => Some(sorted[middle]),
-        _ => Some(0.5 * (sorted[middle - 1] + sorted[middle])),
+        n if n % 2 == 1 => Some(sorted[half]),
+        _ => Some(0.5 * (sorted[half - 1] + sorted[half])),
     }
 }
 
@@ -228,18 +229,18 @@ impl Row<'_> {
             "version": env!("CARGO_PKG_VERSION"),
         });
         if let Some(key) = rival.map(Rival::key) {
-            let theirs = median(&self.rival);
+            let other = median(&self.rival);
             line[format!("{key}_seconds")] = json!(self.rival);
-            line[format!("{key}_median_seconds")] = json!(theirs);
-            line[format!("{key}_ratio")] = json!(theirs.map(|s| s / self.median()));
+            line[format!("{key}_median_seconds")] = json!(other);
+            line[format!("{key}_ratio")] = json!(other.map(|s| s / self.median()));
         }
         line
     }
 
     fn text(&self, width: usize) -> String {
         let seconds = self.median();
-        let rival = median(&self.rival).map_or(String::new(), |theirs| {
-            format!("  {:>11}  {:>6}", text::seconds(theirs), format!("{:.2}x", theirs / seconds))
+        let rival = median(&self.rival).map_or(String::new(), |other| {
+            format!("  {:>11}  {:>6}", text::seconds(other), format!("{:.2}x", other / seconds))
         });
         format!(
             "{:width$}  {:>7}  {:>10}  {:>11}  {:>9}{rival}\n",
@@ -257,7 +258,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_median_is_in_the_middle() {
+    fn medians() {
         assert_eq!(median(&[]), None);
         assert_eq!(median(&[3.0, 1.0, 2.0]), Some(2.0));
         assert_eq!(median(&[4.0, 1.0, 2.0, 3.0]), Some(2.5));

@@ -1,4 +1,5 @@
-//! What was found, for programs. docs/reference/compare.md explains it: keys may be added, none changes its meaning.
+//! The result as JSON. docs/reference/compare.md documents the keys: new ones may be added, the meaning of a key does not
+//! change.
 
 use serde_json::{Map, Value, json};
 use turner::compare::{Metric, NonFinite};
@@ -14,7 +15,7 @@ pub(super) fn of(c: &Compared) -> Value {
         .map(|(metric, found)| {
             let w = found.worst;
             let worst = json!({ "x": w.x, "y": w.y, "value": of_map(*metric, w.value) });
-            // Infinite: no difference. JSON has no number for it.
+            // The PSNR of equal pictures is infinite, which JSON cannot hold: null.
             (metric.word().to_owned(), json!({ "value": finite(found.value), "worst": worst }))
         })
         .collect();
@@ -29,7 +30,7 @@ pub(super) fn of(c: &Compared) -> Value {
         "non_finite": {
             "reference": non_finite(&pair.non_finite[0]),
             "picture": non_finite(&pair.non_finite[1]),
-            "unlike": non_finite(&pair.unlike),
+            "differing": non_finite(&pair.unlike),
         },
         "verdict": c.verdict.as_ref().map(|v| json!({
             "metric": v.metric.word(),
@@ -37,11 +38,11 @@ pub(super) fn of(c: &Compared) -> Value {
             "tolerance": v.tolerance,
             "within": v.within,
         })),
-        "diff": c.diff.as_ref().map(|d| json!({ "file": d.path, "metric": d.metric.word(), "white": d.white })),
+        "diff": c.diff.as_ref().map(|d| json!({ "file": d.path, "metric": d.metric.word(), "maximum": d.white })),
     })
 }
 
-/// SSIM's map holds its distance from 1.
+/// The map of SSIM holds 1 - SSIM.
 fn of_map(metric: Metric, v: f32) -> f64 {
     if metric == Metric::Ssim { 1.0 - f64::from(v) } else { f64::from(v) }
 }

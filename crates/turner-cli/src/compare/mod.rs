@@ -1,7 +1,7 @@
-//! `turner compare`: how far two pictures are from each other.
+//! `turner compare`: error metrics of two pictures.
 //!
 //! ```text
-//! files ── read ──> turner::compare::Pair ── Metric::measure ──> text or JSON, picture of the difference, exit code
+//! files ── read ──> turner::compare::Pair ── Metric::measure ──> text or JSON, difference picture, exit code
 //! ```
 
 mod json;
@@ -90,7 +90,7 @@ struct Verdict {
 
 /// The result.
 struct Compared {
-    /// The names of the pictures, safe for a terminal.
+    /// The names of the pictures, escaped for a terminal.
     names: [String; 2],
     pair: Pair,
     measured: Vec<(Metric, Measured)>,
@@ -117,8 +117,8 @@ pub(crate) fn run(args: &CompareArgs) -> u8 {
 }
 
 fn compare(args: &CompareArgs) -> Result<u8, Failure> {
-    // Before anything is read: a path that cannot be written is found out at once.
-    let output = args.diff.as_deref().map(|path| picture::place(path, [&args.reference, &args.picture]));
+    // Before anything is read, so that a path that cannot be written is an error at once.
+    let output = args.diff.as_deref().map(|path| picture::target(path, [&args.reference, &args.picture]));
     let output = output.transpose()?;
     let canvases = [read::canvas(&args.reference)?, read::canvas(&args.picture)?];
     let names = [&args.reference, &args.picture].map(|p| escape(&p.to_string_lossy()));
@@ -131,17 +131,17 @@ fn compare(args: &CompareArgs) -> Result<u8, Failure> {
     };
     let mut measured: Vec<(Metric, Measured)> =
         metrics.into_iter().map(|metric| (metric, metric.measure(&pair, threads))).collect();
-    let judged = args.metric.map_or(Metric::Flip, |m| m.0);
-    let found = measured.iter().find(|(metric, _)| *metric == judged).map(|(_, m)| m);
+    let wanted = args.metric.map_or(Metric::Flip, |m| m.0);
+    let found = measured.iter().find(|(metric, _)| *metric == wanted).map(|(_, m)| m);
     let verdict = args.tolerance.zip(found).map(|(tolerance, found)| {
-        let within = judged.is_within(found.value, tolerance) && pair.unlike.count == 0;
-        Verdict { metric: judged, value: found.value, tolerance, within }
+        let within = wanted.is_within(found.value, tolerance) && pair.unlike.count == 0;
+        Verdict { metric: wanted, value: found.value, tolerance, within }
     });
     let diff = match (output, found) {
-        (Some(output), Some(found)) => Some(output.write(&pair, judged, found, threads)?),
+        (Some(output), Some(found)) => Some(output.write(&pair, wanted, found, threads)?),
         _ => None,
     };
-    // They are large, and not wanted any more.
+    // The maps are large and no longer needed.
     measured.iter_mut().for_each(|(_, m)| m.map = Vec::new());
     let compared = Compared { names, pair, measured, verdict, diff };
     if args.json {
@@ -149,8 +149,8 @@ fn compare(args: &CompareArgs) -> Result<u8, Failure> {
     } else {
         crate::text::print(&text::of(&compared));
     }
-    let past = compared.verdict.is_some_and(|v| !v.within);
-    Ok(if past { FAILED } else { 0 })
+    let fails = compared.verdict.is_some_and(|v| !v.within);
+    Ok(if fails { FAILED } else { 0 })
 }
 
 /// Why two pictures cannot be compared, with a remedy.

@@ -1,4 +1,4 @@
-//! The picture of a difference.
+//! The difference picture.
 
 use std::path::{Path, PathBuf};
 
@@ -11,29 +11,30 @@ use turner_io::image::{Display, ImageFormat, Metadata, OutputFile, OutputImage, 
 use super::{Diff, refused};
 use crate::failure::{Failure, two_lines};
 
-/// Where it goes.
-pub(super) struct Place(PathBuf, OutputFile);
+/// The checked output file.
+pub(super) struct Target(PathBuf, OutputFile);
 
-/// Checks that it can be written, and that it is neither of the pictures compared.
-pub(super) fn place(path: &Path, compared: [&PathBuf; 2]) -> Result<Place, Failure> {
+/// Checks that the file can be written and is neither of the compared pictures.
+pub(super) fn target(path: &Path, compared: [&PathBuf; 2]) -> Result<Target, Failure> {
     if !matches!(ImageFormat::of_path(path), Ok(ImageFormat::Png)) {
         return Err(refused(path, "the difference is written as PNG", "give it the extension .png"));
     }
     if let Ok(own) = path.canonicalize()
         && compared.iter().any(|p| p.canonicalize().is_ok_and(|p| p == own))
     {
-        return Err(refused(path, "is one of the pictures that are compared", "name another file"));
+        return Err(refused(path, "is one of the compared pictures", "name another file"));
     }
     let file = OutputFile::create(path).map_err(|e| failed(&e))?;
-    Ok(Place(path.to_owned(), file))
+    Ok(Target(path.to_owned(), file))
 }
 
 fn failed(error: &impl std::fmt::Display) -> Failure {
     Failure::new(two_lines(ErrorCode::Output, &error.to_string()))
 }
 
-impl Place {
-    /// Writes a metric's map in colours. FLIP and SSIM have a range of their own, 0 to 1; others go to the largest value there is.
+impl Target {
+    /// Writes the map of a metric in the colour map magma. FLIP and 1 - SSIM have the range 0 to 1, other metrics 0 to the
+    /// largest value in the map.
     pub(super) fn write(
         self,
         pair: &Pair,
@@ -41,7 +42,7 @@ impl Place {
         found: &Measured,
         threads: usize,
     ) -> Result<Diff, Failure> {
-        let Place(path, file) = self;
+        let Target(path, file) = self;
         let white = match metric {
             Metric::Flip | Metric::Ssim => 1.0,
             _ => found.worst.value,

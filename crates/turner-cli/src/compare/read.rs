@@ -1,4 +1,4 @@
-//! Pictures that are to be compared.
+//! Reads the pictures to compare.
 
 use std::path::Path;
 
@@ -10,7 +10,7 @@ use turner_io::image::{DecodeLimits, ImageFormat, decode, exr};
 
 use crate::failure::{Failure, two_lines};
 
-/// Reads a picture. What EXR holds is taken as it stands, with colours that are already multiplied by alpha.
+/// Reads a picture. EXR values are taken as stored, with colours premultiplied by alpha.
 pub(super) fn canvas(path: &Path) -> Result<Canvas, Failure> {
     let name = path.to_string_lossy();
     let file = |message: &str| Failure::new(two_lines(ErrorCode::File, message));

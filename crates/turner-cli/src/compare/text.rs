@@ -1,11 +1,11 @@
-//! What was found, for people.
+//! The result as text.
 
 use turner::compare::{Metric, Worst};
 
 use super::{Compared, Verdict};
 use crate::text::plural;
 
-/// The table, what is doubtful, and the verdict in the last line.
+/// The table of metrics, remarks on non-finite pixels, and the verdict in the last line.
 pub(super) fn of(c: &Compared) -> String {
     let (pair, [a, b]) = (&c.pair, &c.names);
     let kind = if pair.is_linear { "linear light" } else { "display values" };
@@ -57,10 +57,10 @@ fn judged(c: &Compared, v: &Verdict) -> String {
             "beyond the tolerance: {title} {shown} is within {tolerance}, but non-finite pixels differ\n"
         );
     }
-    let place = c.measured.iter().find(|(m, _)| *m == v.metric).map_or(String::new(), |(_, found)| {
+    let worst = c.measured.iter().find(|(m, _)| *m == v.metric).map_or(String::new(), |(_, found)| {
         format!("; worst pixel in column {}, row {}", found.worst.x, found.worst.y)
     });
-    format!("beyond the tolerance: {title} {shown}, {bound} {tolerance} required{place}\n")
+    format!("beyond the tolerance: {title} {shown}, {bound} {tolerance} required{worst}\n")
 }
 
 /// A metric's value with its unit.
@@ -72,7 +72,7 @@ fn value(metric: Metric, v: f64) -> String {
     }
 }
 
-/// What a metric's map holds.
+/// The quantity in the map of a metric.
 fn map_of(metric: Metric) -> &'static str {
     match metric {
         Metric::Flip => "FLIP",

@@ -7,7 +7,7 @@ use super::Report;
 use crate::flags;
 
 /// Format version. Increased if keys are removed or change their meaning; new keys may be added without an increase.
-const VERSION: u32 = 1;
+const VERSION: u32 = 2;
 
 pub(super) fn of(report: &Report<'_>, scene: &str) -> Value {
     let s = &report.examination.summary;
@@ -23,7 +23,7 @@ pub(super) fn of(report: &Report<'_>, scene: &str) -> Value {
             json!({
                 "name": l.name,
                 "irradiance": l.irradiance,
-                "kept_off": l.blocked_irradiance,
+                "irradiance_blocked": l.blocked_irradiance,
                 "reaches": l.reaches,
                 "light": l.light,
                 "variance": l.variance,
@@ -47,18 +47,18 @@ pub(super) fn of(report: &Report<'_>, scene: &str) -> Value {
             "pixels": s.pixels,
             "samples": s.samples,
             "complete": s.complete,
-            "shown": s.shown,
+            "brightness": s.shown,
             "white": s.white,
-            "met": s.hit_fraction,
+            "hit": s.hit_fraction,
             "black": s.black,
             "error": s.error,
-            "samples_wanted": s.samples_wanted,
+            "samples_needed": s.samples_wanted,
             "surfaces_per_sample": s.surfaces_per_sample,
             "shadow_rays_per_sample": s.shadow_rays_per_sample,
             "steps_per_ray": s.steps_per_ray,
             "kinds": kinds,
             "lights": lights,
-            "shining": s.emitters,
+            "emitters": s.emitters,
         },
         "maps": maps,
         "legend": legend,

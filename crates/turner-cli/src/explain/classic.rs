@@ -1,15 +1,15 @@
-//! The ray tree of the classic integrator, as nodes.
+//! The ray tree of the classic integrator (Whitted 1980) as nodes.
 
 use turner::color::Spectrum;
 use turner::integrator::classic::{CutReason, RayKind, Seen};
 
 use super::model::{Kind, Node, SampleTree};
 use super::number::{color, number, rays, short, vector};
-use super::record::classic::{Cut, Hit, InTheWay, Light, Ray, Tree};
+use super::record::classic::{Cut, Hit, Light, Occluder, Ray, Tree};
 
 /// Adds the rays of a sample.
 pub(super) fn grow(out: &mut SampleTree, tree: &Tree<'_>) {
-    out.unwritten = tree.unwritten_rays;
+    out.unrecorded = tree.unrecorded_rays;
     if tree.rays.is_empty() {
         out.remarks.push("outside the image of the camera".to_owned());
     }
@@ -17,7 +17,7 @@ pub(super) fn grow(out: &mut SampleTree, tree: &Tree<'_>) {
         let what = rays(tree.dropped_rays);
         out.remarks.push(format!("{what} not traced: the integrator's `max_rays` was reached"));
     }
-    let mut builder = Builder { out, places: Vec::with_capacity(tree.rays.len()) };
+    let mut builder = Builder { out, ray_nodes: Vec::with_capacity(tree.rays.len()) };
     for ray in &tree.rays {
         builder.ray(ray);
     }
@@ -26,7 +26,7 @@ pub(super) fn grow(out: &mut SampleTree, tree: &Tree<'_>) {
 struct Builder<'a> {
     out: &'a mut SampleTree,
     /// The node of each ray.
-    places: Vec<usize>,
+    ray_nodes: Vec<usize>,
 }
 
 fn kind(kind: RayKind) -> Kind {
@@ -49,38 +49,38 @@ fn seen(seen: Seen) -> &'static str {
 
 impl Builder<'_> {
     fn ray(&mut self, ray: &Ray<'_>) {
-        let parent = ray.parent.and_then(|p| self.places.get(p as usize).copied());
+        let parent = ray.parent.and_then(|p| self.ray_nodes.get(p as usize).copied());
         let mut node = Node::new(kind(ray.kind), parent, ray.origin, ray.direction);
         node.weight = Spectrum::grey(ray.weight as f32);
-        let place = self.out.nodes.len();
-        self.places.push(place);
+        let index = self.out.nodes.len();
+        self.ray_nodes.push(index);
         if let Some(miss) = &ray.miss {
             node.target = seen(miss.seen).to_owned();
             node.contribution = Spectrum::BLACK + miss.contribution;
-            self.out.parts.push((place, seen(miss.seen), miss.contribution));
-            node.rows.push(("from", vector(ray.origin)));
-            node.rows.push(("towards", vector(ray.direction)));
+            self.out.parts.push((index, seen(miss.seen), miss.contribution));
+            node.rows.push(("origin", vector(ray.origin)));
+            node.rows.push(("direction", vector(ray.direction)));
         }
         let Some(hit) = &ray.hit else { return self.out.nodes.push(node) };
         surface(&mut node, ray, hit);
-        // What rays that were not traced would have brought is theirs.
+        // Contributions in place of rays that were not traced belong to their own nodes.
         let own = hit.emission.into_iter().chain(hit.contribution);
         node.contribution = own.fold(Spectrum::BLACK, |sum, c| sum + c);
         self.out.nodes.push(node);
         let parts = [("emission", hit.emission), ("local colour", hit.contribution)];
         for (what, part) in parts {
-            self.out.parts.extend(part.map(|c| (place, what, c)));
+            self.out.parts.extend(part.map(|c| (index, what, c)));
         }
         for term in &hit.lights {
-            self.out.nodes.push(light(place, hit, term));
+            self.out.nodes.push(light(index, hit, term));
         }
         for cut in &hit.not_traced {
-            self.cut(place, hit, cut);
+            self.cut(index, hit, cut);
         }
     }
 
-    fn cut(&mut self, place: usize, hit: &Hit<'_>, cut: &Cut) {
-        let mut node = Node::new(kind(cut.kind), Some(place), hit.position, cut.direction);
+    fn cut(&mut self, parent: usize, hit: &Hit<'_>, cut: &Cut) {
+        let mut node = Node::new(kind(cut.kind), Some(parent), hit.position, cut.direction);
         node.weight = Spectrum::grey(cut.weight as f32);
         node.traced = false;
         node.target = match cut.seen {
@@ -93,7 +93,7 @@ impl Builder<'_> {
         }
         .to_owned();
         node.contribution = cut.contribution;
-        self.out.parts.push((self.out.nodes.len(), "in place of a ray", cut.contribution));
+        self.out.parts.push((self.out.nodes.len(), "in place of an untraced ray", cut.contribution));
         self.out.nodes.push(node);
     }
 }
@@ -116,8 +116,8 @@ fn surface(node: &mut Node, ray: &Ray<'_>, hit: &Hit<'_>) {
     .to_owned();
     let rows = &mut node.rows;
     rows.push(("t", number(hit.t)));
-    rows.push(("from", vector(ray.origin)));
-    rows.push(("towards", vector(ray.direction)));
+    rows.push(("origin", vector(ray.origin)));
+    rows.push(("direction", vector(ray.direction)));
     rows.push((
         "hits",
         format!("{}, uv ({}, {})", vector(hit.position), number(hit.uv[0]), number(hit.uv[1])),
@@ -142,8 +142,8 @@ fn surface(node: &mut Node, ray: &Ray<'_>, hit: &Hit<'_>) {
         rows.push(("lights", color(lights)));
         let sum = format!("{} = ambient + lights", color(hit.local));
         rows.push(("local", sum));
-        let share = number(ray.weight * local);
-        rows.push(("adds", format!("{} = local × {share}", color(contribution))));
+        let weight = number(ray.weight * local);
+        rows.push(("adds", format!("{} = local × {weight}", color(contribution))));
     }
     if let Some(emitted) = hit.emission.filter(|e| !e.is_black()) {
         rows.push(("emission", color(emitted)));
@@ -157,25 +157,25 @@ fn light(parent: usize, hit: &Hit<'_>, term: &Light<'_>) -> Node {
     node.target = term.name.clone();
     node.light = Some((term.light, term.added));
     node.traced = term.shadow.is_some();
-    let casters = term.shadow.as_ref().map_or(&[][..], |s| &s.by);
-    let through = term.shadow.as_ref().map_or(Spectrum::WHITE, |s| s.through);
-    node.open = term.reaches && term.n_dot_l > 0.0 && !through.is_black();
+    let occluders = term.shadow.as_ref().map_or(&[][..], |s| &s.occluders);
+    let transmittance = term.shadow.as_ref().map_or(Spectrum::WHITE, |s| s.transmittance);
+    node.open = term.reaches && term.n_dot_l > 0.0 && !transmittance.is_black();
     node.remark = if !term.reaches {
-        "does not reach".to_owned()
+        "does not illuminate this point".to_owned()
     } else if term.n_dot_l <= 0.0 && term.highlight.is_black() {
         "behind the surface".to_owned()
-    } else if through.is_black() {
-        format!("in shadow of {}", casters_of(casters))
-    } else if through != Spectrum::WHITE {
-        format!("through {}: {}", casters_of(casters), color(through))
+    } else if transmittance.is_black() {
+        format!("in shadow of {}", list(occluders))
+    } else if transmittance != Spectrum::WHITE {
+        format!("through {}: {}", list(occluders), color(transmittance))
     } else {
         "lit".to_owned()
     };
-    if let Some(first) = casters.first() {
+    if let Some(first) = occluders.first() {
         (node.primitive, node.shape) = (Some(first.object.primitive), first.object.shape);
     }
-    if let (Some(first), Some(shadow)) = (casters.first(), &term.shadow)
-        && through.is_black()
+    if let (Some(first), Some(shadow)) = (occluders.first(), &term.shadow)
+        && transmittance.is_black()
     {
         node.to = Some(shadow.origin + shadow.direction * first.t);
     }
@@ -197,11 +197,11 @@ fn light(parent: usize, hit: &Hit<'_>, term: &Light<'_>) -> Node {
 }
 
 /// `screen`, or `pane and vase`.
-pub(super) fn casters_of(casters: &[InTheWay<'_>]) -> String {
-    let mut listed: Vec<String> = casters.iter().map(|c| c.object.label()).collect();
+pub(super) fn list(occluders: &[Occluder<'_>]) -> String {
+    let mut listed: Vec<String> = occluders.iter().map(|c| c.object.label()).collect();
     listed.dedup();
     match listed.len() {
-        0 => "an object at its very edge".to_owned(),
+        0 => "an object, grazed at its edge".to_owned(),
         1..=3 => listed.join(" and "),
         n => format!("{} and {} more", listed.get(..2).unwrap_or_default().join(", "), n - 2),
     }

@@ -1,4 +1,4 @@
-//! The rays of a sample among the objects they touch, as parts of a drawing.
+//! Draws the rays of a sample and the objects that they hit, as SVG.
 
 use turner::scene::Outline;
 
@@ -7,17 +7,17 @@ use super::names::Names;
 use super::prune::Shown;
 use super::views::{Figure, Point, View, WIDTH, touched, views};
 
-/// What is drawn of the scene, the same for all samples.
+/// The two views of the scene, the same for all samples.
 pub(super) struct Views {
     views: [View; 2],
     /// Objects with their names.
     objects: Vec<(u32, Outline, String)>,
 }
 
-/// Objects that are drawn.
+/// Most objects that are drawn.
 const OBJECTS: usize = 200;
 
-/// Text fit for XML and HTML, in quotes or out of them; control characters, which neither allows, become ones that can be seen.
+/// Escapes text for XML and HTML, also within quotes. Control characters, which both forbid, become U+FFFD.
 pub(super) fn xml(text: &str) -> String {
     let mut out = String::with_capacity(text.len());
     for c in text.chars() {
@@ -41,8 +41,8 @@ impl Views {
         ids.truncate(OBJECTS);
         let outlines = names.scene.outlines(&ids);
         let name = |id: u32| {
-            let mut met = trees.iter().flat_map(|t| &t.nodes).filter(|n| n.primitive == Some(id));
-            names.object(id, met.next().map_or("object", |n| n.shape))
+            let mut hits = trees.iter().flat_map(|t| &t.nodes).filter(|n| n.primitive == Some(id));
+            names.object(id, hits.next().map_or("object", |n| n.shape))
         };
         let objects: Vec<(u32, Outline, String)> =
             ids.iter().zip(outlines).filter_map(|(&id, o)| Some((id, o?, name(id)))).collect();
@@ -55,7 +55,7 @@ impl Views {
         self.views.iter().map(|v| v.height + 26.0).sum()
     }
 
-    /// Both views, one below the other; gives their height.
+    /// Draws both views, one below the other, and returns their height.
     pub(super) fn svg(&self, out: &mut String, tree: &SampleTree, shown: &Shown, x: f64, y: f64) -> f64 {
         let mut top = y;
         for (i, view) in self.views.iter().enumerate() {
@@ -80,7 +80,7 @@ impl Views {
             let Some(figure) = view.figure(outline) else { continue };
             let data = format!("class=\"object\" data-object=\"{id}\"");
             let title = format!("<title>{}</title>", xml(name));
-            // Where its name goes: inside, near the top.
+            // Position of the label: inside, near the top.
             let at = match &figure {
                 Figure::Circle([x, y], r) => {
                     *out += &format!(
@@ -135,42 +135,45 @@ impl Views {
 
     fn rays(&self, out: &mut String, view: &View, tree: &SampleTree, shown: &Shown) {
         let visible = || tree.nodes.iter().enumerate().filter(|(i, _)| shown.nodes[*i]);
-        // Shadow rays lie beneath the others.
+        // Shadow rays are drawn first, below the others.
         for (i, node) in visible().filter(|(_, n)| n.kind == Kind::Shadow && n.traced) {
             let light = node.light.map(|(light, _)| light);
-            let beside = |j: usize| {
+            let is_same_light = |j: usize| {
                 let other = tree.nodes.get(j);
                 other.is_some_and(|n| n.parent == node.parent && n.light.map(|(l, _)| l) == light)
             };
-            // Rays to one of many points of a light come after one another.
-            let many = beside(i + 4) || i >= 4 && beside(i - 4);
+            // Shadow rays to the sample points of one light are consecutive.
+            let many = is_same_light(i + 4) || i >= 4 && is_same_light(i - 4);
             ray(out, view, i, node, if many { Mark::Faint } else { Mark::None });
         }
         for (i, node) in visible().filter(|(_, n)| n.kind != Kind::Shadow && n.traced) {
             ray(out, view, i, node, Mark::Number(node.badge));
         }
         let lights = visible().filter(|(_, n)| n.kind == Kind::Shadow && n.open);
-        let mut places: Vec<Point> = Vec::new();
+        let mut marks: Vec<Point> = Vec::new();
         for p in lights.filter_map(|(_, n)| n.to).map(|p| view.point(p)) {
             let near = |o: &Point| (o[0] - p[0]).abs() < 3.0 && (o[1] - p[1]).abs() < 3.0;
-            if places.len() < 64 && !places.iter().any(near) {
-                *out += &format!("<circle class=\"lamp\" cx=\"{:.1}\" cy=\"{:.1}\" r=\"5\"/>\n", p[0], p[1]);
-                places.push(p);
+            if marks.len() < 64 && !marks.iter().any(near) {
+                *out += &format!(
+                    "<circle class=\"light-mark\" cx=\"{:.1}\" cy=\"{:.1}\" r=\"5\"/>\n",
+                    p[0], p[1]
+                );
+                marks.push(p);
             }
         }
     }
 }
 
-/// What marks a ray.
+/// How a ray is marked.
 #[derive(Clone, Copy, PartialEq)]
 enum Mark {
     None,
-    /// One of many, drawn faintly.
+    /// One of many shadow rays to a light: drawn faintly.
     Faint,
     Number(usize),
 }
 
-/// A ray as a line with an arrow in its middle, and its number.
+/// Draws a ray as a line with an arrow at its centre, and its number.
 fn ray(out: &mut String, view: &View, i: usize, node: &Node, mark: Mark) {
     let Some(([x0, y0], [x1, y1])) = view.segment(node.from, node.direction, node.to) else { return };
     let blocked = if node.open { "" } else { " blocked" };
@@ -178,8 +181,8 @@ fn ray(out: &mut String, view: &View, i: usize, node: &Node, mark: Mark) {
     let (dx, dy) = (x1 - x0, y1 - y0);
     let length = (dx * dx + dy * dy).sqrt();
     *out += &format!("<g class=\"ray {}{blocked}{faint}\" data-ray=\"{i}\">", node.kind.word());
-    *out += &format!("<title>{} → {}</title>", node.kind.word(), xml(&node.target));
-    // A wide line that cannot be seen is easier to point at.
+    *out += &format!("<title>{} → {}</title>", node.kind.title(), xml(&node.target));
+    // A wide transparent line, which is easier to point at.
     *out += &format!("<path class=\"reach\" d=\"M{x0:.1} {y0:.1}L{x1:.1} {y1:.1}\"/>");
     *out += &format!("<path class=\"line\" d=\"M{x0:.1} {y0:.1}L{x1:.1} {y1:.1}\"/>");
     if length > 16.0 && mark != Mark::Faint {
@@ -210,7 +213,7 @@ fn ray(out: &mut String, view: &View, i: usize, node: &Node, mark: Mark) {
         *out += &format!("<circle class=\"dot\" cx=\"{x1:.1}\" cy=\"{y1:.1}\" r=\"2.6\"/>");
     }
     if node.kind == Kind::Camera {
-        *out += &format!("<circle class=\"eye\" cx=\"{x0:.1}\" cy=\"{y0:.1}\" r=\"5\"/>");
+        *out += &format!("<circle class=\"camera-mark\" cx=\"{x0:.1}\" cy=\"{y0:.1}\" r=\"5\"/>");
     }
     *out += "</g>\n";
 }

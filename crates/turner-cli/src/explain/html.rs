@@ -1,4 +1,4 @@
-//! An explanation as a page of its own: the tree opens and closes, and rays light up in tree and views together. It asks for no other file.
+//! An explanation as a self-contained HTML page: a foldable tree, linked with the rays in the views of the scene.
 
 use turner::color::Spectrum;
 
@@ -15,7 +15,7 @@ use super::views::WIDTH;
 
 const SCRIPT: &str = include_str!("page.js");
 
-/// Indentation ends here: what is deeper says how deep it is.
+/// Largest indentation, levels.
 const DEEPEST: usize = 24;
 
 /// At most `budget` rays of each sample are on the page.
@@ -36,35 +36,36 @@ pub(super) fn of(
     out += &format!("<span class=\"big\" style=\"background:{}\"></span>\n<div>\n", display.hex(e.color));
     out += &format!("<h1>{name}</h1>\n<p><b>{}</b> · {}</p>\n", exact(e.color), xml(&e.averaging));
     let equal = if e.exact {
-        "The rays of each sample shown sum to it, equal to the last bit."
+        "The contributions of the rays of each sample shown sum to the sample, equal to the last bit."
     } else {
-        "THE RAYS DO NOT SUM TO THE SAMPLE: please report it."
+        "THE CONTRIBUTIONS DO NOT SUM TO THE SAMPLE: this is a bug in Turner, please report it."
     };
     let choice = e.choice.as_deref().map_or(String::new(), |c| format!(" · {}", xml(c)));
     out += &format!("<p class=\"dim\">{equal}{choice}</p>\n</div>\n</header>\n");
     if trees.len() > 1 {
         samples(&mut out, trees, display);
     }
-    let most = trees.iter().max_by(|a, b| brings(a).total_cmp(&brings(b)).then(b.number.cmp(&a.number)));
+    let most =
+        trees.iter().max_by(|a, b| contribution(a).total_cmp(&contribution(b)).then(b.number.cmp(&a.number)));
     let first = most.map(|t| t.number);
     for tree in trees {
         sample(&mut out, e, tree, views, display, budget, Some(tree.number) == first);
     }
-    out += "<footer class=\"dim\">Click a ray to open it; the triangle folds its descendants. Point at a ray or an object to highlight what belongs to it.</footer>\n";
+    out += "<footer class=\"dim\">Click a ray to show its details; the triangle folds its descendants. Point at a ray or an object to highlight it in the tree and in the views.</footer>\n";
     out + &format!("<script>//<![CDATA[\n{SCRIPT}//]]>\n</script>\n</body>\n</html>\n")
 }
 
-fn brings(tree: &SampleTree) -> f64 {
+fn contribution(tree: &SampleTree) -> f64 {
     tree.weight * f64::from(tree.sum.map(f32::abs).max_component())
 }
 
-/// A square of the pixel with a button for each sample at its place.
+/// A button for each sample.
 fn samples(out: &mut String, trees: &[SampleTree], display: &Display<'_>) {
     *out += "<nav>\n";
     for tree in trees {
-        let [x, y] = tree.place.map(short);
+        let [x, y] = tree.pixel_position.map(short);
         *out += &format!(
-            "<button type=\"button\" data-sample=\"{0}\" title=\"sample {0} at ({x}, {y}), share {1}\"><i style=\"background:{2}\"></i>{0}</button>\n",
+            "<button type=\"button\" data-sample=\"{0}\" title=\"sample {0} at ({x}, {y}), weight {1}\"><i style=\"background:{2}\"></i>{0}</button>\n",
             tree.number,
             number(tree.weight),
             display.hex(tree.sum)
@@ -85,7 +86,7 @@ fn sample(
     let shown = shown(&tree.nodes, budget, e.path_of.is_some());
     let hidden = if is_first { "" } else { " hidden=\"hidden\"" };
     *out += &format!("<section data-sample=\"{}\"{hidden}>\n<div class=\"tree\">\n", tree.number);
-    let [x, y] = tree.place.map(number);
+    let [x, y] = tree.pixel_position.map(number);
     *out += &format!(
         "<h2>Sample {} of {} <span class=\"dim\">at ({x}, {y}), weight {}</span></h2>\n",
         tree.number,
@@ -98,13 +99,16 @@ fn sample(
     if shown.elsewhere.rays > 0 {
         let name = xml(e.path_of.as_deref().unwrap_or_default());
         *out += &format!(
-            "<p class=\"dim\">{} of together {} do not touch “{name}”</p>\n",
+            "<p class=\"dim\">{} with a sum of {} do not touch “{name}”</p>\n",
             rays(shown.elsewhere.rays),
-            color(shown.elsewhere.brings)
+            color(shown.elsewhere.contribution)
         );
     }
-    if tree.unwritten > 0 {
-        *out += &format!("<p class=\"dim\">{} more are too many to be kept</p>\n", rays(tree.unwritten));
+    if tree.unrecorded > 0 {
+        *out += &format!(
+            "<p class=\"dim\">{} more are part of the sum, but not recorded</p>\n",
+            rays(tree.unrecorded)
+        );
     }
     for remark in &tree.remarks {
         *out += &format!("<p class=\"dim\">{}</p>\n", xml(remark));
@@ -145,22 +149,22 @@ fn write_row(out: &mut String, tree: &SampleTree, row: &Row, display: &Display<'
             } else {
                 format!(" <span class=\"tag\">{}</span>", xml(&node.remark))
             };
-            let word = node.kind.word();
+            let (word, title) = (node.kind.word(), node.kind.title());
             *out += &format!("<details class=\"row\" data-ray=\"{i}\"{object} {style}>\n<summary>");
             *out += "<button type=\"button\" class=\"fold\" title=\"fold\">▾</button>";
-            *out += &swatch(display, tree.found(node));
+            *out += &swatch(display, tree.radiance(node));
             *out += &format!(
-                "<span class=\"what\"><span class=\"kind {word}\">{} {word}</span> <b>{}</b>{material}{remark}</span>",
+                "<span class=\"what\"><span class=\"kind {word}\">{} {title}</span> <b>{}</b>{material}{remark}</span>",
                 node.badge,
                 xml(&node.target)
             );
             *out += &format!(
-                "<span class=\"sum\"><span title=\"weight\">× {}</span><span class=\"rail\" title=\"contribution {}\"><span class=\"bar {word}\" \
-                 style=\"width:{:.1}%\"></span></span><span class=\"share\">{}</span></span></summary>\n",
+                "<span class=\"sum\"><span title=\"weight (throughput)\">× {}</span><span class=\"rail\" title=\"contribution {}\"><span class=\"bar {word}\" \
+                 style=\"width:{:.1}%\"></span></span><span class=\"fraction\">{}</span></span></summary>\n",
                 short_color(node.weight),
                 color(node.total),
-                100.0 * tree.share(node.total),
-                percent(tree.share(node.total))
+                100.0 * tree.fraction(node.total),
+                percent(tree.fraction(node.total))
             );
             details(out, node);
             *out += "</details>\n";
@@ -173,7 +177,7 @@ fn write_row(out: &mut String, tree: &SampleTree, row: &Row, display: &Display<'
                 _ => String::new(),
             };
             *out += &format!(
-                "<details class=\"row light\" data-ray=\"{}\"{object} {style}>\n<summary><span class=\"lamp {}\"></span>",
+                "<details class=\"row light\" data-ray=\"{}\"{object} {style}>\n<summary><span class=\"light-mark {}\"></span>",
                 numbers.join(" "),
                 if open { "on" } else { "off" }
             );
@@ -186,7 +190,7 @@ fn write_row(out: &mut String, tree: &SampleTree, row: &Row, display: &Display<'
             *out += &format!(
                 "<div class=\"row dim\" {style}>… {} with a sum of {} not shown; --all shows them</div>\n",
                 rays(hidden.rays),
-                color(hidden.brings)
+                color(hidden.contribution)
             );
         }
     }
@@ -201,8 +205,8 @@ fn sums(out: &mut String, tree: &SampleTree, shown: &Shown, display: &Display<'_
             continue;
         }
         count += 1;
-        let met = tree.nodes.get(*node).filter(|n| n.traced && n.target != *what);
-        let target = met.map_or(String::new(), |n| format!("of {}", xml(&n.target)));
+        let hit = tree.nodes.get(*node).filter(|n| n.traced && n.target != *what);
+        let target = hit.map_or(String::new(), |n| format!("of {}", xml(&n.target)));
         *out += &format!(
             "<tr data-ray=\"{node}\"><td>{}</td><td>{}</td><td>{} {target}</td><td>{}</td></tr>\n",
             swatch(display, *part),
@@ -214,7 +218,7 @@ fn sums(out: &mut String, tree: &SampleTree, shown: &Shown, display: &Display<'_
     let rest = tree.parts.len() - count;
     if rest > 0 {
         *out += &format!(
-            "<tr class=\"dim\"><td></td><td></td><td>{rest} more terms, or black ones</td><td></td></tr>\n"
+            "<tr class=\"dim\"><td></td><td></td><td>{rest} more terms, some of them black</td><td></td></tr>\n"
         );
     }
     *out += &format!(

@@ -2,8 +2,8 @@
 //!
 //! ```text
 //! run ── render::pixel ── samples ── record ─┬─ json
-//!        (the pixel as rendered)  (all that  └─ model (trees, by classic, path, other) ── prune ─┬─ text
-//!                                  is known)                                                   ├─ svg ── views (the rays in the scene)
+//!        (the pixel as rendered)  (replays)  └─ model (trees by classic, path, other) ── prune ─┬─ text
+//!                                                                                              ├─ svg ── views
 //!                                                                                              └─ html
 //! ```
 
@@ -135,7 +135,7 @@ fn explain(args: &ExplainArgs, reporter: &Reporter, control: &Control) -> Result
     let (format, path) = args.target()?;
     let output =
         |e: turner_io::image::OutputError| Failure::new(two_lines(ErrorCode::Output, &e.to_string()));
-    // Before any work is done: whether it can be written.
+    // Checks that the file can be written before any work is done.
     let file = path.map(OutputFile::create).transpose().map_err(output)?;
     let ready = args.scene.ready(&args.film, args.scene.studio.models(), 0, control)?;
     let prepared = &ready.prepared;
@@ -170,7 +170,7 @@ fn explain(args: &ExplainArgs, reporter: &Reporter, control: &Control) -> Result
             let trees = model::trees(&record);
             let views = draw::Views::new(&names, &trees);
             let display = shade::Display::new(&prepared.view.film);
-            // Drawings share their rays among the samples.
+            // The budget of a page is divided among its samples.
             let most = match (args.all, format) {
                 (true, _) => usize::MAX,
                 (false, Format::Svg) => 24,
@@ -197,7 +197,7 @@ fn explain(args: &ExplainArgs, reporter: &Reporter, control: &Control) -> Result
     Ok(FAILED)
 }
 
-/// Colours where standard output is a terminal that shows all of them, and nobody objects.
+/// Colours if standard output is a terminal with 24-bit colours and `NO_COLOR` is not set.
 fn style(film: &turner::film::FilmDesc, all: bool, to_file: bool) -> text::Style<'_> {
     let has = |name: &str, words: &[&str]| {
         std::env::var(name).is_ok_and(|value| words.iter().any(|word| value.contains(word)))

@@ -1,4 +1,4 @@
-//! What text and drawings have in common: a tree of rays for each sample, made from the record.
+//! The tree of rays of each sample, made from the record: text, drawing and page show it.
 
 use turner::color::Spectrum;
 use turner::math::DVec3;
@@ -8,24 +8,25 @@ use super::{classic, other, path};
 
 /// The rays of one sample.
 pub(super) struct SampleTree {
-    /// Its number among the pixel's samples.
+    /// Its index among the pixel's samples.
     pub(super) number: usize,
-    pub(super) place: [f64; 2],
-    /// Its share of the pixel.
+    /// Position in the picture, pixels.
+    pub(super) pixel_position: [f64; 2],
+    /// Its weight in the pixel.
     pub(super) weight: f64,
-    /// Its colour as rendered.
+    /// The sample as rendered.
     pub(super) rendered: Spectrum,
-    /// Whether the parts sum to it to the last bit.
+    /// Whether the contributions sum to it to the last bit.
     pub(super) exact: bool,
     /// Parents come before their children.
     pub(super) nodes: Vec<Node>,
     /// The sum of all contributions, in the order in which they were added.
     pub(super) sum: Spectrum,
-    /// What went into it: the number of the node, what it is, and how much.
+    /// The terms of the sum: index of the node, what it is, and its value.
     pub(super) parts: Vec<(usize, &'static str, Spectrum)>,
-    /// Rays that are part of the sum, but not of the tree.
-    pub(super) unwritten: u64,
-    /// Remarks about the whole.
+    /// Number of rays that are part of the sum, but not of the record.
+    pub(super) unrecorded: u64,
+    /// Remarks about the sample.
     pub(super) remarks: Vec<String>,
 }
 
@@ -49,30 +50,30 @@ impl SampleTree {
     fn new(sample: &Sample<'_>) -> SampleTree {
         SampleTree {
             number: sample.sample,
-            place: sample.place,
-            weight: sample.share,
+            pixel_position: sample.pixel_position,
+            weight: sample.weight,
             rendered: sample.rendered,
             exact: sample.exact,
             nodes: Vec::new(),
             sum: sample.sum,
             parts: Vec::new(),
-            unwritten: 0,
+            unrecorded: 0,
             remarks: Vec::new(),
         }
     }
 
-    /// The colour that a node's ray found: what it brought, over its weight.
-    pub(super) fn found(&self, node: &Node) -> Spectrum {
+    /// The radiance that a ray returns: its contribution over its weight.
+    pub(super) fn radiance(&self, node: &Node) -> Spectrum {
         over(node.total, node.weight)
     }
 
-    /// The share of the sample that a part of it is, 0 to 1, by luminance.
-    pub(super) fn share(&self, part: Spectrum) -> f64 {
-        let share = f64::from(part.luminance()) / f64::from(self.sum.luminance());
-        if share.is_finite() { share.clamp(0.0, 1.0) } else { 0.0 }
+    /// The fraction of the sample that a contribution is, 0 to 1, by luminance.
+    pub(super) fn fraction(&self, part: Spectrum) -> f64 {
+        let fraction = f64::from(part.luminance()) / f64::from(self.sum.luminance());
+        if fraction.is_finite() { fraction.clamp(0.0, 1.0) } else { 0.0 }
     }
 
-    /// Numbers the rays, and fills in what each node's descendants bring together with it.
+    /// Numbers the rays, and sums the contributions of each node and its descendants.
     fn add_up(&mut self) {
         let mut rays = 0;
         for node in &mut self.nodes {
@@ -89,29 +90,43 @@ impl SampleTree {
     }
 }
 
-/// A colour divided by another; black where that is.
+/// A colour divided by another per channel; 0 where the divisor is 0.
 pub(super) fn over(color: Spectrum, by: Spectrum) -> Spectrum {
     let divide = |v: f32, by: f32| if by == 0.0 { 0.0 } else { v / by };
     Spectrum::new(divide(color.r, by.r), divide(color.g, by.g), divide(color.b, by.b))
 }
 
-/// What a ray is.
+/// The kind of a ray.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Kind {
     Camera,
     Reflected,
     Refracted,
-    /// Scattered in a random direction.
+    /// Sampled from a diffuse lobe, or from a phase function.
     Diffuse,
-    /// The same, about a mirror direction.
+    /// Sampled from a glossy lobe.
     Glossy,
-    /// On through what is not there for it.
+    /// Passes straight through a surface that is transparent to the path.
     Straight,
-    /// To a light.
+    /// A shadow ray.
     Shadow,
 }
 
 impl Kind {
+    /// Its name in texts.
+    pub(super) fn title(self) -> &'static str {
+        match self {
+            Kind::Camera => "camera ray",
+            Kind::Reflected => "reflected ray",
+            Kind::Refracted => "refracted ray",
+            Kind::Diffuse => "diffuse sample",
+            Kind::Glossy => "glossy sample",
+            Kind::Straight => "transmitted ray",
+            Kind::Shadow => "shadow ray",
+        }
+    }
+
+    /// Its class in the style sheets.
     pub(super) fn word(self) -> &'static str {
         match self {
             Kind::Camera => "camera",
@@ -125,48 +140,50 @@ impl Kind {
     }
 }
 
-/// A ray and what it found.
+/// A ray and its hit.
 #[derive(Clone, Debug)]
 pub(super) struct Node {
     pub(super) parent: Option<usize>,
     pub(super) kind: Kind,
-    /// Its number among the sample's rays, from 1, without shadow rays; that of its surface for these.
+    /// Its number among the sample's rays, from 1. Shadow rays are not counted: they have the number of the ray to their
+    /// surface.
     pub(super) badge: usize,
     pub(super) from: DVec3,
     pub(super) direction: DVec3,
-    /// Where it ends; `None` where it leaves the scene.
+    /// Its end; `None` if it leaves the scene.
     pub(super) to: Option<DVec3>,
-    /// What it meets, or the light it goes to.
+    /// What it hits, or the light of a shadow ray.
     pub(super) target: String,
     /// The material there.
     pub(super) material: Option<String>,
-    /// The primitive it meets; of a shadow ray the first in its way.
+    /// The primitive that it hits; for a shadow ray the first occluder.
     pub(super) primitive: Option<u32>,
-    /// That primitive's shape, in a word.
+    /// The shape of that primitive as a word.
     pub(super) shape: &'static str,
-    /// Its share of the pixel.
+    /// Its weight in the sample: the throughput.
     pub(super) weight: Spectrum,
     /// A few words: lit, in shadow, enters, total internal reflection.
     pub(super) remark: String,
-    /// Whether anything arrives along it: shadow rays that are blocked, and rays that were not traced, are drawn otherwise.
+    /// False for an occluded shadow ray, which is drawn dashed.
     pub(super) open: bool,
     /// Whether it was traced.
     pub(super) traced: bool,
     /// Colour of the surface.
     pub(super) surface: Option<Spectrum>,
-    /// What it brought by itself, and with its descendants. Shadow rays have none: what they bring is their surface's.
+    /// Its contribution without its descendants. That of a shadow ray belongs to the node of its surface.
     pub(super) contribution: Spectrum,
+    /// Its contribution with its descendants.
     pub(super) total: Spectrum,
-    /// For shadow rays: the light, and what it adds to the surface's local colour.
+    /// For shadow rays: index of the light, and its term in the local colour of the surface.
     pub(super) light: Option<(u32, Spectrum)>,
-    /// All else: what, and how much.
+    /// Further values with their names.
     pub(super) rows: Vec<(&'static str, String)>,
-    /// Whether it touches what `--path-of` asks for.
+    /// Whether `--path-of` selects it.
     pub(super) touches: bool,
 }
 
 impl Node {
-    /// A ray of which nothing else is known.
+    /// A ray without a hit.
     pub(super) fn new(kind: Kind, parent: Option<usize>, from: DVec3, direction: DVec3) -> Node {
         Node {
             parent,

@@ -1,4 +1,4 @@
-//! What objects, materials and lights are called, and which of them `--path-of` means.
+//! Names of objects, materials and lights, and the selection of `--path-of`.
 
 use std::collections::BTreeSet;
 
@@ -8,13 +8,13 @@ use turner::scene::Scene;
 use turner::schema::error::{escape, suggestion};
 use turner::schema::{ErrorCode, MaterialId, SceneError};
 
-/// Names of things in a scene, as the file has them: not yet fit for a terminal or a page.
+/// Names in a scene, as the file has them: not yet escaped for a terminal or a page.
 #[derive(Clone, Copy)]
 pub(super) struct Names<'a> {
     pub(super) prepared: &'a Prepared,
     pub(super) scene: &'a Scene,
     pub(super) desc: &'a SceneDesc,
-    /// What `--path-of` asks for.
+    /// The name given with `--path-of`.
     pub(super) path_of: Option<&'a str>,
 }
 
@@ -23,7 +23,7 @@ impl<'a> Names<'a> {
         Labels { scene: self.scene, desc: self.desc }
     }
 
-    /// `ball`, `tree / leaf`, or `sphere #4` for what has no name.
+    /// `ball`, `tree / leaf`, or `sphere #4` for an object without a name.
     pub(super) fn object(&self, primitive: u32, shape: &str) -> String {
         self.labels().object(primitive, shape)
     }
@@ -33,17 +33,17 @@ impl<'a> Names<'a> {
         self.desc.materials.get(id.index())?.name.as_deref()
     }
 
-    /// What kind a material is of; `None` for the one of objects that have none.
+    /// The type of a material; `None` for the default material.
     pub(super) fn material_kind(&self, id: MaterialId) -> Option<&'static str> {
         Some(self.desc.materials.get(id.index())?.value.type_name())
     }
 
-    /// A light by its number in the prepared scene.
+    /// The name of a light, by its index in the prepared scene.
     pub(super) fn light(&self, light: u32) -> String {
         self.labels().light(light)
     }
 
-    /// Whether an object or its material has the name that `--path-of` asks for.
+    /// Whether an object or its material has the name given with `--path-of`.
     pub(super) fn touches(&self, primitive: u32, shape: &str, material: MaterialId) -> bool {
         let Some(wanted) = self.path_of else { return false };
         self.scene.object_name(primitive).is(wanted)
@@ -51,7 +51,7 @@ impl<'a> Names<'a> {
             || wanted.contains('#') && self.object(primitive, shape) == wanted
     }
 
-    /// Refuses names that neither an object nor a material has.
+    /// An error if neither an object nor a material has this name.
     pub(super) fn check(&self, wanted: &str) -> Result<(), SceneError> {
         let materials = self.desc.materials.iter().filter_map(|m| m.name.as_deref());
         let objects = self.scene.object_names().iter().map(String::as_str);
@@ -64,7 +64,7 @@ impl<'a> Names<'a> {
         let message = format!("--path-of: there is no object and no material \"{}\"", escape(wanted));
         let valid: Vec<&str> = valid.into_iter().collect();
         let help = suggestion(wanted, &valid).unwrap_or_else(|| {
-            "nothing in this scene has a name: refer to an object by its shape and index, e.g. \"sphere #0\"".to_owned()
+            "no object or material of this scene has a name: use the shape and index of an object, e.g. \"sphere #0\"".to_owned()
         });
         Err(SceneError::new(ErrorCode::UnknownName, message).help(help))
     }

@@ -3,9 +3,9 @@
 use turner::color::Spectrum;
 use turner::math::DVec3;
 
-/// So many digits that count, without needless zeros.
+/// `count` significant digits, without trailing zeros.
 fn digits(v: f64, count: usize) -> String {
-    // Zero has no sign here.
+    // Turns -0 into 0.
     let v = v + 0.0;
     let scientific = format!("{v:.*e}", count.saturating_sub(1));
     let exponent = scientific.split_once('e').and_then(|(_, e)| e.parse::<i32>().ok()).unwrap_or(0);
@@ -16,12 +16,12 @@ fn digits(v: f64, count: usize) -> String {
     if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.').to_owned() } else { text }
 }
 
-/// Five digits.
+/// Five significant digits.
 pub(super) fn number(v: f64) -> String {
     digits(v, 5)
 }
 
-/// Three digits.
+/// Three significant digits.
 pub(super) fn short(v: f64) -> String {
     digits(v, 3)
 }
@@ -32,21 +32,21 @@ pub(super) fn vector(v: DVec3) -> String {
     format!("({x}, {y}, {z})")
 }
 
-/// `[r, g, b]`, or one number where they are the same.
+/// `[r, g, b]`, or one number for a grey.
 pub(super) fn color(s: Spectrum) -> String {
     let [r, g, b] = s.to_array().map(|v| number(f64::from(v)));
     if r == g && g == b { r } else { format!("[{r}, {g}, {b}]") }
 }
 
-/// `[r, g, b]` with three digits.
+/// `[r, g, b]` with three significant digits.
 pub(super) fn short_color(s: Spectrum) -> String {
     let [r, g, b] = s.to_array().map(|v| short(f64::from(v)));
     if r == g && g == b { r } else { format!("[{r}, {g}, {b}]") }
 }
 
-/// A share as `12 %`, `0.3 %`, `≈ 0 %`.
-pub(super) fn percent(share: f64) -> String {
-    match share * 100.0 {
+/// A fraction as `12 %`, `0.3 %`, `≈ 0 %`.
+pub(super) fn percent(fraction: f64) -> String {
+    match fraction * 100.0 {
         p if p >= 9.95 => format!("{p:.0} %"),
         p if p >= 0.01 => format!("{} %", digits(p, 2)),
         p if p > 0.0 => "≈ 0 %".to_owned(),
@@ -54,7 +54,7 @@ pub(super) fn percent(share: f64) -> String {
     }
 }
 
-/// With all digits that count.
+/// The shortest decimals that give the same f32 values.
 pub(super) fn exact(s: Spectrum) -> String {
     format!("[{}, {}, {}]", s.r, s.g, s.b)
 }
@@ -82,7 +82,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn numbers_are_short_and_keep_what_counts() {
+    fn numbers_have_five_significant_digits() {
         for (v, text) in [
             (0.5, "0.5"),
             (-0.0, "0"),

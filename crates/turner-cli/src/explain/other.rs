@@ -1,4 +1,4 @@
-//! Integrators that show what a ray meets first: that, and what they show of it.
+//! Debug views: the camera ray, its first hit, and the value shown.
 
 use turner::color::Spectrum;
 
@@ -6,7 +6,7 @@ use super::model::{Kind, Node, SampleTree};
 use super::number::{exact, number, vector};
 use super::record::FirstHit;
 
-/// Adds the one ray of a sample.
+/// Adds the camera ray.
 pub(super) fn grow(out: &mut SampleTree, integrator: &str, first: &FirstHit<'_>) {
     let shown = out.rendered;
     out.parts.push((0, "shown", shown));
@@ -27,8 +27,8 @@ pub(super) fn grow(out: &mut SampleTree, integrator: &str, first: &FirstHit<'_>)
             let [u, v] = hit.uv.map(number);
             node.rows = vec![
                 ("t", number(hit.t)),
-                ("from", vector(ray.origin)),
-                ("towards", vector(ray.direction)),
+                ("origin", vector(ray.origin)),
+                ("direction", vector(ray.direction)),
                 ("hits", format!("{}, uv ({u}, {v})", vector(hit.position))),
                 ("normal", vector(hit.geometric_normal)),
             ];
@@ -39,7 +39,7 @@ pub(super) fn grow(out: &mut SampleTree, integrator: &str, first: &FirstHit<'_>)
         }
         None => {
             node.target = "nothing".to_owned();
-            "where no surface is hit".to_owned()
+            "where the ray hits no surface".to_owned()
         }
     };
     out.remarks.push(format!("\"{integrator}\" shows {} {what}", exact(shown)));

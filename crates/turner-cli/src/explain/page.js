@@ -9,7 +9,7 @@ for (const section of all(document, "section")) {
   const marked = all(section, "[data-ray]");
   const objects = all(section, "[data-object]");
 
-  // Folding: a row hides those after it that are deeper.
+  // Folding: a folded row hides its descendants.
   const refold = () => {
     let closed = Infinity;
     for (const row of rows) {
@@ -30,7 +30,7 @@ for (const section of all(document, "section")) {
     });
   });
 
-  // What belongs together lights up.
+  // Highlights a ray or an object in the tree and in the views.
   let pinned = null;
   const light = element => {
     for (const e of all(section, ".on")) e.classList.remove("on");
@@ -63,7 +63,7 @@ for (const section of all(document, "section")) {
   });
 }
 
-// One sample at a time.
+// The buttons show one sample at a time.
 const buttons = all(document, "nav button");
 const show = number => {
   for (const s of all(document, "section")) s.hidden = s.dataset.sample !== number;

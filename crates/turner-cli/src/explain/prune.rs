@@ -1,4 +1,7 @@
-//! Which rays of a tree are shown: those that bring most.
+//! Which rays of a tree are shown: those with the largest contributions.
+//!
+//! A priority queue starts with the camera ray. The ray with the largest contribution, descendants included, is shown and
+//! its children enter the queue, until the budget is spent. A shown ray therefore always has a shown parent.
 
 use std::collections::BinaryHeap;
 
@@ -6,27 +9,27 @@ use turner::color::Spectrum;
 
 use super::model::{Kind, Node};
 
-/// What is shown of a tree.
+/// The shown part of a tree.
 pub(super) struct Shown {
-    /// For each node whether it is.
+    /// For each node whether it is shown.
     pub(super) nodes: Vec<bool>,
-    /// For each node the rays beneath it that are not shown: how many, and what they bring together.
+    /// For each node the descendants that are not shown.
     pub(super) hidden: Vec<Hidden>,
-    /// Rays left out by `--path-of`.
+    /// Rays that `--path-of` omits.
     pub(super) elsewhere: Hidden,
 }
 
-/// Rays that are not shown.
+/// Number and summed contribution of rays that are not shown.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Hidden {
     pub(super) rays: u64,
-    pub(super) brings: Spectrum,
+    pub(super) contribution: Spectrum,
 }
 
-/// A ray that waits to be shown, the one that brings most first, of equal ones that which comes first.
+/// A ray in the queue. Larger contributions come first, then smaller indices.
 #[derive(PartialEq)]
 struct Candidate {
-    brings: f32,
+    contribution: f32,
     node: usize,
 }
 
@@ -34,7 +37,7 @@ impl Eq for Candidate {}
 
 impl Ord for Candidate {
     fn cmp(&self, other: &Candidate) -> std::cmp::Ordering {
-        self.brings.total_cmp(&other.brings).then(other.node.cmp(&self.node))
+        self.contribution.total_cmp(&other.contribution).then(other.node.cmp(&self.node))
     }
 }
 
@@ -44,7 +47,7 @@ impl PartialOrd for Candidate {
     }
 }
 
-/// At most `budget` rays (shadow rays come with their surfaces), and with `filtered` those alone whose path touches what was asked for.
+/// Shows at most `budget` rays; shadow rays come with their surfaces. With `filtered` only rays that `--path-of` selects.
 pub(super) fn shown(nodes: &[Node], budget: usize, filtered: bool) -> Shown {
     let kept = kept(nodes, filtered);
     let mut out = Shown {
@@ -60,25 +63,25 @@ pub(super) fn shown(nodes: &[Node], budget: usize, filtered: bool) -> Shown {
     }
     let candidate = |node: usize| {
         let total = nodes.get(node).map_or(Spectrum::BLACK, |n| n.total);
-        Candidate { brings: total.map(f32::abs).max_component(), node }
+        Candidate { contribution: total.map(f32::abs).max_component(), node }
     };
-    let mut waiting: BinaryHeap<Candidate> =
+    let mut queue: BinaryHeap<Candidate> =
         (0..nodes.len().min(1)).filter(|&i| kept[i]).map(candidate).collect();
     let mut left = budget;
     while left > 0
-        && let Some(Candidate { node, .. }) = waiting.pop()
+        && let Some(Candidate { node, .. }) = queue.pop()
     {
         out.nodes[node] = true;
         left -= 1;
         for &child in &children[node] {
             match nodes[child].kind {
                 Kind::Shadow => out.nodes[child] = true,
-                _ if kept[child] => waiting.push(candidate(child)),
+                _ if kept[child] => queue.push(candidate(child)),
                 _ => {}
             }
         }
     }
-    // Sums of what is hidden, upwards from the leaves.
+    // Sums of the hidden rays, from the leaves upwards.
     let mut beneath: Vec<Hidden> = vec![Hidden::default(); nodes.len()];
     for (i, node) in nodes.iter().enumerate().rev() {
         if node.kind == Kind::Shadow || out.nodes[i] {
@@ -86,7 +89,7 @@ pub(super) fn shown(nodes: &[Node], budget: usize, filtered: bool) -> Shown {
         }
         let own = Hidden {
             rays: beneath[i].rays + u64::from(node.traced),
-            brings: beneath[i].brings + node.contribution,
+            contribution: beneath[i].contribution + node.contribution,
         };
         let Some(parent) = node.parent else {
             out.elsewhere = own;
@@ -98,12 +101,12 @@ pub(super) fn shown(nodes: &[Node], budget: usize, filtered: bool) -> Shown {
             (true, false) => &mut out.elsewhere,
         };
         to.rays += own.rays;
-        to.brings += own.brings;
+        to.contribution += own.contribution;
     }
     out
 }
 
-/// Rays whose way to the camera, or from there on, touches what was asked for; all without a filter.
+/// Rays with a selected ancestor or descendant, or selected themselves; all without a filter.
 fn kept(nodes: &[Node], filtered: bool) -> Vec<bool> {
     if !filtered {
         return vec![true; nodes.len()];
@@ -126,7 +129,7 @@ mod tests {
     use super::*;
     use turner::math::DVec3;
 
-    /// A full tree of two rays to a surface; each leaf brings its number.
+    /// A complete binary tree. The contribution of each leaf is its index.
     fn tree(depth: u32) -> Vec<Node> {
         let count = (1usize << (depth + 1)) - 1;
         let mut nodes: Vec<Node> = (0..count)
@@ -149,7 +152,7 @@ mod tests {
     }
 
     #[test]
-    fn what_brings_most_is_shown_and_nothing_is_lost() {
+    fn the_largest_contributions_are_shown_and_the_sum_is_kept() {
         let mut nodes = tree(9);
         let all: f32 = nodes.iter().map(|n| n.contribution.r).sum();
         for filtered in [false, true] {
@@ -160,16 +163,16 @@ mod tests {
                 let hidden: u64 = shown.hidden.iter().map(|h| h.rays).sum::<u64>() + shown.elsewhere.rays;
                 assert_eq!(count as u64 + hidden, 1023);
                 assert_eq!(count, if filtered { budget.min(10) } else { budget.min(1023) });
-                let brought = |i: usize| if shown.nodes[i] { nodes[i].contribution.r } else { 0.0 };
-                let sum: f32 = (0..nodes.len()).map(brought).sum::<f32>()
-                    + shown.hidden.iter().map(|h| h.brings.r).sum::<f32>()
-                    + shown.elsewhere.brings.r;
+                let contribution = |i: usize| if shown.nodes[i] { nodes[i].contribution.r } else { 0.0 };
+                let sum: f32 = (0..nodes.len()).map(contribution).sum::<f32>()
+                    + shown.hidden.iter().map(|h| h.contribution.r).sum::<f32>()
+                    + shown.elsewhere.contribution.r;
                 assert!((sum - all).abs() < 0.5, "{sum} {all}");
                 // A shown ray's parent is shown.
                 assert!((1..1023).all(|i| !shown.nodes[i] || shown.nodes[(i - 1) / 2]));
             }
         }
-        // Of two rays the one that brings more with all that comes of it.
+        // Of two siblings the one with the larger contribution.
         let two = shown(&tree(9), 2, false);
         assert!(two.nodes[2] && !two.nodes[1]);
         let four = shown(&tree(9), 4, false);

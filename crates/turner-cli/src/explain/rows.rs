@@ -1,4 +1,4 @@
-//! A tree as rows, one below the other: what the drawing and the page have in common.
+//! A tree as rows, one below the other, for the drawing and the page.
 
 use turner::color::Spectrum;
 
@@ -7,9 +7,9 @@ use super::prune::{Hidden, Shown};
 
 /// A row.
 pub(super) enum Row {
-    /// A ray that met something or left.
+    /// A camera, reflected, refracted or scattered ray.
     Ray { node: usize, depth: usize },
-    /// The rays to one light from the surface of the ray above.
+    /// The shadow rays to one light from the surface of the ray above.
     Light { nodes: Vec<usize>, depth: usize, added: Spectrum },
     /// Rays that are not shown.
     Hidden { hidden: Hidden, depth: usize },
@@ -23,7 +23,7 @@ impl Row {
     }
 }
 
-/// Rows from the camera down; the rays of one light stand together.
+/// Rows from the camera ray down. Shadow rays to the same light share a row.
 pub(super) fn rows(tree: &SampleTree, shown: &Shown) -> Vec<Row> {
     let nodes = &tree.nodes;
     let mut children: Vec<Vec<usize>> = vec![Vec::new(); nodes.len()];
@@ -64,7 +64,7 @@ pub(super) fn rows(tree: &SampleTree, shown: &Shown) -> Vec<Row> {
     out
 }
 
-/// What the rays to a light found, in a few words.
+/// The result of the shadow rays to a light, in a few words.
 pub(super) fn light_remark(tree: &SampleTree, group: &[usize]) -> String {
     let nodes = &tree.nodes;
     if let [only] = group {

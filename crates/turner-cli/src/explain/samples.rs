@@ -1,4 +1,4 @@
-//! Which of a pixel's samples are explained.
+//! Selects the samples of a pixel that are explained, and replays them.
 
 use turner::color::Spectrum;
 use turner::film::Antialias;
@@ -10,27 +10,27 @@ use super::names::Names;
 use super::number::short;
 use super::record::{Explanation, FirstHit, Listed, Sample, Square, VERSION, What, classic, path};
 
-/// Samples that are explained where many are wanted, and where all are.
+/// Most samples that are explained on pages and in JSON, and with `--all`.
 const MANY: usize = 25;
 const ALL: usize = 1024;
-/// Samples that are looked through for one that touches what `--path-of` asks for.
+/// Most samples that are searched for `--path-of`.
 const SEARCHED: usize = 1024;
 
-/// What was asked for.
+/// The requested samples.
 pub(super) struct Wanted {
     pub(super) sample: Option<usize>,
     pub(super) all: bool,
-    /// Whether there is room for many samples.
+    /// Whether the format shows many samples.
     pub(super) many: bool,
 }
 
-/// How much a sample brings to the pixel.
-fn carries(s: &SampleRecord) -> f64 {
+/// The contribution of a sample to the pixel: its largest channel times its weight.
+fn contribution(s: &SampleRecord) -> f64 {
     let most = s.radiance.color.map(f32::abs).max_component();
     if most.is_finite() { s.weight * f64::from(most) } else { f64::MAX }
 }
 
-/// Explains a pixel. Errors: a sample that it has not.
+/// Explains a pixel. Errors: there is no such sample.
 pub(super) fn explain<'a>(
     names: &Names<'a>,
     (scene_name, scene_hash): (String, String),
@@ -47,14 +47,14 @@ pub(super) fn explain<'a>(
             _ => format!("samples of this pixel are numbered 0 to {}", listed.saturating_sub(1)),
         };
         let message = format!("there is no sample {n}: {has}");
-        let help = "more samples: `--samples N --antialias monte-carlo`";
+        let help = "take more samples with `--samples N --antialias monte-carlo`";
         return Err(SceneError::new(ErrorCode::OutOfRange, message).help(help));
     }
-    // The ones that carry most come first.
+    // By falling contribution.
     let mut order: Vec<usize> = (0..listed).collect();
     order.sort_by(|&a, &b| {
-        let brings = |i: usize| pixel.samples.get(i).map_or(0.0, carries);
-        brings(b).total_cmp(&brings(a)).then(a.cmp(&b))
+        let of = |i: usize| pixel.samples.get(i).map_or(0.0, contribution);
+        of(b).total_cmp(&of(a)).then(a.cmp(&b))
     });
     let mut choice = None;
     let mut numbers = match wanted.sample {
@@ -113,7 +113,7 @@ pub(super) fn explain<'a>(
 }
 
 fn listed_sample(s: &SampleRecord) -> Listed {
-    Listed { place: s.place, share: s.weight, color: s.radiance.color, alpha: s.radiance.alpha }
+    Listed { pixel_position: s.place, weight: s.weight, color: s.radiance.color, alpha: s.radiance.alpha }
 }
 
 fn square(s: &turner::render::Square) -> Square {
@@ -145,7 +145,7 @@ fn one<'a>(names: &Names<'a>, n: usize, sample: &SampleRecord) -> Result<Sample<
     Ok(Sample::new(names, n, sample, sum, what))
 }
 
-/// The samples that touch what is asked for, those that carry most first.
+/// The samples that `--path-of` selects, by falling contribution.
 fn touching(names: &Names<'_>, pixel: &PixelRecord, order: &[usize]) -> Result<Vec<usize>, SceneError> {
     let mut out = Vec::new();
     for &n in order.iter().take(SEARCHED) {
@@ -157,16 +157,19 @@ fn touching(names: &Names<'_>, pixel: &PixelRecord, order: &[usize]) -> Result<V
     Ok(out)
 }
 
-/// Which sample carries most.
+/// Says which sample has the largest contribution.
 fn chosen(pixel: &PixelRecord, order: &[usize], room: usize) -> Option<String> {
     let most = *order.first()?;
     if pixel.samples.len() < 2 {
         return None;
     }
-    let all: f64 = pixel.samples.iter().map(carries).sum();
-    let share = pixel.samples.get(most).map_or(0.0, carries) / all;
-    let percent =
-        if share.is_finite() { format!(", {} % of the pixel", short(share * 100.0)) } else { String::new() };
+    let all: f64 = pixel.samples.iter().map(contribution).sum();
+    let fraction = pixel.samples.get(most).map_or(0.0, contribution) / all;
+    let percent = if fraction.is_finite() {
+        format!(", {} % of the pixel", short(fraction * 100.0))
+    } else {
+        String::new()
+    };
     let shown = match pixel.samples.len() <= room {
         true => String::new(),
         false if room == 1 => "; it is shown: --sample N shows another, --all all of them".to_owned(),
@@ -175,23 +178,25 @@ fn chosen(pixel: &PixelRecord, order: &[usize], room: usize) -> Option<String> {
     Some(format!("sample {most} has the largest contribution{percent}{shown}"))
 }
 
-/// Whether the film scales a sample down.
-fn is_cut(p: &Prepared, s: &SampleRecord) -> bool {
+/// Whether `film.clamp_sample` scales the sample down.
+fn is_clamped(p: &Prepared, s: &SampleRecord) -> bool {
     let most = p.view.film.clamp_sample;
     most > 0.0 && s.radiance.color.max_component() > most as f32
 }
 
-/// How the samples become the pixel.
+/// How the samples are averaged.
 fn averaging(p: &Prepared, pixel: &PixelRecord) -> String {
     let mut samples = mean_of_samples(p, pixel);
-    let cut = pixel.samples.iter().filter(|s| is_cut(p, s)).count();
-    if cut > 0 {
-        samples +=
-            &format!("; {cut} of them clamped to {} (film.clamp_sample)", short(p.view.film.clamp_sample));
+    let clamped = pixel.samples.iter().filter(|s| is_clamped(p, s)).count();
+    if clamped > 0 {
+        samples += &format!(
+            "; {clamped} of them clamped to {} (film.clamp_sample)",
+            short(p.view.film.clamp_sample)
+        );
     }
     match p.path().and_then(|path| path.caustics()) {
         Some(_) => {
-            format!("{samples}; in the picture light paths add to it (not with --caustics off)")
+            format!("{samples}; the picture adds light paths for caustics (--caustics off disables them)")
         }
         None => samples,
     }

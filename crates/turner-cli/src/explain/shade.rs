@@ -1,9 +1,9 @@
-//! Colours as the picture shows them.
+//! Scene values as the picture displays them.
 
 use turner::color::Spectrum;
 use turner::film::FilmDesc;
 
-/// From scene values to the 8 bits of a display.
+/// Exposure, tone mapping and transfer function, to 8 bits.
 pub(super) struct Display<'a> {
     film: &'a FilmDesc,
     factor: f32,
@@ -15,7 +15,7 @@ impl Display<'_> {
         Display { film, factor: turner::math::elementary::pow(2.0, stops) as f32 }
     }
 
-    /// Red, green and blue; magenta for what is no number.
+    /// Red, green and blue; magenta for NaN.
     pub(super) fn rgb(&self, color: Spectrum) -> [u8; 3] {
         if color.to_array().iter().any(|v| v.is_nan()) {
             return [255, 0, 255];

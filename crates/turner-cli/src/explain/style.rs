@@ -1,6 +1,7 @@
-//! Colours of drawings and pages, in light and in dark surroundings.
+//! Style sheets of drawings and pages, for light and dark colour schemes.
 
-/// Name, in the light, in the dark. The rays' colours can be told apart by people who see fewer, too: they differ in lightness.
+/// Name, colour in the light scheme, colour in the dark scheme. The colours of rays differ in lightness as well as in hue,
+/// for colour-blind readers.
 const PALETTE: [(&str, &str, &str); 15] = [
     ("page", "#fbfaf7", "#16181d"),
     ("card", "#ffffff", "#1d2026"),
@@ -23,7 +24,7 @@ const VIEWS: &str = include_str!("views.css");
 const SVG: &str = include_str!("svg.css");
 const PAGE: &str = include_str!("page.css");
 
-/// Rules for rays and the words for their kinds.
+/// Rules for rays and the names of their kinds.
 fn rays() -> String {
     let kinds = ["camera", "reflected", "refracted", "diffuse", "glossy", "straight"];
     let shadows = [("shadow", "lit"), ("shadow.blocked", "blocked")];
@@ -31,14 +32,14 @@ fn rays() -> String {
     all.map(|(class, color)| {
         let c = format!("var(--{color})");
         format!(
-            ".ray.{class} .line,.ray.{class} .eye{{stroke:{c}}}.ray.{class} .head,.ray.{class} .dot,.ray.{class} .number{{fill:{c}}}\
+            ".ray.{class} .line,.ray.{class} .camera-mark{{stroke:{c}}}.ray.{class} .head,.ray.{class} .dot,.ray.{class} .number{{fill:{c}}}\
              .kind.{class}{{fill:{c};color:{c}}}.bar.{class}{{fill:{c};background:{c}}}\n"
         )
     })
     .collect()
 }
 
-/// For drawings: with colours written out, as not every program that shows them knows variables.
+/// For drawings: colours are written out, because some SVG viewers do not support CSS variables.
 pub(super) fn of_drawing() -> String {
     let rules = format!("{VIEWS}{SVG}{}", rays());
     let with = |dark: bool| {

@@ -1,4 +1,4 @@
-//! An explanation as a drawing: the tree, and the rays in two views of the scene.
+//! An explanation as SVG: the tree, and the rays in two views of the scene.
 
 use turner::color::Spectrum;
 
@@ -18,7 +18,7 @@ const STEP: f64 = 20.0;
 const RAY_ROW: f64 = 44.0;
 const LIGHT_ROW: f64 = 24.0;
 const TOP: f64 = 108.0;
-/// The bar for a ray's share of the sample.
+/// Width of the bar that shows a ray's fraction of the sample.
 const BAR: f64 = 84.0;
 
 /// At most `budget` rays of each sample are drawn.
@@ -36,7 +36,7 @@ pub(super) fn of(
         let rows = rows(tree, &shown);
         let top = y;
         if trees.len() > 1 || e.sample_count > 1 {
-            let [px, py] = tree.place;
+            let [px, py] = tree.pixel_position;
             let at =
                 format!("sample {} of {}, at ({}, {})", tree.number, e.sample_count, short(px), short(py));
             body += &format!("<text class=\"sub\" x=\"{LEFT}\" y=\"{}\">{at}</text>\n", y + 8.0);
@@ -70,9 +70,9 @@ pub(super) fn of(
     let x = LEFT + 68.0;
     out += &format!("<text class=\"title\" x=\"{x}\" y=\"42\">{}</text>\n", xml(&title(e)));
     let equal = match (e.exact, e.sample_count) {
-        (false, _) => "THE RAYS DO NOT SUM TO IT",
-        (true, 1) => "the rays sum to it to the last bit",
-        (true, _) => "the rays of the sample that is shown sum to it to the last bit",
+        (false, _) => "THE CONTRIBUTIONS DO NOT SUM TO THE SAMPLE",
+        (true, 1) => "the contributions of the rays sum to the pixel to the last bit",
+        (true, _) => "the rays of the sample shown sum to the sample to the last bit",
     };
     let line = format!("{}, {}", color(e.color), e.averaging);
     out += &format!("<text class=\"sub\" x=\"{x}\" y=\"62\">{}</text>\n", xml(&cut(&line, 170.0)));
@@ -86,7 +86,7 @@ pub(super) fn title(e: &Explanation<'_>) -> String {
 }
 
 fn tree_rows(out: &mut String, tree: &SampleTree, rows: &[Row], display: &Display<'_>, y: &mut f64) {
-    // Where the swatches of the rows above are, by depth: branches begin there.
+    // The swatches of the rows above, by depth: branches start there.
     let mut above: Vec<f64> = Vec::new();
     for row in rows {
         let depth = row.depth();
@@ -110,28 +110,28 @@ fn tree_rows(out: &mut String, tree: &SampleTree, rows: &[Row], display: &Displa
                 *out += &format!(
                     "<rect class=\"swatch\" x=\"{x}\" y=\"{:.1}\" width=\"18\" height=\"24\" rx=\"5\" fill=\"{}\"/>\n",
                     middle - 12.0,
-                    display.hex(tree.found(node))
+                    display.hex(tree.radiance(node))
                 );
-                let share = tree.share(node.total);
+                let fraction = tree.fraction(node.total);
                 let right = LEFT + TREE;
                 *out += &format!(
                     "<rect class=\"rail\" x=\"{:.1}\" y=\"{:.1}\" width=\"{BAR}\" height=\"6\" rx=\"3\"/>\n",
                     right - BAR,
                     middle - 9.0
                 );
-                if share > 0.0 {
+                if fraction > 0.0 {
                     *out += &format!(
                         "<rect class=\"bar {}\" x=\"{:.1}\" y=\"{:.1}\" width=\"{:.1}\" height=\"6\" rx=\"3\"/>\n",
                         node.kind.word(),
                         right - BAR,
                         middle - 9.0,
-                        (share * BAR).max(1.5)
+                        (fraction * BAR).max(1.5)
                     );
                 }
                 *out += &format!(
                     "<text class=\"dim\" x=\"{right:.1}\" y=\"{:.1}\" text-anchor=\"end\">{}</text>\n",
                     middle + 14.0,
-                    percent(share)
+                    percent(fraction)
                 );
                 let material = node.material.as_deref().map_or(String::new(), |m| format!(" ({m})"));
                 let head = format!("{}{material}", node.target);
@@ -141,13 +141,16 @@ fn tree_rows(out: &mut String, tree: &SampleTree, rows: &[Row], display: &Displa
                     middle - 1.0,
                     node.kind.word(),
                     node.badge,
-                    node.kind.word(),
+                    node.kind.title(),
                     xml(&cut(&head, room - 12.0))
                 );
                 let remark =
                     if node.remark.is_empty() { String::new() } else { format!("{} · ", node.remark) };
-                let line =
-                    format!("{remark}weight {} · found {}", color(node.weight), color(tree.found(node)));
+                let line = format!(
+                    "{remark}weight {} · radiance {}",
+                    color(node.weight),
+                    color(tree.radiance(node))
+                );
                 *out += &format!(
                     "<text class=\"dim\" x=\"{:.1}\" y=\"{:.1}\">{}</text>\n",
                     x + 26.0,
@@ -175,7 +178,7 @@ fn tree_rows(out: &mut String, tree: &SampleTree, rows: &[Row], display: &Displa
             }
             Row::Hidden { hidden, .. } => {
                 let line =
-                    format!("… {} with a sum of {} not shown", rays(hidden.rays), color(hidden.brings));
+                    format!("… {} with a sum of {} not shown", rays(hidden.rays), color(hidden.contribution));
                 *out += &format!(
                     "<text class=\"dim\" x=\"{:.1}\" y=\"{:.1}\">{}</text>\n",
                     x + 4.0,
@@ -188,7 +191,7 @@ fn tree_rows(out: &mut String, tree: &SampleTree, rows: &[Row], display: &Displa
     }
 }
 
-/// The sum as a bar: contribution of each ray alone, as wide as its share, in the colour that it found.
+/// The sum as a bar: a segment for the contribution of each ray without its descendants, in the colour that it returns.
 fn sums(out: &mut String, tree: &SampleTree, display: &Display<'_>, y: f64) -> f64 {
     let mut parts: Vec<(usize, Spectrum)> = Vec::new();
     for (node, _, part) in tree.parts.iter().filter(|(_, _, part)| !part.is_black()) {
@@ -197,15 +200,17 @@ fn sums(out: &mut String, tree: &SampleTree, display: &Display<'_>, y: f64) -> f
             _ => parts.push((*node, *part)),
         }
     }
-    let total: f64 = parts.iter().map(|(_, part)| tree.share(*part)).sum();
+    let total: f64 = parts.iter().map(|(_, part)| tree.fraction(*part)).sum();
     if parts.is_empty() || total <= 0.0 {
         return y;
     }
-    *out += &format!("<text class=\"dim\" x=\"{LEFT}\" y=\"{y:.1}\">contribution of each ray alone</text>\n");
+    *out += &format!(
+        "<text class=\"dim\" x=\"{LEFT}\" y=\"{y:.1}\">contribution of each ray without its descendants</text>\n"
+    );
     let (mut x, y) = (LEFT, y + 8.0);
     for (node, part) in parts {
-        let width = TREE * tree.share(part) / total;
-        // What is thinner than a line cannot be seen.
+        let width = TREE * tree.fraction(part) / total;
+        // Segments below 0.3 pixels are not visible.
         if width >= 0.3 {
             let weight = tree.nodes.get(node).map_or(Spectrum::WHITE, |n| n.weight);
             *out += &format!(
@@ -226,7 +231,7 @@ fn sums(out: &mut String, tree: &SampleTree, display: &Display<'_>, y: f64) -> f
     y + 42.0
 }
 
-/// A line that ends in … where it is too long.
+/// Shortens a line to the room, with … at the end.
 fn cut(text: &str, room: f64) -> String {
     let room = room.max(8.0) as usize;
     if text.chars().count() <= room {

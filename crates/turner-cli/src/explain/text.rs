@@ -1,4 +1,4 @@
-//! An explanation as text: trees of rays, and the sums.
+//! An explanation as text: the tree of rays, and the terms of the sum.
 
 use turner::color::Spectrum;
 use turner::schema::error::escape;
@@ -10,22 +10,22 @@ use super::record::Explanation;
 use super::rows::light_remark;
 use super::shade::Display;
 
-/// How text is written.
+/// How the text is written.
 pub(super) struct Style<'a> {
-    /// Whether the terminal shows colours.
+    /// Whether to print colours.
     pub(super) colors: bool,
     pub(super) display: Display<'a>,
-    /// The most rays of a tree.
+    /// Most rays per tree.
     pub(super) budget: usize,
 }
 
-/// Samples that are listed one by one.
+/// Most samples that are listed one by one.
 const LISTED: usize = 16;
-/// Terms of the sum that are listed one by one.
+/// Most terms of the sum that are listed one by one.
 const TERMS: usize = 12;
 
 impl Style<'_> {
-    /// A patch of a colour, and a space; nothing without colours.
+    /// A patch of the colour and a space; empty without colours.
     fn swatch(&self, c: Spectrum) -> String {
         if !self.colors {
             return String::new();
@@ -88,13 +88,13 @@ fn samples(out: &mut String, e: &Explanation<'_>, trees: &[SampleTree], style: &
             continue;
         }
         let mark = if is_shown(i) { "*" } else { " " };
-        let [x, y] = s.place.map(number);
+        let [x, y] = s.pixel_position.map(number);
         let c = s.color;
         *out += &format!(
             " {mark} sample {i:<4} {}{}  at ({x}, {y}), weight {}\n",
             style.swatch(c),
             exact(c),
-            number(s.share)
+            number(s.weight)
         );
     }
     let unlisted = e.sample_count - e.samples.len() as u64 + left;
@@ -104,19 +104,19 @@ fn samples(out: &mut String, e: &Explanation<'_>, trees: &[SampleTree], style: &
 }
 
 fn sample(out: &mut String, e: &Explanation<'_>, tree: &SampleTree, style: &Style<'_>) {
-    let [x, y] = tree.place.map(number);
+    let [x, y] = tree.pixel_position.map(number);
     let title = format!("sample {} of {}", tree.number, e.sample_count);
-    *out += &format!("\n{} at ({x}, {y}) of the picture\n", style.bold(&title));
+    *out += &format!("\n{} at ({x}, {y})\n", style.bold(&title));
     let shown = shown(&tree.nodes, style.budget, e.path_of.is_some());
     Branches { tree, style, shown: &shown, out }.write();
     if shown.elsewhere.rays > 0 {
         let name = escape(e.path_of.as_deref().unwrap_or_default());
-        let (what, brings) = (rays(shown.elsewhere.rays), short_sum(shown.elsewhere));
-        *out += &style.dim(&format!("… {what} with a sum of {brings} do not touch \"{name}\"\n"));
+        let (what, sum) = (rays(shown.elsewhere.rays), short_sum(shown.elsewhere));
+        *out += &style.dim(&format!("… {what} with a sum of {sum} do not touch \"{name}\"\n"));
     }
-    if tree.unwritten > 0 {
-        let what = rays(tree.unwritten);
-        *out += &style.dim(&format!("… {what} more are part of the sum; too many to store\n"));
+    if tree.unrecorded > 0 {
+        let what = rays(tree.unrecorded);
+        *out += &style.dim(&format!("… {what} more are part of the sum, but not recorded\n"));
     }
     for remark in &tree.remarks {
         *out += &format!("{remark}\n");
@@ -124,9 +124,9 @@ fn sample(out: &mut String, e: &Explanation<'_>, tree: &SampleTree, style: &Styl
     sums(out, tree, &shown, style);
 }
 
-/// What rays bring together, in one number: their mean over the colours.
+/// The summed contribution of hidden rays.
 fn short_sum(hidden: Hidden) -> String {
-    color(hidden.brings)
+    color(hidden.contribution)
 }
 
 fn sums(out: &mut String, tree: &SampleTree, shown: &Shown, style: &Style<'_>) {
@@ -139,9 +139,9 @@ fn sums(out: &mut String, tree: &SampleTree, shown: &Shown, style: &Style<'_>) {
         }
         count += 1;
         last = last.max(*node);
-        // Rays that were not traced met nothing to be named.
-        let met = tree.nodes.get(*node).filter(|n| n.traced && n.target != *what);
-        let of = met.map_or(String::new(), |n| format!(" of {}", escape(&n.target)));
+        // Rays that were not traced have no hit to name.
+        let hit = tree.nodes.get(*node).filter(|n| n.traced && n.target != *what);
+        let of = hit.map_or(String::new(), |n| format!(" of {}", escape(&n.target)));
         *out += &format!("  {}{:<32} {}\n", style.swatch(*part), format!("{what}{of}"), exact(*part));
     }
     let rest = tree.parts.len() - count;
@@ -159,7 +159,7 @@ fn sums(out: &mut String, tree: &SampleTree, shown: &Shown, style: &Style<'_>) {
     *out += &format!("  {}{line}\n", style.swatch(rendered));
 }
 
-/// Writes a tree with branches of lines.
+/// Writes a tree with lines as branches.
 struct Branches<'a, 'o> {
     tree: &'a SampleTree,
     style: &'a Style<'a>,
@@ -176,7 +176,7 @@ impl Branches<'_, '_> {
                 list.push(i);
             }
         }
-        // (node, depth, whether it is its parent's last), with a stack of our own: trees may be a hundred thousand deep.
+        // (node, depth, whether it is the last child). An explicit stack: trees may be a hundred thousand levels deep.
         let mut stack: Vec<(usize, usize, bool)> = vec![(0, 0, true)];
         let mut open: Vec<bool> = Vec::new();
         while let Some((i, depth, last)) = stack.pop() {
@@ -218,7 +218,7 @@ impl Branches<'_, '_> {
             "├─ "
         };
         let head = indent(open) + fork;
-        let mut line = format!("{} → {}", style.bold(node.kind.word()), style.bold(&escape(&node.target)));
+        let mut line = format!("{} → {}", style.bold(node.kind.title()), style.bold(&escape(&node.target)));
         if let Some(material) = &node.material {
             line += &format!(" ({})", escape(material));
         }
@@ -239,7 +239,7 @@ impl Branches<'_, '_> {
         self.lights(&margin, shadows);
     }
 
-    /// Shadow rays: a light in a line, or in two where it has one ray.
+    /// Shadow rays: a line for each light, with the details of the ray if there is only one.
     fn lights(&mut self, margin: &str, shadows: &[usize]) {
         let nodes = &self.tree.nodes;
         let mut groups: Vec<Vec<usize>> = Vec::new();
@@ -274,7 +274,7 @@ impl Branches<'_, '_> {
 }
 
 fn indent(open: &[bool]) -> String {
-    // Deep trees keep their end in sight.
+    // Limits the indentation of deep trees.
     const MOST: usize = 24;
     let skipped = open.len().saturating_sub(MOST);
     let mut out = if skipped > 0 { format!("({skipped}) ") } else { String::new() };
@@ -282,7 +282,7 @@ fn indent(open: &[bool]) -> String {
     out
 }
 
-/// Details in lines of some width, `name value` after `name value`.
+/// Details as `name value · name value`, in lines of limited width.
 fn rows(node: &Node) -> Vec<String> {
     const WIDTH: usize = 92;
     let mut lines = Vec::new();

@@ -1,4 +1,10 @@
-//! Two views of the scene, from the side and from above, without perspective: the camera looks to the right in both.
+//! Two orthographic views of the scene, from the side and from above. The camera looks to the right in both.
+//!
+//! ```text
+//! from the side          from above
+//!     up ^                 ┌──> forward
+//!        └──> forward      v right
+//! ```
 
 use turner::camera::{CameraDesc, Handedness};
 use turner::math::DVec3;
@@ -15,7 +21,7 @@ const MARGIN: f64 = 28.0;
 /// A point of a view, in pixels from its top left corner.
 pub(super) type Point = [f64; 2];
 
-/// Which way things are looked at.
+/// An orthographic view.
 pub(super) struct View {
     pub(super) name: &'static str,
     pub(super) height: f64,
@@ -23,11 +29,11 @@ pub(super) struct View {
     x: DVec3,
     y: DVec3,
     scale: f64,
-    /// What is at the middle.
-    middle: DVec3,
+    /// The point at the centre.
+    center: DVec3,
 }
 
-/// What an outline looks like in a view.
+/// The projection of an outline.
 pub(super) enum Figure {
     Circle(Point, f64),
     Polygon(Vec<Point>),
@@ -46,14 +52,14 @@ fn placement(camera: &CameraDesc) -> ([DVec3; 3], Handedness) {
     (camera.placement_mut().map(|v| *v), handedness)
 }
 
-/// Forwards, upwards and to the right, as somebody who stands at the camera has them.
+/// Forward, up and right of the camera, with forward perpendicular to up.
 fn axes(view: &turner::view::View) -> [DVec3; 3] {
     let ([position, look_at, up], handedness) = placement(&view.camera_desc);
     let up = up.normalize_or(DVec3::Y);
     let flat = |v: DVec3| (v - v.dot(up) * up).try_normalize();
-    let looks = (look_at - position).normalize_or(DVec3::NEG_Z);
-    // A camera that looks straight down has no way forward: any will do.
-    let level = flat(looks).filter(|_| looks.dot(up).abs() < 0.9999);
+    let view_direction = (look_at - position).normalize_or(DVec3::NEG_Z);
+    // For a camera that looks straight up or down any horizontal direction serves as forward.
+    let level = flat(view_direction).filter(|_| view_direction.dot(up).abs() < 0.9999);
     let forward = level.or(flat(DVec3::NEG_Z)).or(flat(DVec3::X)).unwrap_or(DVec3::X);
     let right = match handedness {
         Handedness::Right => forward.cross(up),
@@ -62,7 +68,7 @@ fn axes(view: &turner::view::View) -> [DVec3; 3] {
     [forward, up, right]
 }
 
-/// The box that is drawn, along the three axes.
+/// The bounding box of what is drawn, in the axes of the view.
 struct Frame {
     low: DVec3,
     high: DVec3,
@@ -85,10 +91,11 @@ impl Frame {
     }
 }
 
-/// What is farther away than so many times the size of all that is nearer is not in sight: where a ray meets the floor near the horizon.
+/// A point farther away than this multiple of the size of everything nearer is outside the view, such as a hit on the
+/// floor near the horizon.
 const FAR: f64 = 6.0;
 
-/// The two views of some samples' rays, scaled so that what matters is in sight: the rays' ends, objects that are not much larger, near lights.
+/// The two views of the samples' rays, scaled to contain the hits, objects that are not much larger, and near lights.
 pub(super) fn views(view: &turner::view::View, trees: &[SampleTree], outlines: &[Outline]) -> [View; 2] {
     let [forward, up, right] = axes(view);
     let local = |p: DVec3| DVec3::new(p.dot(forward), p.dot(up), p.dot(right));
@@ -99,9 +106,9 @@ pub(super) fn views(view: &turner::view::View, trees: &[SampleTree], outlines: &
         rays().filter(of).filter_map(|n| n.to).map(local)
     };
     ends(true).for_each(|p| frame.add(p));
-    let eye = rays().next().map(|n| local(n.from));
-    // From near to far, as seen from the first hits; what is not farther from them than the eye is near.
-    let near = eye.map_or(0.0, |eye| frame.distance(eye));
+    let camera = rays().next().map(|n| local(n.from));
+    // By distance from the first hits. Points not farther away than the camera are always near.
+    let near = camera.map_or(0.0, |p| frame.distance(p));
     let mut others: Vec<DVec3> = ends(false).filter(|p| p.is_finite()).collect();
     others.sort_by(|a, b| frame.distance(*a).total_cmp(&frame.distance(*b)));
     for p in others {
@@ -109,10 +116,10 @@ pub(super) fn views(view: &turner::view::View, trees: &[SampleTree], outlines: &
             frame.add(p);
         }
     }
-    if let Some(eye) = eye
-        && (!frame.low.is_finite() || frame.size() == 0.0 || frame.distance(eye) < FAR * frame.size())
+    if let Some(camera) = camera
+        && (!frame.low.is_finite() || frame.size() == 0.0 || frame.distance(camera) < FAR * frame.size())
     {
-        frame.add(eye);
+        frame.add(camera);
     }
     if !frame.low.is_finite() {
         frame.add(DVec3::ZERO);
@@ -149,32 +156,32 @@ pub(super) fn views(view: &turner::view::View, trees: &[SampleTree], outlines: &
     let size = (frame.high - frame.low).max(DVec3::splat(1e-300));
     let tall = TALLEST - 2.0 * MARGIN;
     let scale = ((WIDTH - 2.0 * MARGIN) / size.x).min(tall / size.y).min(tall / size.z);
-    let middle = 0.5 * (frame.low + frame.high);
-    let middle = middle.x * forward + middle.y * up + middle.z * right;
+    let center = 0.5 * (frame.low + frame.high);
+    let center = center.x * forward + center.y * up + center.z * right;
     let view = |name, y: DVec3, extent: f64| View {
         name,
         height: (extent * scale + 2.0 * MARGIN).clamp(LEAST, TALLEST),
         x: forward,
         y,
         scale,
-        middle,
+        center,
     };
     [view("from the side", -up, size.y), view("from above", right, size.z)]
 }
 
 impl View {
     pub(super) fn point(&self, p: DVec3) -> Point {
-        let v = p - self.middle;
+        let v = p - self.center;
         [0.5 * WIDTH + self.scale * v.dot(self.x), 0.5 * self.height + self.scale * v.dot(self.y)]
     }
 
-    /// A direction in the view, not longer than one.
+    /// The projection of a direction: length 1 at most.
     pub(super) fn direction(&self, d: DVec3) -> Point {
         [d.dot(self.x), d.dot(self.y)]
     }
 
-    /// The part of a line that lies in the view (Liang & Barsky 1984), with some room around; `None` where none does. Without an end it goes on for
-    /// ever.
+    /// The part of a segment inside the view (Liang and Barsky 1984), with a margin of 4 pixels; `None` if there is none.
+    /// Without `to` the segment is infinite.
     pub(super) fn segment(&self, from: DVec3, direction: DVec3, to: Option<DVec3>) -> Option<(Point, Point)> {
         let a = self.point(from);
         let (d, end) = match to {
@@ -202,11 +209,11 @@ impl View {
             end = end.min(t0.max(t1));
         }
         let at = |t: f64| [a[0] + t * d[0], a[1] + t * d[1]];
-        // Written so that NaN is turned away.
+        // Also false for NaN.
         (start <= end && end.is_finite()).then(|| (at(start), at(end)))
     }
 
-    /// What an object looks like; `None` where it has no edge to be drawn.
+    /// The projection of an object; `None` if it has no edge in the view.
     pub(super) fn figure(&self, outline: &Outline) -> Option<Figure> {
         match outline {
             Outline::Sphere { center, radius } => {
@@ -217,12 +224,12 @@ impl View {
             }
             Outline::Plane { point, normal } => {
                 let [nx, ny] = self.direction(*normal);
-                // Seen at an angle it has no edge.
+                // A plane has an edge only where it is nearly perpendicular to the view.
                 if nx * nx + ny * ny < 0.96 {
                     return None;
                 }
-                // The foot of the middle on the plane is near what is drawn.
-                let foot = self.middle - (self.middle - *point).dot(*normal) * *normal;
+                // The projection of the centre onto the plane.
+                let foot = self.center - (self.center - *point).dot(*normal) * *normal;
                 let (a, b) = self.clip(self.point(foot), [-ny, nx], f64::NEG_INFINITY, f64::INFINITY)?;
                 Some(Figure::Line(a, b))
             }
@@ -234,7 +241,7 @@ impl View {
     }
 }
 
-/// The convex hull of points (Andrew 1979), from the left.
+/// The convex hull (Andrew 1979, monotone chain), starting at the leftmost point.
 fn hull(points: impl Iterator<Item = Point>) -> Vec<Point> {
     let mut points: Vec<Point> = points.filter(|p| p.iter().all(|v| v.abs() < 1e7)).collect();
     points.sort_by(|a, b| a[0].total_cmp(&b[0]).then(a[1].total_cmp(&b[1])));
@@ -262,7 +269,7 @@ fn hull(points: impl Iterator<Item = Point>) -> Vec<Point> {
     lower
 }
 
-/// The primitives that a tree's rays touch, in rising order.
+/// The primitives that the rays hit, in ascending order.
 pub(super) fn touched(trees: &[SampleTree]) -> Vec<u32> {
     let of = |n: &Node| n.primitive;
     let mut out: Vec<u32> = trees.iter().flat_map(|t| t.nodes.iter().filter_map(of)).collect();
@@ -276,7 +283,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn hulls_are_convex_and_have_no_needless_corners() {
+    fn hulls_are_convex_without_collinear_points() {
         let square = (0..5).flat_map(|x| (0..5).map(move |y| [f64::from(x), f64::from(y)]));
         assert_eq!(hull(square), [[0.0, 0.0], [4.0, 0.0], [4.0, 4.0], [0.0, 4.0]]);
         assert_eq!(hull([[1.0, 2.0]; 7].into_iter()).len(), 1);

@@ -1,4 +1,4 @@
-//! A check, its finding, and what checks share.
+//! A check, its finding, and the context that checks share.
 
 use std::sync::Mutex;
 
@@ -12,14 +12,14 @@ use turner_io::scene::{LoadOptions, load_text};
 
 use crate::instructions::instruction_set;
 
-/// Number of samples.
+/// How many samples are taken.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Effort {
     /// That of `turner verify`: half a minute.
     Short,
-    /// Several times the samples where that finds more.
+    /// Several times the samples in the checks that need them.
     Whole,
-    /// Sixteen times the samples of everything.
+    /// Sixteen times the samples in every check.
     Long,
 }
 
@@ -27,42 +27,43 @@ pub enum Effort {
 pub struct Context {
     /// Seed of all random numbers.
     pub seed: u64,
-    /// How many samples are taken.
+    /// Number of samples.
     pub effort: Effort,
     /// Threads to render with, 1 or more.
     pub threads: usize,
-    /// Non-finite samples of all renders so far, and the number of samples.
+    /// Non-finite samples in all renders up to now, and the number of samples.
     pub rendered: Mutex<(NonFinite, u64)>,
 }
 
 /// The result of a check.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Verdict {
-    /// p-value: the probability of a result at least as bad if nothing is wrong. Compared with the level that all checks share.
+    /// p-value: the probability of a result at least as extreme if everything is correct. It is compared with the
+    /// significance level of the run.
     Chance(f64),
     /// A value and its upper limit.
     Limit(f64, f64),
 }
 
-/// What a check found.
+/// The finding of a check.
 #[derive(Clone, Debug)]
 pub struct Finding {
     /// The result of a check.
     pub verdict: Verdict,
-    /// In a few words and numbers.
+    /// The measured values, in a few words.
     pub found: String,
 }
 
-/// What a check does.
+/// The function of a check.
 pub type Work = dyn Fn(&Context) -> Result<Finding, SceneError>;
 
 /// A check that can be run.
 pub struct Check {
-    /// `group/what`.
+    /// `group/name`.
     pub name: String,
-    /// Whether it is a statistical test, which can fail although nothing is wrong.
+    /// Whether it is a statistical test, which can fail although everything is correct.
     pub by_chance: bool,
-    /// Does it. An error is a check that cannot be done: it fails.
+    /// Runs it. A check that returns an error fails.
     pub run: Box<Work>,
 }
 
@@ -75,7 +76,7 @@ impl Check {
         Check { name: name.into(), by_chance: true, run: Box::new(run) }
     }
 
-    /// One whose verdict is a limit.
+    /// A check of a value against a limit.
     pub fn limit(
         name: impl Into<String>,
         run: impl Fn(&Context) -> Result<Finding, SceneError> + 'static,
@@ -90,14 +91,15 @@ impl Finding {
         Finding { verdict: Verdict::Chance(p), found: found.into() }
     }
 
-    /// A `value` that may be `limit` at most.
+    /// A `value` with the upper limit `limit`.
     pub fn limit(value: f64, limit: f64, found: impl Into<String>) -> Finding {
         Finding { verdict: Verdict::Limit(value, limit), found: found.into() }
     }
 
-    /// Of two pictures. What is noisier than `cap`, in relation to the mean, proves nothing: it fails.
+    /// The comparison of two pictures. It fails if the standard error, relative to the mean, exceeds `cap`: a result that
+    /// noisy proves nothing.
     pub fn comparison(c: &Comparison, cap: f64) -> Finding {
-        let mut found = format!("ratio {:.5} ± {:.5}", c.ratio, c.ratio_error);
+        let mut found = format!("mean ratio {:.5} ± {:.5}", c.ratio, c.ratio_error);
         if c.beyond > 0.0 {
             found += &format!(", {:.2} % of pixels beyond", 100.0 * c.beyond);
         }
@@ -115,7 +117,7 @@ impl Finding {
 }
 
 impl Context {
-    /// A seed for one purpose.
+    /// A seed for one purpose, from the FNV-1a hash of its name.
     pub fn seed_for(&self, what: &str) -> u64 {
         let hash = what
             .bytes()
@@ -128,12 +130,12 @@ impl Context {
         if self.effort == Effort::Long { n.saturating_mul(16) } else { n }
     }
 
-    /// A scene from text without film.
+    /// A scene from text without `[film]`.
     pub fn scene(&self, size: [u32; 2], samples: u32, text: &str) -> Result<Prepared, SceneError> {
         self.scene_with(size, samples, text, &MemoryAssets::default())
     }
 
-    /// The same with the files that it names.
+    /// [`Context::scene`] with the files that the text names.
     pub fn scene_with(
         &self,
         size: [u32; 2],
@@ -144,7 +146,7 @@ impl Context {
         self.scene_by(instruction_set(), size, samples, text, assets)
     }
 
-    /// The same, traced with a given instruction set.
+    /// [`Context::scene_with`] with a given instruction set.
     pub fn scene_by(
         &self,
         instruction_set: InstructionSet,
@@ -163,7 +165,7 @@ impl Context {
         loaded.desc.prepare(&PrepareOptions { threads: self.threads, instruction_set, ..Default::default() })
     }
 
-    /// Independent renders of a scene, with what was not finite counted.
+    /// Independent renders of a scene. Counts their non-finite samples.
     pub fn runs(&self, prepared: &Prepared, runs: u32, seed: &str) -> Result<Runs, SceneError> {
         let seed = self.seed_for(seed);
         let done = render_runs(prepared, runs, seed, self.threads)?;
@@ -175,7 +177,7 @@ impl Context {
         Ok(done)
     }
 
-    /// Counts samples, and those of them that were not finite.
+    /// Adds to the counts of samples and of non-finite samples.
     pub fn count(&self, non_finite: &NonFinite, samples: u64) {
         let mut rendered = self.rendered.lock().unwrap_or_else(|e| e.into_inner());
         rendered.0.merge(non_finite);
@@ -183,7 +185,7 @@ impl Context {
     }
 }
 
-/// A fault of the suite itself.
+/// An error in the suite itself.
 pub fn fault(what: impl std::fmt::Display) -> SceneError {
     SceneError::new(ErrorCode::Internal, format!("{what}"))
 }

@@ -1,4 +1,4 @@
-//! Scenes of which the radiance is known by formula, at ten by ten pixels.
+//! Scenes whose radiance is known in closed form, rendered at 10 x 10 pixels.
 
 use std::f64::consts::PI;
 
@@ -10,9 +10,9 @@ use turner_io::image::{ImageFormat, Metadata, OutputImage, Transfer, encode};
 
 use super::check::{Check, Context, Finding, fault};
 
-/// Looks straight down at the origin.
+/// A camera that looks straight down at the origin.
 const DOWN: &str = "camera = { position = [0, 0.2, 0], look_at = [0, 0, 0], up = [0, 0, -1], fov = 0.001 }\n";
-/// Looks along −z at a wall that shines with 1, all else black; what is between follows in the list of objects.
+/// A camera that looks along -z at [`WALL`], a wall of radiance 1 on a black background. The objects in between follow.
 const ALONG: &str = "camera = { position = [0, 0, 10], look_at = [0, 0, 0], fov = 0.001 }\nintegrator = { type = \"path\", max_depth = 200 }\n";
 const WALL: &str = "{ type = \"rectangle\", center = [0, 0, -10], edge_u = [9, 0, 0], edge_v = [0, 9, 0], material = { type = \"emissive\" } }";
 const FLOOR: &str = "{ type = \"plane\", material = { type = \"matte\", color = 0.5 } }";
@@ -23,11 +23,20 @@ struct Case {
     expected: [f64; 3],
     /// Samples per pixel and run.
     samples: u32,
-    /// Largest standard error, in relation to the value.
+    /// Largest standard error, relative to the value.
     cap: f64,
 }
 
-/// The form factor from a place to a rectangle parallel to it, above it with a corner, of sides a and b times the height.
+/// Form factor from a differential surface to a parallel rectangle with one corner straight above it (Howell, "A Catalog of
+/// Radiation Heat Transfer Configuration Factors"). `a` and `b` are the sides over the height.
+///
+/// ```text
+///   ┌────── a ──────┐
+///   b               │  height 1
+///   └───────────────┘
+///   |
+///   dA
+/// ```
 fn corner_factor(a: f64, b: f64) -> f64 {
     let part = |a: f64, b: f64| {
         let root = (1.0 + a * a).sqrt();
@@ -36,11 +45,13 @@ fn corner_factor(a: f64, b: f64) -> f64 {
     (part(a, b) + part(b, a)) / (2.0 * PI)
 }
 
-/// Of a slab with reflecting faces r and s and the share a left after one way through it, all ways between them counted.
-fn passes(r: f64, s: f64, a: f64) -> f64 {
+/// Transmittance of a slab with the reflectances r and s of its faces and the internal transmittance a, all orders of
+/// internal reflection summed: (1-r)(1-s)a Σ (rsa²)ⁿ.
+fn slab_transmittance(r: f64, s: f64, a: f64) -> f64 {
     (1.0 - r) * (1.0 - s) * a / (1.0 - r * s * a * a)
 }
 
+/// Fresnel reflectance at normal incidence between the indices a and b.
 fn reflectance(a: f64, b: f64) -> f64 {
     let r = (a - b) / (a + b);
     r * r
@@ -64,12 +75,12 @@ fn path(more: &str) -> String {
 }
 
 fn lights(add: &mut impl FnMut(&'static str, String, [f64; 3], u32, f64)) {
-    for (name, around) in [
+    for (name, light) in [
         ("background", "background.color = 1"),
         ("ambient", "light = [{ type = \"ambient\", intensity = 1 }]"),
     ] {
         let scene = format!(
-            "{}camera = {{ position = [0, 0, 4], look_at = [0, 0, 0], fov = 10 }}\n{around}\n\
+            "{}camera = {{ position = [0, 0, 4], look_at = [0, 0, 0], fov = 10 }}\n{light}\n\
              object = [{{ type = \"sphere\", radius = 1, material = {{ type = \"matte\", color = [0.3, 0, 1] }} }}]",
             path(", rr_start = 1000")
         );
@@ -138,18 +149,18 @@ fn glass(add: &mut impl FnMut(&'static str, String, [f64; 3], u32, f64)) {
             "{ALONG}object = [{{ type = \"box\", min = [-5, -5, -1], max = [5, 5, 1], material = {{ type = \"dielectric\", ior = {ior} }} }}, {WALL}]"
         );
         let r = reflectance(1.0, ior);
-        add(name, scene, [passes(r, r, 1.0); 3], 64, 0.01);
+        add(name, scene, [slab_transmittance(r, r, 1.0); 3], 64, 0.01);
     }
     let scene = format!(
         "{ALONG}object = [{{ type = \"box\", min = [-5, -5, -1], max = [5, 5, 1], material = {{ type = \"dielectric\", color = [0.25, 0.5, 1], depth = 4 }} }}, {WALL}]"
     );
     let r = reflectance(1.0, 1.5);
-    let beer = [0.25, 0.5, 1.0].map(|c| passes(r, r, pow(c, 0.5)));
-    add("glass-that-absorbs", scene, beer, 64, 0.01);
+    let beer = [0.25, 0.5, 1.0].map(|c| slab_transmittance(r, r, pow(c, 0.5)));
+    add("absorbing-glass", scene, beer, 64, 0.01);
 }
 
 fn interreflection(add: &mut impl FnMut(&'static str, String, [f64; 3], u32, f64)) {
-    // Inside a sphere that shines with 1 and returns half: 1 + 1/2 + 1/4 + …
+    // Inside a sphere of emitted radiance 1 and albedo 1/2: 1 + 1/2 + 1/4 + …
     let inside = |more: &str| {
         format!(
             "{}camera = {{ position = [0.1, 0, 0], look_at = [0, 0, 1] }}\n\
@@ -158,9 +169,9 @@ fn interreflection(add: &mut impl FnMut(&'static str, String, [f64; 3], u32, f64
         )
     };
     let series = inside(", max_depth = 7, rr_start = 1000, light_sampling = \"bsdf\"");
-    add("inside-a-shining-sphere", series, [2.0 - 1.0 / 128.0; 3], 4, 1e-5);
+    add("inside-an-emissive-sphere", series, [2.0 - 1.0 / 128.0; 3], 4, 1e-5);
     add(
-        "inside-a-shining-sphere-with-roulette",
+        "inside-an-emissive-sphere-with-roulette",
         inside(", max_depth = 1000, rr_start = 1"),
         [2.0; 3],
         64,
@@ -179,21 +190,28 @@ fn interreflection(add: &mut impl FnMut(&'static str, String, [f64; 3], u32, f64
         plane(1)
     );
     add("between-parallel-planes", scene, [2.0, 10.0, 1.0 / 0.9], 128, 0.02);
-    // A sheet that covers a quarter, shining, over a background.
+    // An emissive sheet of opacity 1/4 in front of a background.
     let scene = format!(
         "{}{DOWN}background.color = 1\nobject = [{{ type = \"rectangle\", edge_u = [8, 0, 0], edge_v = [0, 0, 8], material = {{ type = \"principled\", specular_weight = 0, base_weight = 0, alpha_mode = \"blend\", opacity = 0.25, emission_luminance = 2 }} }}]",
         path("")
     );
-    add("a-sheet-that-covers-a-quarter", scene, [0.75 + 0.5; 3], 64, 0.01);
+    add("a-sheet-of-opacity-a-quarter", scene, [0.75 + 0.5; 3], 64, 0.01);
 }
 
-/// Light that a point beside a ray sends to it, that fog scatters once (Henyey and Greenstein's g) and that comes back along it: by Simpson's rule. The light
-/// stands `along` the ray and `beside` it.
-fn single_scattering(sigma: f64, albedo: f64, g: f64, along: f64, beside: f64) -> f64 {
+/// Single scattering of a point light of intensity 1 in fog, along a camera ray: the integral over t of
+/// albedo σ exp(-σ(t + d)) p(cos θ) / d², with the phase function p of Henyey and Greenstein (1941), by Simpson's rule. The
+/// light is `along` the ray and at the distance `lateral` from it.
+///
+/// ```text
+///                    * light
+///               d  / | lateral
+/// camera ──── t ──x──┴────────>
+/// ```
+fn single_scattering(sigma: f64, albedo: f64, g: f64, along: f64, lateral: f64) -> f64 {
     let (n, end) = (200_000, 40.0 / sigma);
     let f = |t: f64| {
         let x = along - t;
-        let d = (x * x + beside * beside).sqrt();
+        let d = (x * x + lateral * lateral).sqrt();
         let q = 1.0 + g * g - 2.0 * g * x / d;
         let phase = 0.25 / PI * (1.0 - g * g) / (q * q.sqrt());
         albedo * sigma * exp(-sigma * (t + d)) * phase / (d * d)
@@ -203,19 +221,19 @@ fn single_scattering(sigma: f64, albedo: f64, g: f64, along: f64, beside: f64) -
     (f(0.0) + f(end) + inner) * h / 3.0
 }
 
-/// Fog, smoke and light between them.
+/// Participating media: absorption, emission, single scattering, and furnace tests.
 fn media(add: &mut impl FnMut(&'static str, String, [f64; 3], u32, f64)) {
     let slab = |medium: &str| {
         format!(
             "{ALONG}object = [{WALL}, {{ type = \"box\", min = [-5, -5, -1], max = [5, 5, 1], medium = {{ {medium} }} }}]"
         )
     };
-    let left = [0.5, 0.0, 2.0].map(|a| exp(-2.0 * a));
-    add("a-slab-that-absorbs", slab("absorption = [0.5, 0, 2]"), left, 2, 1e-5);
-    let shines = [0.5, 0.0, 2.0].map(|a| if a > 0.0 { (1.0 - exp(-2.0 * a)) / a } else { 2.0 });
-    let both = [0, 1, 2].map(|i| left[i] + shines[i]);
-    add("a-slab-that-shines", slab("absorption = [0.5, 0, 2], emission = 1"), both, 2, 1e-5);
-    for (name, g) in [("scattered-once-evenly", 0.0), ("scattered-once-forwards", 0.7)] {
+    let transmitted = [0.5, 0.0, 2.0].map(|a| exp(-2.0 * a));
+    add("an-absorbing-slab", slab("absorption = [0.5, 0, 2]"), transmitted, 2, 1e-5);
+    let emitted = [0.5, 0.0, 2.0].map(|a| if a > 0.0 { (1.0 - exp(-2.0 * a)) / a } else { 2.0 });
+    let both = [0, 1, 2].map(|i| transmitted[i] + emitted[i]);
+    add("an-emissive-slab", slab("absorption = [0.5, 0, 2], emission = 1"), both, 2, 1e-5);
+    for (name, g) in [("single-scattering-isotropic", 0.0), ("single-scattering-forward", 0.7)] {
         let scene = format!(
             "camera = {{ position = [0, 0, 10], look_at = [0, 0, 0], fov = 0.001 }}\nintegrator = {{ type = \"path\", max_depth = 1 }}\n\
              background.medium = {{ extinction = [0.1, 0.3, 0.05], albedo = [0.9, 0.5, 1], anisotropy = {g} }}\n\
@@ -241,7 +259,7 @@ pub(super) fn checks() -> Vec<Check> {
     let cases = cases().into_iter().map(|case| {
         Check::chance(format!("closed/{}", case.name), move |cx| judge(cx, &case, &MemoryAssets::default()))
     });
-    cases.chain([Check::chance("closed/sphere-under-a-white-sky", white_sky)]).collect()
+    cases.chain([Check::chance("closed/sphere-under-a-white-environment", white_environment)]).collect()
 }
 
 fn judge(cx: &Context, case: &Case, assets: &MemoryAssets) -> Result<Finding, SceneError> {
@@ -252,8 +270,8 @@ fn judge(cx: &Context, case: &Case, assets: &MemoryAssets) -> Result<Finding, Sc
     Ok(Finding::comparison(&compare(&runs, &exact, &options), case.cap))
 }
 
-/// A convex matte thing among white light shows its albedo, also where the light is a picture that is sampled.
-fn white_sky(cx: &Context) -> Result<Finding, SceneError> {
+/// A convex diffuse object under uniform white light shows its albedo, here with an importance-sampled environment map.
+fn white_environment(cx: &Context) -> Result<Finding, SceneError> {
     let picture = OutputImage {
         width: 16,
         height: 8,
@@ -269,6 +287,6 @@ fn white_sky(cx: &Context) -> Result<Finding, SceneError> {
     let scene = "integrator = { type = \"path\" }\ncamera = { position = [0, 0, 4], look_at = [0, 0, 0], fov = 10 }\n\
         light = [{ type = \"environment\", file = \"white.exr\" }]\n\
         object = [{ type = \"sphere\", radius = 1, material = { type = \"matte\", color = [0.3, 0, 1] } }]";
-    let name = "sphere-under-a-white-sky";
+    let name = "sphere-under-a-white-environment";
     judge(cx, &Case { name, scene: scene.into(), expected: [0.3, 0.0, 1.0], samples: 64, cap: 0.01 }, &assets)
 }

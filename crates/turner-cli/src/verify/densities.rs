@@ -1,4 +1,4 @@
-//! Samplers against their densities.
+//! Chi-square tests of samplers against their densities.
 
 use std::sync::Arc;
 
@@ -30,21 +30,21 @@ pub(super) fn checks() -> Vec<Check> {
     out
 }
 
-/// How many samples a test of chi-square takes.
+/// The options of a chi-square test, with its number of samples.
 pub fn options(cx: &Context) -> ChiSquareOptions {
     ChiSquareOptions { samples: cx.times(20_000), ..ChiSquareOptions::default() }
 }
 
-/// Several tests as one.
+/// Several tests as one finding: the smallest p-value, corrected for their number.
 pub fn finding(tests: &[ChiSquare]) -> Finding {
     let worst = tests.iter().min_by(|a, b| a.p_value.total_cmp(&b.p_value));
-    let Some(worst) = worst else { return Finding::chance(0.0, "nothing was tested") };
+    let Some(worst) = worst else { return Finding::chance(0.0, "nothing tested") };
     let mut found = format!("χ² {:.0} of {}, ∫ {:.4}", worst.statistic, worst.freedom, worst.covered);
     if worst.missing > 0.0 {
-        found += &format!(" + {:.4} without", worst.missing);
+        found += &format!(" + {:.4} without density", worst.missing);
     }
     if worst.impossible > 0 {
-        found += &format!(", {} of no density", worst.impossible);
+        found += &format!(", {} samples of density 0", worst.impossible);
     }
     Finding::chance(smallest_of(worst.p_value, tests.len()), found)
 }
@@ -58,7 +58,7 @@ fn emitters() -> Vec<Check> {
         out.push(Check::chance(format!("density/{name}"), move |cx| {
             let mut random = Random::new(cx.seed_for(name));
             let draw = || sample(p, random.units()).map(|s| (s.q - p).normalize());
-            // Lights have edges, which cost the quadrature digits: more samples would only measure those.
+            // The quadrature is inexact at the edges of lights; more samples would measure its error.
             Ok(finding(&[chi_square_of_directions(&ChiSquareOptions::default(), |w| density(p, w), draw)]))
         }));
     };
@@ -124,7 +124,7 @@ fn on_plane(p: DVec3, w: DVec3, through: DVec3, normal: DVec3) -> Option<DVec3> 
     (t > 0.0 && t.is_finite()).then(|| p + t * w)
 }
 
-/// Coordinates of a vector of the plane of `u` and `v`.
+/// Coordinates of a vector in the basis `u`, `v` of a plane.
 fn within(d: DVec3, u: DVec3, v: DVec3) -> (f64, f64) {
     let n = u.cross(v);
     let scale = 1.0 / n.length_squared();
@@ -134,7 +134,7 @@ fn within(d: DVec3, u: DVec3, v: DVec3) -> (f64, f64) {
 fn environment(cx: &Context, compensated: bool) -> Result<Finding, turner::schema::SceneError> {
     let mut random = Random::new(cx.seed_for("environment"));
     let (width, height) = (16, 8);
-    // A sky with black parts and a bright pixel.
+    // A map with black parts and one bright pixel.
     let pixel = |i: u32| match i {
         37 => 20.0,
         i if i > 96 && !i.is_multiple_of(5) => 0.0,
@@ -150,7 +150,7 @@ fn environment(cx: &Context, compensated: bool) -> Result<Finding, turner::schem
     Ok(finding(&[chi_square_of_directions(&options, |w| light.pdf(w), sample)]))
 }
 
-/// Points of pixels are independent of each other and evenly spread, each by itself and in pairs of sets.
+/// Sobol points of pixels are uniform in each set of dimensions, and across pairs of sets.
 fn sobol(cx: &Context) -> Result<Finding, turner::schema::SceneError> {
     let mut random = Random::new(cx.seed_for("sobol"));
     let options = ChiSquareOptions { samples: cx.times(20_000), rows: 16, columns: 16, ..Default::default() };
@@ -181,9 +181,9 @@ fn alias(cx: &Context) -> Result<Finding, turner::schema::SceneError> {
     let options = ChiSquareOptions { samples: cx.times(20_000), rows: n, columns: 4, ..Default::default() };
     let density = |p: DVec2| f64::from(n) * table.probability((p.x * f64::from(n)) as u32);
     let sample = || {
-        // What is left of the number is evenly spread, too.
-        let (i, _, left) = table.sample(random.unit());
-        Some(DVec2::new((f64::from(i) + 0.5) / f64::from(n), left))
+        // The remaining randomness must be uniform as well.
+        let (i, _, rest) = table.sample(random.unit());
+        Some(DVec2::new((f64::from(i) + 0.5) / f64::from(n), rest))
     };
     Ok(finding(&[chi_square_on_square(&options, density, sample)]))
 }

@@ -1,4 +1,4 @@
-//! The same light found in different ways.
+//! Different estimators of the same radiance must agree.
 
 use turner::testing::{CompareOptions, compare};
 
@@ -51,10 +51,10 @@ material = "lamp"
 
 const SKY: &str = "light = [{ type = \"environment\", rotation = 40, tint = [1, 0.8, 0.6] }]\n";
 
-/// Two ways, each with its samples per pixel and run, which must agree; `cap` is the largest standard error of their ratio.
+/// Two integrators with their samples per pixel and run. `cap` is the largest standard error of the ratio of means.
 struct Pair {
     name: &'static str,
-    around: &'static str,
+    lights: &'static str,
     one: (&'static str, u32),
     other: (&'static str, u32),
     cap: f64,
@@ -62,50 +62,50 @@ struct Pair {
 
 const PAIRS: [Pair; 7] = [
     Pair {
-        name: "hit-or-sampled",
-        around: "",
+        name: "mis-and-bsdf-sampling",
+        lights: "",
         one: ("type = \"path\", max_depth = 4", 16),
         other: ("type = \"path\", max_depth = 4, light_sampling = \"bsdf\"", 96),
         cap: 0.01,
     },
     Pair {
-        name: "lights-sampled-only",
-        around: "",
+        name: "mis-and-light-sampling",
+        lights: "",
         one: ("type = \"path\", max_depth = 4", 16),
         other: ("type = \"path\", max_depth = 4, light_sampling = \"light\"", 16),
         cap: 0.01,
     },
     Pair {
-        name: "environment-hit-or-sampled",
-        around: SKY,
+        name: "environment-mis-and-bsdf-sampling",
+        lights: SKY,
         one: ("type = \"path\", max_depth = 3", 16),
         other: ("type = \"path\", max_depth = 3, light_sampling = \"bsdf\"", 96),
         cap: 0.01,
     },
     Pair {
-        name: "environment-sampled-only",
-        around: SKY,
+        name: "environment-mis-and-light-sampling",
+        lights: SKY,
         one: ("type = \"path\", max_depth = 3", 16),
         other: ("type = \"path\", max_depth = 3, light_sampling = \"light\"", 32),
         cap: 0.01,
     },
     Pair {
         name: "direct-and-path-of-depth-1",
-        around: "",
+        lights: "",
         one: ("type = \"path\", max_depth = 1", 16),
         other: ("type = \"direct\", max_depth = 0", 16),
         cap: 0.01,
     },
     Pair {
         name: "russian-roulette",
-        around: "",
+        lights: "",
         one: ("type = \"path\", max_depth = 12, rr_start = 1000", 16),
         other: ("type = \"path\", max_depth = 12, rr_start = 1", 32),
         cap: 0.01,
     },
     Pair {
-        name: "one-seed-and-another",
-        around: SKY,
+        name: "two-seeds",
+        lights: SKY,
         one: ("type = \"path\"", 16),
         other: ("type = \"path\"", 16),
         cap: 0.01,
@@ -118,7 +118,7 @@ pub(super) fn checks() -> Vec<Check> {
         .map(|pair| {
             Check::chance(format!("estimators/{}", pair.name), move |cx| {
                 let render = |(integrator, samples): (&str, u32), which: &str| {
-                    let text = format!("integrator = {{ {integrator} }}\n{}{ROOM}", pair.around);
+                    let text = format!("integrator = {{ {integrator} }}\n{}{ROOM}", pair.lights);
                     let scene = cx.scene([24, 24], cx.times(samples), &text)?;
                     cx.runs(&scene, 12, &format!("{}/{which}", pair.name))
                 };

@@ -1,4 +1,5 @@
-//! The tree that chooses among many lights: the same light as by one table for all points, and probabilities that sum to 1.
+//! The light BVH for many lights (Conty Estevez and Kulla 2018): the same picture as with a single table for all points, and
+//! probabilities that sum to 1.
 
 use std::fmt::Write;
 
@@ -18,7 +19,7 @@ pub(super) fn checks() -> Vec<Check> {
     ]
 }
 
-/// A hall with two hundred lamps of three kinds.
+/// A room with 200 lights of three types.
 fn hall() -> String {
     let mut random = Random::new(7);
     let mut text = "integrator = { type = \"path\", max_depth = 2 }\n\
@@ -57,17 +58,17 @@ fn tree_and_table(cx: &Context) -> Result<Finding, SceneError> {
         let mut scene = cx.scene([12, 12], cx.times(samples), &hall())?;
         std::sync::Arc::make_mut(&mut scene.scene).choose_lights(how);
         if (scene.scene.emitters.tree_bytes() > 0) != (how == LightChoice::Tree) {
-            return Err(fault("the lights are not chosen in the way that was asked for"));
+            return Err(fault("the light sampler is not the requested one"));
         }
         cx.runs(&scene, 8, &format!("light-tree/{how:?}"))
     };
     let (tree, table) = (render(LightChoice::Tree, 32)?, render(LightChoice::Table, 192)?);
-    // Lamps near a point make tails that eight runs do not show.
+    // Lights near a point give heavy tails, which eight runs do not resolve: hence the tolerance.
     let options = CompareOptions { tolerance: 4e-6, absolute: 1e-9, ..CompareOptions::default() };
     Ok(Finding::comparison(&compare(&tree, &table, &options), 0.03))
 }
 
-/// Points and flat things, or `round` ones alone.
+/// A tree over spherical and flat bounds, or over spherical ones only if `round`.
 fn tree(random: &mut Random, count: u32, round: bool) -> Option<LightTree> {
     let mut one = |i: u32| {
         let (center, power) = (4.0 * random.in_cube(), random.unit() + 0.05);
@@ -83,8 +84,8 @@ fn tree(random: &mut Random, count: u32, round: bool) -> Option<LightTree> {
     })
 }
 
-/// The probabilities of all lights at a point sum to 1 where all of them shine there; and never to more: where a part of the tree brings nothing, none is
-/// chosen in its place.
+/// At a point that all lights illuminate, the probabilities sum to 1. Elsewhere they sum to at most 1: a subtree with
+/// importance 0 is not replaced by another.
 fn sums(cx: &Context) -> Result<Finding, SceneError> {
     let mut random = Random::new(cx.seed_for("light-tree-sums"));
     let (mut worst, mut points) = (0.0f64, 0);
@@ -107,7 +108,7 @@ fn sums(cx: &Context) -> Result<Finding, SceneError> {
     ))
 }
 
-/// Lights are chosen as often as their probability says.
+/// The frequencies of sampled lights agree with their probabilities (chi-square).
 fn choices(cx: &Context) -> Result<Finding, SceneError> {
     let mut random = Random::new(cx.seed_for("light-tree-choices"));
     let count = 60;
@@ -122,8 +123,8 @@ fn choices(cx: &Context) -> Result<Finding, SceneError> {
     let rows = f64::from(count);
     let density = |p: DVec2| rows * tree.probability(&at, (p.x * rows) as u32);
     let sample = || {
-        let (i, _, left) = tree.sample(&at, random.unit())?;
-        Some(DVec2::new((f64::from(i) + 0.5) / rows, left))
+        let (i, _, rest) = tree.sample(&at, random.unit())?;
+        Some(DVec2::new((f64::from(i) + 0.5) / rows, rest))
     };
     let test = chi_square_on_square(&options, density, sample);
     Ok(Finding::chance(

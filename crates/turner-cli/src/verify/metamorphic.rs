@@ -1,7 +1,7 @@
-//! Scenes that are one scene in other words: the same picture.
+//! Metamorphic tests: equivalent scenes must give the same picture.
 //!
-//! Both are rendered with the same seeds, so that most paths are the same up to rounding and small differences show. Where rounding
-//! decides otherwise, a path goes another way: the mean of the differences must be 0 all the same.
+//! Both scenes are rendered with the same seeds, so that most paths are equal up to rounding and small differences are
+//! visible. Where rounding changes a decision, the paths differ; the mean of the differences must still be 0.
 
 use turner::math::elementary::sin_cos;
 use turner::schema::SceneError;
@@ -9,18 +9,18 @@ use turner::testing::{CompareOptions, Reference, compare};
 
 use super::check::{Check, Context, Finding};
 
-/// How the scene is written down.
+/// A transformation of the scene that does not change the picture.
 #[derive(Clone, Copy)]
 struct Spelling {
-    /// Everything is so many times as large,
+    /// Scale of all lengths.
     scale: f64,
-    /// and moved.
+    /// Translation after scaling.
     shift: [f64; 3],
-    /// Left and right are exchanged.
+    /// Mirrored in x.
     mirrored: bool,
-    /// Objects are placed by an instance of a group.
+    /// The floor is placed by an instance of a group.
     instanced: bool,
-    /// All light is so many times as strong.
+    /// Factor of all emission; the picture is divided by it.
     light: f64,
 }
 
@@ -38,8 +38,8 @@ impl Spelling {
         Spelling { shift: [0.0; 3], ..*self }.point(p)
     }
 
-    /// Where a thing of the unit scene that cannot say its place otherwise goes.
-    fn place(&self) -> String {
+    /// The transform of an object without keys for position and size.
+    fn transform(&self) -> String {
         let s = self.scale;
         let x = if self.mirrored { -s } else { s };
         let [a, b, c] = self.shift;
@@ -49,7 +49,7 @@ impl Spelling {
     fn scene(&self) -> String {
         let length = |v: f64| format!("{:?}", v * self.scale);
         let light = |v: f64| format!("{:?}", v * self.light);
-        // A mesh of a wavy floor: in single precision, so its place is given by a transform.
+        // A wavy floor. Mesh vertices have single precision, so a transform places it.
         let n = 8;
         let mut positions = Vec::new();
         for i in 0..=n {
@@ -73,11 +73,11 @@ impl Spelling {
         );
         let (groups, floor) = if self.instanced {
             let group = format!("[[group.floor.object]]\n{floor}\n");
-            (group, format!("[[object]]\ntype = \"instance\"\ngroup = \"floor\"\n{}\n", self.place()))
+            (group, format!("[[object]]\ntype = \"instance\"\ngroup = \"floor\"\n{}\n", self.transform()))
         } else {
-            (String::new(), format!("[[object]]\n{floor}\n{}\n", self.place()))
+            (String::new(), format!("[[object]]\n{floor}\n{}\n", self.transform()))
         };
-        // The position of the camera alone makes it see a mirrored scene mirrored; its picture is turned around by the caller.
+        // The camera is not mirrored itself: it sees the mirrored scene mirrored, and the caller flips the picture.
         format!(
             "camera = {{ position = {eye}, look_at = {target}, fov = 40 }}\n\
              integrator = {{ type = \"path\", max_depth = 6 }}\n\
@@ -96,7 +96,7 @@ impl Spelling {
             depth = length(1.0),
             shine = light(6.0),
             bulb = self.point([2.0, 4.0, 2.0]),
-            // Light of a point falls off with the square of the scene's own lengths.
+            // Inverse-square falloff is in scene units.
             intensity = light(20.0 * self.scale * self.scale),
             a = self.point([-1.0, 0.8, 0.0]),
             ra = length(0.7),
@@ -132,7 +132,7 @@ pub(super) fn checks() -> Vec<Check> {
     .map(|(name, spelling)| Check::chance(format!("same/{name}"), move |cx| paired(cx, name, &spelling)))
     .collect();
     out.push(Check::chance("same/mirrored", |cx| {
-        // Left for right changes which way numbers turn: other paths, so no pairs.
+        // Mirroring changes the frames in which directions are sampled: other paths, so no pairs.
         let size = [24, 24];
         let render = |spelling: &Spelling, seed: &str| {
             let scene = cx.scene(size, cx.times(32), &spelling.scene())?;
@@ -159,16 +159,16 @@ fn paired(cx: &Context, name: &str, spelling: &Spelling) -> Result<Finding, Scen
     }
     let pairs = plain.pictures.iter().flatten().zip(other.pictures.iter().flatten());
     let equal = pairs.filter(|(a, b)| (0..3).all(|c| (a[c] - b[c]).abs() <= 1e-5 * a[c].abs())).count();
-    let share = equal as f64 / (plain.pictures.len() * 24 * 24) as f64;
+    let fraction = equal as f64 / (plain.pictures.len() * 24 * 24) as f64;
     let zero = Reference::constant(24, 24, [0.0; 3]);
-    // Rounding of sums in single precision.
+    // The tolerance covers rounding of sums in single precision.
     let mean = (0..3).map(|band| plain.mean(band).mean).fold(0.0, f64::max);
     let options = CompareOptions { absolute: 1e-5 * mean, ..CompareOptions::default() };
     let mut found = compare(&plain.minus(&other), &zero, &options);
-    let whole = compare(&plain, &other, &CompareOptions::default());
-    (found.ratio, found.ratio_error) = (whole.ratio, whole.ratio_error);
-    // It is the differences that must be small: the noise of the pictures themselves is the same in both.
+    let unpaired = compare(&plain, &other, &CompareOptions::default());
+    (found.ratio, found.ratio_error) = (unpaired.ratio, unpaired.ratio_error);
+    // The test is on the differences. Noise cancels in them, since both pictures have the same seeds.
     let mut finding = Finding::comparison(&found, 1.0);
-    finding.found = format!("{:.1} % of pixels equal, {}", 100.0 * share, finding.found);
+    finding.found = format!("{:.1} % of pixels equal, {}", 100.0 * fraction, finding.found);
     Ok(finding)
 }

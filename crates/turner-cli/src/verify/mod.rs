@@ -1,8 +1,8 @@
-//! `turner verify`: whether what this program renders on this machine is true, by statistics.
+//! `turner verify`: statistical tests that this program renders correctly on this machine.
 //!
 //! ```text
-//! checks: densities · light_tree · closed_forms · estimators · metamorphic · sameness      others bring more of their own
-//!   └ run_checks ── one after the other ──> Finding ── judged against a level shared by all ──> table or JSON, exit code
+//! checks: densities · light_tree · closed_forms · estimators · metamorphic · sameness      `turner-lab` adds more
+//!   └ run_checks ── one after another ──> Finding ── compared with the significance level ──> table or JSON, exit code
 //! ```
 
 pub mod check;
@@ -95,8 +95,7 @@ pub fn checks() -> Vec<Check> {
     all
 }
 
-/// Runs the selected checks, and one more on all samples; prints their findings. Returns the
-/// exit code.
+/// Runs the selected checks, and one on the samples of all of them; prints the findings. Returns the exit code.
 pub fn run_checks(mut checks: Vec<Check>, args: &RunArgs, effort: Effort) -> u8 {
     checks.push(sameness::all_finite());
     match selected(checks, args).and_then(|checks| verify(&checks, args, effort)) {
@@ -110,17 +109,18 @@ pub fn run_checks(mut checks: Vec<Check>, args: &RunArgs, effort: Effort) -> u8 
 
 /// The selected checks, or all.
 fn selected(all: Vec<Check>, args: &RunArgs) -> Result<Vec<Check>, Failure> {
-    for asked in &args.only {
-        if !all.iter().any(|c| c.name.contains(asked.as_str())) {
-            let message = format!("there is no check \"{}\"", escape(asked));
+    for wanted in &args.only {
+        if !all.iter().any(|c| c.name.contains(wanted.as_str())) {
+            let message = format!("there is no check \"{}\"", escape(wanted));
             let names: Vec<&str> = all.iter().map(|c| c.name.as_str()).collect();
-            let help =
-                suggestion(asked, &names).unwrap_or_else(|| "`turner verify --list` lists the checks".into());
+            let help = suggestion(wanted, &names)
+                .unwrap_or_else(|| "`turner verify --list` lists the checks".into());
             return Err(Failure::usage(SceneError::new(ErrorCode::UnknownName, message).help(help)));
         }
     }
-    let asked = |c: &Check| args.only.is_empty() || args.only.iter().any(|o| c.name.contains(o.as_str()));
-    Ok(all.into_iter().filter(asked).collect())
+    let is_selected =
+        |c: &Check| args.only.is_empty() || args.only.iter().any(|o| c.name.contains(o.as_str()));
+    Ok(all.into_iter().filter(is_selected).collect())
 }
 
 fn verify(checks: &[Check], args: &RunArgs, effort: Effort) -> Result<u8, Failure> {
@@ -139,15 +139,15 @@ fn verify(checks: &[Check], args: &RunArgs, effort: Effort) -> Result<u8, Failur
         threads: crate::render::threads(args.threads),
         rendered: Mutex::new((NonFinite::default(), 0)),
     };
-    let by_chance = checks.iter().filter(|c| c.by_chance).count();
-    let level = sidak_level(FALSE_ALARM, by_chance);
+    let statistical = checks.iter().filter(|c| c.by_chance).count();
+    let level = sidak_level(FALSE_ALARM, statistical);
     let table = Table::new(args.json, checks);
-    table.start(seed, level, by_chance);
+    table.start(seed, level, statistical);
     let (start, mut failed) = (Instant::now(), 0);
     for (i, check) in checks.iter().enumerate() {
         table.running(i, check);
         let (begin, result) = (Instant::now(), (check.run)(&context));
-        // A check that cannot be done is one that fails.
+        // A check that cannot be run fails.
         let finding = result.unwrap_or_else(|e| Finding::limit(f64::INFINITY, 0.0, escape(&e.to_string())));
         let passed = match finding.verdict {
             Verdict::Chance(p) => p >= level,
@@ -160,9 +160,9 @@ fn verify(checks: &[Check], args: &RunArgs, effort: Effort) -> Result<u8, Failur
     Ok(if failed > 0 { FAILED } else { 0 })
 }
 
-/// From the clock: another one each run.
+/// A seed from the clock.
 fn fresh_seed() -> u64 {
     let now = SystemTime::now().duration_since(UNIX_EPOCH).map_or(0, |d| d.as_nanos() as u64);
-    // Short enough to be typed again.
+    // Short enough to type.
     Random::new(now).bits() % 1_000_000_000
 }

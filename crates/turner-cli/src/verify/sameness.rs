@@ -1,4 +1,4 @@
-//! What must not change a picture's bytes, what must not exhaust a stack, and that all samples are numbers.
+//! Bytes that must not depend on threads, tiles and instruction sets; a limited stack; finite samples.
 
 use std::sync::atomic::AtomicBool;
 
@@ -11,7 +11,7 @@ use turner_io::assets::MemoryAssets;
 
 use super::check::{Check, Context, Finding, Verdict, fault};
 
-/// Glass, a rough metal, meshes, plain materials, a lens, textures, several kinds of lights.
+/// Glass, rough metal, meshes, matte materials, a thin lens, textures, several types of lights.
 const SCENE: &str = r#"
 camera = { type = "thin-lens", position = [0, 1, 4], look_at = [0, 0.5, 0], fov = 40, focus_distance = 4, lens_radius = 0.05 }
 integrator = { type = "path", max_depth = 6 }
@@ -82,7 +82,7 @@ fn render(cx: &Context, scene: &Prepared, threads: usize, pass: u32) -> Result<P
     Ok(renderer.film.develop(&scene.view.film))
 }
 
-/// How many pixels are not the same to the last bit.
+/// Number of pixels that differ in any bit.
 fn differing(a: &[[f32; 4]], b: &[[f32; 4]]) -> usize {
     let bits = |p: &[f32; 4]| p.map(f32::to_bits);
     a.iter().zip(b).filter(|(a, b)| bits(a) != bits(b)).count() + a.len().abs_diff(b.len())
@@ -99,15 +99,15 @@ pub(super) fn checks() -> Vec<Check> {
         Check::limit("bytes/threads-and-passes", |cx| {
             let scene = prepared(cx)?;
             let first = render(cx, &scene, 1, u32::MAX)?;
-            let ways = [(2, u32::MAX), (5, u32::MAX), (2, 4), (5, 1), (1, 5)];
+            let settings = [(2, u32::MAX), (5, u32::MAX), (2, 4), (5, 1), (1, 5)];
             let mut wrong = 0;
-            for (threads, pass) in ways {
+            for (threads, pass) in settings {
                 wrong += differing(&first.linear, &render(cx, &scene, threads, pass)?.linear);
             }
             Ok(pixels(wrong, "1, 2 and 5 threads, passes of 1, 4, 5 and 6 samples"))
         }),
         Check::limit("bytes/tiles", |cx| {
-            // The tiles of a crop begin at its corner: each cuts the picture up in another way.
+            // The tiles of a crop start at its corner: each crop divides the picture differently.
             let mut scene = prepared(cx)?;
             let whole = render(cx, &scene, cx.threads, u32::MAX)?;
             let mut wrong = 0;
@@ -142,7 +142,7 @@ pub(super) fn checks() -> Vec<Check> {
     ]
 }
 
-/// To be run last.
+/// Counts the non-finite samples of all checks; it runs last.
 pub(super) fn all_finite() -> Check {
     Check::limit("finite/all-samples", |cx| {
         let (bad, samples) = *cx.rendered.lock().unwrap_or_else(|e| e.into_inner());
@@ -155,10 +155,10 @@ fn pixels(wrong: usize, what: &str) -> Finding {
     Finding::limit(wrong as f64, 0.0, format!("{wrong} pixels differ: {what}"))
 }
 
-/// What a thread may need to render.
+/// The stack of the rendering thread, bytes.
 const STACK: usize = 256 << 10;
 
-/// Inside a perfect mirror that shines with a thousandth: a path of a thousand reflections sees it a thousand and one times.
+/// Inside a perfect mirror with emitted radiance 0.001: a path with 1000 reflections collects it 1001 times.
 const MIRRORS: &str = r#"
 camera = { position = [0.3, 0.2, 0], look_at = [0, 0.1, 1] }
 integrator = { type = "path", max_depth = 1000, rr_start = 1000000, light_sampling = "bsdf" }
@@ -173,7 +173,7 @@ specular_roughness = 0
 emission_luminance = 0.001
 "#;
 
-/// 256 solids of glass in one another, of indices that differ.
+/// 256 nested glass spheres with different indices of refraction.
 fn shells() -> String {
     let mut text = "camera = { position = [0, 0, 3], look_at = [0, 0, 0], fov = 45 }\n\
         integrator = { type = \"path\", max_depth = 1000, rr_start = 1000000 }\nbackground.color = 1\n"
@@ -187,7 +187,7 @@ fn shells() -> String {
     text
 }
 
-/// Renders on a thread with a small stack; where it does not suffice the whole program ends.
+/// Renders on a thread with a small stack. If it overflows, the program aborts.
 fn within_small_stack(cx: &Context, text: &str, expected: f32) -> Result<Finding, SceneError> {
     let scene = cx.scene([16, 16], cx.times(2), text)?;
     let work = || render(cx, &scene, 1, u32::MAX);
@@ -196,9 +196,9 @@ fn within_small_stack(cx: &Context, text: &str, expected: f32) -> Result<Finding
         let thread = thread.map_err(|e| fault(format!("cannot start a thread: {e}")))?;
         thread.join().unwrap_or_else(|_| Err(fault("the thread ended unexpectedly")))
     })?;
-    // Nothing absorbs light here, and nearly no path ends before it finds it.
+    // Nothing absorbs here, so every path returns nearly the expected radiance.
     let colors = picture.linear.iter().flat_map(|p| p[..3].iter().copied());
     let off = colors.map(|v| (v - expected).abs()).fold(0.0f32, f32::max);
-    let found = format!("rendered with a stack of {} KiB; {expected} within {off:.1e}", STACK >> 10);
+    let found = format!("stack of {} KiB; radiance {expected} within {off:.1e}", STACK >> 10);
     Ok(Finding::limit(f64::from(off), 1e-3, found))
 }

@@ -1,4 +1,4 @@
-//! What the checks found: a line for each, or JSON.
+//! The findings of the checks: a line each, or JSON.
 
 use std::io::{IsTerminal, Write};
 use std::time::Duration;
@@ -15,7 +15,7 @@ pub(super) struct Table {
     /// Width of the names.
     width: usize,
     checks: usize,
-    /// Whether what is running is shown on standard error.
+    /// Whether the running check is shown on standard error.
     progress: bool,
 }
 
@@ -26,15 +26,15 @@ impl Table {
         Table { json, width, checks: checks.len(), progress }
     }
 
-    pub(super) fn start(&self, seed: u64, level: f64, by_chance: usize) {
+    pub(super) fn start(&self, seed: u64, level: f64, statistical: usize) {
         if self.json {
             let checks = self.checks;
-            let event = json!({"event": "start", "seed": seed, "level": level, "checks": checks, "by_chance": by_chance});
+            let event = json!({"event": "start", "seed": seed, "level": level, "checks": checks, "statistical": statistical});
             return Events::Stdout.send(event);
         }
         let width = self.width;
         text::print(&format!(
-            "Seed {seed}; {} checks, {by_chance} of them statistical: these fail below p = {level:.1e}.\n\n\
+            "Seed {seed}; {} checks, {statistical} of them statistical tests, which fail if p is below {level:.1e}.\n\n\
              {:width$}  verdict  statistic  threshold    time  found\n",
             self.checks, "check"
         ));

@@ -1,10 +1,11 @@
-//! Every command of the documents runs: pictures are made small; what takes minutes or does not end is asked whether it knows its arguments.
+//! Runs every command of the documents with small pictures. For commands that take minutes or do not end only the arguments
+//! are parsed.
 #![cfg(unix)]
 
 use crate::common::{Folder, SCENE, folder};
 use crate::sh_blocks::{documents, lines, root};
 
-/// The arguments of a command of Turner; `None` for others.
+/// The arguments of a `turner` command; `None` for other commands.
 fn arguments(line: &str) -> Option<Vec<String>> {
     let line = line.split(" #").next().unwrap_or(line).trim();
     let line = line.split(" > ").next().unwrap_or(line);
@@ -16,7 +17,7 @@ fn arguments(line: &str) -> Option<Vec<String>> {
     Some(rest.split_whitespace().map(name).collect())
 }
 
-/// What is run in place of the command.
+/// The command that is run instead.
 fn small(mut args: Vec<String>) -> Vec<String> {
     const OTHERS: [&str; 12] = [
         "new",
@@ -49,7 +50,7 @@ fn small(mut args: Vec<String>) -> Vec<String> {
     args
 }
 
-/// A folder with all files that the documents' commands name.
+/// A folder with all files that the commands in documents name.
 fn desk() -> Folder {
     let f = folder();
     for name in ["scenes", "docs"] {
@@ -78,7 +79,7 @@ fn desk() -> Folder {
 fn every_command_of_the_documents_runs() {
     let (mut wrong, mut count) = (Vec::new(), 0);
     for file in documents() {
-        // What one command makes the next may use.
+        // A command may use the output of the previous one.
         let f = desk();
         for (number, line) in lines(&std::fs::read_to_string(&file).unwrap()) {
             let Some(args) = arguments(&line).map(small) else { continue };

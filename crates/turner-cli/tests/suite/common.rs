@@ -1,4 +1,4 @@
-//! What the tests of the program share: a folder with a scene, a run.
+//! Shared by the tests of the program: a folder with a scene, a run.
 
 use std::process::Command;
 
@@ -32,7 +32,7 @@ type = "point"
 position = [5, 8, 5]
 "#;
 
-/// A folder with the scene in it.
+/// A folder with the scene.
 pub(crate) fn folder() -> Folder {
     let folder = Folder::new();
     folder.write("s.toml", SCENE);

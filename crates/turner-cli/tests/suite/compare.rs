@@ -1,4 +1,4 @@
-//! `turner compare`: the metrics are those that others compute, and its exit code is the verdict.
+//! `turner compare`: metrics against reference implementations, exit codes, output.
 
 use std::path::{Path, PathBuf};
 
@@ -26,7 +26,7 @@ fn canvas(name: &str) -> Canvas {
     Canvas::new(&decode(&bytes, name, &limits).unwrap(), false)
 }
 
-/// values.json was made by reference_values.py beside it, which says with which programs.
+/// values.json is the output of reference_values.py in the same folder, which names the programs used.
 #[test]
 fn flip_and_ssim_are_those_of_their_authors() {
     let text = std::fs::read_to_string(data().join("values.json")).unwrap();
@@ -69,7 +69,7 @@ fn json(f: &Folder, args: &[&str]) -> (Option<i32>, Value) {
 fn the_exit_code_is_the_verdict() {
     let f = folder();
     let (a, b) = (data_file("reference.png"), data_file("noisy.png"));
-    // Without a tolerance nothing is judged.
+    // Without a tolerance there is no verdict.
     let (code, all) = json(&f, &[&a, &b]);
     assert_eq!((code, &all["verdict"]), (Some(0), &Value::Null));
     assert_eq!((&all["width"], &all["values"]), (&Value::from(96), &Value::from("display")));
@@ -78,7 +78,7 @@ fn the_exit_code_is_the_verdict() {
     for metric in Metric::ALL {
         let found = metrics[metric.word()]["value"].as_f64().unwrap();
         let at = |factor: f64| (found * factor).to_string();
-        // A tenth more or less than there is.
+        // Ten percent above and below the value.
         let (good, bad) = if metric.is_similarity() { (0.9, 1.1) } else { (1.1, 0.9) };
         let judge =
             |tolerance: f64| json(&f, &["--metric", metric.word(), "--tolerance", &at(tolerance), &a, &b]);
@@ -108,7 +108,7 @@ fn differences_are_drawn() {
     let (code, found) = json(&f, &[&a, &b, "--diff", "d.png", "--metric", "max"]);
     assert_eq!((code, found["diff"]["file"].as_str()), (Some(0), Some("d.png")));
     let worst = &found["metrics"]["max"]["worst"];
-    assert_eq!(found["diff"]["white"], worst["value"]);
+    assert_eq!(found["diff"]["maximum"], worst["value"]);
     let (width, height, drawn) = pixels(&f.read("d.png"));
     assert_eq!((width, height), (96, 64));
     let at = |x: &Value, y: &Value| drawn[(y.as_u64().unwrap() * 96 + x.as_u64().unwrap()) as usize];
@@ -117,7 +117,7 @@ fn differences_are_drawn() {
     let same = f.turner(&["compare", &a, &a, "--diff", "d.png"]).ok();
     assert!(same.stdout.contains("d.png: FLIP"), "{same:?}");
     assert!(pixels(&f.read("d.png")).2.iter().all(|c| c[2] < 0.02), "black");
-    // Threads change nothing.
+    // The result does not depend on the number of threads.
     f.turner(&["compare", &a, &b, "--diff", "1.png", "--threads", "1"]).ok();
     f.turner(&["compare", &a, &b, "--diff", "3.png", "--threads", "3"]).ok();
     assert_eq!(f.read("1.png"), f.read("3.png"));
@@ -166,7 +166,7 @@ fn what_cannot_be_compared_is_said() {
     let events =
         f.turner(&["compare", "a.exr", "tall.exr", "--json"]).fails(1, &["\"event\":\"error\"", "E0202"]);
     assert_eq!(events.stdout.lines().count(), 1);
-    // Formats may differ as long as their values mean the same.
+    // Formats may differ if their values have the same meaning.
     f.turner(&["compare", "a.exr", "a.hdr", "--metric", "max", "--tolerance", "0.004"]).ok();
     f.turner(&["compare", "clear.exr", "clear.exr", "--tolerance", "0"]).ok();
 }

@@ -1,4 +1,4 @@
-//! `turner convert`: what it writes, what it says, what it refuses.
+//! `turner convert`: output, events, errors.
 
 use crate::common::folder;
 
@@ -44,7 +44,7 @@ fn a_scene_as_gltf_looks_the_same() {
 }
 
 #[test]
-fn options_change_what_is_written_and_json_tells_of_it() {
+fn options_apply_and_json_reports_the_files() {
     let f = folder();
     let run = f.turner(&["convert", "s.toml", "c.toml", "--width", "77", "-D", "film.seed=5", "--json"]);
     assert_eq!(run.code, Some(0), "{}", run.stderr);
@@ -55,7 +55,7 @@ fn options_change_what_is_written_and_json_tells_of_it() {
 }
 
 #[test]
-fn what_should_not_be_done_is_refused() {
+fn bad_outputs_are_errors() {
     let f = folder();
     f.write("there.toml", "mine");
     for (args, code, words) in [

@@ -1,5 +1,4 @@
-//! What must not be lost: files that were there, tiles that were finished, when the program is killed, the disk is full or a
-//! worker fails.
+//! Existing files and finished tiles survive a killed program, a full disk and a failed worker.
 #![cfg(unix)]
 
 use std::process::{Command, Stdio};
@@ -16,7 +15,7 @@ fn render(f: &Folder, seed: &str) -> Vec<u8> {
     f.read("s.png")
 }
 
-/// Kills a render at fifty moments from its start to beyond its end.
+/// Kills a render at fifty times, from its start to beyond its end.
 #[test]
 fn a_killed_program_leaves_the_old_file_or_the_new_one() {
     let f = folder();
@@ -30,7 +29,7 @@ fn a_killed_program_leaves_the_old_file_or_the_new_one() {
         std::fs::write(f.path().join("s.png"), &old).unwrap();
         let args = [&["s.toml", "--quiet", "--seed", "2"], &SIZE[..], &MANY].concat();
         let mut child = f.command(&args).stdout(Stdio::null()).stderr(Stdio::null()).spawn().unwrap();
-        // A sequence without a period, so that the moments are spread evenly over 1.3 times the render.
+        // A low-discrepancy sequence, so that the times are spread evenly over 1.3 times the render.
         let share = f64::from(round) * 0.618_034 % 1.0;
         std::thread::sleep(whole.mul_f64(share * 1.3));
         let _ = child.kill();
@@ -46,7 +45,7 @@ fn a_killed_program_leaves_the_old_file_or_the_new_one() {
         assert_eq!(strange, ["s.png", "s.toml"]);
     }
     assert!(kept > 0, "no render was killed in time: {kept} kept, {replaced} replaced");
-    // The next one cleans up, but not what others still write.
+    // The next render removes temporary files, except those that are still being written.
     f.write(".turner-left.tmp", "half a picture");
     render(&f, "1");
     assert_eq!(f.names(), ["s.png", "s.toml"]);
@@ -70,7 +69,7 @@ fn a_fault_in_a_worker_saves_what_is_finished_and_fails() {
         f.turner(&args).ok();
         pixels(&f.read("whole.png")).2
     };
-    // Tiles that are there are those of the whole picture.
+    // Finished tiles equal those of the complete picture.
     let same = found.iter().zip(&whole).filter(|(a, b)| a == b).count();
     assert!(same > 16 * 16 && same < whole.len(), "{same} of {}", whole.len());
 }
@@ -90,7 +89,7 @@ fn what_cannot_be_written_is_kept_elsewhere() {
     assert_eq!(pixels(&std::fs::read(&kept[0]).unwrap()).0, 24);
 }
 
-/// A file system of 64 KiB, where the system lets an ordinary user mount one for himself.
+/// A file system of 64 KiB, where an ordinary user may mount one.
 #[test]
 fn a_full_disk_is_found_before_rendering() {
     let f = folder();
@@ -114,7 +113,7 @@ fn a_full_disk_is_found_before_rendering() {
     let start = Instant::now();
     let Ok(output) = unshare.current_dir(f.path()).output() else { return };
     let run = Run::of(output);
-    // Not everybody may do that.
+    // Mounting may not be permitted.
     if run.code == Some(77) || run.stderr.starts_with("unshare") {
         return;
     }

@@ -1,4 +1,4 @@
-//! docs/*.md: the reference is what the tables say, and every snippet renders.
+//! docs/*.md: generated references are up to date, and every snippet renders.
 
 use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicBool;
@@ -32,7 +32,7 @@ fn the_reference_is_generated() {
     assert!(same, "docs/reference/scene-format.md is out of date: run this test with TURNER_UPDATE=1");
 }
 
-/// Documents that are generated as a whole.
+/// Documents that are generated completely.
 #[test]
 fn the_lists_of_errors_and_options_are_generated() {
     let documents = [
@@ -50,9 +50,9 @@ fn the_lists_of_errors_and_options_are_generated() {
     }
 }
 
-/// Documents that list all of something.
+/// Documents that contain a complete list.
 #[test]
-fn lists_in_documents_are_whole() {
+fn lists_in_documents_are_complete() {
     let root = docs().join("..");
     let text = |name: &str| std::fs::read_to_string(root.join(name)).unwrap();
     let looking = text("docs/reference/debug-views.md");
@@ -82,7 +82,7 @@ fn lists_in_documents_are_whole() {
     }
 }
 
-/// Every format has a fuzz target, called by one of its extensions or by its name.
+/// Every format has a fuzz target, named after an extension or the format.
 #[test]
 fn formats_have_fuzz_targets() {
     let folder = docs().join("../fuzz");
@@ -91,7 +91,7 @@ fn formats_have_fuzz_targets() {
     let pictures = ImageFormat::all().map(|f| (f.name(), f.extensions()));
     let scenes = SceneFormat::all().map(|f| (f.name(), f.extensions()));
     for (name, extensions) in pictures.chain(scenes) {
-        // Scenes of our own are called so.
+        // The target of Turner's own format.
         let own = if name == "TOML" { "scene".to_owned() } else { name.to_lowercase() };
         let exists = |target: &&str| folder.join(format!("fuzz_targets/{target}.rs")).exists();
         let target = extensions.iter().copied().chain([own.as_str()]).find(exists);
@@ -101,7 +101,7 @@ fn formats_have_fuzz_targets() {
     }
 }
 
-/// Any file that a snippet names, in its simplest form.
+/// A minimal file for a file name in a snippet.
 struct AnyFile;
 
 const TRIANGLE_PLY: &str = "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\n\
@@ -135,7 +135,7 @@ impl AssetSource for AnyFile {
     }
 }
 
-/// Loads, prepares and renders a snippet; a fragment is given an object and a light if it has none.
+/// Loads, prepares and renders a snippet. A fragment gets an object and a light if it has none.
 fn render(name: &str, snippet: &str) -> Result<(), String> {
     let mut text = snippet.to_owned();
     if !text.contains("[[object]]") {
@@ -160,7 +160,7 @@ fn render(name: &str, snippet: &str) -> Result<(), String> {
     }
 }
 
-/// The ```toml blocks of a document, with the line each begins on.
+/// The ```toml blocks of a document, with the line where each begins.
 fn snippets(text: &str) -> Vec<(usize, String)> {
     let mut out: Vec<(usize, String)> = Vec::new();
     let mut inside = false;

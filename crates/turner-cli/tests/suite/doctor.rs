@@ -1,4 +1,4 @@
-//! `turner doctor`: it names what was planted in broken scenes, and finds no fault with good ones.
+//! `turner doctor`: it finds the planted fault in broken scenes, and no errors in good ones.
 
 use std::path::{Path, PathBuf};
 
@@ -21,7 +21,7 @@ fn findings(report: &Value) -> Vec<(String, String)> {
     list.iter().map(|f| (word(f, "severity"), word(f, "code"))).collect()
 }
 
-/// The broken scenes: each is called after the code that it must get, but for those listed here.
+/// The broken scenes. Each is named after its expected code, except for those listed here.
 fn broken() -> Vec<(PathBuf, String)> {
     let mut out = Vec::new();
     for entry in std::fs::read_dir(root().join("crates/turner-cli/tests/doctor")).unwrap() {
@@ -48,7 +48,7 @@ fn broken() -> Vec<(PathBuf, String)> {
 }
 
 #[test]
-fn the_cause_planted_in_each_broken_scene_comes_first() {
+fn the_fault_of_each_broken_scene_is_the_first_finding() {
     let f = folder();
     let (mut wrong, mut count) = (Vec::new(), 0);
     for (path, code) in broken() {
@@ -93,9 +93,9 @@ fn good_scenes_have_no_errors() {
     }
 }
 
-/// The same findings and numbers each time, with any number of threads.
+/// Findings and values are equal on every run, for any number of threads.
 #[test]
-fn an_examination_repeats() {
+fn an_examination_is_deterministic() {
     let f = folder();
     let broken = root().join("crates/turner-cli/tests/doctor/noise-indirect.toml");
     let scene = broken.to_string_lossy();
@@ -106,13 +106,13 @@ fn an_examination_repeats() {
     };
     let first = report("1");
     assert_eq!(first["format"], "turner-doctor");
-    assert_eq!(first["version"], 1);
+    assert_eq!(first["version"], 2);
     assert_eq!(first, report("1"));
     assert_eq!(first, report("5"));
 }
 
 #[test]
-fn findings_say_what_was_measured_and_what_to_do() {
+fn findings_have_measurements_and_remedies() {
     let f = folder();
     let lamp = root().join("crates/turner-cli/tests/doctor/light-enclosed.toml");
     let scene = lamp.to_string_lossy();
@@ -123,7 +123,7 @@ fn findings_say_what_was_measured_and_what_to_do() {
     assert_eq!(first["measured"]["directions-enclosed"]["value"], 1.0, "{first}");
     assert_eq!(first["measured"]["points-reached"]["value"], 0.0, "{first}");
     assert_eq!(report["summary"]["black"], true);
-    // For people, and with the exit code that was asked for.
+    // As text, and the exit code with --strict.
     let text = f.turner(&["doctor", &scene]).ok().stdout;
     for word in ["error[light-enclosed]", "why:", "remedy:", "shade", "probed"] {
         assert!(text.contains(word), "{word}: {text}");
@@ -131,12 +131,12 @@ fn findings_say_what_was_measured_and_what_to_do() {
     f.turner(&["doctor", &scene, "--strict"]).fails(1, &["light-enclosed"]);
     f.turner(&["doctor", "nothing.toml"]).fails(1, &["nothing.toml"]);
     f.turner(&["doctor", &scene, "--seconds", "never"]).fails(2, &["seconds"]);
-    // What is changed on the command line counts.
+    // Options apply.
     let with = ["--set", "object.2.radius=0.01", "--set", "object.2.center=[9,9,9]"];
     assert!(findings(&examined(&f, &scene, &with)).iter().all(|(s, _)| s != "error"));
 }
 
-/// The flag of the remedy is one that helps.
+/// The options of a remedy remove the finding.
 #[test]
 fn the_flags_of_a_remedy_can_be_used() {
     let f = folder();
@@ -158,9 +158,9 @@ fn the_flags_of_a_remedy_can_be_used() {
     }
 }
 
-/// A light without a name is called by its type and position, with its place in the file.
+/// A light without a name is named by its type and position, and located in the file.
 #[test]
-fn lights_are_named_as_people_name_them() {
+fn lights_are_named() {
     let f = folder();
     let path = root().join("crates/turner-cli/tests/doctor/light-too-weak.toml");
     let scene = path.to_string_lossy();
@@ -173,7 +173,7 @@ fn lights_are_named_as_people_name_them() {
     assert!(text.contains(&format!("light-too-weak.toml:{line}:")), "{text}");
 }
 
-/// Labels have no mean: options for anti-aliasing do not change them.
+/// IDs are not averaged: options for anti-aliasing have no effect.
 #[test]
 fn ids_are_the_same_with_any_samples() {
     let f = folder();
@@ -186,7 +186,7 @@ fn ids_are_the_same_with_any_samples() {
     assert_eq!(a, b);
 }
 
-/// Film keys that a scene does not give follow the integrator that is chosen at last.
+/// Film keys that a scene does not set have the defaults of the final integrator.
 #[test]
 fn film_defaults_follow_the_integrator() {
     let f = folder();
@@ -222,13 +222,13 @@ fn maps_are_pictures() {
     assert_eq!(report["maps"][0]["maps"], serde_json::json!(["cost", "variance", "path-kind"]));
     let (width, ..) = crate::common::pixels(&f.read("all.png"));
     assert_eq!(width, 3 * 24 + 2 * 6);
-    // The classic integrator has the cost alone.
+    // With the classic integrator there is only the cost map.
     let report = examined(&f, "s.toml", &["-o", "cost.png"]);
     assert_eq!(report["maps"][0]["maps"], serde_json::json!(["cost"]));
     f.turner(&["doctor", "s.toml", "-o", "x.exr"]).fails(2, &["PNG"]);
 }
 
-/// Half a million triangles in a picture of some thousand pixels.
+/// Half a million triangles in a picture of a few thousand pixels.
 #[test]
 fn a_dense_mesh_is_named() {
     let f = folder();
@@ -254,7 +254,7 @@ fn a_dense_mesh_is_named() {
     assert!(report["findings"][0]["subject"] == "terrain", "{report}");
 }
 
-/// Lights and objects in groups are kept and counted.
+/// Lights and objects of light groups are counted.
 #[test]
 fn info_lists_light_groups() {
     let f = folder();
@@ -302,7 +302,7 @@ center = [0, 0, 5]
     f.turner(&["info", "empty.toml"]).fails(1, &["empty.toml", "group", "lamps"]);
 }
 
-/// The tree over many lights has bytes, which are said.
+/// The memory of the light BVH is reported.
 #[test]
 fn info_says_what_the_light_tree_takes() {
     let street = root().join("scenes/showcase/night-street.toml");

@@ -1,8 +1,8 @@
-//! All errors of a scene in one run, the pages of the codes, and errors of usage.
+//! All errors of a scene in one run, the pages of the codes, and usage errors.
 
 use crate::common::{SCENE, folder};
 
-/// A faulty line, where its error lies (line and column), its code, and the corrected line.
+/// A faulty line, the position of its error (line and column), its code, and the corrected line.
 type Fault = (&'static str, (u64, u64), &'static str, &'static str);
 
 /// The head of the scene is correct; `{}` stands for the lines.
@@ -73,21 +73,21 @@ fn what_failed_causes_no_further_errors() {
         let run = f.turner(&["bad.toml"]).fails(1, words);
         assert_eq!(run.stderr.matches("error[").count(), 1, "{}", run.stderr);
     };
-    // The material is known although it cannot be read.
+    // The name of a faulty material is known.
     one(
         "[material.gold]\ntype = \"conductr\"\n[[object]]\ntype = \"sphere\"\nmaterial = \"gold\"",
         &["E0103", "conductr"],
     );
-    // The file has the wrong type, which does not make it missing.
+    // A key of the wrong type is not also missing.
     one("[[object]]\ntype = \"mesh\"\nfile = 3", &["E0104"]);
-    // Two objects name one file that does not exist.
+    // Two objects name the same missing file.
     one(
         "[[object]]\ntype = \"mesh\"\nfile = \"no.obj\"\n[[object]]\ntype = \"mesh\"\nfile = \"no.obj\"",
         &["E0201"],
     );
-    // A section that is no table.
+    // A section that is not a table.
     one("integrator = 3", &["E0104"]);
-    // TOML's own errors come alone.
+    // A syntax error is reported alone.
     one("[[object]\ncolor = 3\nradus = 4", &["E0101"]);
 }
 
@@ -102,7 +102,7 @@ fn many_errors_are_cut_off() {
     assert_eq!(json.lines().count(), 30, "{json}");
 }
 
-/// Each page's example gives the error that the page is about.
+/// The example of each page gives the error of the page.
 #[test]
 fn examples_of_errors_give_their_errors() {
     let f = folder();

@@ -1,4 +1,4 @@
-//! `turner explain`: the parts of a sample are its sum, the samples are the pixel, and all formats are what they claim to be.
+//! `turner explain`: contributions sum to the sample, samples average to the pixel, and every format is valid.
 
 use serde_json::Value;
 
@@ -33,7 +33,7 @@ material = { type = "emissive", strength = 8 }
 type = "environment"
 "#;
 
-/// Glass, mirrors, shadows; names that no terminal and no page should take at their word.
+/// Glass, mirrors, shadows, and names that must be escaped in a terminal and on a page.
 const CLASSIC: &str = r##"
 camera = { position = [0, 1.2, 6], look_at = [0, 0.9, 0], fov = 40 }
 film = { width = 24, height = 16 }
@@ -94,7 +94,7 @@ fn sum<'a>(parts: impl Iterator<Item = &'a Value>) -> [f32; 3] {
 fn the_parts_sum_to_the_pixel_of_the_picture() {
     let f = folder();
     f.write("g.toml", GLASS);
-    // Light paths bring to the picture what is in no sample.
+    // Samples hold camera paths only: without light paths they are the complete picture.
     let alone = ["--caustics", "off"];
     f.turner(&["g.toml", "-o", "g.exr", alone[0], alone[1]]).ok();
     let (width, _, picture) = pixels(&f.read("g.exr"));
@@ -155,15 +155,15 @@ fn the_keys_of_the_json_are_these() {
     let f = folder();
     f.write("c.toml", CLASSIC);
     let all = explain(&f, "c.toml", "12,13", &[]);
-    assert_eq!((&all["format"], &all["version"]), (&"turner-explanation".into(), &1.into()));
+    assert_eq!((&all["format"], &all["version"]), (&"turner-explanation".into(), &2.into()));
     let top = "alpha antialias color exact explained format integrator path_of pixel sample_count samples scene scene_hash seed size \
                squares turner version";
     assert_eq!(keys(&all).join(" "), top);
-    assert_eq!(keys(&all["samples"][0]).join(" "), "alpha color place share");
+    assert_eq!(keys(&all["samples"][0]).join(" "), "alpha color pixel_position weight");
     let tree = &all["explained"][0];
     assert_eq!(
         keys(tree).join(" "),
-        "alpha dropped_rays exact kind place rays rendered sample sum unwritten_rays"
+        "alpha dropped_rays exact kind pixel_position rays rendered sample sum unrecorded_rays"
     );
     let ray = &tree["rays"][0];
     assert_eq!(keys(ray).join(" "), "depth direction hit kind miss origin parent weight");
@@ -183,7 +183,10 @@ fn the_keys_of_the_json_are_these() {
             .unwrap();
     for part in [&all, &all["samples"][0], tree, ray, &ray["hit"], &ray["hit"]["lights"][0]] {
         for key in keys(part) {
-            assert!(docs.contains(&format!("`{key}`")), "docs/reference/explain.md does not tell of `{key}`");
+            assert!(
+                docs.contains(&format!("`{key}`")),
+                "docs/reference/explain.md does not document `{key}`"
+            );
         }
     }
     let path = explain(&f, "c.toml", "12,7", &["--integrator", "path"]);
@@ -194,7 +197,7 @@ fn the_keys_of_the_json_are_these() {
 }
 
 #[test]
-fn the_text_names_what_was_met_and_shows_the_sum() {
+fn the_text_names_the_hits_and_shows_the_sum() {
     let f = folder();
     f.write("g.toml", GLASS);
     let options = ["--samples", "16", "--antialias", "monte-carlo"];
@@ -207,7 +210,7 @@ fn the_text_names_what_was_met_and_shows_the_sum() {
         "sphere #1 (glass)",
         "enters",
         "leaves",
-        "refracted →",
+        "refracted ray →",
         "throughput 1",
         "specular transmission",
         "eta 0.66",
@@ -223,7 +226,7 @@ fn the_text_names_what_was_met_and_shows_the_sum() {
     let [r, g, b] = color(&json["explained"][0]["rendered"]);
     let line = text.lines().find(|l| l.trim_start().starts_with("sample as rendered")).unwrap();
     assert!(line.contains(&format!("[{r}, {g}, {b}]")), "{text}");
-    // Another sample goes another way; the one that carries most is shown without a number.
+    // Another sample has another path. Without `--sample` the one with the largest contribution is shown.
     let args = ["--sample", "6", "--samples", "16", "--antialias", "monte-carlo"];
     let other = explain(&f, "g.toml", "12,7", &args);
     assert_ne!(json["explained"][0]["camera"], other["explained"][0]["camera"]);
@@ -233,7 +236,7 @@ fn the_text_names_what_was_met_and_shows_the_sum() {
     let brightest = samples.map(|s| color(&s["color"]).into_iter().fold(0.0, f32::max)).enumerate();
     let most = brightest.max_by(|a, b| a.1.total_cmp(&b.1).then(b.0.cmp(&a.0))).unwrap().0;
     assert!(text.contains(&format!("sample {most} has the largest contribution")), "{text}");
-    // Samples that the film cuts.
+    // Samples that the film clamps.
     let cut = f.turner(&[&args[..], &options, &["-D", "film.clamp_sample=0.001"]].concat()).ok().stdout;
     assert!(
         cut.contains("of them clamped to 0.001 (film.clamp_sample)") && cut.contains("equal to the last bit"),
@@ -244,9 +247,9 @@ fn the_text_names_what_was_met_and_shows_the_sum() {
     f.write("c.toml", CLASSIC);
     let text = f.turner(&["explain", "c.toml", "--pixel", "12,7"]).ok().stdout;
     for word in [
-        "camera →",
-        "reflected →",
-        "refracted →",
+        "camera ray →",
+        "reflected ray →",
+        "refracted ray →",
         "(glass), enters",
         "☀ point light",
         "ambient",
@@ -263,7 +266,7 @@ fn the_text_names_what_was_met_and_shows_the_sum() {
 #[test]
 fn large_trees_are_collapsed_by_weight() {
     let f = folder();
-    // Shells of glass in a room of mirrors.
+    // Nested glass shells in a room of mirrors.
     let mut deep = CLASSIC.replace("max_depth = 4", "max_depth = 10");
     for radius in [0.9, 0.8, 0.7, 0.6] {
         deep += &format!(
@@ -289,14 +292,14 @@ fn large_trees_are_collapsed_by_weight() {
 }
 
 #[test]
-fn rays_are_filtered_by_what_they_touch() {
+fn path_of_selects_rays() {
     let f = folder();
     f.write("c.toml", CLASSIC);
     let args = |name: &'static str| ["explain", "c.toml", "--pixel", "12,7", "--path-of", name];
     let text = f.turner(&args("floor")).ok().stdout;
     assert!(text.contains("floor") && text.contains("do not touch \"floor\""), "{text}");
-    // The camera's ray is the way to all others; what does not lead to the floor or come from it is left out.
-    assert!(text.contains("camera →") && text.contains("equal to the last bit"));
+    // The camera ray is the ancestor of all others. Rays that neither lead to the floor nor start there are omitted.
+    assert!(text.contains("camera ray →") && text.contains("equal to the last bit"));
     let glass = f.turner(&args("glass")).ok().stdout;
     assert!(!glass.contains("do not touch"), "{glass}");
     f.turner(&args("flor")).fails(1, &["E0103", "\"flor\"", "did you mean \"floor\"", "glass"]);
@@ -308,7 +311,7 @@ fn rays_are_filtered_by_what_they_touch() {
     assert!(text.contains("of 9 samples touch \"floor\""), "{text}");
 }
 
-/// Elements are closed in the order in which they were opened; gives their names.
+/// Checks that elements are nested correctly, and returns their names.
 fn elements(text: &str) -> Vec<String> {
     let (mut names, mut open) = (Vec::new(), Vec::<String>::new());
     let mut rest = text;
@@ -362,14 +365,14 @@ fn drawings_and_pages_are_well_formed_and_need_nothing_else() {
             let count = |name: &str| names.iter().filter(|n| *n == name).count();
             assert!(count("svg") >= 1 && count("path") > 0, "{scene} {name}");
             assert_eq!(count("script"), usize::from(name == "e.html"));
-            // Nothing is fetched: the only address is the name of the format.
+            // The page loads nothing: its only URL is the XML namespace.
             let addresses = text.replace("http://www.w3.org/2000/svg", "");
             for word in ["http:", "https:", "src=", "href=", "@import", "url(h", "alert('", "\x1b"] {
                 assert!(!addresses.contains(word), "{scene} {name}: {word}");
             }
             assert!(text.contains("equal to the last bit") || text.contains("to the last bit"));
             assert!(!text.contains("object #"), "{scene} {name}: a shape has no name");
-            // Each ray of the views is in the tree as well.
+            // Rays are linked between the views and the tree.
             let once: std::collections::BTreeSet<&str> = text
                 .match_indices("data-ray=\"")
                 .map(|(i, m)| text[i + m.len()..].split('"').next().unwrap())
@@ -377,14 +380,14 @@ fn drawings_and_pages_are_well_formed_and_need_nothing_else() {
             assert!(!once.is_empty());
         }
     }
-    // The same bytes each time.
+    // The output is deterministic.
     let page = || f.turner(&["explain", "c.toml", "--pixel", "12,7", "--format", "html"]).ok().stdout;
     assert_eq!(page(), page());
 }
 
-/// A ray that a ball sends to the floor, 150 units away.
+/// A ray that a ball reflects to the floor, 150 units away.
 #[test]
-fn what_is_met_near_the_horizon_does_not_shrink_the_views() {
+fn hits_near_the_horizon_do_not_shrink_the_views() {
     let f = folder();
     let scene = "film = { width = 1001, height = 1001 }\n\
                  camera = { position = [0, 1, 5], look_at = [0, 1, 0], fov = 40 }\n\
@@ -402,7 +405,7 @@ fn what_is_met_near_the_horizon_does_not_shrink_the_views() {
 }
 
 #[test]
-fn what_cannot_be_explained_is_said() {
+fn bad_arguments_are_errors() {
     let f = folder();
     f.write("g.toml", GLASS);
     let fails = |code: i32, args: &[&str], words: &[&str]| {
@@ -422,7 +425,7 @@ fn what_cannot_be_explained_is_said() {
     for path in ["none/e.svg", "g.toml/e.json", "."] {
         fails(1, &["g.toml", "--pixel", "0,0", "--format", "svg", "-o", path], &["E0401"]);
     }
-    // Nothing is written where something is wrong.
+    // A failed run writes nothing.
     fails(1, &["g.toml", "--pixel", "99,0", "-o", "e.html"], &["E0105"]);
     assert_eq!(f.names(), before);
     let run = f.turner(&["explain", "g.toml", "--pixel", "99,0", "--json"]).fails(1, &["E0105"]);

@@ -1,9 +1,9 @@
-//! What tests of programs share: a folder, a run.
+//! Shared by tests of programs: a folder, a run.
 
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output, Stdio};
 
-/// A folder that is removed in the end.
+/// A temporary folder.
 pub(crate) struct Folder(tempfile::TempDir);
 
 impl Folder {
@@ -25,7 +25,7 @@ impl Folder {
         std::fs::read(self.path().join(name)).unwrap_or_else(|e| panic!("{name}: {e}"))
     }
 
-    /// A program with these arguments, in the folder.
+    /// Runs a program with these arguments in the folder.
     pub(crate) fn program(&self, program: &str, args: &[&str]) -> Command {
         let mut command = Command::new(program);
         command.current_dir(self.path()).args(args).env_remove("NO_COLOR").stdin(Stdio::null());
@@ -33,7 +33,7 @@ impl Folder {
     }
 }
 
-/// What a run gave.
+/// The result of a run.
 #[derive(Debug)]
 pub(crate) struct Run {
     pub(crate) code: Option<i32>,
@@ -56,7 +56,7 @@ impl Run {
         self
     }
 
-    /// Failed with this exit code, and said all these words.
+    /// Asserts the exit code and that the output contains all words.
     #[track_caller]
     pub(crate) fn fails(self, code: i32, words: &[&str]) -> Run {
         assert_eq!(self.code, Some(code), "{self:?}");

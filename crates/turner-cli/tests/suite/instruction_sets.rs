@@ -1,8 +1,8 @@
-//! Whatever instruction set is used, the picture is the same.
+//! The picture does not depend on the instruction set.
 
 use crate::common::folder;
 
-/// Highlights, mirrors, glass, tinted and soft shadows, shapes beside spheres, textures.
+/// Highlights, mirrors, glass, tinted and soft shadows, several shapes, textures.
 const SCENE: &str = r#"
 [film]
 width = 61

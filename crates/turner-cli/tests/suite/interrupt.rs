@@ -1,4 +1,4 @@
-//! Ctrl-C: what is rendered is saved.
+//! Ctrl-C saves the picture.
 #![cfg(unix)]
 
 use std::io::{BufRead, BufReader, Read};
@@ -7,7 +7,7 @@ use std::time::{Duration, Instant};
 
 use crate::common::{Folder, Run, folder, pixels};
 
-/// A render that takes minutes, once it has begun to make progress.
+/// Starts a render that takes minutes, and waits for its first progress.
 fn long(f: &Folder, args: &[&str]) -> (Child, BufReader<std::process::ChildStdout>) {
     let size = ["--width", "200", "--height", "200", "--antialias", "monte-carlo", "--samples", "1000000"];
     let mut child = f
@@ -38,7 +38,7 @@ fn end(mut child: Child, mut events: BufReader<std::process::ChildStdout>) -> Ru
     Run { code: output.code(), stdout, stderr: String::new() }
 }
 
-/// Whether whoever runs the tests has turned a signal off (jobs in the background of a script): then the program does not hear it either.
+/// Whether the parent process ignores a signal (background jobs of a script): the program then ignores it as well.
 fn is_off(signal: u32) -> bool {
     let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
     let mask = status.lines().find_map(|line| line.strip_prefix("SigIgn:"));
@@ -78,7 +78,7 @@ fn while_it_renders_there_is_no_other_file() {
     assert_eq!(f.names(), ["s.toml"]);
 }
 
-/// `nohup` and the like: what whoever started the program has turned off does not stop it.
+/// A signal that the parent process ignores (`nohup`) does not stop the program.
 #[test]
 fn signals_that_are_turned_off_stay_so() {
     let f = folder();

@@ -1,4 +1,4 @@
-//! Limits by option: what is beyond them is refused with the need and the option's name.
+//! Limits: an error names the need and the option.
 
 use crate::common::{SCENE, folder};
 
@@ -27,7 +27,7 @@ fn more_folders_may_be_read_when_they_are_named() {
     }
     f.turner(&["in/s1.toml", "--allow-path", "parts"]).fails(1, &["error[E0201]", "--allow-path"]);
     f.turner(&["in/s0.toml", "--allow-path", "nowhere"]).fails(1, &["nowhere"]);
-    // What is told of places that may not be read does not depend on what is there.
+    // The message for a path outside the folder does not depend on whether the file exists.
     f.write("in/s3.toml", "include = [\"../secret/nothing.toml\"]\n");
     let error = |scene| f.turner(&[scene, "--allow-path", "parts"]).fails(1, &[]).stderr;
     let known = error("in/s1.toml").replace("part.toml", "X").replace("s1", "S");
@@ -71,12 +71,12 @@ fn a_text_of_many_objects_ends_with_a_message() {
     let f = folder();
     f.write("many.toml", &"[[object]]\ntype = \"sphere\"\ncenter = [1.5, 2.5, 3.5]\n".repeat(60_000));
     f.turner(&["many.toml", "--max-memory", "64M"]).fails(1, &["error[E0109]", "many.toml", "--max-memory"]);
-    // What no estimate foresees: 28 bytes of memory for each of the text at the least.
+    // Memory that no estimate covers: at least 28 bytes per byte of text.
     let nodes = format!("{{\"asset\":{{\"version\":\"2.0\"}},\"nodes\":[{}{{}}]}}", "{},".repeat(1_000_000));
     f.write("nodes.gltf", &nodes);
     f.turner(&["nodes.gltf", "--max-memory", "100M"])
         .fails(1, &["error[E0109]", "nodes.gltf", "--max-memory"]);
-    // Programs hear of it as of every error.
+    // The error is an event as well.
     let run = f.turner(&["nodes.gltf", "--max-memory", "100M", "--json"]);
     let last: serde_json::Value = serde_json::from_str(run.stdout.lines().last().unwrap()).unwrap();
     assert_eq!((&last["event"], &last["code"]), (&"error".into(), &"E0109".into()), "{run:?}");

@@ -1,4 +1,4 @@
-//! Models by themselves: `turner model.glb`.
+//! Models without a scene file: `turner model.glb`.
 
 use std::path::{Path, PathBuf};
 
@@ -41,7 +41,7 @@ fn a_model_needs_no_flag_and_is_reported() {
     }
     let (w, h, p) = pixels(&f.read("Box.png"));
     assert_eq!((w, h), (32, 24));
-    // A red box in the middle of a grey picture.
+    // A red box at the centre of a grey picture.
     let [r, g, b] = p[12 * 32 + 16];
     assert!(r > 2.0 * g && r > 2.0 * b, "{:?}", p[12 * 32 + 16]);
     let [r, g, b] = p[0];
@@ -107,11 +107,21 @@ fn turntables_and_frames_are_numbered() {
     assert_ne!(f.read("Fox_0000.png"), f.read("Fox_0001.png"));
     f.turner(&small(&["Fox.glb", "--frame", "1", "--fps", "4", "--animation", "Walk", "-o", "one.png"])).ok();
     assert_eq!(pixels(&f.read("one.png")), pixels(&f.read("Fox_0001.png")));
+    // The first picture of a turntable shows the view of the scene's camera; the second one differs.
+    f.write(
+        "c.toml",
+        "camera = { position = [0, 2, 6], look_at = [0, 1, 0] }\nlight = [{ type = \"point\", position = [3, 4, 5] }]\n\
+         object = [{ type = \"sphere\", center = [0.5, 1, 0] }]\n",
+    );
+    f.turner(&small(&["c.toml", "--turntable", "2", "-o", "c-#.png"])).ok();
+    f.turner(&small(&["c.toml", "-o", "c.png"])).ok();
+    assert_eq!(pixels(&f.read("c.png")), pixels(&f.read("c-0.png")));
+    assert_ne!(f.read("c-0.png"), f.read("c-1.png"));
     f.turner(&["Box.glb", "--turntable", "2", "-o", "-", "--format", "png"]).fails(2, &["standard output"]);
 }
 
 #[test]
-fn what_is_ignored_is_an_error_under_strict() {
+fn ignored_features_are_errors_with_strict() {
     let f = with(&["mesh/missing_material_file.obj"]);
     let run = f.turner(&small(&["missing_material_file.obj", "-o", "x.png"])).ok();
     assert!(run.stderr.contains("warning"), "{run:?}");

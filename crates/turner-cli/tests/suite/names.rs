@@ -1,4 +1,4 @@
-//! `turner list`, `turner help`, `turner info`, `turner bench`, and the words before them.
+//! `turner list`, `turner help`, `turner info`, `turner bench`, and the names of commands.
 
 use crate::common::{SCENE, folder};
 
@@ -97,7 +97,7 @@ fn misspelled_commands_are_found() {
     f.turner(&[]).fails(2, &["Usage"]);
     f.turner(&["--nonsense"]).fails(2, &["--nonsense"]);
     assert!(f.turner(&["--version"]).ok().stdout.starts_with("turner "));
-    // A file of that name is a scene.
+    // An existing file with this name is a scene.
     f.write("rendr", SCENE);
     f.turner(&["rendr"]).ok();
 }

@@ -76,12 +76,12 @@ fn events_are_json_lines() {
     assert_eq!(done["non_finite"]["count"], 0);
     assert_eq!(done["scene_hash"].as_str().unwrap().len(), 32);
     assert_eq!(done["samples"], 24 * 16);
-    // With the picture on standard output the events are on standard error.
+    // With the picture on standard output, events go to standard error.
     let output = f.command(&["s.toml", "--json", "-o", "-", "--format", "png"]).output().unwrap();
     assert!(output.stdout.starts_with(b"\x89PNG"));
     let run = Run::of(output).ok();
     assert!(run.stderr.lines().all(|l| serde_json::from_str::<serde_json::Value>(l).is_ok()), "{run:?}");
-    // Errors too.
+    // Errors as well.
     f.write("bad.toml", "[film]\nwidht = 4\n");
     let run = f.turner(&["bad.toml", "--json"]);
     assert_eq!(run.code, Some(1));

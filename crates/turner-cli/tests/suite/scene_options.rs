@@ -121,7 +121,7 @@ fn the_exposure_that_was_chosen_is_in_the_picture() {
     let auto = exposure(&["--auto-exposure"]);
     assert!(auto != 0.0 && auto.abs() < 3.0, "{auto}");
     assert!((exposure(&["--auto-exposure", "--exposure", "0.5"]) - auto - 0.5).abs() < 1e-3);
-    // A scene twice as bright is shown the same.
+    // Auto exposure: a scene of twice the brightness looks the same.
     let half = exposure(&[
         "--auto-exposure",
         "-D",

@@ -7,7 +7,7 @@ pub(crate) fn root() -> &'static Path {
     Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../.."))
 }
 
-/// All documents that have commands.
+/// All documents with commands.
 pub(crate) fn documents() -> Vec<PathBuf> {
     let mut files = markdown_below(&root().join("docs"));
     files.sort();
@@ -17,7 +17,7 @@ pub(crate) fn documents() -> Vec<PathBuf> {
     files
 }
 
-/// The Markdown files in a folder and in the folders below it.
+/// The Markdown files in a folder and its subfolders.
 pub(crate) fn markdown_below(folder: &Path) -> Vec<PathBuf> {
     let mut files = Vec::new();
     for entry in std::fs::read_dir(folder).unwrap() {
@@ -31,7 +31,7 @@ pub(crate) fn markdown_below(folder: &Path) -> Vec<PathBuf> {
     files
 }
 
-/// The lines of the ```sh and ```console blocks, with their numbers.
+/// The lines of the ```sh and ```console blocks, with their line numbers.
 pub(crate) fn lines(text: &str) -> Vec<(usize, String)> {
     let mut out = Vec::new();
     let mut block: Option<bool> = None;

@@ -1,4 +1,4 @@
-//! `turner new`, `turner watch`, and what shells and manuals are told.
+//! `turner new`, `turner watch`, completion scripts and manual pages.
 
 use std::path::Path;
 use std::process::{Child, Stdio};
@@ -22,7 +22,7 @@ fn new_scenes_render_without_a_warning() {
         assert!(!run.stderr.contains("warning"), "{run:?}");
         let (w, h, p) = pixels(&f.read(&format!("{template}.png")));
         assert_eq!((w, h), (40, 25));
-        // The middle is the red sphere.
+        // The red sphere is at the centre.
         let middle = p[(h / 2 * w + w / 2) as usize];
         assert!(middle[0] > 1.5 * middle[1] && middle[0] > 1.5 * middle[2], "{middle:?}");
     }
@@ -81,7 +81,7 @@ fn watch_renders_again_when_a_file_is_saved() {
     f.write("paint.toml", "[material.paint]\ncolor = \"lime\"\n");
     until("the second picture", || contents(&picture) != first);
     let second = contents(&picture);
-    // A mistake leaves the picture as it is; then the file is gone for a while, then half of it is there.
+    // An error leaves the picture unchanged. Then the file is missing for a while, then incomplete.
     f.write("s.toml", "[camera\n");
     std::thread::sleep(Duration::from_millis(1500));
     std::fs::remove_file(f.path().join("s.toml")).unwrap();

@@ -1,8 +1,8 @@
-//! docs/tutorial/first-scene.md, followed from an empty file: each step gives the file in scenes/tutorial/first.
+//! Follows docs/tutorial/first-scene.md from an empty file: each step gives the file in scenes/tutorial/first.
 
 use crate::sh_blocks::root;
 
-/// The sections of a scene: what stands from one line that begins with a bracket to the next.
+/// The sections of a scene: from a line that begins with a bracket to the next one.
 fn sections(text: &str) -> Vec<String> {
     let mut out: Vec<String> = vec![String::new()];
     for line in text.lines() {
@@ -18,12 +18,12 @@ fn sections(text: &str) -> Vec<String> {
     out.iter().map(|s| s.trim_matches('\n').to_owned()).filter(|s| !s.is_empty()).collect()
 }
 
-/// Whether there is nothing but comments.
+/// Whether there are only comments.
 fn is_comment(section: &str) -> bool {
     section.lines().all(|line| line.is_empty() || line.starts_with('#'))
 }
 
-/// The one section that the page calls so: "the `[film]` section", "the object `ball`", "the light `bulb`".
+/// The section that the page names: "the `[film]` section", "the object `ball`", "the light `bulb`".
 fn find(sections: &[String], what: &str) -> usize {
     let quoted = what.split('`').nth(1).unwrap_or_else(|| panic!("what is {what}?"));
     let is = |s: &&String| {

@@ -1,8 +1,8 @@
-//! `unsafe` stands in turner-bvh and turner-embree alone.
+//! `unsafe` occurs only in turner-bvh and turner-embree.
 
 use std::path::{Path, PathBuf};
 
-/// All Rust files below a folder.
+/// All Rust files in a folder and its subfolders.
 fn sources(folder: &Path, out: &mut Vec<PathBuf>) {
     for entry in std::fs::read_dir(folder).unwrap().map(|e| e.unwrap().path()) {
         if entry.is_dir() {
@@ -13,7 +13,7 @@ fn sources(folder: &Path, out: &mut Vec<PathBuf>) {
     }
 }
 
-/// Whether a line of code, its comments and strings left out, has the keyword.
+/// Whether a line of code, without comments and strings, has the keyword.
 fn is_unsafe(line: &str) -> bool {
     let code = line.split("//").next().unwrap_or_default();
     let outside_strings = code.split('"').step_by(2).collect::<Vec<_>>().join("\"");

@@ -1,8 +1,8 @@
-//! `turner verify`: the suite holds, and says so when something does not.
+//! `turner verify`: all checks pass, and errors are reported.
 
 use crate::common::folder;
 
-/// A fixed seed, so that it is not chance that decides.
+/// A fixed seed, so that the result is deterministic.
 #[test]
 fn the_suite_holds() {
     let run = folder().turner(&["verify", "--seed", "1", "--threads", "2"]).ok();
@@ -35,7 +35,7 @@ fn checks_are_chosen_by_name_and_a_seed_repeats_them() {
     assert!(list.lines().count() > 60 && !list.contains("surface/velvet"), "{list}");
 }
 
-/// Every scene that comes with Turner, small: not one sample is infinite or no number.
+/// Every scene of the repository, at a small size: no sample is infinite or NaN.
 #[test]
 fn all_samples_of_all_scenes_are_finite() {
     let f = folder();
@@ -49,7 +49,7 @@ fn all_samples_of_all_scenes_are_finite() {
                 folders.push(path);
                 continue;
             }
-            // Its files are made by an example.
+            // An example generates its files.
             if path.extension().is_none_or(|e| e != "toml") || path.ends_with("peers/s4.toml") {
                 continue;
             }

@@ -160,7 +160,7 @@ impl<'a> Files<'a> {
     }
 }
 
-/// Whether a mesh can be written inline.
+/// Whether a mesh can be written inline, with the same bits when it is read again: text has neither -0 nor NaN.
 fn is_readable(mesh: &MeshData) -> bool {
     let plain = mesh.more_uvs.len() <= 1 && mesh.more_uvs.iter().all(|set| !set.is_empty());
     let is_cloud = mesh.triangles.is_empty();
@@ -180,7 +180,7 @@ fn is_readable(mesh: &MeshData) -> bool {
         && plain
         && fits
         && mesh.material_names.is_empty()
-        && numbers.all(|v| v.is_finite())
+        && numbers.all(|v| v.is_finite() && v.to_bits() != (-0.0_f32).to_bits())
 }
 
 impl SceneAssetWriter for Files<'_> {

@@ -168,15 +168,16 @@ fn put_array(out: &mut String, items: &[Value], line: usize) {
     *out += "\n]";
 }
 
-/// The shortest text that reads back as the same number.
+/// The shortest text that reads back as this number; 0 for -0.
 fn number(v: f64) -> String {
     let size = v.abs();
     if v.is_nan() {
         "nan".into()
     } else if v.is_infinite() {
         if v > 0.0 { "inf".into() } else { "-inf".into() }
-    } else if v == 0.0 && v.is_sign_negative() {
-        "-0.0".into()
+    } else if v == 0.0 {
+        // Without the sign of -0, which means nothing in a scene.
+        "0".into()
     } else if size != 0.0 && !(1e-5..1e16).contains(&size) {
         format!("{v:e}")
     } else {
@@ -222,7 +223,8 @@ mod tests {
                 Data::Number(v) => v,
                 other => panic!("{other:?}"),
             };
-            assert_eq!(read.to_bits(), v.to_bits(), "{v}");
+            // Adding 0 turns -0 into 0.
+            assert_eq!(read.to_bits(), (v + 0.0).to_bits(), "{v}");
         }
     }
 

@@ -174,7 +174,10 @@ fn read(bytes: Vec<u8>, uri: &str, assets: &dyn AssetSource, options: &ImportOpt
         report.doubtful("the file contains no geometry");
     }
     let empty = SceneDesc::default();
-    let summary = ImportSummary { file: printable(uri), format: "glTF 2.0", counts };
+    let animations = document.animations.iter().filter_map(|a| a.name.clone()).collect();
+    let variants = document.extensions.variants.iter().flat_map(|v| &v.variants).map(|v| v.name.clone());
+    let names = vec![("animations", animations), ("variants", variants.collect())];
+    let summary = ImportSummary { file: printable(uri), format: "glTF 2.0", counts, names };
     Ok(SceneDesc {
         camera: cameras.first().cloned(),
         textures: textures.list,

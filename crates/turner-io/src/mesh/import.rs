@@ -150,7 +150,7 @@ struct Import {
 
 impl Import {
     fn new(uri: &str, format: &'static str) -> Result<Import, SceneError> {
-        let summary = ImportSummary { file: printable(uri), format, counts: Vec::new() };
+        let summary = ImportSummary { file: printable(uri), format, counts: Vec::new(), names: Vec::new() };
         Ok(Import {
             scene: SceneDesc::default(),
             pictures: Pictures::default(),

@@ -126,7 +126,8 @@ fn finish(assembly: Assembly<'_>, materials: Vec<Named<MaterialDesc>>) -> Result
     scene.images = stock.images;
     scene.meshes = stock.meshes;
     fill_open(&mut scene, around);
-    scene.imports = vec![ImportSummary { file: printable(&uri), format: "Mitsuba", counts }];
+    scene.imports =
+        vec![ImportSummary { file: printable(&uri), format: "Mitsuba", counts, names: Vec::new() }];
     scene.warnings = report.into_warnings(&files);
     Ok(scene)
 }

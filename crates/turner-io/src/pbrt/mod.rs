@@ -127,7 +127,8 @@ fn finish(
     scene.images = stock.images;
     scene.meshes = stock.meshes;
     fill_open(&mut scene, around);
-    scene.imports = vec![ImportSummary { file: printable(&uri), format: "pbrt-v4", counts }];
+    scene.imports =
+        vec![ImportSummary { file: printable(&uri), format: "pbrt-v4", counts, names: Vec::new() }];
     scene.warnings = report.into_warnings(&files);
     Ok(scene)
 }

@@ -106,7 +106,7 @@ fn read_sections(root: &Value, cx: &mut Reader<'_>) -> Result<SceneDesc, SceneEr
     };
     if objects.is_empty() {
         (cx as &mut dyn ReadContext)
-            .warn(None, "the scene has no [[object]]: the picture shows only the background. Add an object");
+            .warn(None, "the scene has no [[object]]: the picture shows only the background. Add an object; `turner new first` writes an example scene and `turner help scene` describes the format");
     }
     Ok(SceneDesc {
         camera,

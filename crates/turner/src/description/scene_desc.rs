@@ -131,4 +131,6 @@ pub struct ImportSummary {
     pub format: &'static str,
     /// What it contains, with counts, e.g. `("triangles", 12)`.
     pub counts: Vec<(&'static str, u64)>,
+    /// Names in the file that a scene can select: of animations and of material variants.
+    pub names: Vec<(&'static str, Vec<String>)>,
 }

@@ -68,7 +68,7 @@ fn dark(e: &Evidence<'_>) -> Option<Finding> {
                         .and("film.antialias", "monte-carlo")
                         .and("film.samples", 64)
                         .and("film.transfer", "srgb"))
-                    .measure("materials-that-shine", emissive as f64, "count"),
+                    .measure("emissive-materials", emissive as f64, "count"),
             );
         }
         return Some(no_lights(e, severity, physical));
@@ -183,11 +183,7 @@ fn settings(e: &Evidence<'_>) -> Vec<Finding> {
         }
     };
     let measured = |f: Finding, t: &Trial| {
-        f.measure("light-with-the-change", t.ratio, "ratio").measure(
-            "pixels-that-get-brighter",
-            t.brighter,
-            "share",
-        )
+        f.measure("brightness-ratio", t.ratio, "ratio").measure("pixels-brightened", t.brighter, "fraction")
     };
     let times = |t: &Trial| {
         if t.ratio.is_finite() {
@@ -292,8 +288,8 @@ fn exposure(e: &Evidence<'_>) -> Option<Finding> {
             .remedy("set `exposure` of [film] to 0")
             .set("film.exposure", 0.0)
             .measure("exposure", film.exposure, "stops")
-            .measure("brightness-shown", now, "share")
-            .measure("brightness-at-exposure-0", plain, "share"),
+            .measure("brightness-shown", now, "fraction")
+            .measure("brightness-at-exposure-0", plain, "fraction"),
     )
 }
 
@@ -375,7 +371,7 @@ fn too_dim(e: &Evidence<'_>) -> Option<Finding> {
             .at(e.span_of(most.emitter))
             .measure("irradiance", irradiance, "irradiance")
             .measure("distance", most.distance, "units")
-            .measure("factor-wanted", factor, "ratio")
+            .measure("factor-needed", factor, "ratio")
             .measure("brightness", brightest, "radiance"),
     )
 }
@@ -423,8 +419,8 @@ fn black_materials(e: &Evidence<'_>) -> Option<Finding> {
             ))
             .remedy("give the materials another `color` or `base_color`, and check that their textures were found")
             .about(name.text)
-            .measure("albedo", mean, "share")
-            .measure("black-pixels", black, "share")
+            .measure("albedo", mean, "fraction")
+            .measure("black-pixels", black, "fraction")
             .measure("irradiance", irradiance, "irradiance"),
     )
 }

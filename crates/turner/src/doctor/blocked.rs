@@ -87,11 +87,11 @@ fn cause(e: &Evidence<'_>, l: &LightFacts) -> Option<Cause> {
     let measured = |f: Finding| {
         f.about(name.text.clone())
             .at(e.span_of(l.emitter))
-            .measure("points-reached", fraction(l.visible), "share")
-            .measure("points-in-shadow", fraction(l.blocked), "share")
-            .measure("points-turned-away", fraction(l.facing_away), "share")
-            .measure("points-not-shone-at", fraction(l.unlit), "share")
-            .measure("irradiance-kept-off", l.blocked_irradiance, "irradiance")
+            .measure("points-reached", fraction(l.visible), "fraction")
+            .measure("points-in-shadow", fraction(l.blocked), "fraction")
+            .measure("points-facing-away", fraction(l.facing_away), "fraction")
+            .measure("points-not-illuminated", fraction(l.unlit), "fraction")
+            .measure("irradiance-blocked", l.blocked_irradiance, "irradiance")
     };
     let find =
         |code, weight, what: String| measured(Finding::new(BLACK, Severity::Error, code, weight, what));
@@ -122,7 +122,7 @@ fn cause(e: &Evidence<'_>, l: &LightFacts) -> Option<Cause> {
                 percent(b.fraction)
             ))
             .remedy("make an opening in it, remove it, or put a light inside")
-            .measure("kept-off-by-it", b.fraction, "share");
+            .measure("fraction-blocked-by-it", b.fraction, "fraction");
         return Some(Cause { finding, by: Some(b.primitive) });
     }
     if let Some(cause) = enclosed_light(e, l, blocker, &name, &find) {
@@ -211,7 +211,7 @@ fn enclosed_light(
             percent(f64::from(l.visible) / f64::from(l.sampled))
         ))
         .remedy(format!("move the light out of {encloser_name}, or make an opening in it. For light to pass through, give it a transmissive material, or `shadow = \"none\"` with \"classic\""))
-        .measure("directions-enclosed", l.enclosed, "share");
+        .measure("directions-enclosed", l.enclosed, "fraction");
     Some(Cause { finding, by: Some(encloser) })
 }
 
@@ -281,7 +281,7 @@ fn turned_away(e: &Evidence<'_>, l: &LightFacts, name: &Label, find: Find<'_>) -
             ))
             .remedy(remedy)
             .measure("angle-off-axis", angle, "degrees")
-            .measure("directions-lit", l.emitting, "share"),
+            .measure("directions-lit", l.emitting, "fraction"),
     )
 }
 
@@ -320,7 +320,7 @@ fn behind_glass(e: &Evidence<'_>, all_irradiance: f64) -> Option<Finding> {
             .or(Remedy::set("integrator.type", "path").and("integrator.caustics", "light-tracing"))
             .about(name.text)
             .at(e.span_of(most.emitter))
-            .measure("light-lost", fraction, "share")
-            .measure("lost-at-it", b.fraction, "share"),
+            .measure("light-lost", fraction, "fraction")
+            .measure("fraction-lost-at-it", b.fraction, "fraction"),
     )
 }

@@ -31,7 +31,7 @@ pub(super) fn check(e: &Evidence<'_>, out: &mut Vec<Finding>) {
                 .why("this scene takes much longer to probe than most. The findings are right, but others may be missing")
                 .remedy("raise the time limit")
                 .or(Remedy::Seconds(60.0))
-                .measure("pixels-looked-at", seen as f64, "count"),
+                .measure("pixels-examined", seen as f64, "count"),
         );
     }
 }
@@ -50,7 +50,7 @@ fn non_finite(e: &Evidence<'_>) -> Option<Finding> {
         find(Severity::Error, "non-finite", 1.0, what)
             .why("the film drops them; a pixel with no other samples is magenta. Products of values in the scene overflow")
             .remedy("look for lights, emission and colours of 1e30 and more; `turner explain` at a magenta pixel shows where it begins. If there are none, this is a bug: please report it")
-            .measure("samples", bad / all, "share"),
+            .measure("samples", bad / all, "fraction"),
     )
 }
 
@@ -73,7 +73,7 @@ fn normals(e: &Evidence<'_>) -> Option<Finding> {
             .why("the normals in the mesh file disagree with the winding of its triangles: surfaces look black or torn")
             .remedy("recompute the normals in the program that the mesh comes from, or ignore them with `smooth = false`")
             .about(name.text)
-            .measure("surfaces", fraction, "share"),
+            .measure("surfaces", fraction, "fraction"),
     )
 }
 
@@ -195,11 +195,11 @@ fn backs(e: &Evidence<'_>) -> Option<Finding> {
     };
     let what = format!("the camera sees the back of {name}, which is invisible");
     Some(
-        find(severity, "seen-from-behind", 0.94, what)
+        find(severity, "back-faces-culled", 0.94, what)
             .why(format!("{} of the camera rays pass through it: its material has `double_sided = false`, and its normals point away from the camera", percent(fraction)))
             .remedy("flip it (swap `edge_u` and `edge_v`, or reverse the winding of a mesh), or set `double_sided = true`")
             .about(name.text)
-            .measure("rays-through", fraction, "share"),
+            .measure("rays-through", fraction, "fraction"),
     )
 }
 

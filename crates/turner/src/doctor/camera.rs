@@ -84,11 +84,11 @@ fn crop(e: &Evidence<'_>) -> Option<Finding> {
         .remedy("remove `crop` from [film], or move it over the objects")
         .set("film.crop", [0, 0, e.scene.film().width, e.scene.film().height]);
     let finding = finding.measure("brightness-in-crop", light, "radiance").measure(
-        "brightness-of-picture",
+        "picture-brightness",
         all,
         "radiance",
     );
-    Some(finding.measure("met-in-crop", hit, "share").measure("met-in-picture", hit_all, "share"))
+    Some(finding.measure("hits-in-crop", hit, "fraction").measure("hits-in-picture", hit_all, "fraction"))
 }
 
 /// A camera inside a solid.
@@ -137,8 +137,8 @@ fn inside(e: &Evidence<'_>, view: &View) -> Option<Finding> {
         ))
         .remedy(format!("move the camera out of it: `[camera] position` is ({})", point(view.position)))
         .about(name.text)
-        .measure("directions-enclosed", fraction, "share")
-        .measure("rays-enclosed", seen, "share");
+        .measure("directions-enclosed", fraction, "fraction")
+        .measure("rays-enclosed", seen, "fraction");
     Some(out)
 }
 
@@ -188,8 +188,8 @@ fn invisible(e: &Evidence<'_>) -> Option<Finding> {
             .set(&format!("material.{}.opacity", name.text), 1.0)
             .about(name.text)
             .at(e.desc.materials.get(i).and_then(|m| m.span))
-            .measure("opacity", opacity, "share")
-            .measure("rays-through", fraction, "share"),
+            .measure("opacity", opacity, "fraction")
+            .measure("rays-through", fraction, "fraction"),
     )
 }
 
@@ -221,7 +221,7 @@ fn nothing_seen(e: &Evidence<'_>, view: &View) -> Option<Finding> {
     let half = crate::math::elementary::asin(reach).to_degrees();
     let find = |code, weight, what: String| {
         Finding::new(BLACK, severity, code, weight, what)
-            .measure("rays-that-meet-objects", fraction, "share")
+            .measure("rays-that-hit-objects", fraction, "fraction")
             .measure("angle-off-axis", angle, "degrees")
             .measure("distance", distance, "units")
             .measure("radius-of-objects", radius, "units")
@@ -280,7 +280,7 @@ fn nothing_seen(e: &Evidence<'_>, view: &View) -> Option<Finding> {
             "move the camera; the integrator \"depth\" shows what its rays hit",
         )
     };
-    Some(find("objects-not-met", 0.9, what).why(why).remedy(remedy))
+    Some(find("objects-not-hit", 0.9, what).why(why).remedy(remedy))
 }
 
 /// A thin lens with nothing in focus.
@@ -362,8 +362,8 @@ fn near(e: &Evidence<'_>, view: &View) -> Option<Finding> {
             .remedy("move the camera or the object, or clip it with `near` of [camera]")
             .set("camera.near", rounded(distance * 1.5))
             .about(name.text)
-            .measure("rays-that-end-there", fraction, "share")
+            .measure("rays-blocked", fraction, "fraction")
             .measure("distance", distance, "units")
-            .measure("distance-looked-at", to_target, "units"),
+            .measure("distance-to-target", to_target, "units"),
     )
 }

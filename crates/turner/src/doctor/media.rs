@@ -117,10 +117,10 @@ pub(super) fn check(e: &Evidence<'_>, out: &mut Vec<Finding>) {
     let more =
         if ratio.is_finite() { format!("{} times the light", short(ratio)) } else { "light".to_owned() };
     let measured = |f: Finding| {
-        f.measure("light-without-it", ratio, "ratio").measure(
-            "pixels-that-get-brighter",
+        f.measure("brightness-ratio", ratio, "ratio").measure(
+            "pixels-brightened",
             found.trial.brighter,
-            "share",
+            "fraction",
         )
     };
     match found.what {
@@ -146,7 +146,7 @@ pub(super) fn check(e: &Evidence<'_>, out: &mut Vec<Finding>) {
             let finding =
                 if medium.name.is_some() { finding } else { Finding { remedies: Vec::new(), ..finding } };
             let finding = finding.about(name).at(medium.span);
-            out.push(measured(finding).measure("mean-way-of-light", mean_free_path, "units"));
+            out.push(measured(finding).measure("mean-free-path", mean_free_path, "units"));
         }
         Absorber::Inside(id) => {
             let name = e.labels.material_label(id);

@@ -124,9 +124,9 @@ fn demote_effects(findings: &mut [Finding]) {
         ("medium-too-dense", "light-too-weak"),
         ("medium-too-dense", "depth-too-low"),
         ("glass-too-dark", "light-too-weak"),
-        ("objects-invisible", "objects-not-met"),
-        ("seen-from-behind", "objects-not-met"),
-        ("crop-misses", "objects-not-met"),
+        ("objects-invisible", "objects-not-hit"),
+        ("back-faces-culled", "objects-not-hit"),
+        ("crop-misses", "objects-not-hit"),
     ];
     for (cause, effect) in pairs {
         if has(findings, cause) {
@@ -143,7 +143,7 @@ fn debug_view(integrator: &IntegratorDesc) -> Finding {
         "the integrator \"{}\" shows a property of the first hit of each camera ray, not light",
         integrator.type_name()
     );
-    Finding::new(Question::Broken, Severity::Note, "not-light", 0.5, what)
+    Finding::new(Question::Broken, Severity::Note, "debug-view", 0.5, what)
         .why("lights and noise do not affect the picture")
         .remedy("use an integrator that computes light, such as \"path\"")
         .or(Remedy::set("integrator.type", "path")

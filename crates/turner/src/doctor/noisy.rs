@@ -40,7 +40,7 @@ fn measured(e: &Evidence<'_>, out: &mut Vec<Finding>) {
     let all = e.all[1].max(f64::MIN_POSITIVE);
     let flags = |f: Finding| {
         f.or(Remedy::set("film.antialias", "monte-carlo").and("film.samples", fewer as u32))
-            .measure("error-expected", error, "relmse")
+            .measure("expected-error", error, "relmse")
             .measure("variance-of-a-sample", e.variance, "relmse")
             .measure("samples", samples, "count")
             .measure("samples-for-0.01", wanted, "count")
@@ -107,8 +107,8 @@ fn rare_caustics(e: &Evidence<'_>) -> Option<Finding> {
         .or(Remedy::set("integrator.type", "path").and("integrator.caustics", "full"))
         .about(glass.text)
         .at(e.span_of(light.emitter))
-        .measure("light-through-glass", fraction, "share")
-        .measure("chance-to-hit", size, "share");
+        .measure("light-through-glass", fraction, "fraction")
+        .measure("hit-probability", size, "fraction");
     Some(finding)
 }
 
@@ -151,20 +151,20 @@ fn of_kind(
         Finding::new(Question::Noisy, severity, code, 0.7 + 0.15 * of_kind.clamp(0.0, 1.0), what)
             .why(format!("{why}. The expected error with {samples} is {} (relMSE)", short(error)))
             .remedy(format!("{remedy}; {} samples per pixel reduce the error to {VISIBLE}", short(wanted)))
-            .measure("share-of-kind", of_kind, "share")
-            .measure("found-by-chance", bsdf_sampled, "share");
+            .measure("fraction-of-kind", of_kind, "fraction")
+            .measure("fraction-bsdf-sampled", bsdf_sampled, "fraction");
     if kind == PathKind::Caustic {
         finding = finding.set("integrator.caustics", "full").set("integrator.clamp_indirect", 10.0);
     }
     if let Some((name, part)) = at {
-        finding = finding.about(name.text).measure("share-of-material", part, "share");
+        finding = finding.about(name.text).measure("fraction-of-material", part, "fraction");
     }
     if let Some((name, part, source)) = by {
         finding.subject.get_or_insert(name.text);
         if let Source::Light(i) = source {
             finding.span = e.span_of(ListedEmitter::Light(i));
         }
-        finding = finding.measure("share-of-light", part, "share");
+        finding = finding.measure("fraction-of-light", part, "fraction");
     }
     finding
 }
@@ -206,7 +206,7 @@ fn advice(
             "keep `light_sampling` at \"both\", or replace the sun in the environment map by a directional light",
         ),
         PathKind::Direct if bsdf_sampled > 0.5 => (
-            "noise-light-by-chance",
+            "noise-light-not-sampled",
             "only BSDF-sampled rays find this light: emissive planes, moving emitters and lights behind glass cannot be sampled",
             "replace an emissive plane by a rectangle, or make the light larger",
         ),
@@ -260,8 +260,8 @@ fn fireflies(e: &Evidence<'_>) -> Option<Finding> {
         .why("bright light that few samples find stands out as single pixels")
         .remedy("more samples make them rarer and dimmer; `clamp_indirect = 10` in [integrator] removes them, and their light with them; a larger or weaker light, or rougher glass, avoids them")
         .set("integrator.clamp_indirect", 10.0)
-        .measure("pixels", count, "share")
-        .measure("share-of-variance", fraction, "share");
+        .measure("pixels", count, "fraction")
+        .measure("fraction-of-variance", fraction, "fraction");
     Some(match key.material {
         Some(m) => finding.about(e.labels.material(m)),
         None => finding.about(e.source(key.source).text),

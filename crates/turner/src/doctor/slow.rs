@@ -46,7 +46,7 @@ fn layers(e: &Evidence<'_>) -> Option<Finding> {
             .remedy("use `alpha_mode = \"mask\"` where opacity is 0 or 1, which needs no extra ray; merge layers, or lower `max_transparent`")
             .about(name.text)
             .measure("layers-per-path", per_path, "count")
-            .measure("surfaces-passed", fraction, "share"),
+            .measure("surfaces-passed", fraction, "fraction"),
     )
 }
 
@@ -74,7 +74,7 @@ fn long_paths(e: &Evidence<'_>) -> Option<Finding> {
         .about(name.text)
         .measure("surfaces-per-path", length, "count")
         .measure("longest-path", f64::from(longest), "count")
-        .measure("share-of-material", fraction, "share");
+        .measure("fraction-of-material", fraction, "fraction");
     if let IntegratorDesc::Path(p) = &e.scene.integrator
         && p.rr_start > 16
     {
@@ -97,7 +97,7 @@ fn trees(e: &Evidence<'_>) -> Vec<Finding> {
                 .remedy("lower `samples` of these lights and take more samples per pixel, or use \"path\", which takes one point per surface")
                 .set("integrator.type", "path")
                 .measure("shadow-rays-per-sample", shadow, "count")
-                .measure("points-of-lights", f64::from(lights), "count"),
+                .measure("light-samples", f64::from(lights), "count"),
         );
     }
     if rays > 64.0 || t.dropped > 0 {
@@ -145,14 +145,14 @@ fn costly_object(e: &Evidence<'_>) -> Option<Finding> {
         percent(fraction)
     );
     Some(
-        find(Severity::Note, "costly-search", 0.6, what)
+        find(Severity::Note, "costly-traversal", 0.6, what)
             .why(format!("it fills {} of the picture. Objects with overlapping boxes, long thin triangles and many shapes in one place cost most; the integrator \"cost\" shows where", percent(pixels)))
             .remedy("use instances of a group instead of one large object, or build the BVHs with higher quality")
             .or(Remedy::TreeQuality(Quality::High))
             .about(name.text)
             .measure("steps-per-ray", mean, "count")
-            .measure("share-of-steps", fraction, "share")
-            .measure("share-of-picture", pixels, "share"),
+            .measure("fraction-of-steps", fraction, "fraction")
+            .measure("fraction-of-picture", pixels, "fraction"),
     )
 }
 
@@ -234,7 +234,7 @@ fn film(e: &Evidence<'_>) -> Vec<Finding> {
                 .remedy("lower `width` and `height`, or `samples`")
                 .or(Remedy::set("film.width", film.width.div_ceil(4))
                     .and("film.height", film.height.div_ceil(4)))
-                .measure("samples-in-all", pixels * samples, "count"),
+                .measure("samples-total", pixels * samples, "count"),
         );
     }
     if film.antialias == Antialias::Adaptive && film.max_subdivisions > 4 && film.threshold < 0.01 {
@@ -269,8 +269,8 @@ fn caustics(e: &Evidence<'_>) -> Option<Finding> {
             .why(format!("`caustics = \"auto\"` traces light paths because they find caustics: {} of the light of the picture", percent(contribution)))
             .remedy(format!("switch them off with `caustics = \"off\"` in [integrator]: {loss}"))
             .set("integrator.caustics", "off")
-            .measure("work", work, "ratio")
-            .measure("light-of-caustics", contribution, "share")
-            .measure("light-lost-without", light_paths_only, "share"),
+            .measure("relative-time", work, "ratio")
+            .measure("caustic-light", contribution, "fraction")
+            .measure("light-lost-without-them", light_paths_only, "fraction"),
     )
 }

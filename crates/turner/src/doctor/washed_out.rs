@@ -24,11 +24,9 @@ pub(super) fn check(e: &Evidence<'_>, out: &mut Vec<Finding>) {
         Finding::new(Question::WashedOut, severity, code, weight, what)
     };
     let measured = |f: Finding| {
-        f.measure("white-pixels", p.white, "share").measure("clipped-pixels", p.clipped, "share").measure(
-            "saturation",
-            p.saturation,
-            "share",
-        )
+        f.measure("white-pixels", p.white, "fraction")
+            .measure("clipped-pixels", p.clipped, "fraction")
+            .measure("saturation", p.saturation, "fraction")
     };
     let objects_white = objects_white(e);
     let too_bright = objects_white > 0.3 || p.white > 0.6;
@@ -58,7 +56,7 @@ pub(super) fn check(e: &Evidence<'_>, out: &mut Vec<Finding>) {
                     .remedy("lower `exposure` of [film]")
                     .set("film.exposure", 0.0)
                     .measure("exposure", film.exposure, "stops")
-                    .measure("white-pixels-at-exposure-0", plain, "share"),
+                    .measure("white-pixels-at-exposure-0", plain, "fraction"),
             ));
         } else {
             out.push(measured(too_strong(e, severity, stops)));
@@ -115,7 +113,7 @@ fn too_strong(e: &Evidence<'_>, severity: Severity, stops: f64) -> Finding {
         let finding = Finding::new(q, severity, "ambient-too-strong", 0.8, what)
             .why("ambient light is the same from all directions: it removes shadows and contrast")
             .remedy(format!("multiply its `intensity` by about {}", short(factor)))
-            .measure("share-of-light", ambient, "share");
+            .measure("fraction-of-light", ambient, "fraction");
         return lower(finding);
     }
     let strongest = e.g.lights.iter().max_by(|a, b| a.irradiance.total_cmp(&b.irradiance));
@@ -155,7 +153,7 @@ fn too_strong(e: &Evidence<'_>, severity: Severity, stops: f64) -> Finding {
         ))
         .about(name.text)
         .at(light.and_then(|i| e.desc.lights.get(i as usize)?.span))
-        .measure("share-of-light", fraction, "share")
+        .measure("fraction-of-light", fraction, "fraction")
         .measure("stops-too-bright", stops, "stops");
     if let Some((i, (key, now))) = key {
         finding = finding.set(&format!("light.{i}.{key}"), rounded(now * factor));
@@ -200,8 +198,8 @@ fn flat(e: &Evidence<'_>) -> Option<Finding> {
         Finding::new(Question::WashedOut, Severity::Warning, "ambient-too-strong", 0.6, what)
             .why(format!("90 % of the surfaces are displayed between {} and {} (of 1)", short(low), short(high)))
             .remedy("lower the `intensity` of the ambient light, and raise that of lights with a position or a direction")
-            .measure("share-of-light", ambient, "share")
-            .measure("contrast", high - low, "share"),
+            .measure("fraction-of-light", ambient, "fraction")
+            .measure("contrast", high - low, "fraction"),
     )
 }
 
@@ -240,8 +238,8 @@ fn albedo(e: &Evidence<'_>) -> Option<Finding> {
         ))
         .remedy("lower their `color` to 0.8 or less, which also renders faster")
         .about(name.text)
-        .measure("bright-surfaces", white, "share")
-        .measure("indirect-light", indirect, "share"),
+        .measure("bright-surfaces", white, "fraction")
+        .measure("indirect-light", indirect, "fraction"),
     )
 }
 

@@ -1,4 +1,4 @@
-//! What is known of a sample of the classic integrator: its tree of rays.
+//! The record of a sample of the classic integrator: its ray tree, as JSON has it.
 
 use serde::Serialize;
 use turner::color::Spectrum;
@@ -14,14 +14,14 @@ use crate::explain::names::Names;
 #[derive(Serialize)]
 pub(crate) struct Tree<'a> {
     pub(crate) rays: Vec<Ray<'a>>,
-    pub(crate) unwritten_rays: u64,
+    pub(crate) unrecorded_rays: u64,
     pub(crate) dropped_rays: u64,
 }
 
 pub(crate) fn of<'a>(names: &Names<'a>, tree: &TreeRecord) -> Tree<'a> {
     Tree {
         rays: tree.rays.iter().map(|r| ray(names, r)).collect(),
-        unwritten_rays: tree.unwritten,
+        unrecorded_rays: tree.unwritten,
         dropped_rays: tree.dropped,
     }
 }
@@ -68,7 +68,7 @@ fn ray<'a>(names: &Names<'a>, r: &RayRecord) -> Ray<'a> {
 
 #[derive(Serialize)]
 pub(crate) struct Hit<'a> {
-    /// Whether it is what `--path-of` asks for.
+    /// Whether `--path-of` selects it.
     #[serde(skip)]
     pub(crate) touches: bool,
     pub(crate) t: f64,
@@ -170,7 +170,7 @@ fn cut(c: &CutRecord) -> Cut {
 
 #[derive(Serialize)]
 pub(crate) struct Light<'a> {
-    /// Whether what is in the way touches what `--path-of` asks for.
+    /// Whether `--path-of` selects one of the occluders.
     #[serde(skip)]
     pub(crate) touches: bool,
     pub(crate) light: u32,
@@ -194,9 +194,9 @@ pub(crate) struct Light<'a> {
 }
 
 fn light<'a>(names: &Names<'a>, l: &LightTerm) -> Light<'a> {
-    let by = l.shadow.as_ref().map_or(&[][..], |s| &s.casters);
+    let occluders = l.shadow.as_ref().map_or(&[][..], |s| &s.casters);
     Light {
-        touches: by.iter().any(|c| names.touches(c.primitive, c.shape, c.material)),
+        touches: occluders.iter().any(|c| names.touches(c.primitive, c.shape, c.material)),
         light: l.light,
         name: names.light(l.light),
         point: l.sample,
@@ -222,8 +222,8 @@ pub(crate) struct Shadow<'a> {
     pub(crate) t_min: f64,
     pub(crate) t_max: f64,
     #[serde(serialize_with = "plain")]
-    pub(crate) through: Spectrum,
-    pub(crate) by: Vec<InTheWay<'a>>,
+    pub(crate) transmittance: Spectrum,
+    pub(crate) occluders: Vec<Occluder<'a>>,
 }
 
 fn shadow<'a>(names: &Names<'a>, s: &ShadowRecord) -> Shadow<'a> {
@@ -232,28 +232,28 @@ fn shadow<'a>(names: &Names<'a>, s: &ShadowRecord) -> Shadow<'a> {
         direction: s.direction,
         t_min: s.t_min,
         t_max: s.t_max,
-        through: s.through,
-        by: s.casters.iter().map(|c| InTheWay::new(names, c)).collect(),
+        transmittance: s.through,
+        occluders: s.casters.iter().map(|c| Occluder::new(names, c)).collect(),
     }
 }
 
-/// What casts a shadow.
+/// An object that a shadow ray hits, opaque or tinted.
 #[derive(Serialize)]
-pub(crate) struct InTheWay<'a> {
+pub(crate) struct Occluder<'a> {
     pub(crate) t: f64,
     pub(crate) object: Object<'a>,
     pub(crate) material: Material<'a>,
 }
 
-impl<'a> InTheWay<'a> {
-    pub(super) fn new(names: &Names<'a>, c: &Caster) -> InTheWay<'a> {
+impl<'a> Occluder<'a> {
+    pub(super) fn new(names: &Names<'a>, c: &Caster) -> Occluder<'a> {
         let (object, material) = (Object::new(names, c.primitive, c.shape), Material::new(names, c.material));
-        InTheWay { t: c.t, object, material }
+        Occluder { t: c.t, object, material }
     }
 }
 
 impl Tree<'_> {
-    /// Whether a ray touches what `--path-of` asks for.
+    /// Whether `--path-of` selects a ray of the tree.
     pub(super) fn touches(&self) -> bool {
         let mut hits = self.rays.iter().filter_map(|r| r.hit.as_ref());
         hits.any(|h| h.touches || h.lights.iter().any(|l| l.touches))

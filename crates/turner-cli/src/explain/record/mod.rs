@@ -1,7 +1,7 @@
-//! What is known of a pixel: the one record that all writers take. As JSON it is written as it stands, documented in docs/reference/explain.md: numbers in
-//! full, what is infinite or not there as null.
+//! The record of a pixel, from which text, drawing, page and JSON are written.
 //!
-//! A struct for each kind of thing: a pixel may have thousands of shadow rays, and each key is spelled once.
+//! Its fields are the keys of the JSON: docs/reference/explain.md documents them. Numbers have full precision; infinite
+//! and absent values are null. Records are structs, not maps: a pixel may have thousands of shadow rays.
 
 pub(super) mod classic;
 pub(super) mod path;
@@ -20,16 +20,16 @@ use turner::view::camera_ray;
 
 use super::names::Names;
 
-/// Changes when a key changes its meaning or goes away; new keys may come at any time.
-pub(super) const VERSION: u32 = 1;
+/// Increased when a key changes its meaning or is removed. New keys may appear at any time.
+pub(super) const VERSION: u32 = 2;
 
-/// What programs read in place of a value of the renderer.
+/// The form in which JSON has a value of the renderer.
 trait Plain {
     type Form: Serialize;
     fn form(&self) -> Self::Form;
 }
 
-/// Red, green, blue; as wide as all other numbers, so that readers in double precision find the value itself.
+/// Red, green, blue; as f64, so that a reader in double precision gets the exact f32 value.
 impl Plain for Spectrum {
     type Form = [f64; 3];
     fn form(&self) -> [f64; 3] {
@@ -58,7 +58,7 @@ impl<T: Plain> Plain for Option<T> {
     }
 }
 
-/// Enumerations by their words.
+/// Enumerations as their words.
 macro_rules! words {
     ($($kind:ty),*) => {$(
         impl Plain for $kind {
@@ -72,17 +72,17 @@ macro_rules! words {
 
 words!(RayKind, Seen, CutReason, End, Passage);
 
-/// Writes a value in its plain form.
+/// Serialises a value in its plain form.
 fn plain<T: Plain, S: Serializer>(value: &T, serializer: S) -> Result<S::Ok, S::Error> {
     value.form().serialize(serializer)
 }
 
-/// A material: its number and name.
+/// A material: index and name.
 #[derive(Clone, Copy, Serialize)]
 pub(crate) struct Material<'a> {
     pub(crate) id: u32,
     pub(crate) name: Option<&'a str>,
-    /// What kind it is of, if it is one of the scene's.
+    /// Its type, if the scene defines it.
     #[serde(skip)]
     kind: Option<&'static str>,
 }
@@ -92,7 +92,7 @@ impl<'a> Material<'a> {
         Material { id: id.0, name: names.material_name(id), kind: names.material_kind(id) }
     }
 
-    /// Its name, or what kind it is.
+    /// Its name, or its type.
     pub(crate) fn label(&self) -> String {
         match (self.name, self.kind) {
             (Some(name), _) => name.to_owned(),
@@ -102,7 +102,7 @@ impl<'a> Material<'a> {
     }
 }
 
-/// An object: the number of its primitive, its shape and its name, and the instance that placed it.
+/// An object: primitive index, shape, name, and the instance that placed it.
 #[derive(Clone, Copy, Serialize)]
 pub(crate) struct Object<'a> {
     pub(crate) primitive: u32,
@@ -117,7 +117,7 @@ impl<'a> Object<'a> {
         Object { primitive, shape, name: name.own, instance: name.instance }
     }
 
-    /// `ball`, `tree / leaf`, or `sphere #4` for what has no name.
+    /// `ball`, `tree / leaf`, or `sphere #4` for an object without a name.
     pub(crate) fn label(&self) -> String {
         let own = self.name.map_or_else(|| format!("{} #{}", self.shape, self.primitive), str::to_owned);
         match self.instance {
@@ -127,7 +127,7 @@ impl<'a> Object<'a> {
     }
 }
 
-/// Where a ray of the camera begins, and where it goes.
+/// The camera ray.
 #[derive(Serialize)]
 pub(crate) struct Camera {
     #[serde(serialize_with = "plain")]
@@ -139,8 +139,8 @@ pub(crate) struct Camera {
 /// One of the pixel's samples.
 #[derive(Serialize)]
 pub(crate) struct Listed {
-    pub(crate) place: [f64; 2],
-    pub(crate) share: f64,
+    pub(crate) pixel_position: [f64; 2],
+    pub(crate) weight: f64,
     #[serde(serialize_with = "plain")]
     pub(crate) color: Spectrum,
     #[serde(serialize_with = "plain")]
@@ -169,7 +169,7 @@ pub(crate) struct Explanation<'a> {
     /// Columns and rows of the picture.
     pub(crate) size: [u32; 2],
     pub(crate) pixel: [u32; 2],
-    /// The pixel's colour, times coverage.
+    /// The pixel's colour, premultiplied by alpha.
     #[serde(serialize_with = "plain")]
     pub(crate) color: Spectrum,
     #[serde(serialize_with = "plain")]
@@ -178,16 +178,16 @@ pub(crate) struct Explanation<'a> {
     pub(crate) sample_count: u64,
     pub(crate) samples: Vec<Listed>,
     pub(crate) squares: Vec<Square>,
-    /// What `--path-of` asked for.
+    /// The name given with `--path-of`.
     pub(crate) path_of: Option<String>,
-    /// Whether all sums are the samples as rendered.
+    /// Whether the contributions of every explained sample sum to the sample to the last bit.
     pub(crate) exact: bool,
     /// The samples that are shown.
     pub(crate) explained: Vec<Sample<'a>>,
-    /// How the samples become the pixel, in a sentence.
+    /// How the samples are averaged, in a sentence.
     #[serde(skip)]
     pub(crate) averaging: String,
-    /// A sentence on which of the samples are shown, where not all are.
+    /// Which samples are shown, in a sentence; `None` where all are.
     #[serde(skip)]
     pub(crate) choice: Option<String>,
 }
@@ -204,9 +204,9 @@ impl Explanation<'_> {
 /// One sample.
 #[derive(Serialize)]
 pub(crate) struct Sample<'a> {
-    /// Its number among the pixel's samples.
+    /// Its index among the pixel's samples.
     pub(crate) sample: usize,
-    pub(crate) place: [f64; 2],
+    pub(crate) pixel_position: [f64; 2],
     /// The sum of all contributions, in the order in which they were added.
     #[serde(serialize_with = "plain")]
     pub(crate) sum: Spectrum,
@@ -214,19 +214,19 @@ pub(crate) struct Sample<'a> {
     pub(crate) rendered: Spectrum,
     #[serde(serialize_with = "plain")]
     pub(crate) alpha: f32,
-    /// Whether the parts sum to the sample to the last bit.
+    /// Whether the contributions sum to the sample to the last bit.
     pub(crate) exact: bool,
-    /// Whether a ray touches what `--path-of` asks for, if it asks for anything.
+    /// With `--path-of`: whether it selects the sample.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(crate) touches: Option<bool>,
     #[serde(flatten)]
     pub(crate) what: What<'a>,
-    /// Its share of the pixel.
+    /// Its weight in the pixel.
     #[serde(skip)]
-    pub(crate) share: f64,
+    pub(crate) weight: f64,
 }
 
-/// What happened to it, by whoever traced it.
+/// The record of the integrator that traced it.
 #[derive(Serialize)]
 #[serde(tag = "kind", rename_all = "kebab-case")]
 pub(crate) enum What<'a> {
@@ -252,7 +252,7 @@ impl<'a> Sample<'a> {
         let rendered = sample.radiance.color;
         Sample {
             sample: number,
-            place: sample.place,
+            pixel_position: sample.place,
             sum,
             rendered,
             alpha: sample.radiance.alpha,
@@ -260,12 +260,12 @@ impl<'a> Sample<'a> {
             exact: bits(sum) == bits(rendered) || !rendered.is_finite(),
             touches: names.path_of.map(|_| touches),
             what,
-            share: sample.weight,
+            weight: sample.weight,
         }
     }
 }
 
-/// What debug views show: the first hit.
+/// For debug views: the first hit.
 #[derive(Serialize)]
 pub(crate) struct FirstHit<'a> {
     pub(crate) camera: Option<Camera>,
@@ -274,7 +274,7 @@ pub(crate) struct FirstHit<'a> {
 
 #[derive(Serialize)]
 pub(crate) struct Surface<'a> {
-    /// Whether it is what `--path-of` asks for.
+    /// Whether `--path-of` selects it.
     #[serde(skip)]
     pub(crate) touches: bool,
     #[serde(skip)]
@@ -323,7 +323,7 @@ mod tests {
 
     use super::*;
 
-    /// With and without names, alone and within an instance.
+    /// Objects with and without names, alone and in an instance.
     const SCENE: &str = r#"
 [material.red]
 color = "red"
@@ -348,7 +348,7 @@ group = "tree"
 "#;
 
     #[test]
-    fn things_are_called_as_everywhere() {
+    fn labels_agree_with_the_library() {
         let loaded =
             load_text(SCENE.to_owned(), "s.toml", &MemoryAssets::default(), &LoadOptions::default()).unwrap();
         let (prepared, desc) = (loaded.desc.prepare(&PrepareOptions::default()).unwrap(), loaded.desc);
@@ -359,7 +359,7 @@ group = "tree"
         assert_eq!(objects, (0..4).map(|id| labels.object(id, "box")).collect::<Vec<_>>());
         assert!(objects.contains(&"oak / leaf".to_owned()) && objects.contains(&"box #1".to_owned()));
         let count = desc.materials.len() as u32;
-        // One more than there are: what objects without a material have.
+        // One beyond the last: the default material.
         let materials = (0..=count).map(MaterialId);
         let found: Vec<String> = materials.clone().map(|id| Material::new(&names, id).label()).collect();
         assert_eq!(found, materials.map(|id| labels.material(id)).collect::<Vec<_>>());

@@ -1,4 +1,4 @@
-//! What is known of a sample of the path tracer: its path.
+//! The record of a sample of the path tracer: its path, as JSON has it.
 
 use serde::Serialize;
 use turner::color::Spectrum;
@@ -8,7 +8,7 @@ use turner::integrator::path::{
 };
 use turner::math::DVec3;
 
-use super::classic::InTheWay;
+use super::classic::Occluder;
 use super::{Material, Object, plain};
 use crate::explain::names::Names;
 
@@ -22,7 +22,7 @@ pub(crate) struct Path<'a> {
     pub(crate) shared: Option<Shared>,
 }
 
-/// What the sample's group shares with it.
+/// Shared paths that contribute to the sample.
 #[derive(Serialize)]
 pub(crate) struct Shared {
     pub(crate) from: Option<usize>,
@@ -40,7 +40,7 @@ pub(crate) struct Donated {
     #[serde(serialize_with = "plain")]
     pub(crate) radiance: Spectrum,
     #[serde(serialize_with = "plain")]
-    pub(crate) share: Spectrum,
+    pub(crate) weight: Spectrum,
     #[serde(serialize_with = "plain")]
     pub(crate) contribution: Spectrum,
 }
@@ -65,50 +65,51 @@ pub(crate) fn of<'a>(names: &Names<'a>, path: &PathRecord) -> Path<'a> {
 }
 
 fn shared(path: &PathRecord, s: &SharedRecord) -> Shared {
-    let lent = |p: &DonorRecord| Donated {
+    let donated = |p: &DonorRecord| Donated {
         own: p.id == path.id,
         pixel: [p.id.x, p.id.y],
         position: p.p,
         radiance: p.radiance,
-        share: p.share,
+        weight: p.share,
         contribution: p.contribution,
     };
-    Shared { from: s.from, paths: s.parts.iter().map(lent).collect() }
+    Shared { from: s.from, paths: s.parts.iter().map(donated).collect() }
 }
 
 #[derive(Serialize)]
-pub(crate) struct Way<'a> {
-    pub(crate) inside: Option<Material<'a>>,
+pub(crate) struct MediumSegment<'a> {
+    /// The solid that holds the medium; `None` for the medium of the scene.
+    pub(crate) solid: Option<Material<'a>>,
     pub(crate) length: f64,
     #[serde(serialize_with = "plain")]
     pub(crate) weight: Spectrum,
     #[serde(serialize_with = "plain")]
     pub(crate) emission: Option<Spectrum>,
-    pub(crate) second: Option<Second<'a>>,
+    pub(crate) equiangular: Option<Equiangular<'a>>,
 }
 
 #[derive(Serialize)]
-pub(crate) struct Second<'a> {
+pub(crate) struct Equiangular<'a> {
     pub(crate) t: f64,
     pub(crate) light: Light<'a>,
 }
 
-fn way<'a>(names: &Names<'a>, w: &MediumSegmentRecord) -> Way<'a> {
-    Way {
-        inside: w.solid.map(|id| Material::new(names, id)),
+fn medium_segment<'a>(names: &Names<'a>, w: &MediumSegmentRecord) -> MediumSegment<'a> {
+    MediumSegment {
+        solid: w.solid.map(|id| Material::new(names, id)),
         length: w.length,
         weight: w.weight,
         emission: w.emission,
-        second: w.second.as_ref().map(|(t, l)| Second { t: *t, light: light(names, l) }),
+        equiangular: w.second.as_ref().map(|(t, l)| Equiangular { t: *t, light: light(names, l) }),
     }
 }
 
 #[derive(Serialize)]
 pub(crate) struct Vertex<'a> {
-    /// Whether it is what `--path-of` asks for.
+    /// Whether `--path-of` selects it.
     #[serde(skip)]
     pub(crate) touches: bool,
-    pub(crate) way: Option<Way<'a>>,
+    pub(crate) medium_segment: Option<MediumSegment<'a>>,
     #[serde(serialize_with = "plain")]
     pub(crate) origin: DVec3,
     #[serde(serialize_with = "plain")]
@@ -116,7 +117,7 @@ pub(crate) struct Vertex<'a> {
     pub(crate) t: f64,
     #[serde(serialize_with = "plain")]
     pub(crate) position: DVec3,
-    /// Places in a medium have none.
+    /// `None` for a vertex in a medium.
     #[serde(flatten)]
     pub(crate) surface: Option<Surface<'a>>,
     pub(crate) inside: Vec<Material<'a>>,
@@ -131,7 +132,7 @@ pub(crate) struct Vertex<'a> {
     pub(crate) scatter: Option<Scatter>,
 }
 
-/// What only surfaces have.
+/// The part of a vertex that only surfaces have.
 #[derive(Serialize)]
 pub(crate) struct Surface<'a> {
     #[serde(serialize_with = "plain")]
@@ -144,10 +145,10 @@ pub(crate) struct Surface<'a> {
     pub(crate) material: Material<'a>,
     pub(crate) chosen: Option<Material<'a>>,
     pub(crate) outside: bool,
-    pub(crate) walk: Option<Walk>,
+    pub(crate) random_walk: Option<RandomWalk>,
     pub(crate) emission: Option<Emission>,
     pub(crate) photons: Option<Photons>,
-    pub(crate) ior_around: Option<f64>,
+    pub(crate) exterior_ior: Option<f64>,
     #[serde(serialize_with = "plain")]
     pub(crate) dispersed: Option<Spectrum>,
 }
@@ -162,15 +163,15 @@ fn vertex<'a>(names: &Names<'a>, v: &VertexRecord) -> Vertex<'a> {
         material: Material::new(names, v.material),
         chosen: v.chosen.map(|id| Material::new(names, id)),
         outside: v.outside,
-        walk: v.walk.as_ref().map(walk),
+        random_walk: v.walk.as_ref().map(random_walk),
         emission: v.emission.as_ref().map(emission),
         photons: v.photons.as_ref().map(photons),
-        ior_around: v.ior_around,
+        exterior_ior: v.ior_around,
         dispersed: v.dispersed,
     });
     Vertex {
         touches: names.touches(v.primitive, v.shape, v.material),
-        way: v.way.as_ref().map(|w| way(names, w)),
+        medium_segment: v.way.as_ref().map(|w| medium_segment(names, w)),
         origin: v.origin,
         direction: v.direction,
         t: v.t,
@@ -187,15 +188,15 @@ fn vertex<'a>(names: &Names<'a>, v: &VertexRecord) -> Vertex<'a> {
 }
 
 #[derive(Serialize)]
-pub(crate) struct Walk {
+pub(crate) struct RandomWalk {
     pub(crate) steps: u32,
     pub(crate) length: f64,
     #[serde(serialize_with = "plain")]
     pub(crate) weight: Spectrum,
 }
 
-fn walk(w: &RandomWalkRecord) -> Walk {
-    Walk { steps: w.steps, length: w.length, weight: w.weight }
+fn random_walk(w: &RandomWalkRecord) -> RandomWalk {
+    RandomWalk { steps: w.steps, length: w.length, weight: w.weight }
 }
 
 #[derive(Serialize)]
@@ -235,10 +236,10 @@ fn emission(e: &EmissionRecord) -> Emission {
 
 #[derive(Serialize)]
 pub(crate) struct Light<'a> {
-    /// Where the shadow ray begins, if it is not the vertex.
+    /// Origin of the shadow ray, if it differs from the vertex.
     #[serde(skip)]
     pub(crate) shadow_origin: Option<DVec3>,
-    /// Whether what is in the way touches what `--path-of` asks for.
+    /// Whether `--path-of` selects one of the occluders.
     #[serde(skip)]
     pub(crate) touches: bool,
     #[serde(serialize_with = "plain")]
@@ -254,14 +255,14 @@ pub(crate) struct Light<'a> {
     pub(crate) cosine: f64,
     pub(crate) mis_weight: f64,
     pub(crate) candidates: u32,
-    pub(crate) counts: f64,
+    pub(crate) resampling_weight: f64,
     #[serde(serialize_with = "plain")]
     pub(crate) transmittance: Option<Spectrum>,
     #[serde(serialize_with = "plain")]
     pub(crate) unshadowed: Spectrum,
     #[serde(serialize_with = "plain")]
-    pub(crate) visible: Option<Spectrum>,
-    pub(crate) by: Vec<InTheWay<'a>>,
+    pub(crate) visibility: Option<Spectrum>,
+    pub(crate) occluders: Vec<Occluder<'a>>,
     #[serde(serialize_with = "plain")]
     pub(crate) contribution: Spectrum,
 }
@@ -280,11 +281,11 @@ fn light<'a>(names: &Names<'a>, l: &LightRecord) -> Light<'a> {
         cosine: l.cosine,
         mis_weight: l.weight,
         candidates: l.candidates,
-        counts: f64::from(l.counts),
+        resampling_weight: f64::from(l.counts),
         transmittance: l.transmittance,
         unshadowed: l.unshadowed,
-        visible: l.visible,
-        by: l.casters.iter().map(|c| InTheWay::new(names, c)).collect(),
+        visibility: l.visible,
+        occluders: l.casters.iter().map(|c| Occluder::new(names, c)).collect(),
         contribution: l.contribution,
     }
 }
@@ -316,8 +317,8 @@ pub(crate) struct Lobe {
 
 #[derive(Serialize)]
 pub(crate) struct Roulette {
-    pub(crate) survival: f64,
-    pub(crate) number: f64,
+    pub(crate) survival_probability: f64,
+    pub(crate) random_number: f64,
 }
 
 fn scatter(s: &ScatterRecord) -> Scatter {
@@ -331,14 +332,14 @@ fn scatter(s: &ScatterRecord) -> Scatter {
         eta: s.eta,
         terminator: s.terminator,
         weight: s.weight,
-        roulette: s.roulette.map(|r| Roulette { survival: r.survival, number: r.number }),
+        roulette: s.roulette.map(|r| Roulette { survival_probability: r.survival, random_number: r.number }),
         throughput: s.throughput,
     }
 }
 
 #[derive(Serialize)]
 pub(crate) struct Escape<'a> {
-    pub(crate) way: Option<Way<'a>>,
+    pub(crate) medium_segment: Option<MediumSegment<'a>>,
     #[serde(serialize_with = "plain")]
     pub(crate) origin: DVec3,
     #[serde(serialize_with = "plain")]
@@ -348,7 +349,7 @@ pub(crate) struct Escape<'a> {
     #[serde(serialize_with = "plain")]
     pub(crate) throughput: Spectrum,
     pub(crate) pdf: Option<f64>,
-    pub(crate) lights: Vec<Around>,
+    pub(crate) lights: Vec<InfiniteLight>,
     #[serde(serialize_with = "plain")]
     pub(crate) background: Spectrum,
     #[serde(serialize_with = "plain")]
@@ -357,28 +358,28 @@ pub(crate) struct Escape<'a> {
     pub(crate) contribution: Spectrum,
 }
 
-/// A light around the scene.
+/// An infinite light that the escaping ray hits.
 #[derive(Serialize)]
-pub(crate) struct Around {
+pub(crate) struct InfiniteLight {
     #[serde(serialize_with = "plain")]
     pub(crate) radiance: Spectrum,
     pub(crate) light_pdf: f64,
     pub(crate) mis_weight: f64,
 }
 
-fn around(l: &InfiniteLightRecord) -> Around {
-    Around { radiance: l.radiance, light_pdf: l.light_pdf, mis_weight: l.weight }
+fn infinite_light(l: &InfiniteLightRecord) -> InfiniteLight {
+    InfiniteLight { radiance: l.radiance, light_pdf: l.light_pdf, mis_weight: l.weight }
 }
 
 fn escape<'a>(names: &Names<'a>, e: &EscapeRecord) -> Escape<'a> {
     Escape {
-        way: e.way.as_ref().map(|w| way(names, w)),
+        medium_segment: e.way.as_ref().map(|w| medium_segment(names, w)),
         origin: e.origin,
         direction: e.direction,
         transmittance: e.transmittance,
         throughput: e.throughput,
         pdf: e.pdf,
-        lights: e.lights.iter().map(around).collect(),
+        lights: e.lights.iter().map(infinite_light).collect(),
         background: e.background,
         ambient: e.ambient,
         contribution: e.contribution,
@@ -386,20 +387,20 @@ fn escape<'a>(names: &Names<'a>, e: &EscapeRecord) -> Escape<'a> {
 }
 
 impl Light<'_> {
-    /// Whether anything was looked for along the way to it: it would bring something.
+    /// Whether a shadow ray was traced: only if the unoccluded contribution is not zero.
     pub(crate) fn is_traced(&self) -> bool {
-        self.visible.is_some()
+        self.visibility.is_some()
     }
 }
 
 impl Path<'_> {
-    /// Whether a ray touches what `--path-of` asks for.
+    /// Whether `--path-of` selects the path.
     pub(super) fn touches(&self) -> bool {
-        let second = |way: &Option<Way<'_>>| {
-            way.as_ref().and_then(|w| w.second.as_ref()).is_some_and(|s| s.light.touches)
+        let equiangular = |segment: &Option<MediumSegment<'_>>| {
+            segment.as_ref().and_then(|s| s.equiangular.as_ref()).is_some_and(|s| s.light.touches)
         };
         let light = |v: &Vertex<'_>| v.light.as_ref().is_some_and(|l| l.touches);
-        self.vertices.iter().any(|v| v.touches || light(v) || second(&v.way))
-            || self.escape.as_ref().is_some_and(|e| second(&e.way))
+        self.vertices.iter().any(|v| v.touches || light(v) || equiangular(&v.medium_segment))
+            || self.escape.as_ref().is_some_and(|e| equiangular(&e.medium_segment))
     }
 }

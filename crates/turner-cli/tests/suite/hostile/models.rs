@@ -1,4 +1,4 @@
-//! Models that lie: glTF, OBJ, PLY, STL.
+//! Inconsistent models: glTF, OBJ, PLY, STL.
 
 use super::run::{Case, Expected};
 use turner_io::testing::seeds::{glb_of, seeds};
@@ -7,7 +7,7 @@ fn gltf(name: &str, members: String) -> Case {
     Case::one(format!("glTF: {name}"), "a.gltf", format!("{{\"asset\":{{\"version\":\"2.0\"}},{members}}}"))
 }
 
-/// The document of the seed with a part of its text replaced.
+/// The seed document with a part of its text replaced.
 fn changed(name: &str, from: &str, to: &str) -> Case {
     let seed = seeds().into_iter().find(|s| s.name == "model.gltf").unwrap().bytes;
     let text = String::from_utf8(seed).unwrap();

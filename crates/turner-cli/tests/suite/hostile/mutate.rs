@@ -1,6 +1,6 @@
-//! Damage, the same on every run.
+//! Mutations of files, the same on every run.
 
-/// A small generator of numbers (SplitMix64).
+/// A random number generator (SplitMix64).
 pub(super) struct Random(pub(super) u64);
 
 impl Random {
@@ -40,7 +40,7 @@ const LIES: [&str; 20] = [
     "[]",
 ];
 
-/// Numbers as they stand in binary files.
+/// Extreme numbers in the encodings of binary files.
 const BINARY: [u32; 10] = [
     0,
     1,
@@ -54,7 +54,7 @@ const BINARY: [u32; 10] = [
     0x7f7f_ffff,
 ];
 
-/// Damaged copies of a file: what was done to each, and its bytes.
+/// Mutated copies of a file: a description and the bytes of each.
 pub(super) fn mutations(whole: &[u8], count: usize) -> Vec<(String, Vec<u8>)> {
     let mut random = Random(whole.len() as u64);
     (0..count)
@@ -118,7 +118,7 @@ fn one(bytes: &mut Vec<u8>, number: usize, random: &mut Random) -> String {
     }
 }
 
-/// The first number in digits from a place on.
+/// The first decimal number at or after a position.
 fn number_after(bytes: &[u8], at: usize) -> Option<(usize, usize)> {
     let start = at + bytes[at..].iter().position(u8::is_ascii_digit)?;
     let rest = &bytes[start..];

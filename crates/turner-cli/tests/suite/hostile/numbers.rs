@@ -1,9 +1,9 @@
-//! Scenes whose numbers are at the edge of what they may be, or beyond it: defined, and no NaN in the picture.
+//! Scenes with numbers at the limits of their ranges and beyond: the behaviour is defined, and no pixel is NaN.
 
 use super::run::{Case, Expected};
 use super::scenes::around;
 
-/// Lines with a `$` where each of the numbers is put.
+/// Lines with a `$` for each of the numbers.
 const LINES: [&str; 36] = [
     "[film]\nwidth = $",
     "[film]\ncrop = [0, 0, $, 1]",
@@ -51,7 +51,7 @@ pub(super) fn cases() -> Vec<Case> {
         .iter()
         .enumerate()
         .flat_map(|(i, line)| {
-            // Each number with each line takes long: a third of them, another one for each line.
+            // All pairs take long: each line gets a third of the numbers.
             let some = NUMBERS.iter().enumerate().filter(move |(n, _)| (n + i).is_multiple_of(3));
             some.map(move |(_, number)| {
                 Case::one(format!("{line:?} with {number}"), "s.toml", around(&line.replace('$', number)))

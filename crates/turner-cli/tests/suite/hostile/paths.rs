@@ -1,4 +1,4 @@
-//! Names that lead out of the scene's folder, and things there that are no files.
+//! Paths that lead out of the scene's folder, and paths that are not regular files.
 
 use std::fs;
 use std::os::unix::fs::symlink;
@@ -7,7 +7,7 @@ use std::process::Command;
 
 use super::run::{Expected, SECRET, try_one};
 
-/// Scenes that name a file, with `$` in place of the name.
+/// Scenes that name a file; `$` stands for the name.
 const SCENES: [(&str, &str); 8] = [
     ("s.toml", "include = \"$\"\n"),
     ("s.toml", "[[object]]\ntype = \"sphere\"\nmaterial = { color = { type = \"image\", file = \"$\" } }\n"),
@@ -19,7 +19,7 @@ const SCENES: [(&str, &str); 8] = [
     ("s.obj", "mtllib $\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n"),
 ];
 
-/// Each lays something out; all of them are tried with each scene.
+/// Each case prepares a path; every scene is tried with all of them.
 pub(super) fn try_them() {
     let top = tempfile::tempdir().unwrap();
     let secret = format!("{SECRET} = 1\n");
@@ -67,7 +67,7 @@ pub(super) fn try_them() {
     for (file, text) in SCENES {
         for name in names {
             fs::write(inside.join(file), text.replace('$', name)).unwrap();
-            // What cannot be read of a library of materials is left out.
+            // An unreadable material library is ignored.
             let expected =
                 if file == "s.obj" || name == "empty" { Expected::Either } else { Expected::Error };
             if let Err(fault) = try_one(&inside, file, expected) {

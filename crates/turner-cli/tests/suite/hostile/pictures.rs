@@ -1,4 +1,4 @@
-//! Pictures, packed files, grids and spectra that lie about what they hold.
+//! Inconsistent images, compressed files, grids and spectra.
 
 use super::run::{Case, Expected};
 use turner_io::testing::seeds::{gzip, seeds};
@@ -11,12 +11,12 @@ fn shown(name: &str, file: &str, bytes: Vec<u8>) -> Case {
     Case::new(name, "s.toml", vec![("s.toml".to_owned(), text.into_bytes()), (file.to_owned(), bytes)])
 }
 
-/// The file of a seed.
+/// A seed file.
 fn seed(name: &str) -> Vec<u8> {
     seeds().into_iter().find(|s| s.name == name).unwrap().bytes
 }
 
-/// With some bytes replaced.
+/// The bytes with a range replaced.
 fn with(name: &str, at: usize, bytes: &[u8]) -> Vec<u8> {
     let mut whole = seed(name);
     whole[at..at + bytes.len()].copy_from_slice(bytes);
@@ -34,7 +34,7 @@ fn chunk(kind: &[u8; 4], data: &[u8]) -> Vec<u8> {
     [&(data.len() as u32).to_be_bytes()[..], &body, &crc(&body).to_be_bytes()].concat()
 }
 
-/// A PNG of black pixels, or of what `data` holds.
+/// A PNG of black pixels, or with the given `data`.
 fn png(width: u32, height: u32, color: u8, more: &[u8], data: &[u8]) -> Vec<u8> {
     let head = [&width.to_be_bytes()[..], &height.to_be_bytes(), &[8, color, 0, 0, 0]].concat();
     let packed = miniz_oxide::deflate::compress_to_vec_zlib(data, 1);
@@ -55,7 +55,7 @@ pub(super) fn cases() -> Vec<Case> {
         shown("PNG: 2^31 squared", "a.png", png(0x7fff_ffff, 0x7fff_ffff, 2, &[], &row(9))).must(Error),
         shown("PNG: 60000 squared", "a.png", png(60_000, 60_000, 6, &[], &row(9))).must(Error),
         shown("PNG: fewer rows than it says", "a.png", png(64, 64, 0, &[], &row(64).repeat(10))),
-        // 225 megabytes of nothing in 220 kilobytes, and 900 megabytes.
+        // 225 MB of zeros compressed to 220 kB, and 900 MB.
         shown("PNG: a bomb", "a.png", png(15_000, 15_000, 0, &[], &row(15_000).repeat(15_000))),
         shown("PNG: a bomb of colours", "a.png", png(16_000, 16_000, 6, &[], &row(64_000).repeat(16_000)))
             .must(Error),

@@ -1,20 +1,20 @@
-//! One run of the program, watched.
+//! A run of the program with limits on time and memory.
 
 use std::path::Path;
 use std::process::{Command, Stdio};
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::{Duration, Instant};
 
-/// Longest run, in seconds of the processor; other programs do not count.
+/// Largest CPU time of a run, seconds.
 const TIME: f64 = 10.0;
-/// Longest run on a machine with much else to do.
+/// Largest wall-clock time, for a busy machine.
 const WAIT: Duration = Duration::from_secs(100);
-/// Most memory: 1 GB.
+/// Largest memory: 1 GB.
 const MEMORY: u64 = 1_000_000_000;
-/// What stands in files beside the folder of a case.
+/// Content of files next to the folder of a case.
 pub(super) const SECRET: &str = "outside-7f3a91";
 
-/// What a case must give.
+/// The expected result of a case.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Expected {
     /// A picture, or an error.
@@ -25,7 +25,7 @@ pub(super) enum Expected {
     Error,
 }
 
-/// Files, and which of them is rendered.
+/// Files, and the one that is rendered.
 #[derive(Clone, Debug)]
 pub(super) struct Case {
     pub(super) name: String,
@@ -39,7 +39,7 @@ impl Case {
         Case { name: name.into(), main: main.to_owned(), files, expected: Expected::Either }
     }
 
-    /// One file by itself.
+    /// A single file.
     pub(super) fn one(name: impl Into<String>, file: &str, bytes: impl Into<Vec<u8>>) -> Case {
         Case::new(name, file, vec![(file.to_owned(), bytes.into())])
     }
@@ -50,7 +50,7 @@ impl Case {
     }
 }
 
-/// Tries all cases on all processors, and names all that fail.
+/// Runs all cases on all cores, and names those that fail.
 #[track_caller]
 pub(super) fn try_all(cases: Vec<Case>) {
     let next = AtomicUsize::new(0);
@@ -84,7 +84,7 @@ fn keep(folder: tempfile::TempDir, name: &str) {
     std::fs::rename(folder.keep(), Path::new(&at).join(name)).unwrap();
 }
 
-/// Renders a file of a folder small, and says what is wrong with how that went.
+/// Renders a file at a small size; returns what is wrong with the run.
 pub(super) fn try_one(folder: &Path, main: &str, expected: Expected) -> Result<(), String> {
     let out = folder.join("out.png");
     let mut child = Command::new(env!("CARGO_BIN_EXE_turner"))
@@ -132,7 +132,7 @@ pub(super) fn try_one(folder: &Path, main: &str, expected: Expected) -> Result<(
     }
 }
 
-/// 1 to 20 errors with a code and a few lines each, nothing that drives a terminal, and no fault of the program itself.
+/// Checks for 1 to 20 errors with a code and a few lines each, no terminal control characters, and no internal error.
 fn is_clear(said: &str) -> Result<(), String> {
     let errors = said.matches("error[E").count();
     let hidden = said.chars().any(|c| (c.is_control() && c != '\n') || matches!(c, '\u{202a}'..='\u{202e}'));
@@ -149,9 +149,9 @@ fn is_clear(said: &str) -> Result<(), String> {
     }
 }
 
-/// The most memory that a process had, bytes; 0 where the system does not say.
+/// Peak memory of a process, bytes; 0 where the system does not report it.
 fn peak(id: u32) -> u64 {
-    // A process that is about to become the program still has the memory of this one, which is more where there are many cases.
+    // Between fork and exec the child still has the memory of this process.
     let this = std::env::current_exe().ok();
     if this.is_some() && std::fs::read_link(format!("/proc/{id}/exe")).ok() == this {
         return 0;
@@ -161,10 +161,10 @@ fn peak(id: u32) -> u64 {
     line.split_ascii_whitespace().next().and_then(|n| n.parse::<u64>().ok()).unwrap_or(0) * 1024
 }
 
-/// Seconds that the threads of a process have run, in units of the kernel's clock of 100 a second; 0 where the system does not say.
+/// CPU time of a process, in kernel ticks of 1/100 s; 0 where the system does not report it.
 fn seconds(id: u32) -> f64 {
     let stat = std::fs::read_to_string(format!("/proc/{id}/stat")).unwrap_or_default();
-    // After the name, which may hold blanks, in brackets.
+    // The fields follow the name, which is in brackets and may contain spaces.
     let rest = stat.rsplit_once(')').map_or("", |(_, rest)| rest);
     rest.split_ascii_whitespace().skip(11).take(2).filter_map(|n| n.parse::<f64>().ok()).sum::<f64>() / 100.0
 }

@@ -1,8 +1,8 @@
-//! Scenes in TOML and pbrt that nest, repeat, lie or end in the middle.
+//! TOML and pbrt scenes with deep nesting, repetition, inconsistencies or a missing end.
 
 use super::run::{Case, Expected};
 
-/// A valid scene around some lines.
+/// A valid scene that contains the lines.
 pub(super) fn around(lines: &str) -> String {
     format!("{lines}\n[[object]]\ntype = \"sphere\"\n[[light]]\ntype = \"point\"\nposition = [2, 3, 4]\n")
 }
@@ -115,7 +115,7 @@ pub(super) fn cases() -> Vec<Case> {
     all
 }
 
-/// Groups that each place the next twice.
+/// Groups that each have two instances of the next.
 fn doubling(levels: usize) -> String {
     let mut text = around("");
     for i in 0..levels {
@@ -129,7 +129,7 @@ fn doubling(levels: usize) -> String {
     text
 }
 
-/// Groups that each place the next.
+/// Groups that each have an instance of the next.
 fn chain(levels: usize, closed: bool) -> String {
     let mut text = around("");
     for i in 0..levels {

@@ -141,7 +141,7 @@ impl Seen {
     /// The value as a word.
     pub fn word(self) -> &'static str {
         match self {
-            Seen::Surroundings => "surroundings",
+            Seen::Surroundings => "background",
             Seen::Lights => "lights",
             Seen::Ambient => "ambient",
             Seen::Nothing => "nothing",

@@ -109,7 +109,7 @@ impl End {
             End::Roulette => "roulette",
             End::Unlit => "unlit",
             End::Vertices => "vertices",
-            End::OutsideField => "left-out",
+            End::OutsideField => "outside-field",
         }
     }
 }
@@ -168,7 +168,7 @@ impl Passage {
             Passage::Hole => "hole",
             Passage::Hidden => "hidden",
             Passage::Pane => "pane",
-            Passage::Boundary => "boundary",
+            Passage::Boundary => "interface",
             Passage::Medium => "medium",
             Passage::Exit => "exit",
         }
