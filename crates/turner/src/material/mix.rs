@@ -6,7 +6,7 @@ use crate::schema::{ColorSource, ErrorCode, MaterialId, Named, Range, SceneError
 
 params! {
     /// A weighted mix of materials: rust on steel, dirt on paint, glass with a frosted pattern. Scattering, emission
-    /// and opacity are the weighted sums of those of the parts. Mixes can contain mixes, up to 16 deep.
+    /// and opacity are the weighted sums of those of the parts. Mixes can contain mixes, up to 16 levels.
     pub struct MixMaterial as "mix" {
         /// The materials, by name or inline: at least two.
         materials: Vec<MaterialId>, required, default Vec::new();

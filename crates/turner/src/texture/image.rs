@@ -81,7 +81,7 @@ params! {
         /// Interpolation and filtering of texels. Where the film does not filter textures (`texture_filter` in
         /// `[film]`), "mipmap" acts as "bilinear" and "nearest-mipmap" as "nearest".
         filter: ImageFilter = ImageFilter::Mipmap;
-        /// What continues outside the image: the image repeated, mirrored, its border extended, or black.
+        /// How the texture continues outside the image: repeated, mirrored, with its border extended, or black.
         wrap: Wrap = Wrap::Repeat;
         /// The same for the left and right side only; `wrap` unless given.
         wrap_u: Option<Wrap> = None;

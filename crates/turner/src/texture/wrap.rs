@@ -4,7 +4,7 @@ use super::placement::{floor, fract};
 use crate::schema::choice;
 
 choice! {
-    /// What continues outside the image.
+    /// How a texture continues outside its image.
     pub enum Wrap {
         /// The image repeats.
         Repeat = "repeat",
