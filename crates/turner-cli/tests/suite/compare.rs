@@ -124,7 +124,7 @@ fn differences_are_drawn() {
 
     std::fs::write(f.path().join("own.png"), std::fs::read(data().join("noisy.png")).unwrap()).unwrap();
     let args = |diff: &'static str| ["compare", "own.png", "own.png", "--diff", diff];
-    f.turner(&args("own.png")).fails(2, &["E0401", "one of the pictures"]);
+    f.turner(&args("own.png")).fails(2, &["E0401", "one of the compared pictures"]);
     f.turner(&args("d.exr")).fails(2, &["E0401", ".png"]);
     f.turner(&args("none/d.png")).fails(1, &["E0401", "none"]);
     assert!(!f.names().iter().any(|n| n.ends_with(".tmp")), "{:?}", f.names());
