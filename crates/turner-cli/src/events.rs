@@ -1,4 +1,4 @@
-//! Events as JSON lines, for programs. [`SCHEMA`] documents them; `turner help json` prints it.
+//! Events as JSON lines, for programs. `turner help json` documents them.
 
 use std::io::Write;
 

@@ -158,24 +158,7 @@ fn tree_rows(out: &mut String, tree: &SampleTree, rows: &[Row], display: &Displa
                     xml(&cut(&line, room + 6.0))
                 );
             }
-            Row::Light { nodes, added, .. } => {
-                let first = &tree.nodes[nodes[0]];
-                let open = nodes.iter().any(|&n| tree.nodes[n].open);
-                let class = if open { "lit" } else { "unlit" };
-                *out += &format!(
-                    "<circle class=\"{class}\" cx=\"{:.1}\" cy=\"{middle:.1}\" r=\"5\"/>\n",
-                    x + 8.0
-                );
-                let sum =
-                    if added.is_black() { String::new() } else { format!(" · adds {}", color(*added)) };
-                let line = format!("{}: {}{sum}", first.target, light_remark(tree, nodes));
-                *out += &format!(
-                    "<text class=\"small\" x=\"{:.1}\" y=\"{:.1}\">{}</text>\n",
-                    x + 20.0,
-                    middle + 4.0,
-                    xml(&cut(&line, room))
-                );
-            }
+            Row::Light { nodes, added, .. } => light_row(out, tree, nodes, *added, [x, middle, room]),
             Row::Hidden { hidden, .. } => {
                 let line =
                     format!("… {} with a sum of {} not shown", rays(hidden.rays), color(hidden.contribution));
@@ -189,6 +172,28 @@ fn tree_rows(out: &mut String, tree: &SampleTree, rows: &[Row], display: &Displa
         }
         *y += height;
     }
+}
+
+/// Lights that contribute alike at a surface: a dot at x, the height of its centre, and room for so many characters.
+fn light_row(
+    out: &mut String,
+    tree: &SampleTree,
+    nodes: &[usize],
+    added: Spectrum,
+    [x, middle, room]: [f64; 3],
+) {
+    let first = &tree.nodes[nodes[0]];
+    let open = nodes.iter().any(|&n| tree.nodes[n].open);
+    let class = if open { "lit" } else { "unlit" };
+    *out += &format!("<circle class=\"{class}\" cx=\"{:.1}\" cy=\"{middle:.1}\" r=\"5\"/>\n", x + 8.0);
+    let sum = if added.is_black() { String::new() } else { format!(" · adds {}", color(added)) };
+    let line = format!("{}: {}{sum}", first.target, light_remark(tree, nodes));
+    *out += &format!(
+        "<text class=\"small\" x=\"{:.1}\" y=\"{:.1}\">{}</text>\n",
+        x + 20.0,
+        middle + 4.0,
+        xml(&cut(&line, room))
+    );
 }
 
 /// The sum as a bar: a segment for the contribution of each ray without its descendants, in the colour that it returns.
