@@ -230,7 +230,7 @@ pub(crate) const PICTURES: &[Picture] = &[
     // Guides
     picture(
         "product-shot.jpg",
-        Turner("scenes/guides/product-shot.toml --width 450 --height 360 --samples 144 --clamp-indirect 10"),
+        Turner("scenes/guides/product-shot.toml --width 450 --height 360 --samples 256 --clamp-indirect 10"),
     ),
     picture(
         "turntable.jpg",
@@ -249,13 +249,13 @@ pub(crate) const PICTURES: &[Picture] = &[
     ),
     picture(
         "depth-of-field.jpg",
-        Turner("scenes/guides/depth-of-field.toml --width 450 --height 300 --samples 144 --clamp-indirect 2"),
+        Turner("scenes/guides/depth-of-field.toml --width 450 --height 300 --samples 324 --clamp-indirect 0.5"),
     ),
     picture(
         "depth-of-field-sheet.jpg",
         Sheet(
             3,
-            "scenes/guides/depth-of-field.toml --width 210 --height 140 --samples 112 --clamp-indirect 2",
+            "scenes/guides/depth-of-field.toml --width 210 --height 140 --samples 256 --clamp-indirect 0.5",
             &[
                 "-D camera.lens_radius=0.04",
                 "-D camera.lens_radius=0.12",
