@@ -249,7 +249,9 @@ pub(crate) const PICTURES: &[Picture] = &[
     ),
     picture(
         "depth-of-field.jpg",
-        Turner("scenes/guides/depth-of-field.toml --width 450 --height 300 --samples 324 --clamp-indirect 0.5"),
+        Turner(
+            "scenes/guides/depth-of-field.toml --width 450 --height 300 --samples 324 --clamp-indirect 0.5",
+        ),
     ),
     picture(
         "depth-of-field-sheet.jpg",

@@ -135,6 +135,12 @@ impl Said<'_> {
             }
             ErrorKind::ValueValidation => {
                 let why = self.error.source().map_or_else(String::new, ToString::to_string);
+                // The words of the standard library's parsers.
+                let why = match why.as_str() {
+                    "invalid digit found in string" => "expected a whole number".to_owned(),
+                    "invalid float literal" => "expected a number".to_owned(),
+                    _ => why,
+                };
                 let (first, rest) = why.split_once("; ").unwrap_or((why.as_str(), ""));
                 let help = if rest.is_empty() { format!("write `{}`", takes()) } else { rest.to_owned() };
                 (format!("`{option}` cannot be \"{value}\": {first}"), help)

@@ -123,11 +123,14 @@ pub trait ParamType: Sized {
 
 /// The error for a value of another type than expected.
 pub fn wrong_type(value: &Value, expected: &str) -> SceneError {
-    SceneError::at(
-        ErrorCode::WrongType,
-        value.span,
-        format!("expected {expected}, found {}", value.data.kind()),
-    )
+    let message = format!("expected {expected}, found {}", value.data.kind());
+    let error = SceneError::at(ErrorCode::WrongType, value.span, message);
+    match &value.data {
+        Data::String(text) if expected.contains("number") && text.trim().parse::<f64>().is_ok() => {
+            error.help("write it without quotes")
+        }
+        _ => error,
+    }
 }
 
 /// The error for an unknown word where one of a few is expected.
