@@ -39,7 +39,7 @@ fn kind(kind: RayKind) -> Kind {
 
 fn seen(seen: Seen) -> &'static str {
     match seen {
-        Seen::Surroundings => "background",
+        Seen::Background => "background",
         Seen::Lights => "a directional light",
         Seen::Ambient => "ambient light",
         Seen::Nothing => "nothing",

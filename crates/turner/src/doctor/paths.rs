@@ -180,7 +180,7 @@ fn note(out: &mut PixelPaths, scene: &Scene, places: &LightPlaces, path: &PathRe
                 out.passed += 1;
                 *out.holes.entry(v.material).or_default() += 1;
             }
-            Passage::Hidden | Passage::Boundary | Passage::Medium | Passage::Exit => {}
+            Passage::Hidden | Passage::Interface | Passage::Medium | Passage::Exit => {}
         }
         // The first surface of a path at which light can be sampled.
         let rough = v.scatter.as_ref().is_none_or(|s| !s.lobe.is_delta) || v.light.is_some();

@@ -143,9 +143,9 @@ fn chain(levels: usize, closed: bool) -> String {
 fn textures(levels: usize) -> String {
     let mut text = String::new();
     for i in 0..levels {
-        text += &format!("[texture.t{i}]\ntype = \"chessboard\"\neven = \"t{}\"\n", i + 1);
+        text += &format!("[texture.t{i}]\ntype = \"checkerboard\"\neven = \"t{}\"\n", i + 1);
     }
-    around(&format!("{text}[texture.t{levels}]\ntype = \"chessboard\"\n"))
+    around(&format!("{text}[texture.t{levels}]\ntype = \"checkerboard\"\n"))
 }
 
 fn mixes(levels: usize) -> String {
@@ -157,7 +157,7 @@ fn mixes(levels: usize) -> String {
             (i + 2).min(levels)
         );
     }
-    around(&format!("{text}[texture.t{levels}]\ntype = \"chessboard\"\n"))
+    around(&format!("{text}[texture.t{levels}]\ntype = \"checkerboard\"\n"))
 }
 
 fn pbrt_world(lines: &str) -> String {

@@ -126,7 +126,7 @@ pub struct MissRecord {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Seen {
     /// The background or the environment.
-    Surroundings,
+    Background,
     /// Directional lights in the direction of the ray.
     Lights,
     /// The ambient light, for a ray beyond the depth limit.
@@ -141,7 +141,7 @@ impl Seen {
     /// The value as a word.
     pub fn word(self) -> &'static str {
         match self {
-            Seen::Surroundings => "background",
+            Seen::Background => "background",
             Seen::Lights => "lights",
             Seen::Ambient => "ambient",
             Seen::Nothing => "nothing",

@@ -104,7 +104,7 @@ impl ClassicDesc {
         let depth = from.depth + 1;
         if depth > self.max_depth {
             let (seen, color) = match self.at_depth {
-                AtDepth::Background => (Seen::Surroundings, scene.background_radiance(direction())),
+                AtDepth::Background => (Seen::Background, scene.background_radiance(direction())),
                 AtDepth::Ambient => (Seen::Ambient, scene.ambient),
                 AtDepth::Black | AtDepth::Local => {
                     record.note(|n| {
@@ -172,7 +172,7 @@ impl ClassicDesc {
         if self.miss == Miss::Background {
             let seen = scene.background_radiance(direction()) * task.weight as f32;
             pixel.color += seen;
-            record.note(|n| n.missed(Seen::Surroundings, Some(seen)));
+            record.note(|n| n.missed(Seen::Background, Some(seen)));
         }
     }
 }
