@@ -159,16 +159,13 @@ fn tree_rows(out: &mut String, tree: &SampleTree, rows: &[Row], display: &Displa
                 );
             }
             Row::Light { nodes, added, .. } => {
-                let first = &tree.nodes[nodes[0]];
                 let open = nodes.iter().any(|&n| tree.nodes[n].open);
                 let class = if open { "lit" } else { "unlit" };
                 *out += &format!(
                     "<circle class=\"{class}\" cx=\"{:.1}\" cy=\"{center_y:.1}\" r=\"5\"/>\n",
                     x + 8.0
                 );
-                let sum =
-                    if added.is_black() { String::new() } else { format!(" · adds {}", color(*added)) };
-                let line = format!("{}: {}{sum}", first.target, light_remark(tree, nodes));
+                let line = light_line(tree, nodes, *added);
                 *out += &format!(
                     "<text class=\"small\" x=\"{:.1}\" y=\"{:.1}\">{}</text>\n",
                     x + 20.0,
@@ -189,6 +186,12 @@ fn tree_rows(out: &mut String, tree: &SampleTree, rows: &[Row], display: &Displa
         }
         *y += height;
     }
+}
+
+/// `point light #1: lit · adds [r, g, b]`
+fn light_line(tree: &SampleTree, nodes: &[usize], added: Spectrum) -> String {
+    let sum = if added.is_black() { String::new() } else { format!(" · adds {}", color(added)) };
+    format!("{}: {}{sum}", tree.nodes[nodes[0]].target, light_remark(tree, nodes))
 }
 
 /// The sum as a bar: a segment for the contribution of each ray without its descendants, in the colour that it returns.
