@@ -1,11 +1,13 @@
 #!/usr/bin/env python3
-"""Writes scenes/peers/s1.toml to s4.toml, interior.toml and night.toml from the neutral descriptions beside them, s1.json and so on, that other renderers are measured with (render.py).
+"""Writes scenes/peers/s1.toml to s4.toml, interior.toml and night.toml from the neutral descriptions in the same folder
+(s1.json and so on), with which other renderers are measured (render.py).
 
     python3 benches/peers/convert.py
 
-Conventions of the descriptions: right-handed, y up; `max_depth` counts the camera ray (1 is directly seen light), so that Turner's
-`max_depth` is one less; quads shine on one side and both sides absorb; `alpha` is the width of the GGX lobe, the square of Turner's
-roughness; reflectances of mirrors and metals are constant. The small references come from converged pictures of 512 x 512 by `cargo run -p turner-io --features tools --example reduce_reference`.
+Conventions of the descriptions: right-handed, y up; `max_depth` counts the camera ray (1 is directly visible light), so
+that Turner's `max_depth` is one less; quads emit on one side and absorb on both; `alpha` is the GGX α, the square of
+Turner's roughness; reflectances of mirrors and metals are constant. The small references are reduced from converged
+pictures of 512 x 512 by `cargo run -p turner-io --features tools --example reduce_reference`.
 """
 import json
 from pathlib import Path
@@ -33,7 +35,8 @@ def material(name, m):
     if m["type"] == "dielectric":
         assert m["ext_ior"] == 1.0
         return head + f'type = "dielectric"\nior = {num(m["int_ior"])}\n'
-    # The index 0 stands for a perfect mirror; its colour is the same from all sides and nothing is compensated for.
+    # An index of refraction of 0 makes a perfect mirror with the same colour at all angles, without energy
+    # compensation.
     rough = m.get("alpha", 0.0) ** 0.5
     return head + (
         'type = "principled"\nbase_weight = 0\nspecular_ior = 0\n'
@@ -48,7 +51,7 @@ def emission(radiance):
 
 
 def quad(light):
-    """The edges of a quad in the order that turns its normal to the side that shines."""
+    """A quad light. The order of its edges makes the normal point to the side that emits."""
     v = light["vertices"]
     u = [b - a for a, b in zip(v[0], v[1])]
     w = [b - a for a, b in zip(v[0], v[3])]
@@ -57,7 +60,7 @@ def quad(light):
         u, w = w, u
     center = [sum(p[i] for p in v) / 4 for i in range(3)]
     size = max(abs(x) for p in v for x in p)
-    # A black sheet behind it, so near that no light finds the way between them.
+    # A black sheet behind the quad, so close that no light passes between them.
     back = [c - 1e-5 * size * n for c, n in zip(center, light["emit_normal"])]
     edges = f"edge_u = {vec(u)}\nedge_v = {vec(w)}\n"
     return (

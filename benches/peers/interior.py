@@ -1,10 +1,10 @@
 #!/usr/bin/env python3
-"""Makes the room of scenes/peers/interior.toml: a PLY file for each of its materials, and the description interior.json.
+"""Makes the room of scenes/peers/interior.toml: one PLY file per material, and the description interior.json.
 
     python3 benches/peers/interior.py && python3 benches/peers/convert.py
 
-A room of 6 x 3 x 5 m with a bright window, a lamp over a table, a polished floor, cushions, a curtain, a rug and shelves of books: about 60,000
-triangles, flat, of two sides. Needs nothing but Python. Right-handed, y up, metres.
+A room of 6 x 3 x 5 m with a bright window, a lamp over a table, a polished floor, cushions, curtains, a rug and
+bookshelves: about 60,000 flat-shaded, two-sided triangles. Needs only Python. Right-handed, y up, metres.
 """
 import json
 import math
@@ -19,7 +19,7 @@ class Mesh:
         self.points, self.faces = [], []
 
     def grid(self, rows, columns, at):
-        """Two triangles for each cell of a grid of points at(u, v), u and v from 0 to 1."""
+        """Two triangles per cell of a grid of points at(u, v), u and v from 0 to 1."""
         first = len(self.points)
         for i in range(rows + 1):
             for j in range(columns + 1):
@@ -28,7 +28,7 @@ class Mesh:
             for j in range(columns):
                 a = first + i * (columns + 1) + j
                 b, c, d = a + 1, a + columns + 2, a + columns + 1
-                # At poles corners are the same point.
+                # At a pole two corners of a cell coincide.
                 self.faces += [f for f in ((a, b, c), (a, c, d)) if len({self.points[k] for k in f}) == 3]
 
     def box(self, low, high):
@@ -97,7 +97,7 @@ def room():
         wood.box((2.62, y, -2.2), (3, y + 0.03, 0.6))
     for z in (-2.23, -0.82, 0.57):
         wood.box((2.62, 0.0, z), (3, 2.13, z + 0.03))
-    # Books: widths, heights and leans by a small counter that is the same everywhere.
+    # Books: widths, heights and leans from a small generator that gives the same numbers everywhere.
     state = 1
     def number():
         nonlocal state
@@ -112,7 +112,7 @@ def room():
                 z += width + 0.002
                 if number() < 0.06:
                     z += 0.15
-    # A sofa of cushions along the back wall, a rug, a curtain beside the window.
+    # A sofa with cushions along the back wall, a rug, curtains next to the window.
     blue = m["blue"]
     blue.box((-1.9, 0.08, -2.4), (0.3, 0.3, -1.5))
     for x in (-1.35, -0.25):
@@ -125,7 +125,7 @@ def room():
     m["red"].grid(50, 66, lambda u, v: (-1.9 + 2.0 * u, 0.014 + 0.004 * math.sin(60 * u) * math.sin(84 * v), -1.2 + 2.6 * v))
     m["cloth"].grid(96, 28, lambda u, v: (-2.86 + 0.05 * math.sin(38 * u + 2 * v), 0.05 + 2.6 * v, 1.0 + 0.62 * u))
     m["cloth"].grid(96, 28, lambda u, v: (-2.86 + 0.05 * math.sin(37 * u - v), 0.05 + 2.6 * v, -1.82 + 0.62 * u))
-    # A vase and a bowl on the table, the shade of the lamp above.
+    # A vase and a bowl on the table, the lampshade above.
     brass = m["brass"]
     brass.turned((0.75, 0.76, -0.2), lambda t: (0.02 + 0.09 * math.sin(math.pi * min(1, 0.12 + 0.88 * t)) ** 0.8 * (1 - 0.35 * t), 0.34 * t))
     brass.turned((1.35, 0.765, 0.05), lambda t: (0.02 + 0.17 * math.sqrt(t), 0.09 * t * t))

@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
-"""Writes scenes/peers/night.json: a street at night under 2,000 lamps (1,600 small balls on strings, 360 windows, 40 street lamps), with
-puddles, for the comparison with other renderers. It is the street of scenes/showcase/make_night_street.py in the plainer words that
-all of them understand.
+"""Writes scenes/peers/night.json: a street at night with 2,000 lights (1,600 small spheres on strings, 360 windows, 40
+street lamps) and puddles, for the comparison with other renderers. It is the street of
+scenes/showcase/make_night_street.py, restricted to what all of them support.
 
     python3 benches/peers/night.py && python3 benches/peers/convert.py
 """

@@ -1,13 +1,14 @@
 #!/usr/bin/env python3
-"""Renders one scene with another renderer, as often as it is asked to: what `turner-lab render --peers` runs.
+"""Renders one scene with another renderer, as often as requested. `turner-lab render --peers` runs it.
 
     python render.py PEER SCENE.json THREADS        # PEER: mitsuba-llvm, mitsuba-llvm-independent, mitsuba-scalar, cycles
 
-The scene is a description as in scenes/peers (scenes/peers/README.md says what its words mean). Each line of standard input asks for a
-picture: `SAMPLES SEED FILE`. FILE gets rows from the top, three little-endian 32-bit floats to a pixel. Standard output has one JSON object
-per line: {"start_seconds", "version"} when a first picture of one sample is done, {"samples", "seconds", "width", "height"} for each
-picture, {"error", "help"} when something fails. start_seconds is all that came before a picture of one sample takes its usual
-time: modules, scene, trees, kernels. What Mitsuba compiles later for other numbers of samples is left out everywhere.
+The scene is a description as in scenes/peers (its format: scenes/peers/README.md). Each line of standard input requests
+a picture: `SAMPLES SEED FILE`. FILE receives rows from the top, three little-endian 32-bit floats per pixel. Standard
+output has one JSON object per line: {"start_seconds", "version"} after a first picture of one sample, {"samples",
+"seconds", "width", "height"} for each picture, {"error", "help"} when something fails. start_seconds is the time before
+the first picture, without that of the picture itself: modules, scene, BVHs, kernels. The kernels that Mitsuba compiles
+later for other numbers of samples are not measured.
 """
 import json
 import math
@@ -17,7 +18,7 @@ import time
 from pathlib import Path
 
 T0 = time.perf_counter()
-# What modules print goes to standard error, also from below Python.
+# Modules print to standard output, also from below Python: that output goes to standard error.
 OUT = os.fdopen(os.dup(1), "w")
 os.dup2(2, 1)
 
@@ -27,7 +28,7 @@ def say(**what):
 
 
 def lamp_axes(np, light):
-    """Middle, edges and normal of a quad that shines; the edges are in the order that turns their cross product to the normal."""
+    """Centre, edges and normal of a quad light; the edges are ordered so that their cross product is along the normal."""
     v = np.array(light["vertices"], float)
     u, w, n = v[1] - v[0], v[3] - v[0], np.array(light["emit_normal"], float)
     if np.dot(np.cross(u, w), n) < 0:
@@ -45,7 +46,7 @@ def sky(np, d, light):
 
 
 def sky_directions(np, height, of_angles):
-    """Directions of the middles of pixels: `of_angles` maps u and v, both from 0 to 1 and v from the top, to x, y, z."""
+    """Directions of the pixel centres: `of_angles` maps u and v, both from 0 to 1 and v from the top, to x, y, z."""
     v, u = np.meshgrid((np.arange(height) + 0.5) / height, (np.arange(2 * height) + 0.5) / (2 * height), indexing="ij")
     return np.stack(of_angles(u, v), -1)
 
@@ -58,8 +59,8 @@ class NoLlvm(Exception):
 
 
 def find_llvm():
-    """Names libLLVM to Dr.Jit where it lies under a usual name: version 16 and newer. Dr.Jit refuses older ones than 15, and 15 ends the
-    program at some of Mitsuba's kernels."""
+    """Tells Dr.Jit where libLLVM is, if it has one of the usual names: version 16 and newer. Dr.Jit refuses versions
+    before 15, and 15 crashes with some of Mitsuba's kernels."""
     if "DRJIT_LIBLLVM_PATH" in os.environ:
         return
     found = []
@@ -95,7 +96,7 @@ class Mitsuba:
         to_world = mi.ScalarTransform4f().look_at(origin=camera["origin"], target=camera["target"], up=camera["up"])
         film = {"type": "hdrfilm", "width": self.width, "height": self.height, "pixel_format": "rgb",
                 "component_format": "float32", "filter": {"type": "box"}}
-        # Its stratified sampler is much the better one; the independent one is the default of its scenes.
+        # The stratified sampler has much less noise; the independent one is the default of Mitsuba's scenes.
         sampler = {"type": "independent" if peer.endswith("independent") else "multijitter"}
         parts = {
             "type": "scene",
@@ -151,26 +152,26 @@ class Mitsuba:
                 return np.sin(phi) * np.sin(theta), np.cos(theta), -np.cos(phi) * np.sin(theta)
             picture = sky(np, sky_directions(np, 1024, angles), light)
             return {"type": "envmap", "bitmap": mi.Bitmap(picture.astype(np.float32))}
-        # Without a material of its own a lamp is half grey.
-        shining = {"bsdf": {"type": "diffuse", "reflectance": self.rgb(0.0)},
+        # Without a BSDF of its own a light is half grey.
+        emissive = {"bsdf": {"type": "diffuse", "reflectance": self.rgb(0.0)},
                    "emitter": {"type": "area", "radiance": self.rgb(light["radiance"])}}
         if light["type"] == "sphere":
-            return {"type": "sphere", "center": light["center"], "radius": light["radius"], **shining}
+            return {"type": "sphere", "center": light["center"], "radius": light["radius"], **emissive}
         middle, u, w, n = lamp_axes(np, light)
         matrix = np.eye(4)
         matrix[:3] = np.stack([u / 2, w / 2, n, middle], 1)
-        return {"type": "rectangle", "to_world": mi.ScalarTransform4f(matrix.tolist()), **shining}
+        return {"type": "rectangle", "to_world": mi.ScalarTransform4f(matrix.tolist()), **emissive}
 
     def render(self, samples, seed):
-        # Kernels are compiled anew for each number of samples, which is not to be measured.
+        # Kernels are compiled again for each number of samples, which is not measured.
         if self.compiled is not None and samples not in self.compiled:
             self.compiled.add(samples)
             self.np.array(self.mi.render(self.scene, spp=samples, seed=seed))
         start = time.perf_counter()
-        # Turning it into an array waits for the picture.
+        # The conversion to an array waits for the picture.
         picture = self.np.array(self.mi.render(self.scene, spp=samples, seed=seed), dtype="<f4")
         seconds = time.perf_counter() - start
-        # Stratified samplers round the number up.
+        # Stratified samplers round the number of samples up.
         return picture[..., :3], seconds, self.scene.sensors()[0].sampler().sample_count()
 
 
@@ -206,7 +207,7 @@ class Cycles:
 
     @staticmethod
     def turned(np, p):
-        """Blender's z points up, the description's y."""
+        """From the description's axes (y up) to Blender's (z up)."""
         p = np.asarray(p, float)
         return np.stack([p[..., 0], -p[..., 2], p[..., 1]], -1)
 
@@ -244,7 +245,7 @@ class Cycles:
         self.context.collection.objects.link(self.bpy.data.objects.new(name, mesh))
 
     def sphere(self, center, radius, rows):
-        """A sphere of triangles, for Cycles has none of its own; a little larger, so that its volume is right."""
+        """A sphere of triangles, since Cycles has no sphere; slightly larger, so that its volume is exact."""
         np = self.np
         theta, phi = np.meshgrid(np.arange(rows + 1) / rows * math.pi, np.arange(2 * rows) / rows * math.pi, indexing="ij")
         points = np.stack([np.sin(theta) * np.cos(phi), np.cos(theta), np.sin(theta) * np.sin(phi)], -1).reshape(-1, 3)
@@ -252,7 +253,7 @@ class Cycles:
         a, b = i * 2 * rows + j, i * 2 * rows + (j + 1) % (2 * rows)
         upper = np.stack([a, b, b + 2 * rows], -1)[1:].reshape(-1, 3)
         lower = np.stack([a, b + 2 * rows, a + 2 * rows], -1)[:-1].reshape(-1, 3)
-        # One vertex for each pole.
+        # One vertex per pole.
         faces = np.concatenate([upper, lower])
         faces[faces < 2 * rows] = 0
         faces[faces >= rows * 2 * rows] = rows * 2 * rows
@@ -261,7 +262,7 @@ class Cycles:
         return points[used] * grown + np.array(center), faces.reshape(-1, 3)
 
     def ply(self, path):
-        """A binary PLY of three floats to a vertex and triangles with 32-bit indices, as Turner's example writes it."""
+        """Reads a binary PLY of three floats per vertex and triangles with 32-bit indices, as Turner's example writes it."""
         np, counts = self.np, {}
         with open(path, "rb") as file:
             for line in iter(lambda: file.readline().split(), [b"end_header"]):
@@ -290,7 +291,8 @@ class Cycles:
         place = self.bpy.data.objects.new(name, lamp)
         place.visible_camera = True
         self.context.collection.objects.link(place)
-        # The watts that make the radiance of the node count as it is; bodies behind and in lamps, which stop no light in Cycles.
+        # The power in watts at which the light has the radiance of its node. Lights do not block light in
+        # Cycles, so black bodies are added inside and behind them.
         if light["type"] == "sphere":
             radius = light["radius"]
             lamp.shadow_soft_size, lamp.use_soft_falloff = radius, False
@@ -302,7 +304,7 @@ class Cycles:
         lamp.shape = "RECTANGLE"
         lamp.size, lamp.size_y = np.linalg.norm(w), np.linalg.norm(u)
         lamp.energy = math.pi * lamp.size * lamp.size_y
-        # It shines along its own -z, so that the edges change places.
+        # It emits along its own -z, so that the edges swap.
         axes = [self.turned(np, a / np.linalg.norm(a)) for a in (w, u)]
         columns = [*axes, np.cross(*axes), self.turned(np, middle)]
         place.matrix_world = self.matrix([[c[k] for c in columns] for k in range(3)] + [[0, 0, 0, 1]])
@@ -313,7 +315,7 @@ class Cycles:
         np, bpy, height = self.np, self.bpy, 1024
         def angles(u, v):
             phi, up = math.pi - 2 * math.pi * u, math.pi * (0.5 - v)
-            # Of Blender's axes (x, y, z) the description's are (x, z, -y).
+            # The description's axes are (x, z, -y) of Blender's (x, y, z).
             return np.cos(up) * np.cos(phi), np.sin(up), -np.cos(up) * np.sin(phi)
         pixels = np.ones((height, 2 * height, 4), np.float32)
         pixels[..., :3] = sky(np, sky_directions(np, height, angles), light)
@@ -352,17 +354,17 @@ class Cycles:
         self.width, self.height = render.resolution_x, render.resolution_y = scene["camera"]["res"]
         render.resolution_percentage = 100
         render.threads_mode, render.threads = "FIXED", threads
-        # Trees are kept from picture to picture.
+        # BVHs are kept from picture to picture.
         render.use_persistent_data = True
         render.use_compositing = render.use_sequencer = False
         settings = render.image_settings
         settings.file_format, settings.color_depth, settings.color_mode = "OPEN_EXR", "32", "RGB"
         settings.exr_codec = "NONE"
         cycles.device = "CPU"
-        # The camera ray and the light at the end count in the description.
+        # The description counts the camera ray and the path's last ray to the light.
         bounces = scene["max_depth"] - 2
         cycles.max_bounces = cycles.diffuse_bounces = cycles.glossy_bounces = cycles.transmission_bounces = bounces
-        # Nothing that trades truth for noise, and the same filter as everybody.
+        # No biased noise reduction, and the same pixel filter for all renderers.
         cycles.sample_clamp_direct = cycles.sample_clamp_indirect = cycles.blur_glossy = 0
         cycles.caustics_reflective = cycles.caustics_refractive = True
         cycles.use_denoising = cycles.use_adaptive_sampling = cycles.use_auto_tile = False
@@ -390,7 +392,7 @@ def main():
     renderer = Cycles(scene, path.parent, threads) if peer == "cycles" else Mitsuba(peer, scene, path.parent, threads)
     renderer.render(1, 0)
     first = time.perf_counter() - T0
-    # That includes what every picture takes; Mitsuba's compiled variants have rendered two.
+    # This includes the time of a picture; Mitsuba's compiled variants have rendered two.
     usual = renderer.render(1, 1)[1] * (2 if getattr(renderer, "compiled", None) else 1)
     say(start_seconds=max(first - usual, 0.0), version=renderer.version)
     for line in sys.stdin:
@@ -408,5 +410,5 @@ if __name__ == "__main__":
     except NoLlvm:
         say(error="there is no libLLVM of version 16 or newer under the usual names",
             help="install it (libllvm19), name it with DRJIT_LIBLLVM_PATH, or choose others with --peers mitsuba-scalar,cycles")
-    except Exception as error:  # whatever fails is said to whoever asked
+    except Exception as error:  # the caller reports any failure
         say(error=f"{type(error).__name__}: {error}", help="")

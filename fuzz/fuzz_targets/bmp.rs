@@ -1,4 +1,4 @@
-//! Any bytes as bmp.
+//! Arbitrary bytes as a BMP image.
 #![no_main]
 
 libfuzzer_sys::fuzz_target!(|data: &[u8]| turner_fuzz::picture("a.bmp", data));

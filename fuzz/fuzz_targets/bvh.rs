@@ -1,4 +1,4 @@
-//! Any triangles and any rays: no panic, no endless search, and the same hits however a tree is built and asked.
+//! Arbitrary triangles and rays: no panic, no endless traversal, and the same hits with every builder and traversal.
 #![no_main]
 
 #[path = "../../crates/turner-bvh/tests/suite/bytes.rs"]

@@ -1,4 +1,4 @@
-//! Any bytes as a film.
+//! Arbitrary bytes as a saved film.
 #![no_main]
 
 libfuzzer_sys::fuzz_target!(|data: &[u8]| turner_fuzz::film(data));

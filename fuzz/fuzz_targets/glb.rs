@@ -1,4 +1,4 @@
-//! Any bytes as glb.
+//! Arbitrary bytes as a GLB model.
 #![no_main]
 
 libfuzzer_sys::fuzz_target!(|data: &[u8]| turner_fuzz::model("model.glb", data));

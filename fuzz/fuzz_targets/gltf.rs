@@ -1,4 +1,4 @@
-//! Any bytes as gltf.
+//! Arbitrary bytes as a glTF model.
 #![no_main]
 
 libfuzzer_sys::fuzz_target!(|data: &[u8]| turner_fuzz::model("model.gltf", data));

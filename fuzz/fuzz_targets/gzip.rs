@@ -1,4 +1,4 @@
-//! Any bytes packed by gzip, and any bytes in their place, as a pbrt scene.
+//! Arbitrary gzip-compressed bytes, and arbitrary bytes in place of compressed ones, as a pbrt scene.
 #![no_main]
 
 libfuzzer_sys::fuzz_target!(|data: &[u8]| {

@@ -1,4 +1,4 @@
-//! Any bytes as jpeg.
+//! Arbitrary bytes as a JPEG image.
 #![no_main]
 
 libfuzzer_sys::fuzz_target!(|data: &[u8]| turner_fuzz::picture("a.jpg", data));

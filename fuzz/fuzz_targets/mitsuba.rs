@@ -1,4 +1,4 @@
-//! Any bytes as a scene of Mitsuba.
+//! Arbitrary bytes as a Mitsuba scene.
 #![no_main]
 
 libfuzzer_sys::fuzz_target!(|data: &[u8]| turner_fuzz::model("scene.xml", data));

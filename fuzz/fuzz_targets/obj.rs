@@ -1,4 +1,4 @@
-//! Any bytes as obj.
+//! Arbitrary bytes as an OBJ model.
 #![no_main]
 
 libfuzzer_sys::fuzz_target!(|data: &[u8]| turner_fuzz::model("model.obj", data));

@@ -1,4 +1,4 @@
-//! Any bytes as pbrt.
+//! Arbitrary bytes as a pbrt scene.
 #![no_main]
 
 libfuzzer_sys::fuzz_target!(|data: &[u8]| turner_fuzz::model("scene.pbrt", data));

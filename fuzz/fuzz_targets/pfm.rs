@@ -1,4 +1,4 @@
-//! Any bytes as pfm.
+//! Arbitrary bytes as a PFM image.
 #![no_main]
 
 libfuzzer_sys::fuzz_target!(|data: &[u8]| turner_fuzz::picture("a.pfm", data));

@@ -1,4 +1,4 @@
-//! Any bytes as ply.
+//! Arbitrary bytes as a PLY model.
 #![no_main]
 
 libfuzzer_sys::fuzz_target!(|data: &[u8]| turner_fuzz::model("model.ply", data));

@@ -1,4 +1,4 @@
-//! Any bytes as png.
+//! Arbitrary bytes as a PNG image.
 #![no_main]
 
 libfuzzer_sys::fuzz_target!(|data: &[u8]| turner_fuzz::picture("a.png", data));

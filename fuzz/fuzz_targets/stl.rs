@@ -1,4 +1,4 @@
-//! Any bytes as stl.
+//! Arbitrary bytes as an STL model.
 #![no_main]
 
 libfuzzer_sys::fuzz_target!(|data: &[u8]| turner_fuzz::model("model.stl", data));

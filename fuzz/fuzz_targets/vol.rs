@@ -1,4 +1,4 @@
-//! Any bytes as a volume that a scene of Mitsuba names.
+//! Arbitrary bytes as a grid volume of a Mitsuba scene.
 #![no_main]
 
 libfuzzer_sys::fuzz_target!(|data: &[u8]| turner_fuzz::named("cloud.vol", data));

@@ -1,4 +1,4 @@
-//! Any bytes as webp.
+//! Arbitrary bytes as a WebP image.
 #![no_main]
 
 libfuzzer_sys::fuzz_target!(|data: &[u8]| turner_fuzz::picture("a.webp", data));

@@ -1,4 +1,5 @@
-//! What the targets do with any bytes: read them as a file of a format, and see that what comes of it fits together.
+//! Entry points of the fuzz targets: read arbitrary bytes as a file of a format and check that the result is
+//! consistent.
 
 use std::sync::LazyLock;
 
@@ -10,36 +11,36 @@ use turner_io::import::{ImportOptions, import};
 use turner_io::scene::{LoadOptions, load_text};
 use turner_io::testing::seeds::{Seed, companions, seeds};
 
-/// Made once: it takes longer than reading most files.
+/// The seeds, generated once, because that takes longer than reading most files.
 static SEEDS: LazyLock<Vec<Seed>> = LazyLock::new(seeds);
 
-/// The files that seeds name.
+/// The files that seeds refer to.
 static COMPANIONS: LazyLock<MemoryAssets> = LazyLock::new(|| {
     let files = companions().into_iter().map(|(name, bytes)| (name.to_owned(), bytes));
     MemoryAssets { files: files.collect() }
 });
 
-/// Most samples that a scene may make the fuzzer prepare.
+/// Most samples (bytes of images and meshes, and pixels) of a scene that is prepared.
 const SMALL: usize = 1 << 20;
 
-/// The files that seeds name, and this one.
+/// The companion files and this file.
 fn assets(name: &str, data: &[u8]) -> MemoryAssets {
     let mut assets = COMPANIONS.clone();
     assets.files.insert(name.to_owned(), data.to_vec());
     assets
 }
 
-/// Of so many files whose scene is small one is made ready with all its probes, and eight are without the probes of caustics and
-/// shared paths: these take hundreds of times as long as reading the file, and say little of its reader. A number made of the
-/// file's bytes decides, so that each file is treated alike every time.
+/// Of this many small scenes, one is prepared completely, and eight without the test renderings that choose caustics
+/// and shared paths. These take hundreds of times as long as reading the file and test the reader little. A hash of
+/// the bytes decides, so that each file is always treated the same.
 const ONE_OF: u64 = 64;
 
-/// FNV-1a (Fowler, Noll and Vo 1991).
+/// The hash FNV-1a (Fowler, Noll and Vo 1991).
 fn hash(data: &[u8]) -> u64 {
     data.iter().fold(0xcbf2_9ce4_8422_2325, |h, &b| (h ^ u64::from(b)).wrapping_mul(0x100_0000_01b3))
 }
 
-/// Meshes have sound indices; what is small can be made ready.
+/// Checks that mesh indices are valid, and that small scenes can be prepared without a panic.
 fn check(mut scene: SceneDesc, data: &[u8]) {
     scene.meshes.iter().for_each(|m| m.data.check().expect("indices are checked"));
     let images: usize = scene.images.iter().map(|i| i.data.memory()).sum();
@@ -50,12 +51,12 @@ fn check(mut scene: SceneDesc, data: &[u8]) {
         return;
     }
     if let (1.., IntegratorDesc::Path(path)) = (lot, &mut scene.integrator) {
-        (path.caustics, path.reuse) = (Caustics::Off, SharedPathsMode::Off);
+        (path.caustics, path.shared_paths) = (Caustics::Off, SharedPathsMode::Off);
     }
     let _ = scene.prepare(&turner::schema::PrepareOptions { threads: 1, ..Default::default() });
 }
 
-/// A model, or a scene of another renderer, by its name.
+/// Reads a model, or another renderer's scene, by its file name.
 pub fn model(name: &str, data: &[u8]) {
     let options = ImportOptions { threads: 1, ..ImportOptions::default() };
     match import(data.to_vec(), name, &assets(name, data), &options) {
@@ -64,7 +65,7 @@ pub fn model(name: &str, data: &[u8]) {
     }
 }
 
-/// A scene in TOML.
+/// Reads a TOML scene.
 pub fn scene(data: &[u8]) {
     let Ok(text) = std::str::from_utf8(data) else { return };
     let options = LoadOptions { threads: 1, ..LoadOptions::default() };
@@ -74,7 +75,7 @@ pub fn scene(data: &[u8]) {
     }
 }
 
-/// A file that a seed's scene names, through that scene.
+/// Reads a file through the seed scene that refers to it.
 pub fn named(name: &str, data: &[u8]) {
     let Some((scene, text)) = SEEDS.iter().find(|s| s.name == name).and_then(|s| s.scene.clone()) else { return };
     let assets = assets(name, data);
@@ -87,7 +88,7 @@ pub fn named(name: &str, data: &[u8]) {
     let _ = load_text(text, scene, &assets, &options).map(|loaded| check(loaded.desc, data));
 }
 
-/// A picture by its bytes; TGA by its name alone. A decoder of others may give up by a panic: that is contained, and no finding.
+/// Reads an image by its bytes, or TGA by its name. Panics inside decoding crates are contained and are not findings.
 pub fn picture(name: &str, data: &[u8]) {
     turner_io::image::silence_contained_panics();
     let limits = turner_io::image::DecodeLimits { max_pixels: SMALL as u64, ..Default::default() };
@@ -96,7 +97,8 @@ pub fn picture(name: &str, data: &[u8]) {
     }
 }
 
-/// A film: as it is, and under a checksum that is right. What is read can be shown, written and read again.
+/// Reads a film, as given and with a valid checksum appended. A film that is read can be merged, developed, written
+/// and read again.
 pub fn film(data: &[u8]) {
     let memory = turner::schema::Memory::new(1 << 24, || Some(0));
     let limits = turner::schema::Limits { memory: std::sync::Arc::new(memory), ..Default::default() };

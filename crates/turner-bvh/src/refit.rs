@@ -30,7 +30,7 @@ pub enum RefitError {
     },
     /// A primitive that the build omitted, because its box was not [valid](Aabb::is_valid), has a valid box now. The
     /// BVH has no leaf for it.
-    LeftOut {
+    Omitted {
         /// Index of the primitive.
         primitive: usize,
     },
@@ -42,7 +42,7 @@ impl fmt::Display for RefitError {
             RefitError::Count { built, given } => {
                 write!(f, "the BVH was built over {built} primitives, not {given}")
             }
-            RefitError::LeftOut { primitive } => {
+            RefitError::Omitted { primitive } => {
                 write!(f, "primitive {primitive} was omitted when the BVH was built")
             }
         }
@@ -62,7 +62,7 @@ impl BoxBvh {
         let scale = BoxBvh::scale(boxes);
         let scaled = |b: Aabb| Aabb::new(b.min.map(|x| x * scale), b.max.map(|x| x * scale));
         if let Some(&id) = self.dropped.iter().find(|&&id| scaled(boxes[id as usize]).is_valid()) {
-            return Err(RefitError::LeftOut { primitive: id as usize });
+            return Err(RefitError::Omitted { primitive: id as usize });
         }
         set_boxes(&mut self.nodes, |leaf| {
             let ids = &self.order[leaf.first_block()..leaf.first_block() + leaf.blocks()];

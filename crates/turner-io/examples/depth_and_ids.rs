@@ -1,4 +1,5 @@
-//! Depth and ids as plain arrays, row by row from the top left: `cargo run --release -p turner-io --example depth_and_ids -- scene.toml`
+//! Depth and IDs as plain arrays, row by row from the top left: `cargo run --release -p turner-io --example
+//! depth_and_ids -- scene.toml`
 
 use std::sync::atomic::AtomicBool;
 
@@ -8,7 +9,7 @@ use turner::integrator::{DepthDesc, DepthMeasure, IdsDesc, IntegratorDesc};
 use turner::render::{PassOptions, Renderer};
 use turner::schema::{PrepareOptions, SceneError};
 
-/// What an integrator finds along the one ray through each pixel's middle.
+/// The result of an integrator for one ray through each pixel's centre.
 fn shown(desc: &SceneDesc, integrator: IntegratorDesc) -> Result<Picture, SceneError> {
     let mut desc = SceneDesc { integrator, ..desc.clone() };
     desc.film.antialias = Antialias::None;
@@ -23,7 +24,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let mut desc = turner_io::load(std::env::args().nth(1).unwrap_or_else(|| model.to_owned()))?;
     [desc.film.width, desc.film.height] = [64, 36];
 
-    // The part of the way along the view's axis, in the scene's units; infinite where nothing is hit (alpha 0).
+    // Depth along the viewing direction, in scene units; infinite where nothing is hit (alpha 0).
     let picture = shown(&desc, IntegratorDesc::Depth(DepthDesc { measure: DepthMeasure::Axis }))?;
     let depth: Vec<f32> =
         picture.linear.iter().map(|p| if p[3] > 0.0 { p[0] } else { f32::INFINITY }).collect();

@@ -1,4 +1,5 @@
-//! A camera that turns around a model, as a window would show it: each frame is an edit, an update and a coarse picture.
+//! Orbits a camera around a model as an interactive viewer would: each frame is an edit, an update and a coarse
+//! preview.
 //! `cargo run --release -p turner-io --example edits -- model.glb 120`
 
 use std::sync::atomic::AtomicBool;
@@ -16,9 +17,9 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let frames: u32 = std::env::args().nth(2).map_or(Ok(60), |text| text.parse())?;
     [desc.film.width, desc.film.height] = [320, 240];
 
-    // The first update prepares everything; the others cost what the edit changes.
+    // The first update prepares everything; later updates prepare only what the edit changed.
     let mut preparer = Preparer::new(PrepareOptions::default());
-    let bounds = preparer.update(&desc)?.scene.stats.bounds.ok_or("the scene has nothing that is bounded")?;
+    let bounds = preparer.update(&desc)?.scene.stats.bounds.ok_or("the scene has no bounded geometry")?;
     let never = AtomicBool::new(false);
     let options = PassOptions { threads: 0, cancel: &never, progress: None };
     let start = Instant::now();
@@ -38,14 +39,14 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         let prepared = preparer.update(&desc)?;
         updating += before.elapsed().as_secs_f64();
         let mut renderer = Renderer::new(prepared)?;
-        // A window shows this at once, and goes on with `pass` as long as nothing changes.
+        // A viewer shows this preview first and continues with `pass` while nothing changes.
         renderer.preview_pass(&options)?;
         let shown = renderer.develop();
         assert_eq!(shown.display.len(), 320 * 240);
     }
     let each = 1e3 / f64::from(frames);
     println!(
-        "{:.1} ms a frame, {:.2} ms of it the update",
+        "{:.1} ms per frame, of which {:.2} ms for the update",
         start.elapsed().as_secs_f64() * each,
         updating * each
     );

@@ -1,4 +1,4 @@
-//! A scene built in code becomes a picture: `cargo run --release -p turner-io --example hello`
+//! Builds a scene in code and renders it: `cargo run --release -p turner-io --example hello`
 
 use std::sync::atomic::AtomicBool;
 
@@ -20,10 +20,10 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     desc.film.transfer = Transfer::Srgb;
     desc.film.tonemap = Tonemap::Neutral;
     desc.integrator = IntegratorDesc::Path(PathDesc::default());
-    // The built-in studio shines from all around.
+    // The built-in studio environment light.
     desc.lights.push(LightDesc::Environment(EnvironmentDesc::studio()).into());
 
-    // Objects name their material by its number.
+    // Objects refer to materials by index.
     let red = ColorSource::Constant(Spectrum::new(0.8, 0.1, 0.05));
     let paint = PrincipledMaterial { base_color: red, ..PrincipledMaterial::default() };
     desc.materials.push(MaterialDesc::Principled(paint).into());

@@ -1,6 +1,6 @@
-//! A model becomes a picture: `cargo run --release -p turner-io --example model_to_png -- model.glb model.png`
+//! Renders a model: `cargo run --release -p turner-io --example model_to_png -- model.glb model.png`
 //!
-//! Without a camera, light or floor of its own it is framed, lit and placed by its stage, as `turner model.glb` shows it.
+//! If the model has no camera, light or floor, the default studio adds them, as `turner model.glb` does.
 
 use std::sync::atomic::AtomicBool;
 
@@ -12,9 +12,9 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let model = arguments.next().unwrap_or_else(|| model.to_owned());
     let out = arguments.next().unwrap_or_else(|| "model.png".to_owned());
 
-    // An error says where it is and what would be right.
+    // An error names its position and the remedy.
     let mut desc = turner_io::load(&model)?;
-    // All of a description is plain data.
+    // A description is plain data.
     [desc.film.width, desc.film.height] = [320, 240];
     desc.film.samples = 16;
     desc.warnings.iter().for_each(|warning| eprintln!("{}", warning.message));

@@ -1,6 +1,6 @@
-//! A picture that gets better until its time is over: `cargo run --release -p turner-io --example progressive -- scene.toml 2`
+//! Renders progressively until a time limit: `cargo run --release -p turner-io --example progressive -- scene.toml 2`
 //!
-//! Passes of one sample add up. A cancelled pass stops at its next tile, and the picture so far is saved.
+//! Passes of one sample accumulate. A cancelled pass stops at its next tile, and the picture so far is saved.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
@@ -20,14 +20,14 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let cancel = AtomicBool::new(false);
 
     std::thread::scope(|scope| {
-        // In a program with a window: set `cancel` when the window closes or the scene is edited.
+        // An interactive program sets `cancel` when the window closes or the scene is edited.
         let timer = scope.spawn(|| {
             std::thread::park_timeout(Duration::from_secs_f64(seconds));
             cancel.store(true, Ordering::Relaxed);
         });
         while !renderer.is_complete() && !cancel.load(Ordering::Relaxed) {
             let is_whole = renderer.pass(1, &PassOptions { threads: 0, cancel: &cancel, progress: None })?;
-            // Here a window shows `renderer.develop()`.
+            // An interactive program shows `renderer.develop()` here.
             println!("{} rays{}", renderer.stats.total(), if is_whole { "" } else { ", cancelled" });
         }
         timer.thread().unpark();

@@ -1,8 +1,8 @@
-//! Bytes for a URI: the only way in which a scene reaches other files.
+//! Access to files: the bytes of a URI. Scenes reach other files only through this module.
 //!
-//! A URI here is a path relative to the scene's folder, with `/` or `\` between its parts, and may be
-//! percent-encoded as in glTF. It may not leave that folder: not through `..` (encoded or not), an absolute path,
-//! `file://`, a Windows drive or share, or a link. Nothing is ever fetched from a network.
+//! A URI is a path relative to the scene's folder, with `/` or `\` as separator, and may be percent-encoded as in
+//! glTF. It may not leave that folder: not through `..` (encoded or not), an absolute path, `file://`, a Windows
+//! drive or network share, or a symbolic link. Nothing is fetched from a network.
 
 mod spelling;
 
@@ -19,22 +19,22 @@ use crate::scene::two_lines;
 
 pub(crate) use crate::words::{nearest, printable};
 
-/// Most bytes that all reads of a [`FolderAssets`] and its clones may take together: 4 GiB.
+/// Default limit of all reads of a [`FolderAssets`] and its clones together, in bytes: 4 GiB.
 pub const DEFAULT_BUDGET: u64 = 4 << 30;
 
-/// Most names of a folder that are looked at for a similar one.
+/// Most directory entries that are compared with a missing name.
 const MAX_LISTED: usize = 10_000;
 
 /// Why an asset could not be read.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum AssetError {
-    /// There is no such file.
+    /// The file does not exist.
     #[error("{uri}: no such file in {folder}{nearest}\n  check the name, or copy the file there")]
     Missing {
-        /// As asked for.
+        /// The URI as given.
         uri: String,
-        /// Where it was looked for.
+        /// The folder that was searched.
         folder: String,
         /// `"; the nearest is \"wood.png\""`, or empty.
         nearest: String,
@@ -42,74 +42,74 @@ pub enum AssetError {
     /// The URI leads out of the scene's folder.
     #[error(
         "{uri}: {reason}; expected a path inside {root}\n  \
-         move the file there, or let the scene read its folder, too"
+         move the file there, or allow the scene to read that folder"
     )]
     Outside {
-        /// As asked for.
+        /// The URI as given.
         uri: String,
-        /// How it leads out.
+        /// How it leaves the folder.
         reason: &'static str,
-        /// The folder.
+        /// The scene's folder.
         root: String,
     },
-    /// The URI cannot be a path.
+    /// The URI is not a valid path.
     #[error("{uri}: {reason}; expected a path relative to the scene's folder")]
     Invalid {
-        /// As asked for.
+        /// The URI as given.
         uri: String,
-        /// What is wrong.
+        /// The problem.
         reason: &'static str,
     },
     /// Not a regular file.
-    #[error("{uri}: is {found}; expected a regular file")]
+    #[error("{uri} is {found}; expected a regular file")]
     NotAFile {
-        /// As asked for.
+        /// The URI as given.
         uri: String,
-        /// What it is.
+        /// What was found.
         found: &'static str,
     },
-    /// Larger than the caller accepts.
+    /// The file exceeds the caller's limit.
     #[error("{uri}: has {size} bytes; expected at most {limit}\n  use a smaller file")]
     TooLarge {
-        /// As asked for.
+        /// The URI as given.
         uri: String,
-        /// Its size, at least.
+        /// Its size in bytes, at least.
         size: u64,
-        /// The limit.
+        /// The limit in bytes.
         limit: u64,
     },
-    /// The scene reads more in all than it may.
+    /// All files of the scene together exceed the limit.
     #[error(
-        "{uri}: its {size} bytes exceed what is left of {budget} for all files of the scene\n  raise the limit of memory"
+        "{uri}: has {size} bytes; the files of the scene together would exceed {budget} bytes\n  raise the memory limit"
     )]
     Budget {
-        /// As asked for.
+        /// The URI as given.
         uri: String,
-        /// Its size.
+        /// Its size in bytes.
         size: u64,
-        /// The whole budget.
+        /// The limit for all files together, in bytes.
         budget: u64,
     },
-    /// There is no memory for it.
+    /// The memory limit does not allow the read.
     #[error("{message}\n  {help}")]
     Memory {
-        /// What was asked for, and what is left.
+        /// How much was requested and how much is left.
         message: String,
         /// The remedy.
         help: String,
     },
-    /// The system refused.
+    /// The operating system reported an error.
     #[error("{uri}: cannot be read: {source}\n  check its permissions")]
     Io {
-        /// As asked for.
+        /// The URI as given.
         uri: String,
-        /// The system's reason.
+        /// The system's error.
         source: io::Error,
     },
 }
 
 impl AssetError {
-    /// What a program can do about it.
+    /// What a program can do about the error.
     pub fn remedy(&self) -> Option<Remedy> {
         match self {
             AssetError::Outside { .. } => Some(Remedy::OpenFolder),
@@ -118,7 +118,7 @@ impl AssetError {
         }
     }
 
-    /// As an error of the scene that asks for the file.
+    /// Converts to an error of the scene that refers to the file.
     pub fn to_scene_error(&self) -> SceneError {
         let code = match self {
             AssetError::TooLarge { .. } | AssetError::Budget { .. } | AssetError::Memory { .. } => {
@@ -130,21 +130,21 @@ impl AssetError {
     }
 }
 
-/// Where a loader gets its bytes.
+/// A source of files for loaders.
 pub trait AssetSource: Sync {
-    /// The bytes of `uri`, at most `limit` of them: a larger file is an error, not a shortened one.
+    /// Reads `uri`. A file of more than `limit` bytes is an error; it is never truncated.
     fn read(&self, uri: &str, limit: u64) -> Result<Vec<u8>, AssetError>;
 
-    /// The same, read bit by bit: for files too large to be held at once.
+    /// Opens `uri` for streaming, for files too large to hold in memory.
     fn open<'a>(&'a self, uri: &str, limit: u64) -> Result<Box<dyn Read + 'a>, AssetError> {
         self.read(uri, limit).map(|bytes| Box::new(io::Cursor::new(bytes)) as Box<dyn Read + 'a>)
     }
 
-    /// What to call `uri` in messages.
+    /// The name of `uri` in messages.
     fn describe(&self, uri: &str) -> String;
 
-    /// `uri` as written in the file `from`, made relative to the scene's folder: `("parts/a.toml", "b.png")`
-    /// gives `parts/b.png`. It may climb out of `parts` again, but not out of the folder.
+    /// Resolves `uri`, as written in the file `from`, relative to the scene's folder: `("parts/a.toml", "b.png")`
+    /// gives `parts/b.png`. `..` may leave `parts`, but not the scene's folder.
     fn resolve(&self, from: &str, uri: &str) -> Result<String, AssetError> {
         resolve_inside(from, uri)
     }
@@ -154,7 +154,7 @@ pub trait AssetSource: Sync {
 #[derive(Clone, Debug)]
 pub struct FolderAssets {
     root: PathBuf,
-    /// More folders, resolved, from which it may be read.
+    /// Additional folders that may be read, canonical.
     more: Vec<PathBuf>,
     allow_outside: bool,
     limits: Limits,
@@ -163,7 +163,7 @@ pub struct FolderAssets {
 }
 
 impl FolderAssets {
-    /// The folder that holds the scene file; "" is the current one.
+    /// `root` is the folder of the scene file; "" is the current folder.
     pub fn new(root: impl AsRef<Path>) -> Result<Self, AssetError> {
         let root = if root.as_ref().as_os_str().is_empty() { Path::new(".") } else { root.as_ref() };
         let uri = || printable(&root.to_string_lossy());
@@ -182,7 +182,7 @@ impl FolderAssets {
         })
     }
 
-    /// More folders from which files may be read, links resolved. A folder that is not there is an error.
+    /// Allows reads from additional folders; links are resolved first. A missing folder is an error.
     pub fn allow_paths(mut self, folders: &[PathBuf]) -> Result<Self, AssetError> {
         for folder in folders {
             self.more.push(Self::new(folder)?.root);
@@ -190,7 +190,7 @@ impl FolderAssets {
         Ok(self)
     }
 
-    /// What reading may take of the memory; together files may have as many bytes as it may, and at least
+    /// Sets the memory limits. All files together may have as many bytes as the memory limit, but at least
     /// [`DEFAULT_BUDGET`].
     pub fn with_limits(mut self, limits: Limits) -> Self {
         if limits.memory.limit() != u64::MAX {
@@ -200,32 +200,32 @@ impl FolderAssets {
         self
     }
 
-    /// Whether `..`, absolute paths and links may lead out of the folder. For scenes that the user trusts.
+    /// Whether `..`, absolute paths and links may leave the folder. Only for scenes that the user trusts.
     pub fn allow_outside(mut self, allow: bool) -> Self {
         self.allow_outside = allow;
         self
     }
 
-    /// Most bytes that all reads may take together.
+    /// Sets the limit of all reads together, in bytes.
     pub fn with_budget(mut self, bytes: u64) -> Self {
         self.budget = bytes;
         self
     }
 
-    /// Whether a resolved path may be read.
+    /// Whether a canonical path may be read.
     fn may_read(&self, real: &Path) -> bool {
         self.allow_outside
             || real.starts_with(&self.root)
             || self.more.iter().any(|folder| real.starts_with(folder))
     }
 
-    /// The folder, resolved.
+    /// The scene's folder, canonical.
     pub fn root(&self) -> &Path {
         &self.root
     }
 
-    /// The canonical path of a URI: of its literal name where that exists, else of the percent-decoded one; below the folder also of the one name that
-    /// differs in the case of its letters.
+    /// The canonical path of a URI. Tries the literal name first, then the percent-decoded one; inside the folder
+    /// also the only name that differs just in letter case.
     fn locate(&self, uri: &str) -> Result<PathBuf, AssetError> {
         let decoded = percent_decode(uri)?;
         let spellings: &[&str] = if decoded == uri { &[uri] } else { &[uri, &decoded] };
@@ -236,7 +236,7 @@ impl FolderAssets {
                 Err(AssetError::Outside { reason, .. }) => {
                     let path = spelling.strip_prefix("file://").unwrap_or(spelling).replace('\\', "/");
                     let path = self.root.join(path);
-                    // Whether something is there is told of places alone that may be read.
+                    // Do not reveal whether files exist in folders that may not be read.
                     if !self.may_read(&without_dots(&path))
                         && !fs::canonicalize(&path).is_ok_and(|p| self.may_read(&p))
                     {
@@ -256,7 +256,7 @@ impl FolderAssets {
                 });
             match found {
                 Ok(real) if self.may_read(&real) => return Ok(real),
-                Ok(_) => return Err(self.outside(uri, "a link leads out of the folder")),
+                Ok(_) => return Err(self.outside(uri, "a link leaves the folder")),
                 Err(e) if spelling::is_absent(&e) => missing = path,
                 Err(source) => return Err(AssetError::Io { uri: printable(uri), source }),
             }
@@ -269,7 +269,7 @@ impl FolderAssets {
         AssetError::Outside { uri: printable(uri), reason, root }
     }
 
-    /// Names the nearest file in the folder, where that folder is one that may be looked into.
+    /// The error for a missing file; suggests the nearest name if the folder may be read.
     fn missing(&self, uri: &str, path: &Path) -> AssetError {
         let folder = path.parent().unwrap_or(&self.root);
         let may_list = fs::canonicalize(folder).is_ok_and(|f| self.may_read(&f));
@@ -286,7 +286,7 @@ impl FolderAssets {
         AssetError::Missing { uri: printable(uri), folder: printable(&folder.to_string_lossy()), nearest }
     }
 
-    /// Takes `size` bytes from the budget.
+    /// Charges `size` bytes to the budget.
     fn charge(&self, uri: &str, size: u64) -> Result<(), AssetError> {
         let take = |used: u64| used.checked_add(size).filter(|&sum| sum <= self.budget);
         match self.used.fetch_update(Ordering::Relaxed, Ordering::Relaxed, take) {
@@ -297,11 +297,11 @@ impl FolderAssets {
 }
 
 impl FolderAssets {
-    /// The file and its size, which was taken from the budget.
+    /// Opens a file and charges its size to the budget.
     fn file(&self, uri: &str, limit: u64) -> Result<(File, u64), AssetError> {
         let io = |source| AssetError::Io { uri: printable(uri), source };
         let path = self.locate(uri)?;
-        // Looked at before it is opened: opening a pipe would wait for its writer.
+        // Checked before opening: opening a pipe would block until it has a writer.
         regular(uri, &fs::metadata(&path).map_err(io)?)?;
         let file = File::open(&path).map_err(io)?;
         let meta = file.metadata().map_err(io)?;
@@ -328,7 +328,7 @@ impl AssetSource for FolderAssets {
         if !matches!(reserved, Ok(Ok(()))) {
             return Err(io(io::ErrorKind::OutOfMemory.into()));
         }
-        // No further than it said: a file that grows meanwhile must not evade the limits.
+        // Read only the size reported: a file that grows meanwhile must not evade the limits.
         file.take(size).read_to_end(&mut bytes).map_err(io)?;
         Ok(bytes)
     }
@@ -354,7 +354,7 @@ impl AssetSource for FolderAssets {
     }
 }
 
-/// A path without `.` and `..`, by its text alone.
+/// Removes `.` and `..` from a path, textually.
 fn without_dots(path: &Path) -> PathBuf {
     let mut out = PathBuf::new();
     for part in path.components() {
@@ -376,10 +376,10 @@ fn regular(uri: &str, meta: &fs::Metadata) -> Result<(), AssetError> {
     Err(AssetError::NotAFile { uri: printable(uri), found })
 }
 
-/// Assets in memory, for tests and for callers that have the bytes already.
+/// Assets in memory, for tests and for callers that already have the bytes.
 #[derive(Clone, Debug, Default)]
 pub struct MemoryAssets {
-    /// Bytes by name, with `/` between the parts of a name.
+    /// Bytes by name; `/` separates the parts of a name.
     pub files: BTreeMap<String, Vec<u8>>,
 }
 
@@ -405,7 +405,7 @@ impl AssetSource for MemoryAssets {
     }
 }
 
-/// Refuses what is not a relative path: schemes, drives, shares, absolute paths, NUL.
+/// Refuses everything but relative paths: schemes, drives, shares, absolute paths, NUL.
 fn relative(uri: &str) -> Result<&str, AssetError> {
     let invalid = |reason| Err(AssetError::Invalid { uri: printable(uri), reason });
     let outside = |reason| {
@@ -421,11 +421,11 @@ fn relative(uri: &str) -> Result<&str, AssetError> {
         && scheme.chars().all(|c| c.is_ascii_alphanumeric() || matches!(c, '+' | '-' | '.'))
     {
         match scheme.to_ascii_lowercase().as_str() {
-            "file" => return outside("is a file:// address"),
-            "data" => return invalid("holds its data itself and is not a file"),
-            s if s.len() == 1 => return outside("begins with a drive"),
+            "file" => return outside("is a file:// URI"),
+            "data" => return invalid("is a data: URI, not a file"),
+            s if s.len() == 1 => return outside("begins with a drive letter"),
             s if uri[s.len()..].starts_with("://") => {
-                return invalid("is an address, and nothing is fetched");
+                return invalid("is a network address; Turner does not use the network");
             }
             _ => {}
         }
@@ -442,14 +442,15 @@ fn resolve_inside(from: &str, uri: &str) -> Result<String, AssetError> {
     normalise(&format!("{folder}/{}", relative(uri)?), uri)
 }
 
-/// Resolves `.` and `..` by text, `\` as `/`; `..` beyond the folder is refused. `shown` is for the message.
+/// Resolves `.` and `..` textually and reads `\` as `/`. A `..` that leaves the folder is refused. `shown` appears in
+/// the message.
 fn normalise(path: &str, shown: &str) -> Result<String, AssetError> {
     let mut parts: Vec<&str> = Vec::new();
     for part in path.split(['/', '\\']) {
         match part {
             "" | "." => {}
             ".." if parts.pop().is_none() => {
-                let (reason, root) = ("leads out through ..", "the scene's folder".to_owned());
+                let (reason, root) = ("leaves the folder through ..", "the scene's folder".to_owned());
                 return Err(AssetError::Outside { uri: printable(shown), reason, root });
             }
             ".." => {}
@@ -459,7 +460,7 @@ fn normalise(path: &str, shown: &str) -> Result<String, AssetError> {
     Ok(parts.join("/"))
 }
 
-/// `%20` to a space. A `%` that begins no code stands for itself; codes that are not UTF-8 are refused.
+/// Percent-decodes: `%20` to a space. A `%` without two hex digits is kept; results that are not UTF-8 are refused.
 fn percent_decode(uri: &str) -> Result<String, AssetError> {
     let hex = |b: Option<&u8>| b.and_then(|&b| char::from(b).to_digit(16));
     let bytes = uri.as_bytes();
@@ -476,6 +477,6 @@ fn percent_decode(uri: &str) -> Result<String, AssetError> {
             }
         }
     }
-    let reason = "its percent codes are not UTF-8";
+    let reason = "its percent-encoding is not UTF-8";
     String::from_utf8(out).map_err(|_| AssetError::Invalid { uri: printable(uri), reason })
 }

@@ -1,4 +1,4 @@
-//! Grids of media: a heading of text, then the numbers.
+//! Density grids of heterogeneous media: a text header followed by binary values.
 //!
 //! ```text
 //! turner-grid 1
@@ -7,8 +7,9 @@
 //! data
 //! ```
 //!
-//! Each line ends with a line feed. `size` is the number of cells along x, y and z; `channels` is `density`, or `density emission`. After `data` and its line feed
-//! stand the numbers, little-endian IEEE 754 singles, and nothing else: all of the first channel, x fastest, then y, then z; then all of the next.
+//! Each header line ends with a line feed. `size` is the number of cells along x, y and z. `channels` is `density` or
+//! `density emission`. The values follow `data` and its line feed, as little-endian IEEE 754 singles, and nothing
+//! follows them: all of the first channel, x fastest, then y, then z; then all of the next channel.
 
 use std::io::{self, Write};
 
@@ -17,28 +18,28 @@ use turner::schema::data::MAX_VALUES;
 
 use crate::assets::printable;
 
-/// Why a grid could not be read: the file, what was found, what was expected.
+/// Why a grid could not be read.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("{name}: damaged grid file: {problem}\n  docs/guides/fog-and-smoke.md describes the format")]
 pub struct GridError {
-    /// The file.
+    /// The file name, for messages.
     pub name: String,
     /// What was found and what was expected.
     pub problem: String,
 }
 
-/// Largest file that is read, bytes.
+/// Largest accepted file, in bytes.
 pub const MAX_GRID: u64 = 8 * MAX_VALUES + 4096;
 
-/// The heading's most bytes.
+/// Longest accepted header, in bytes.
 const MAX_HEADING: usize = 4096;
 
-/// Reads a grid; `name` is for messages.
+/// Reads a grid. `name` appears in messages.
 pub fn decode(bytes: &[u8], name: &str) -> Result<GridData, GridError> {
     read(bytes).map_err(|problem| GridError { name: printable(name), problem })
 }
 
-/// A grid as a file: what [`decode`] reads. `emission` has as many values as `density`, if any.
+/// Encodes a grid as a file that [`decode`] reads. If present, `emission` has as many values as `density`.
 pub fn encode(size: [u32; 3], density: &[f32], emission: Option<&[f32]>) -> Vec<u8> {
     let [x, y, z] = size;
     let channels = if emission.is_some() { "density emission" } else { "density" };
@@ -53,7 +54,7 @@ fn heading([x, y, z]: [u32; 3], channels: &str) -> String {
     format!("turner-grid 1\nsize {x} {y} {z}\nchannels {channels}\ndata\n")
 }
 
-/// Writes a grid bit by bit: what [`decode`] reads as the same.
+/// Writes a grid block by block; [`decode`] reads it back unchanged.
 pub fn write(grid: &GridData, out: &mut dyn Write) -> io::Result<()> {
     let channels = if grid.emission().is_some() { "density emission" } else { "density" };
     out.write_all(heading(grid.size(), channels).as_bytes())?;
@@ -109,12 +110,12 @@ fn read(bytes: &[u8]) -> Result<GridData, String> {
     let count = size.iter().try_fold(1u64, |n, s| n.checked_mul(u64::from(*s)));
     let Some(count) = count.filter(|n| (1..=MAX_VALUES).contains(n)) else {
         let [x, y, z] = size;
-        return Err(format!("{x} x {y} x {z} cells: expected 1 to {MAX_VALUES} in all"));
+        return Err(format!("{x} x {y} x {z} cells: expected 1 to {MAX_VALUES} in total"));
     };
     let data = bytes.get(used..).unwrap_or_default();
     let expected = 4 * channels * count;
     if data.len() as u64 != expected {
-        return Err(format!("expected {expected} bytes of numbers, found {}", data.len()));
+        return Err(format!("expected {expected} bytes of values, found {}", data.len()));
     }
     let floats = |bytes: &[u8]| -> Vec<f32> {
         bytes.chunks_exact(4).map(|b| f32::from_le_bytes([b[0], b[1], b[2], b[3]])).collect()
@@ -149,7 +150,7 @@ mod tests {
         let big = "turner-grid 1\nsize 4000000000 4000000000 4000000000\nchannels density\ndata\n";
         assert!(with(big, &[]).contains("expected 1 to"));
         let lies = "turner-grid 1\nsize 1000 1000 1000\nchannels density\ndata\n";
-        assert!(with(lies, &[0; 64]).contains("expected 4000000000 bytes of numbers, found 64"));
+        assert!(with(lies, &[0; 64]).contains("expected 4000000000 bytes of values, found 64"));
         let one = "turner-grid 1\nsize 1 1 1\nchannels density\ndata\n";
         assert!(with(one, &f32::NAN.to_le_bytes()).contains("NaN"));
         assert!(with(one, &(-1.0f32).to_le_bytes()).contains("-1"));

@@ -1,17 +1,17 @@
-//! What is compressed by gzip (RFC 1952), in one member or several, or by zlib (RFC 1950).
+//! Decompression of gzip (RFC 1952; one or more members) and zlib (RFC 1950).
 
 use miniz_oxide::inflate::core::DecompressorOxide;
 use miniz_oxide::inflate::core::inflate_flags::TINFL_FLAG_USING_NON_WRAPPING_OUTPUT_BUF as WHOLE;
 use miniz_oxide::inflate::{TINFLStatus, core};
 
-/// Whether bytes begin as a gzip file does.
+/// Whether the bytes begin with the gzip signature.
 pub(crate) fn is_gzip(bytes: &[u8]) -> bool {
     bytes.starts_with(&[0x1f, 0x8b])
 }
 
-/// The bytes inside, at most `limit` of them.
+/// The decompressed bytes, at most `limit` of them.
 ///
-/// Errors: damaged files and larger ones, in words.
+/// Errors, as text: damaged data, or more than `limit` bytes.
 pub(crate) fn decompress(bytes: &[u8], limit: usize) -> Result<Vec<u8>, String> {
     let mut out = Vec::new();
     let mut rest = bytes;
@@ -19,17 +19,17 @@ pub(crate) fn decompress(bytes: &[u8], limit: usize) -> Result<Vec<u8>, String> 
         rest = member(rest, &mut out, limit)?;
     }
     if out.is_empty() && !is_gzip(bytes) {
-        return Err("is not compressed by gzip".into());
+        return Err("is not gzip data".into());
     }
     Ok(out)
 }
 
-/// Appends what one member holds and gives what comes after it.
+/// Appends the decompressed bytes of one member and returns the input after it.
 fn member<'a>(bytes: &'a [u8], out: &mut Vec<u8>, limit: usize) -> Result<&'a [u8], String> {
-    let cut = || "its gzip header is cut off".to_owned();
+    let cut = || "its gzip header is truncated".to_owned();
     let (&flags, mut rest) = (bytes.get(3).ok_or_else(cut)?, bytes.get(10..).ok_or_else(cut)?);
     if bytes.get(2) != Some(&8) {
-        return Err("is compressed by an unknown method".into());
+        return Err("uses an unknown compression method".into());
     }
     if flags & 4 != 0 {
         let len =
@@ -49,30 +49,30 @@ fn member<'a>(bytes: &'a [u8], out: &mut Vec<u8>, limit: usize) -> Result<&'a [u
     let rest = inflate(rest, out, limit)?;
     let size = rest.get(4..8).and_then(|s| s.try_into().ok()).map(u32::from_le_bytes);
     if size != Some((out.len() - start) as u32) {
-        return Err("its length is not what its end says".into());
+        return Err("its length differs from the one in its trailer".into());
     }
     Ok(rest.get(8..).unwrap_or_default())
 }
 
-/// What zlib compressed (RFC 1950), at most `limit` bytes; the sum at its end is not asked for.
+/// Decompresses zlib data (RFC 1950), at most `limit` bytes. The checksum at the end is not verified.
 ///
-/// Errors: damaged bytes and larger ones, in words.
+/// Errors, as text: damaged data, or more than `limit` bytes.
 pub(crate) fn decompress_zlib(bytes: &[u8], limit: usize) -> Result<Vec<u8>, String> {
     let rest = match bytes {
         [method, flags, rest @ ..] if method & 15 == 8 && flags & 32 == 0 => rest,
-        _ => return Err("is not compressed by zlib".into()),
+        _ => return Err("is not zlib data".into()),
     };
     let mut out = Vec::new();
     inflate(rest, &mut out, limit)?;
     Ok(out)
 }
 
-/// Appends what deflate compressed and gives what comes after it.
+/// Appends decompressed deflate data and returns the input after it.
 fn inflate<'a>(mut rest: &'a [u8], out: &mut Vec<u8>, limit: usize) -> Result<&'a [u8], String> {
     let start = out.len();
     let mut inflate = Box::<DecompressorOxide>::default();
     let mut at = start;
-    // Deflate grows by at most 1032; room is made as it is needed.
+    // Deflate expands at most 1032 times; the buffer grows as needed.
     let mut room = rest.len().saturating_mul(4).clamp(1 << 12, 1 << 26);
     loop {
         let wanted = out.len().saturating_add(room).min(limit);
@@ -80,7 +80,7 @@ fn inflate<'a>(mut rest: &'a [u8], out: &mut Vec<u8>, limit: usize) -> Result<&'
             return Err(format!("holds more than {limit} bytes"));
         }
         out.try_reserve_exact(wanted - out.len())
-            .map_err(|_| "there is no memory for what it holds".to_owned())?;
+            .map_err(|_| "there is not enough memory to decompress it".to_owned())?;
         out.resize(wanted, 0);
         let (status, used, written) = core::decompress(&mut inflate, rest, out, at, WHOLE);
         rest = rest.get(used..).unwrap_or_default();
@@ -88,7 +88,7 @@ fn inflate<'a>(mut rest: &'a [u8], out: &mut Vec<u8>, limit: usize) -> Result<&'
         match status {
             TINFLStatus::Done => break,
             TINFLStatus::HasMoreOutput => room = room.saturating_mul(2).min(1 << 28),
-            _ => return Err("its compressed data are damaged or cut off".into()),
+            _ => return Err("its compressed data is damaged or truncated".into()),
         }
     }
     out.truncate(at);

@@ -1,15 +1,17 @@
-//! Measured lights: IES files after ANSI/IESNA LM-63 (1986, 1991, 1995, 2002), photometry of types C (lamps that hang), A and B (floodlights).
+//! IES light profiles: ANSI/IESNA LM-63 (1986, 1991, 1995, 2002), with photometry of type C (most luminaires) and of
+//! types A and B (floodlights).
 //!
-//! A file is a heading of `[KEYWORD] text` lines, a line `TILT=…`, and numbers that follow one another however the lines are broken:
+//! A file has header lines `[KEYWORD] text`, a line `TILT=…`, and then numbers. Line breaks between numbers have no
+//! meaning:
 //!
-//! | numbers | what they are |
+//! | count | meaning |
 //! |---|---|
-//! | 10 | lamps, lumens per lamp, factor, vertical angles, horizontal angles, type (1 is C, 2 is B, 3 is A), units, width, length, height |
-//! | 3 | factor of the ballast, one for future use, watts |
-//! | as many as said | vertical angles, horizontal angles; then candela: for each horizontal angle all vertical ones |
+//! | 10 | number of lamps, lumens per lamp, multiplier, number of vertical and horizontal angles, type (1 is C, 2 is B, 3 is A), units, width, length, height |
+//! | 3 | ballast factor, one reserved value, watts |
+//! | as given above | vertical angles; horizontal angles; candela: for each horizontal angle, all vertical ones |
 //!
-//! Angles that a lamp's symmetry leaves out are filled in: horizontal ones that end at 0, 90 or 180, or go from 90 to 270; in types A and B
-//! those below 0.
+//! Angles that the file omits because of symmetry are filled in: horizontal ranges that end at 0, 90 or 180, or run
+//! from 90 to 270; in types A and B, negative angles when the range starts at 0.
 
 use std::io::{self, Write};
 
@@ -18,11 +20,11 @@ use turner::schema::{LightProfile, Warning, WarningKind};
 use crate::assets::printable;
 use crate::ies_floodlight::{Floodlight, Measured};
 
-/// Why a file of measurements could not be read: the file, what was found, what was expected, the remedy.
+/// Why an IES file could not be read: file, problem and remedy.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum IesError {
-    /// The file breaks the rules of its format.
+    /// The file is not valid.
     #[error("{name}: damaged IES file: line {line}: {problem}\n  export or download it again")]
     Damaged {
         /// The file.
@@ -32,31 +34,31 @@ pub enum IesError {
         /// What was found and what was expected.
         problem: String,
     },
-    /// Something that is allowed, but not known here.
+    /// Valid, but not supported.
     #[error("{name}: line {line}: {what} cannot be read\n  convert it to photometry of type C")]
     Unsupported {
         /// The file.
         name: String,
         /// The line, from 1.
         line: usize,
-        /// What.
+        /// The unsupported feature.
         what: String,
     },
 }
 
-/// Largest file that is read, bytes.
+/// Largest accepted file, in bytes.
 pub const MAX_IES: u64 = 64 << 20;
 
-/// The most angles of either kind.
+/// Most vertical or horizontal angles.
 const MAX_ANGLES: usize = 100_000;
 
-/// The numbers of a file, with the lines they stand in.
+/// Reads the numbers of a file and keeps track of the line.
 struct Numbers<'a> {
     name: &'a str,
     lines: std::iter::Enumerate<std::str::Lines<'a>>,
     words: std::vec::IntoIter<&'a str>,
     line: usize,
-    /// Bytes of the text: there cannot be more numbers.
+    /// Length of the text, an upper bound of the count of numbers.
     bytes: usize,
 }
 
@@ -71,7 +73,7 @@ impl<'a> Numbers<'a> {
                 break word;
             }
             let Some((i, line)) = self.lines.next() else {
-                return Err(self.damaged(format!("the file ends before {what}")));
+                return Err(self.damaged(format!("the file ends; expected {what}")));
             };
             self.line = i + 1;
             let separates = |c: char| c.is_ascii_whitespace() || c == ',';
@@ -87,11 +89,11 @@ impl<'a> Numbers<'a> {
         }
     }
 
-    /// A number of things of which each takes two bytes of the file at least.
+    /// A count of values, each of which takes at least two bytes of the file.
     fn count(&mut self, what: &str) -> Result<usize, IesError> {
         let v = self.next(what)?;
         if v < 0.0 || v != v.floor() || v > (self.bytes / 2 + 1).min(MAX_ANGLES) as f64 {
-            return Err(self.damaged(format!("{v} is no possible number of {what}")));
+            return Err(self.damaged(format!("{v} is not a possible number of {what}")));
         }
         Ok(v as usize)
     }
@@ -101,7 +103,7 @@ impl<'a> Numbers<'a> {
     }
 }
 
-/// Reads a file; `name` is for messages. Also gives what was ignored or doubtful.
+/// Reads a file. `name` appears in messages. The warnings say what was ignored or is doubtful.
 pub fn decode(bytes: &[u8], name: &str) -> Result<(LightProfile, Vec<Warning>), IesError> {
     let text = String::from_utf8_lossy(bytes);
     let mut warnings = Vec::new();
@@ -115,20 +117,20 @@ pub fn decode(bytes: &[u8], name: &str) -> Result<(LightProfile, Vec<Warning>), 
         Some((i, value.trim()))
     });
     let Some((i, tilt)) = tilt else {
-        let problem = "there is no line TILT=…: is it an IES file?".to_owned();
+        let problem = "the line TILT=… is missing: is this an IES file?".to_owned();
         return Err(IesError::Damaged { name: printable(name), line: text.lines().count().max(1), problem });
     };
     let mut numbers = Numbers { name, lines, words: Vec::new().into_iter(), line: i + 1, bytes: text.len() };
     if tilt.eq_ignore_ascii_case("INCLUDE") {
-        numbers.next("the lamp's place")?;
-        let pairs = numbers.count("pairs of tilt")?;
+        numbers.next("the lamp's orientation (TILT)")?;
+        let pairs = numbers.count("tilt angles and factors")?;
         numbers.list(2 * pairs, "tilt")?;
     }
     if !tilt.eq_ignore_ascii_case("NONE") {
-        warn(WarningKind::Ignored, "what the tilt of the lamp does to its light (TILT)");
+        warn(WarningKind::Ignored, "TILT: the change of intensity when the lamp is tilted");
     }
-    numbers.list(2, "lamps and their lumens")?;
-    let factor = numbers.next("the factor of all intensities")?;
+    numbers.list(2, "number of lamps and lumens per lamp")?;
+    let factor = numbers.next("the candela multiplier")?;
     let rows = numbers.count("vertical angles")?;
     let columns = numbers.count("horizontal angles")?;
     let kind = numbers.next("the type of photometry")?;
@@ -141,11 +143,11 @@ pub fn decode(bytes: &[u8], name: &str) -> Result<(LightProfile, Vec<Warning>), 
             return Err(IesError::Unsupported { name: printable(name), line: numbers.line, what });
         }
     };
-    numbers.list(4, "the lamp's size")?;
-    let ballast = numbers.next("the factor of the ballast")?;
+    numbers.list(4, "the units and size of the luminous opening")?;
+    let ballast = numbers.next("the ballast factor")?;
     numbers.list(2, "watts")?;
     if rows == 0 || columns == 0 || rows.saturating_mul(columns) > text.len() {
-        let problem = format!("{rows} by {columns} angles are no possible number");
+        let problem = format!("{rows} by {columns} angles is not a possible number");
         return Err(numbers.damaged(problem));
     }
     let vertical = numbers.list(rows, "vertical angles")?;
@@ -160,33 +162,30 @@ pub fn decode(bytes: &[u8], name: &str) -> Result<(LightProfile, Vec<Warning>), 
         planes.push(plane.into_iter().map(brightness).collect::<Vec<f32>>());
     }
     if negative {
-        warn(WarningKind::Doubtful, "intensities below 0 count as 0");
+        warn(WarningKind::Doubtful, "negative intensities are read as 0");
     }
     let profile = match floodlight {
         Some(kind) => kind.profile(&Measured { horizontal, vertical, candela: planes }),
-        None => hanging(vertical, &horizontal, &planes),
+        None => type_c(vertical, &horizontal, &planes),
     };
     let profile = profile.map_err(|e| numbers.damaged(e.into()))?;
     if profile.peak() == 0.0 {
-        warn(WarningKind::Doubtful, "all intensities are 0: the light is dark");
+        warn(WarningKind::Doubtful, "all intensities are 0: the light emits nothing");
     }
     Ok((profile, warnings))
 }
 
-/// The profile of type C, its symmetry filled in.
-fn hanging(
-    vertical: Vec<f64>,
-    horizontal: &[f64],
-    planes: &[Vec<f32>],
-) -> Result<LightProfile, &'static str> {
-    let whole = whole_turn(horizontal)
-        .ok_or("horizontal angles must increase from 0 to 0, 90, 180 or 360, or from 90 over 180 to 270")?;
-    let candela = whole.iter().flat_map(|(_, plane)| planes[*plane].iter().copied()).collect();
-    let angles = whole.iter().map(|(angle, _)| *angle).collect();
+/// A profile of type C, with symmetric angles filled in.
+fn type_c(vertical: Vec<f64>, horizontal: &[f64], planes: &[Vec<f32>]) -> Result<LightProfile, &'static str> {
+    let circle = full_circle(horizontal).ok_or(
+        "horizontal angles must increase from 0 to 0, 90, 180 or 360, or from 90 through 180 to 270",
+    )?;
+    let candela = circle.iter().flat_map(|(_, plane)| planes[*plane].iter().copied()).collect();
+    let angles = circle.iter().map(|(angle, _)| *angle).collect();
     LightProfile::new(vertical, angles, candela)
 }
 
-/// Writes measurements as a file that [`decode`] reads as the same.
+/// Writes a profile as a file that [`decode`] reads back unchanged.
 pub fn write(profile: &LightProfile, out: &mut dyn Write) -> io::Result<()> {
     let (vertical, horizontal) = (profile.vertical(), profile.horizontal());
     writeln!(out, "IESNA:LM-63-2002\n[OTHER] written by Turner\nTILT=NONE")?;
@@ -201,45 +200,46 @@ pub fn write(profile: &LightProfile, out: &mut dyn Write) -> io::Result<()> {
     rows.into_iter().try_for_each(|row| line(&mut row.iter().map(|v| f64::from(*v))))
 }
 
-/// The horizontal angles of a whole turn, each with the number of the one it is the same as; `None` if the given ones are of no symmetry.
-fn whole_turn(given: &[f64]) -> Option<Vec<(f64, usize)>> {
+/// Completes the horizontal angles to the full circle: each angle with the index of the measured plane that it
+/// repeats. `None` if the measured range is not one that the format allows.
+fn full_circle(given: &[f64]) -> Option<Vec<(f64, usize)>> {
     let (first, last) = (*given.first()?, *given.last()?);
     if !given.windows(2).all(|w| w[0] < w[1]) {
         return None;
     }
-    let mut whole: Vec<(f64, usize)> = given.iter().copied().zip(0..).collect();
-    // What a mirror at an angle adds.
-    let mirrored = |whole: &mut Vec<(f64, usize)>, at: f64| {
-        whole.extend(whole.clone().into_iter().map(|(angle, i)| ((2.0 * at - angle).rem_euclid(360.0), i)));
+    let mut circle: Vec<(f64, usize)> = given.iter().copied().zip(0..).collect();
+    // Adds the planes mirrored at an angle.
+    let mirrored = |circle: &mut Vec<(f64, usize)>, at: f64| {
+        circle.extend(circle.clone().into_iter().map(|(angle, i)| ((2.0 * at - angle).rem_euclid(360.0), i)));
     };
     match (first, last) {
-        // Alike all around, however often it was measured.
+        // Rotationally symmetric.
         (0.0, 0.0) => return Some(vec![(0.0, 0)]),
-        (0.0, 360.0) => return Some(whole),
-        (0.0, 180.0) => mirrored(&mut whole, 180.0),
+        (0.0, 360.0) => return Some(circle),
+        (0.0, 180.0) => mirrored(&mut circle, 180.0),
         (0.0, 90.0) => {
-            mirrored(&mut whole, 90.0);
-            mirrored(&mut whole, 180.0);
+            mirrored(&mut circle, 90.0);
+            mirrored(&mut circle, 180.0);
         }
-        (90.0, 270.0) => mirrored(&mut whole, 90.0),
+        (90.0, 270.0) => mirrored(&mut circle, 90.0),
         _ => return None,
     }
-    whole.sort_by(|a, b| a.0.total_cmp(&b.0));
-    whole.dedup_by(|a, b| a.0 == b.0);
-    let (_, zero) = *whole.first()?;
-    // 180 is the same as 0 after the mirror at 90: without it there is no angle at which the turn could begin.
-    if whole.first()?.0 != 0.0 {
+    circle.sort_by(|a, b| a.0.total_cmp(&b.0));
+    circle.dedup_by(|a, b| a.0 == b.0);
+    let (_, zero) = *circle.first()?;
+    // The circle must begin at 0. After mirroring at 90 that requires a measured plane at 180.
+    if circle.first()?.0 != 0.0 {
         return None;
     }
-    whole.push((360.0, zero));
-    Some(whole)
+    circle.push((360.0, zero));
+    Some(circle)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    /// A file with these horizontal angles, planes of one number each.
+    /// A file with these horizontal angles and one value per plane.
     fn file(horizontal: &[f64], candela: &[f64]) -> Vec<u8> {
         let list = |v: &[f64]| v.iter().map(|v| v.to_string()).collect::<Vec<_>>().join(" ");
         let n = horizontal.len();
@@ -307,15 +307,15 @@ mod tests {
         };
         says("", "TILT");
         says("hello\nworld", "line 2");
-        says(&good.replace("TILT=NONE\n", "TILT=NONE "), "no possible number");
+        says(&good.replace("TILT=NONE\n", "TILT=NONE "), "not a possible number");
         says(&good.replace("1 -1", "1 x\u{7}y"), "expected a number");
-        says(&good.replace("2 2 1", "2 99999 1"), "no possible number of vertical angles");
-        says(&good.replace("2 2 1", "2 2.5 1"), "no possible number");
-        says(&good.replace("2 2 1", "2 0 1"), "no possible number");
+        says(&good.replace("2 2 1", "2 99999 1"), "not a possible number of vertical angles");
+        says(&good.replace("2 2 1", "2 2.5 1"), "not a possible number");
+        says(&good.replace("2 2 1", "2 0 1"), "not a possible number");
         says(&good.replace("1 1 2 0 0 0", "1 4 2 0 0 0"), "photometry of type 4");
         says(&good.replace("1 1 2 0 0 0", "1 2 2 0 0 0").replace("0 90", "0 91"), "types A and B");
         says(&good.replace("0 90\n", "90 0\n"), "vertical angles must increase");
-        says(&good.replace("7 7", "7"), "the file ends before candela");
+        says(&good.replace("7 7", "7"), "the file ends; expected candela");
         says(&good.replace("7 7", "7 inf"), "expected a number");
         says(&String::from_utf8(file(&[0.0, 100.0], &[1.0, 2.0])).unwrap(), "horizontal angles");
         says(&String::from_utf8(file(&[90.0, 91.0, 270.0], &[1.0; 3])).unwrap(), "horizontal angles");

@@ -1,14 +1,15 @@
-//! Floodlights: photometry of types A and B as that of type C, about the axis that they are aimed along.
+//! IES floodlights: converts photometry of types A and B to type C about the direction in which the floodlight is
+//! aimed.
 //!
-//! Both measure degrees sideways (horizontal) and upwards (vertical) from where the light is aimed. Type A turns about the upright axis first, type B
-//! about the level one (IES LM-75):
+//! Types A and B both give a horizontal and a vertical angle in degrees from the aim. Type A rotates about the
+//! vertical axis first, type B about the horizontal axis first (IES LM-75):
 //!
-//! | type | direction of (horizontal H, vertical V), for aim, right and up |
+//! | type | direction for horizontal angle H and vertical angle V, in the frame aim, right, up |
 //! |---|---|
 //! | A | cos V · (cos H · aim + sin H · right) + sin V · up |
 //! | B | cos H · (cos V · aim + sin V · up) + sin H · right |
 //!
-//! In type C's angles the aim is the vertical angle 0, right is the horizontal angle 0 and up is 90.
+//! In type C the aim has the vertical angle 0; right has the horizontal angle 0 and up 90.
 
 use std::f64::consts::PI;
 
@@ -16,18 +17,18 @@ use turner::math::elementary::{atan2, sin_cos};
 use turner::math::radians;
 use turner::schema::LightProfile;
 
-/// The most angles of either kind that a profile is given.
+/// Most vertical or horizontal angles of the resulting profile.
 const MAX_STEPS: usize = 720;
 
-/// How the angles of a floodlight are turned.
+/// The photometry type of a floodlight.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Floodlight {
     A,
     B,
 }
 
-/// Intensities over horizontal and vertical angles in degrees, each increasing within −90..=90; candela for each horizontal angle all
-/// vertical ones. Angles from 0 on alone are the same on the other side.
+/// Measured intensities in candela: one row of vertical angles for each horizontal angle. Angles are in degrees and
+/// increase within −90..=90. A range that starts at 0 is symmetric.
 pub(crate) struct Measured {
     pub(crate) horizontal: Vec<f64>,
     pub(crate) vertical: Vec<f64>,
@@ -35,7 +36,7 @@ pub(crate) struct Measured {
 }
 
 impl Floodlight {
-    /// The angles H and V of a direction by its parts along aim, right and up, in degrees.
+    /// The angles H and V, in degrees, of a direction given in the frame aim, right, up.
     fn angles(self, [aim, right, up]: [f64; 3]) -> (f64, f64) {
         let over = |a: f64, b: f64| (a * a + b * b).sqrt();
         let (h, v) = match self {
@@ -45,7 +46,7 @@ impl Floodlight {
         (h.to_degrees(), v.to_degrees())
     }
 
-    /// The same light as a profile of type C, whose angles are about as near to one another as the measured ones.
+    /// Resamples to a profile of type C with about the angular resolution of the measurement.
     pub(crate) fn profile(self, measured: &Measured) -> Result<LightProfile, &'static str> {
         for angles in [&measured.horizontal, &measured.vertical] {
             let ends = angles.first().zip(angles.last());
@@ -76,7 +77,7 @@ impl Floodlight {
 }
 
 impl Measured {
-    /// Bilinear between the measured angles; dark beyond them.
+    /// Interpolates bilinearly between measured angles; 0 beyond them.
     fn at(&self, h: f64, v: f64) -> f32 {
         let folded = |angles: &[f64], x: f64| if angles.first() == Some(&0.0) { x.abs() } else { x };
         let Some((column, across)) = between(&self.horizontal, folded(&self.horizontal, h)) else {
@@ -93,11 +94,11 @@ impl Measured {
     }
 }
 
-/// The last angle that is not above x, and the share of the way to the next.
+/// The index of the last angle not above x, and the interpolation weight of the next.
 fn between(angles: &[f64], x: f64) -> Option<(usize, f32)> {
     const ROUNDING: f64 = 1e-9;
     let (first, last) = (*angles.first()?, *angles.last()?);
-    // A single angle says that nothing changes with it.
+    // A single angle: the intensity does not depend on it.
     if angles.len() == 1 {
         return Some((0, 0.0));
     }
@@ -113,7 +114,7 @@ fn between(angles: &[f64], x: f64) -> Option<(usize, f32)> {
 mod tests {
     use super::*;
 
-    /// What grows with the angle sideways, or upwards, is found where that angle is.
+    /// Intensities that grow linearly with the horizontal or the vertical angle.
     fn grows(sideways: bool) -> Measured {
         let angles: Vec<f64> = (-18..=18).map(|i| 5.0 * f64::from(i)).collect();
         let plane = |h: f64| angles.iter().map(|v| (100.0 + if sideways { h } else { *v }) as f32).collect();
@@ -138,7 +139,8 @@ mod tests {
             assert!((profile.candela(30.0, 90.0) - along_up).abs() < 0.2, "{kind:?}: upwards");
             assert_eq!(profile.candela(120.0, 0.0), 0.0, "behind it is dark");
         }
-        // Up and to the right at once the types differ: in A the angle sideways is measured on the horizon, in B up to the horizon.
+        // Off both axes the types differ: A measures the horizontal angle in the horizontal plane, B from
+        // that of the aim and up.
         let at = |kind: Floodlight| kind.profile(&grows(true)).unwrap().candela(60.0, 45.0);
         let (s, c) = sin_cos(radians(60.0));
         let side = s * 0.5_f64.sqrt();

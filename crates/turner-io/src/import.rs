@@ -1,4 +1,4 @@
-//! What all importers of foreign formats have in common.
+//! Import of other programs' formats: the options and entry points that all importers share.
 
 use std::path::Path;
 
@@ -10,28 +10,28 @@ use crate::image::KeptPictures;
 use crate::scene::SceneFormat;
 use crate::{mesh, mitsuba, pbrt};
 
-/// How to import a file of another program.
+/// How to import another program's file.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ImportOptions {
-    /// Seconds into the animation.
+    /// Time of the animation, in seconds.
     pub time: f64,
-    /// Which animation: its name or number; the first unless given.
+    /// Which animation, by name or index; `None` is the first.
     pub animation: Option<String>,
-    /// Which of the file's variants of materials: its name or number.
+    /// Which material variant of the file, by name or index.
     pub variant: Option<String>,
-    /// Which of the file's scenes: its name or number; the file's own choice unless given.
+    /// Which scene of the file, by name or index; `None` is the file's default.
     pub scene: Option<String>,
-    /// Names of nodes (or groups) that are wanted, with all that hangs on them; all if empty.
+    /// Names of the nodes (or groups) to import, with all their children; empty imports all.
     pub nodes: Vec<String>,
-    /// Values for the `$names` of a Mitsuba scene, which go before those that the file gives by `default`.
+    /// Values for the `$name` parameters of a Mitsuba scene. They override the file's `default` values.
     pub defines: Vec<(String, String)>,
-    /// Pictures with a longer side are halved until they fit.
+    /// Images with a longer side than this are halved until they fit. `None`: no limit.
     pub max_texture_size: Option<u32>,
-    /// Threads for decoding; 0 takes all there are. The result is the same for any number.
+    /// Threads for decoding; 0 uses all. The result is the same for any number.
     pub threads: usize,
-    /// What the scene may take.
+    /// Limits of memory and size.
     pub limits: Limits,
-    /// Where pictures are kept as their files have them.
+    /// Where to keep images in their encoded form.
     pub kept_pictures: Option<KeptPictures>,
 }
 
@@ -53,14 +53,15 @@ impl Default for ImportOptions {
 }
 
 impl ImportOptions {
-    /// Where pictures are kept, if they are and stay what their files hold.
+    /// The store for encoded images, if images are kept and not downscaled.
     pub(crate) fn keeps_pictures(&self) -> Option<&KeptPictures> {
         self.kept_pictures.as_ref().filter(|_| self.max_texture_size.is_none())
     }
 }
 
-/// Reads a file of another program as a scene of its own: without camera, light or floor of ours, with what it has. Its format is known by its first
-/// bytes or its extension. `uri` is its name relative to the root of `assets`.
+/// Reads another program's file as a scene with exactly what the file contains: no camera, light or floor is added.
+/// The format is recognised by the first bytes or the extension. `uri` is the file's name relative to the root of
+/// `assets`.
 pub fn import(
     bytes: Vec<u8>,
     uri: &str,
@@ -73,7 +74,7 @@ pub fn import(
         SceneFormat::Ply
     } else {
         SceneFormat::of_path(Path::new(uri)).filter(|f| f.is_model()).ok_or_else(|| {
-            let message = format!("{}: is no model by its extension", printable(uri));
+            let message = format!("{}: does not have the extension of a model", printable(uri));
             SceneError::new(ErrorCode::File, message)
                 .help(format!("models are read from {}", SceneFormat::model_listing()))
         })?
@@ -86,13 +87,14 @@ pub fn import(
         SceneFormat::Pbrt => pbrt::import_from(Box::new(std::io::Cursor::new(bytes)), uri, assets, options),
         SceneFormat::Mitsuba => mitsuba::import_from(bytes, uri, assets, options),
         SceneFormat::Toml => {
-            let message = format!("{}: is a scene, no model", printable(&assets.describe(uri)));
-            Err(SceneError::new(ErrorCode::File, message).help("scenes are included: include = [\"FILE\"]"))
+            let message = format!("{}: is a scene, not a model", printable(&assets.describe(uri)));
+            Err(SceneError::new(ErrorCode::File, message).help("include a scene with: include = [\"FILE\"]"))
         }
     }
 }
 
-/// As [`import`], from a file of `assets` that is read bit by bit where its format allows it: a text of gigabytes takes no more memory than the scene it becomes.
+/// Like [`import`], from a file of `assets`. Formats that allow it are streamed: a text file of gigabytes takes no
+/// more memory than the resulting scene.
 pub fn import_file(
     uri: &str,
     assets: &dyn AssetSource,
@@ -110,5 +112,5 @@ pub fn import_file(
     import(bytes, uri, assets, options)
 }
 
-/// Most bytes of a file that is read whole.
+/// Largest file that is read into memory at once, in bytes.
 const MAX_FILE: u64 = 4 << 30;

@@ -1,7 +1,8 @@
 #![forbid(unsafe_code)]
-//! File formats: bytes for a URI ([`assets`]), glTF models ([`gltf`]), measured lights ([`ies`]), pictures ([`image`]), meshes ([`mesh`]), text scenes ([`scene`]).
+//! File formats: scenes ([`scene`]), glTF models ([`gltf`]), meshes ([`mesh`]), images ([`image`]), IES light
+//! profiles ([`ies`]), density grids ([`grid`]) and the access to files that they name ([`assets`]).
 //!
-//! [`load`] reads a file, a scene or a model, and [`save`] writes a picture. From text:
+//! [`load`] reads a scene or a model from a file, and [`save`] writes a picture. A scene can also be read from text:
 //!
 //! ```
 //! use turner::schema::PrepareOptions;
@@ -9,7 +10,7 @@
 //! use turner_io::scene::{LoadOptions, load_text};
 //!
 //! let text = "[[object]]\ntype = \"sphere\"\n\n[[light]]\ntype = \"point\"\nposition = [3, 5, 4]\n";
-//! let assets = FolderAssets::new("")?; // the current folder, for files that a scene names
+//! let assets = FolderAssets::new("")?; // files that the scene names are read from the current folder
 //! let loaded = load_text(text.to_owned(), "scene.toml", &assets, &LoadOptions::default())?;
 //! let prepared = loaded.desc.prepare(&PrepareOptions::default())?;
 //! assert_eq!(prepared.scene.stats.primitives, 1);
@@ -40,7 +41,7 @@ pub use load::{load, load_with};
 pub use save::{Samples, Save, SaveError, SaveOptions, save, save_with, to_bytes};
 pub use scene::{LoadError, LoadOptions, Loaded, Override};
 
-/// The README's example, run: it stands in a file of its own, which a test in `load` compares with the README.
+/// Runs the README's example. The example has its own file; a test in `load` compares that file with the README.
 ///
 /// ```
 /// # let folder = tempfile::tempdir()?;

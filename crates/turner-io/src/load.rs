@@ -1,4 +1,4 @@
-//! Scenes and models from files, in one call.
+//! Loads scenes and models from files, in one call.
 
 use std::path::Path;
 
@@ -6,16 +6,17 @@ use turner::description::SceneDesc;
 
 use crate::scene::{LoadError, LoadOptions, Loaded};
 
-/// Reads a scene (.toml, .pbrt, Mitsuba's .xml) or a model (.glb, .gltf, .obj, .ply, .stl); a model stands on a stage that lights it. Files that it names must
-/// lie in its folder; each has at most 4 GiB. What was ignored or is doubtful is in the scene's `warnings`.
+/// Reads a scene (.toml, .pbrt, Mitsuba's .xml) or a model (.glb, .gltf, .obj, .ply, .stl). A model gets the default
+/// studio: camera, lights and floor. Files that it names must lie in its folder and have at most 4 GiB each. The
+/// scene's `warnings` say what was ignored, approximated or is doubtful.
 ///
-/// Errors are displayed as `error[CODE]: FILE:LINE:COLUMN: what is wrong`, with a remedy in a second line.
+/// Errors are displayed as `error[CODE]: FILE:LINE:COLUMN: problem`, with the remedy on a second line.
 pub fn load(path: impl AsRef<Path>) -> Result<SceneDesc, LoadError> {
     load_with(path, &LoadOptions::default()).map(|loaded| loaded.desc)
 }
 
-/// As [`load`], with values that replace those of the file, more folders to read from and limits of memory. The texts that the scene was read from come with it,
-/// so that later errors can be shown at their places.
+/// Like [`load`], with overrides of the file's values, additional folders to read from and memory limits. The result
+/// also holds the source texts, so that later errors can show an excerpt.
 pub fn load_with(path: impl AsRef<Path>, options: &LoadOptions) -> Result<Loaded, LoadError> {
     crate::scene::load(path.as_ref(), options)
 }

@@ -1,4 +1,4 @@
-//! Pictures to files, in one call.
+//! Saves pictures to files, in one call.
 
 use std::borrow::Cow;
 use std::path::Path;
@@ -14,13 +14,13 @@ use crate::image::{
 /// How to save a picture.
 #[derive(Clone, Debug)]
 pub struct SaveOptions {
-    /// The format; by the path's extension if not given.
+    /// The file format. `None`: by the path's extension.
     pub format: Option<ImageFormat>,
-    /// The display encoding that a PNG states. Pictures have theirs already: nothing is converted.
+    /// The display encoding that a PNG declares. Nothing is converted: the picture is already encoded.
     pub transfer: Transfer,
-    /// Written into PNG and EXR.
+    /// Metadata for PNG and EXR.
     pub metadata: Metadata,
-    /// Threads that may compress; 0 takes all there are. The bytes do not depend on it.
+    /// Threads for compression; 0 uses all. The bytes do not depend on it.
     pub threads: usize,
 }
 
@@ -30,11 +30,11 @@ impl Default for SaveOptions {
     }
 }
 
-/// Why a picture could not be saved. Displayed as what is wrong, then the remedy in a second line.
+/// Why a picture could not be saved. Displayed as the problem, then the remedy on a second line.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum SaveError {
-    /// The file name's extension is of no format that can be written, or the format cannot hold the picture.
+    /// The extension is not that of a writable format, or the format cannot hold the picture.
     #[error(transparent)]
     Image(#[from] ImageError),
     /// The file cannot be written.
@@ -42,13 +42,13 @@ pub enum SaveError {
     Output(#[from] OutputError),
 }
 
-/// What can be saved: a developed [`Picture`] and an [`Image`].
+/// Anything that can be saved: a developed [`Picture`] or an [`Image`].
 pub trait Save {
-    /// The samples that files hold.
+    /// The samples to write.
     fn samples(&self) -> Samples<'_>;
 }
 
-/// The samples of a picture, row 0 at the top, in both shapes that files have.
+/// The samples of a picture, row 0 at the top: linear for HDR formats, display-encoded for 8-bit formats.
 #[derive(Clone, Debug)]
 pub struct Samples<'a> {
     /// Columns.
@@ -76,7 +76,8 @@ impl Save for Picture {
 }
 
 impl Save for Image {
-    /// Whole numbers are taken for sRGB, floats for linear values, of which a PNG shows 0 to 1.
+    /// Integer samples are read as sRGB, floating-point samples as linear values. A PNG clamps linear values to
+    /// 0..=1.
     fn samples(&self) -> Samples<'_> {
         let is_linear = matches!(self.pixels, Pixels::F32(_));
         let (mut linear, mut display) = (Vec::new(), Vec::new());
@@ -98,13 +99,13 @@ impl Save for Image {
     }
 }
 
-/// Writes a picture to a file: PNG, EXR, HDR or JPEG by the path's extension. It is written under a temporary name in the same folder and renamed, so that there is
-/// the old file or the new one, whole, at any moment.
+/// Writes a picture to a file: PNG, EXR, HDR or JPEG by the path's extension. The file is written under a temporary
+/// name in the same folder and then renamed, so at any moment either the old file or the complete new file exists.
 pub fn save(path: impl AsRef<Path>, picture: &impl Save) -> Result<(), SaveError> {
     save_with(path, picture, &SaveOptions::default())
 }
 
-/// As [`save`], in a format of choice and with metadata.
+/// Like [`save`], with an explicit format and metadata.
 pub fn save_with(
     path: impl AsRef<Path>,
     picture: &impl Save,
@@ -118,7 +119,7 @@ pub fn save_with(
     Ok(file.commit(&bytes)?)
 }
 
-/// The bytes of the file that [`save_with`] writes, whatever format the options name.
+/// The bytes that [`save_with`] would write, in the given format; `options.format` is ignored.
 pub fn to_bytes(
     picture: &impl Save,
     format: ImageFormat,

@@ -1,6 +1,7 @@
-//! Words of files in messages: made safe to show, and the names that they may stand for.
+//! Helpers for messages: strings from files made safe to print, and suggestions of similar names.
 
-/// Text from a file, made safe for a terminal: control and direction characters escaped, cut after 240.
+/// A string from a file, made safe for a terminal: control, zero-width and bidirectional characters are
+/// escaped, and it is cut after 240 characters.
 pub(crate) fn printable(text: &str) -> String {
     let hidden = |c: char| {
         c.is_control()
@@ -17,7 +18,7 @@ pub(crate) fn printable(text: &str) -> String {
     out
 }
 
-/// The name most like `wanted`, if one is like it: at most a third of its letters differ, in any case.
+/// The name most similar to `wanted`, ignoring case; `None` if more than a third of the letters differ.
 pub(crate) fn nearest<'a>(wanted: &str, names: impl Iterator<Item = &'a str>) -> Option<&'a str> {
     let wanted: Vec<char> = wanted.to_lowercase().chars().collect();
     if wanted.len() > 255 {
@@ -32,7 +33,7 @@ pub(crate) fn nearest<'a>(wanted: &str, names: impl Iterator<Item = &'a str>) ->
         .map(|(_, name)| name)
 }
 
-/// Letters to insert, remove, replace or swap with a neighbour to turn `a` into `b`.
+/// Edit distance with swaps of neighbours: letters to insert, delete, replace or swap to turn `a` into `b`.
 fn distance(a: &[char], b: &[char]) -> usize {
     if a.len().abs_diff(b.len()) > a.len() / 3 + 1 {
         return usize::MAX;

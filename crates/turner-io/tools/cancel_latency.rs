@@ -1,5 +1,5 @@
-//! How long a pass goes on after it is cancelled: `cancel_latency [--threads N] SCENE...`. Cancels each scene's passes at many moments; prints the median and
-//! the longest time in milliseconds from the cancel to the return.
+//! Measures how long a pass runs after it is cancelled: `cancel_latency [--threads N] SCENE...`. Cancels each scene's
+//! passes at many moments; prints the median and the longest time from the cancel to the return, in milliseconds.
 
 use std::error::Error;
 use std::path::Path;
@@ -8,20 +8,20 @@ use std::time::{Duration, Instant};
 
 use turner::{PassOptions, PrepareOptions, Renderer};
 
-/// Moments after the start of a pass.
+/// Number of cancelled passes per scene.
 const CANCELS: u32 = 60;
 
 fn main() -> Result<(), Box<dyn Error>> {
     let mut arguments = std::env::args().skip(1).peekable();
     let mut threads = 2;
     if arguments.next_if_eq("--threads").is_some() {
-        threads = arguments.next().ok_or("--threads wants a number")?.parse()?;
+        threads = arguments.next().ok_or("--threads needs a number")?.parse()?;
     }
     for scene in arguments {
         let mut desc = turner_io::load(Path::new(&scene))?;
         desc.film.samples = desc.film.samples.max(256);
         let mut renderer = Renderer::new(desc.prepare(&PrepareOptions::default())?)?;
-        // What is chosen before the first sample is done.
+        // Finish the decisions that are made before the first sample.
         renderer.pass(1, &PassOptions { threads, cancel: &AtomicBool::new(false), progress: None })?;
         let mut milliseconds = Vec::new();
         for i in 0..CANCELS {

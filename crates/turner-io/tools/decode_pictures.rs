@@ -1,5 +1,5 @@
-//! How long pictures take to decode: `cargo run --release -p turner-io --features tools --example decode_pictures -- THREADS MAX FILE…`
-//! with MAX the longest side, 0 for any.
+//! Measures how long images take to decode: `cargo run --release -p turner-io --features tools --example
+//! decode_pictures -- THREADS MAX FILE…`, where MAX is the longest side, or 0 for no limit.
 
 use std::time::Instant;
 
@@ -22,5 +22,5 @@ fn main() {
             Err(e) => println!("{e}"),
         }
     }
-    println!("{} pictures, {bytes} bytes of samples, {seconds:.3} s", files.len());
+    println!("{} images, {bytes} bytes of samples, {seconds:.3} s", files.len());
 }

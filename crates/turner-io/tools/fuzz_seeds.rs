@@ -1,4 +1,5 @@
-//! Writes the seeds of the fuzz targets: `cargo run --release -p turner-io --features tools --example fuzz_seeds -- fuzz/corpus` makes a folder for each.
+//! Writes the seed corpus of the fuzz targets, in a folder per target: `cargo run --release -p turner-io --features
+//! tools --example fuzz_seeds -- fuzz/corpus`
 
 use std::path::{Path, PathBuf};
 
@@ -27,7 +28,7 @@ fn main() -> std::io::Result<()> {
     film(&root.join("film"))
 }
 
-/// Films are no scenes: they have a seed of their own, without the checksum, which the target adds.
+/// Writes the seed for films, without the checksum, which the fuzz target appends.
 fn film(folder: &Path) -> std::io::Result<()> {
     let mut desc = SceneDesc::default().film;
     (desc.width, desc.height) = (20, 6);

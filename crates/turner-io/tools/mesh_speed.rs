@@ -1,12 +1,12 @@
-//! Reads a mesh and says how long it takes by numbers of threads, and how much memory: the most the process ever had (Linux), of which
-//! the file's bytes and the mesh are parts.
+//! Measures how long a mesh takes to read with different numbers of threads, and the peak memory of the process
+//! (Linux), which includes the file's bytes and the mesh.
 
 use std::time::Instant;
 
 use turner_io::assets::MemoryAssets;
 use turner_io::import::{ImportOptions, import};
 
-/// The largest resident set so far, in bytes.
+/// Peak resident set size so far, in bytes.
 fn peak() -> u64 {
     let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
     let line = status.lines().find(|l| l.starts_with("VmHWM:")).unwrap_or_default();

@@ -1,4 +1,4 @@
-//! Reads a pbrt scene and prints how fast that was, the size of its meshes and the most memory that was used (Linux).
+//! Reads a pbrt scene and prints the speed, the size of its meshes and the peak memory (Linux).
 
 use std::path::Path;
 
@@ -6,11 +6,11 @@ use turner_io::assets::FolderAssets;
 use turner_io::import::ImportOptions;
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
-    let path = std::env::args().nth(1).ok_or("name a .pbrt file")?;
+    let path = std::env::args().nth(1).ok_or("usage: pbrt_speed FILE.pbrt")?;
     let path = Path::new(&path);
     let size = std::fs::metadata(path)?.len() as f64;
     let assets = FolderAssets::new(path.parent().unwrap_or(Path::new("")))?;
-    let name = path.file_name().and_then(|n| n.to_str()).ok_or("the name is no UTF-8")?;
+    let name = path.file_name().and_then(|n| n.to_str()).ok_or("the file name is not UTF-8")?;
     let start = std::time::Instant::now();
     let scene = turner_io::import::import_file(name, &assets, &ImportOptions::default())?;
     let seconds = start.elapsed().as_secs_f64();

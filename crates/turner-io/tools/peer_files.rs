@@ -1,4 +1,4 @@
-//! Writes the files that `scenes/peers/s4.toml` names, 10 MB of mesh and 20 MB of sky:
+//! Writes the files that `scenes/peers/s4.toml` refers to, a mesh of 10 MB and an environment map of 20 MB:
 //! `cargo run --release -p turner-io --features tools --example peer_files [FOLDER]`.
 
 use std::path::PathBuf;

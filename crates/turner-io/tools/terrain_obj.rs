@@ -1,4 +1,5 @@
-//! Writes a landscape of so many triangles as an OBJ file with (u, v) and normals, to see how fast large ones are read:
+//! Writes a terrain with a given number of triangles as an OBJ file with (u, v) and normals, to measure how fast
+//! large files are read:
 //!
 //! ```sh
 //! cargo run --release -p turner-io --features tools --example terrain_obj -- 1600000 terrain.obj
@@ -17,12 +18,12 @@ fn main() -> std::io::Result<()> {
     let cells = (count / 2).isqrt().max(1);
     let side = cells + 1;
     let mut out = BufWriter::with_capacity(1 << 20, File::create(path)?);
-    // A triangle wave: the same on every machine.
-    let batch = |v: f32| (v - v.floor() - 0.5).abs() - 0.25;
+    // A triangle wave, which needs no platform-dependent functions.
+    let wave = |v: f32| (v - v.floor() - 0.5).abs() - 0.25;
     for j in 0..side {
         for i in 0..side {
             let (u, v) = (i as f32 / cells as f32, j as f32 / cells as f32);
-            let height = batch(3.0 * u) * batch(5.0 * v) + 0.1 * batch(31.0 * u + 17.0 * v);
+            let height = wave(3.0 * u) * wave(5.0 * v) + 0.1 * wave(31.0 * u + 17.0 * v);
             writeln!(out, "v {:.6} {:.6} {:.6}", 4.0 * u - 2.0, height, 4.0 * v - 2.0)?;
             writeln!(out, "vt {u:.6} {v:.6}\nvn {:.4} {:.4} {:.4}", 0.1 * height, 0.99, -0.2 * height)?;
         }

@@ -1,4 +1,5 @@
-//! Writes a landscape of so many triangles as a binary PLY, and a scene beside it, to see what large meshes take:
+//! Writes a terrain with a given number of triangles as a binary PLY file, with a scene next to it, to measure the
+//! memory and time of large meshes:
 //!
 //! ```sh
 //! cargo run --release -p turner-io --features tools --example terrain_ply -- 10000000 terrain.ply
@@ -9,14 +10,14 @@ use std::fs::File;
 use std::io::{BufWriter, Write};
 use std::path::Path;
 
-/// Height of the land over (x, z) in 0..1: waves of ever shorter length.
+/// Height of the terrain at (x, z) in 0..1: ten octaves of waves.
 fn height(x: f32, z: f32) -> f32 {
-    // A triangle wave: the same on every machine.
-    let batch = |v: f32| (v - v.floor() - 0.5).abs() - 0.25;
+    // A triangle wave, which needs no platform-dependent functions.
+    let wave = |v: f32| (v - v.floor() - 0.5).abs() - 0.25;
     let (mut sum, mut size, mut step) = (0.0, 0.35, 2.0);
     for octave in 0..10 {
         let turn = octave as f32 * 0.37;
-        sum += size * batch(x * step + turn + 0.3 * batch(z * step)) * batch(z * step * 0.9 - turn);
+        sum += size * wave(x * step + turn + 0.3 * wave(z * step)) * wave(z * step * 0.9 - turn);
         size *= 0.55;
         step *= 1.9;
     }

@@ -37,7 +37,7 @@ const ROOMS: &[(&str, &[&str])] = &[
     // Tools that check scenes and pictures; nothing below imports them.
     ("compare", &["film"]),
     ("lint", &["prepare"]),
-    ("doctor", &["render"]),
+    ("doctor", &["render", "lint"]),
     ("testing", &["render", "compare"]),
 ];
 

@@ -1,9 +1,9 @@
-//! Incoherent rays: traverse many at once, one step each in turn.
+//! Traversal of incoherent rays: many rays in flight, which take one step each in turn.
 //!
 //! A step of one ray depends on its previous step and on memory, so a ray alone leaves the processor waiting. With
 //! 16 rays in flight, their independent steps overlap. Mispredicted branches cannot be hidden this way, and whether
-//! a ray reaches a node, a leaf or its end is unpredictable. So no branch tests for it: each step ends by setting
-//! the ray's bit in one of three queues, by arithmetic, and the loop processes one queue after the other:
+//! a ray reaches a node, a leaf or its end is unpredictable. So no branch depends on it: each step ends by setting the
+//! ray's bit in one of three queues, by arithmetic, and the loop processes one queue after the other:
 //!
 //! ```text
 //!             +---------------------+-------------------+
@@ -29,7 +29,7 @@ const IN_FLIGHT: usize = 16;
 /// Marks a slot without a ray.
 const NO_RAY: usize = usize::MAX;
 
-/// Sentinel at the bottom of each stack: the traversal is complete. No node has such a child.
+/// Sentinel at the bottom of each stack: popping it ends the traversal. No node has such a child.
 const END: u32 = ChildRef::EMPTY.0;
 
 /// A ray in flight.
@@ -110,7 +110,7 @@ fn run<S: Simd, L: Leaves, const ANY: bool>(
     });
     // All slots start at their end, without a ray.
     let mut queues = Queues { ends: u32::MAX >> (32 - IN_FLIGHT), ..Queues::default() };
-    // Rays are prepared in groups; `ready_set` holds those of the last group that have not started.
+    // Rays are prepared in groups; `ready_set` holds those of the last group that have not started yet.
     let mut ready = [SearchRay::NONE; GROUP];
     let (mut group, mut next, mut ready_set) = (0, 0, 0_u32);
     loop {

@@ -85,7 +85,7 @@ proptest! {
         check(&bvh, &other, &rays);
         if count > 3 {
             other[2] = other[1];
-            prop_assert_eq!(bvh.refit(&other), Err(RefitError::LeftOut { primitive: 2 }));
+            prop_assert_eq!(bvh.refit(&other), Err(RefitError::Omitted { primitive: 2 }));
         }
     }
 }

@@ -13,7 +13,7 @@ use turner::integrator::{IntegratorDesc, PathDesc};
 use turner::light::{LightDesc, PointDesc};
 use turner::material::{MaterialDesc, PrincipledMaterial};
 use turner::math::{DAffine3, DVec3};
-use turner::prepare::{Preparer, Remade, UpdateOptions};
+use turner::prepare::{Preparer, Rebuilt, UpdateOptions};
 use turner::schema::{
     Asset, ColorSource, MaterialId, MeshData, MeshId, PrepareOptions, SceneError, Transform,
 };
@@ -137,7 +137,7 @@ struct Row {
     edit: &'static str,
     target: Option<f64>,
     milliseconds: Vec<f64>,
-    remade: Remade,
+    rebuilt: Rebuilt,
 }
 
 fn measure(args: &EditsBenchArgs) -> Result<(), SceneError> {
@@ -153,17 +153,17 @@ fn measure(args: &EditsBenchArgs) -> Result<(), SceneError> {
         let mut preparer = Preparer::new(options);
         let first = update(&mut preparer, &desc)?;
         print(
-            &Row { scene: name, edit: "first", target: None, milliseconds: vec![first.0], remade: first.1 },
+            &Row { scene: name, edit: "first", target: None, milliseconds: vec![first.0], rebuilt: first.1 },
             args,
         );
         for &(edit, target, change) in EDITS {
             let mut row =
-                Row { scene: name, edit, target, milliseconds: Vec::new(), remade: Remade::default() };
+                Row { scene: name, edit, target, milliseconds: Vec::new(), rebuilt: Rebuilt::default() };
             for i in 0..args.repeat {
                 change(&mut desc, i);
-                let (milliseconds, remade) = update(&mut preparer, &desc)?;
+                let (milliseconds, rebuilt) = update(&mut preparer, &desc)?;
                 row.milliseconds.push(milliseconds);
-                row.remade = remade;
+                row.rebuilt = rebuilt;
             }
             print(&row, args);
         }
@@ -171,11 +171,11 @@ fn measure(args: &EditsBenchArgs) -> Result<(), SceneError> {
     Ok(())
 }
 
-fn update(preparer: &mut Preparer, desc: &SceneDesc) -> Result<(f64, Remade), SceneError> {
+fn update(preparer: &mut Preparer, desc: &SceneDesc) -> Result<(f64, Rebuilt), SceneError> {
     let start = Instant::now();
     let update = preparer.update_with(desc, &UpdateOptions::default())?;
     let milliseconds = start.elapsed().as_secs_f64() * 1e3;
-    Ok((milliseconds, update.map_or_else(Remade::default, |update| update.remade)))
+    Ok((milliseconds, update.map_or_else(Rebuilt::default, |update| update.rebuilt)))
 }
 
 fn print(row: &Row, args: &EditsBenchArgs) {
@@ -189,9 +189,9 @@ fn print(row: &Row, args: &EditsBenchArgs) {
                 "milliseconds": row.milliseconds,
                 "median_milliseconds": median,
                 "target_milliseconds": row.target,
-                "rebuilt_objects": row.remade.objects,
-                "rebuilt_merged": row.remade.world_mesh,
-                "rebuilt_meshes": row.remade.meshes,
+                "rebuilt_objects": row.rebuilt.objects,
+                "rebuilt_merged": row.rebuilt.world_mesh,
+                "rebuilt_meshes": row.rebuilt.meshes,
                 "version": env!("CARGO_PKG_VERSION"),
             });
             format!("{values}\n")

@@ -1,4 +1,4 @@
-//! Findings as JSON, for programs: docs/reference/doctor.md describes the format.
+//! Findings as JSON. docs/reference/doctor.md describes the format.
 
 use serde_json::{Map, Value, json};
 use turner::doctor::{Finding, PathKind};
@@ -6,7 +6,7 @@ use turner::doctor::{Finding, PathKind};
 use super::Report;
 use crate::flags;
 
-/// Increased when keys are removed or change their meaning. New keys may appear at any time.
+/// Format version. Increased if keys are removed or change their meaning; new keys may be added without an increase.
 const VERSION: u32 = 2;
 
 pub(super) fn of(report: &Report<'_>, scene: &str) -> Value {
@@ -22,8 +22,8 @@ pub(super) fn of(report: &Report<'_>, scene: &str) -> Value {
         .map(|l| {
             json!({
                 "name": l.name,
-                "irradiance": l.arrives,
-                "irradiance_blocked": l.kept_off,
+                "irradiance": l.irradiance,
+                "irradiance_blocked": l.blocked_irradiance,
                 "reaches": l.reaches,
                 "light": l.light,
                 "variance": l.variance,
@@ -49,7 +49,7 @@ pub(super) fn of(report: &Report<'_>, scene: &str) -> Value {
             "complete": s.complete,
             "brightness": s.shown,
             "white": s.white,
-            "hit": s.met,
+            "hit": s.hit_fraction,
             "black": s.black,
             "error": s.error,
             "samples_needed": s.samples_wanted,

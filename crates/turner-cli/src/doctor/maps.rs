@@ -1,4 +1,4 @@
-//! Maps as PNG files.
+//! Writes the maps of the doctor as PNG files.
 
 use std::path::{Path, PathBuf};
 
@@ -12,7 +12,7 @@ use turner_io::image::{Display, ImageFormat, Metadata, OutputFile, OutputImage, 
 
 use crate::failure::{Failure, two_lines};
 
-/// Where maps are written.
+/// The output of maps.
 pub(super) enum Target {
     /// One file per map.
     Folder(PathBuf),
@@ -23,7 +23,7 @@ pub(super) enum Target {
 /// A written file.
 pub(super) struct Written {
     pub(super) path: String,
-    /// What it shows, for people.
+    /// Its content as text.
     pub(super) shows: String,
     pub(super) names: Vec<&'static str>,
     pub(super) ranges: Value,
@@ -50,7 +50,7 @@ impl Target {
         Ok(Target::File(path.to_owned()))
     }
 
-    /// Refuses to overwrite a file that the scene reads.
+    /// Checks that the output does not overwrite a file that the scene reads.
     pub(super) fn check_against(&self, scene: &Path, desc: &SceneDesc) -> Result<(), Failure> {
         let Target::File(path) = self else { return Ok(()) };
         let own = path.canonicalize().ok();
@@ -141,12 +141,12 @@ fn write(path: &Path, maps: &[Map]) -> Result<Written, Failure> {
     })
 }
 
-/// The scale below a map: heat colours from low to high, or the colours of the kinds of paths in their order.
+/// The colour scale below a map: heat colours from low to high, or the colours of all kinds of path in order.
 fn scale(map: &Map, x: usize, columns: usize) -> [u8; 3] {
     if map.range.is_none() {
         let i = x * PathKind::ALL.len() / columns.max(1);
         return PathKind::ALL.get(i).map_or([0; 3], |k| k.color());
     }
-    let place = (x as f32 + 0.5) / columns.max(1) as f32;
-    heat(place).to_array().map(|v| (f64::from(srgb_encode(v)) * 255.0 + 0.5) as u8)
+    let position = (x as f32 + 0.5) / columns.max(1) as f32;
+    heat(position).to_array().map(|v| (f64::from(srgb_encode(v)) * 255.0 + 0.5) as u8)
 }

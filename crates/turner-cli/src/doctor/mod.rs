@@ -95,7 +95,7 @@ fn doctor(args: &DoctorArgs, control: &Control) -> Result<u8, Failure> {
     Ok(if args.strict && examination.has_errors() { FAILED } else { 0 })
 }
 
-/// The examination, and what its output needs.
+/// The examination and further data for the output.
 struct Report<'a> {
     examination: &'a turner::doctor::Examination,
     written: &'a [maps::Written],

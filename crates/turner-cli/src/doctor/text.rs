@@ -1,4 +1,4 @@
-//! Findings for people.
+//! Findings as text.
 
 use turner::doctor::{Finding, PathKind, Severity};
 
@@ -6,7 +6,7 @@ use super::Report;
 use crate::flags;
 use crate::text::{columns, plural, seconds, wrap};
 
-/// The findings, with notes if `all`, and the measurements.
+/// The findings, including notes if `all`, and the measurements.
 pub(super) fn of(report: &Report<'_>, all: bool) -> String {
     let e = report.examination;
     let mut out = String::new();
@@ -40,7 +40,7 @@ pub(super) fn of(report: &Report<'_>, all: bool) -> String {
     out
 }
 
-/// Without control characters, which would move a terminal's cursor or change its colours: names are those of the scene file.
+/// Replaces control characters, because names come from the scene file and must not control the terminal.
 fn clean(text: &str) -> String {
     text.chars().map(|c| if c.is_control() { '\u{fffd}' } else { c }).collect()
 }
@@ -74,10 +74,10 @@ fn measured(report: &Report<'_>) -> String {
     let samples = if s.samples > 1 { format!(", {} samples each", s.samples) } else { String::new() };
     let cut = if s.complete { "" } else { "; stopped by the time limit" };
     rows.push(("probed", format!("{} pixels{samples}, in {}{cut}", s.pixels, seconds(report.seconds))));
-    let [low, middle, high] = s.shown;
+    let [low, median, high] = s.shown;
     rows.push((
         "brightness",
-        format!("{low:.2} to {high:.2} of 1 as displayed, median {middle:.2}; {} white", percent(s.white)),
+        format!("{low:.2} to {high:.2} of 1 as displayed, median {median:.2}; {} white", percent(s.white)),
     ));
     if let (Some(error), Some(wanted), false) = (s.error, s.samples_wanted, s.black) {
         rows.push((
@@ -117,7 +117,7 @@ fn measured(report: &Report<'_>) -> String {
                 "{} reaches {} of the surfaces, irradiance {:.3}",
                 clean(&l.name),
                 percent(l.reaches),
-                l.arrives
+                l.irradiance
             )
         })
         .collect();

@@ -1,17 +1,17 @@
-//! Names whose letters are large where the file's are small: scenes made where that makes no difference name files so.
+//! File names that differ only in letter case. Scenes made on case-insensitive file systems contain such names.
 
 use super::MAX_LISTED;
 use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
 
-/// Whether an error says that nothing is there.
+/// Whether an error means that the file does not exist.
 pub(super) fn is_absent(error: &io::Error) -> bool {
     matches!(error.kind(), io::ErrorKind::NotFound | io::ErrorKind::NotADirectory)
 }
 
-/// The path below `root` that differs from `path` in the case of its letters alone, if there is one, and no other. Folders elsewhere, into which a link
-/// leads, are not looked into.
+/// The path below `root` that differs from `path` only in letter case, if there is exactly one. Folders outside
+/// `root` that a link leads to are not searched.
 pub(super) fn ignoring_case(root: &Path, path: &Path) -> Option<PathBuf> {
     let mut found = root.to_owned();
     for part in path.strip_prefix(root).ok()?.components() {

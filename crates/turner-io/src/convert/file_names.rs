@@ -1,13 +1,14 @@
-//! Names of files from names in a scene, which may be anything.
+//! Safe file names from arbitrary names in a scene.
 
 use std::collections::BTreeSet;
 
-/// Longest name without its extension, bytes.
+/// Longest name without its extension, in bytes.
 const LONGEST: usize = 64;
-/// What some systems take for a device, whatever follows the first dot.
+/// Windows device names, reserved with any extension.
 const DEVICES: [&str; 4] = ["con", "prn", "aux", "nul"];
 
-/// Part of a file name: letters and digits of any language, `-` and `_`, and `-` for all else; never empty unless nothing of the name is left, never long.
+/// Converts a name to a part of a file name: letters and digits of any script, `_`, and `-` for everything else;
+/// bounded in length. Empty if nothing usable remains.
 pub(super) fn safe(name: &str) -> String {
     let mut out = String::new();
     for c in name.chars() {
@@ -29,7 +30,7 @@ pub(super) fn safe(name: &str) -> String {
     out
 }
 
-/// The last part of a path or address, without its extension.
+/// The last part of a path or URI, without its extension.
 pub(super) fn stem(uri: &str) -> &str {
     let last = uri.rsplit(['/', '\\']).next().unwrap_or(uri);
     match last.rsplit_once('.') {
@@ -38,12 +39,13 @@ pub(super) fn stem(uri: &str) -> &str {
     }
 }
 
-/// Names that have been given in one folder. Systems that take `A` and `a` for the same are thought of.
+/// The names already used in a folder. Names that differ only in letter case count as equal, as on case-insensitive
+/// file systems.
 #[derive(Debug, Default)]
 pub(super) struct Taken(BTreeSet<String>, std::collections::BTreeMap<String, usize>);
 
 impl Taken {
-    /// A name like this one that nobody has, `kind` where nothing is left of it.
+    /// A unique name based on `wanted`, or on `kind` if nothing usable remains of it.
     pub(super) fn name(&mut self, wanted: &str, kind: &str, extension: &str) -> String {
         let base = Some(safe(wanted)).filter(|name| !name.is_empty()).unwrap_or_else(|| kind.to_owned());
         let mut name = format!("{base}.{extension}");

@@ -1,4 +1,4 @@
-//! The files beside a scene: meshes, pictures, measured lamps, grids. Each is written once.
+//! The data files of a converted scene: meshes, images, IES profiles and density grids. Each is written once.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -18,10 +18,10 @@ use super::{ConvertOptions, Converted, WrittenFile, create, exists, output_error
 use crate::image::{ImageFormat, exr, png};
 use crate::mesh::ply;
 
-/// A mesh of so few vertices and triangles may stand in the scene itself: a person can read it.
+/// Most vertices and triangles of a mesh that is written inline, so that a person can read it.
 const FEW: usize = 12;
 
-/// One kind of files, and their folder.
+/// The kind of a data file, which determines its folder.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Kind {
     Mesh,
@@ -29,18 +29,18 @@ enum Kind {
     Data,
 }
 
-/// Kinds with the ends of their folders' names.
+/// The suffix of each kind's folder.
 const FOLDERS: [(Kind, &str); 3] =
     [(Kind::Mesh, "meshes"), (Kind::Picture, "pictures"), (Kind::Data, "data")];
 
-/// Writes what a scene names.
+/// Writes the data files of a scene.
 pub(super) struct Files<'a> {
     options: &'a ConvertOptions,
-    /// The folder of the scene, and what the names of ours begin with.
+    /// The folder of the scene, and the prefix of the data folders.
     beside: PathBuf,
     stem: String,
     taken: [Taken; 3],
-    /// Folders that were made here.
+    /// Folders created here.
     made: Vec<PathBuf>,
     written: Vec<WrittenFile>,
     warnings: Vec<Warning>,
@@ -48,14 +48,14 @@ pub(super) struct Files<'a> {
     meshes: BTreeMap<u32, Option<String>>,
     profiles: Vec<(ProfileFile, String)>,
     grids: Vec<(GridFile, String)>,
-    /// How many objects show each mesh.
+    /// Number of objects that use each mesh.
     uses: Vec<u32>,
 }
 
 impl<'a> Files<'a> {
-    /// Files for the scene that is to be written to `out`.
+    /// Prepares for a scene that is written to `out`.
     ///
-    /// Errors: folders that are there already, unless files may be replaced.
+    /// Errors: non-empty data folders, unless existing files may be replaced.
     pub(super) fn new(
         desc: &SceneDesc,
         out: &Path,
@@ -69,12 +69,12 @@ impl<'a> Files<'a> {
             match folder.symlink_metadata() {
                 Err(_) => {}
                 Ok(meta) if !meta.is_dir() => {
-                    return Err(exists(&folder, "is there and is no folder").help("choose another name"));
+                    return Err(exists(&folder, "exists and is not a folder").help("choose another name"));
                 }
                 Ok(_) if options.overwrite => {}
                 Ok(_) => {
                     if fs::read_dir(&folder).is_ok_and(|mut entries| entries.next().is_some()) {
-                        return Err(exists(&folder, "there is such a folder already, with files in it"));
+                        return Err(exists(&folder, "the folder exists and contains files"));
                     }
                 }
             }
@@ -107,23 +107,23 @@ impl<'a> Files<'a> {
         })
     }
 
-    /// What was written, with the scene itself.
+    /// The files written, with the scene itself.
     pub(super) fn finish(mut self, main: WrittenFile) -> Converted {
         self.written.push(main);
         Converted { files: self.written, warnings: self.warnings }
     }
 
-    /// Takes back what was written, as far as nothing was replaced.
+    /// Removes the files and folders written so far, unless existing files were replaced.
     pub(super) fn remove(self) {
         if self.options.overwrite {
             return;
         }
-        // What cannot be removed stays: the error that led here is the one to report.
+        // A failure to remove is ignored; the original error is reported.
         self.written.iter().for_each(|file| drop(fs::remove_file(&file.path)));
         self.made.iter().for_each(|folder| drop(fs::remove_dir(folder)));
     }
 
-    /// Writes a file into the folder of its kind and gives its name relative to the scene.
+    /// Writes a file into the folder of its kind; returns its name relative to the scene.
     fn file(
         &mut self,
         kind: Kind,
@@ -142,7 +142,7 @@ impl<'a> Files<'a> {
             Err(e) if e.kind() == std::io::ErrorKind::AlreadyExists => {}
             Err(e) => {
                 let name = crate::assets::printable(&folder.to_string_lossy());
-                let message = format!("{name}: the folder cannot be made: {e}");
+                let message = format!("{name}: the folder cannot be created: {e}");
                 return Err(SceneError::new(ErrorCode::Output, message).help("choose another path"));
             }
         }
@@ -164,7 +164,7 @@ impl<'a> Files<'a> {
 fn is_readable(mesh: &MeshData) -> bool {
     let plain = mesh.more_uvs.len() <= 1 && mesh.more_uvs.iter().all(|set| !set.is_empty());
     let is_cloud = mesh.triangles.is_empty();
-    // Points have no keys for these.
+    // Inline points have only positions and colours.
     let fits =
         !is_cloud || mesh.normals.len() + mesh.uvs.len() + mesh.more_uvs.len() + mesh.tangents.len() == 0;
     let lists = [
@@ -202,7 +202,7 @@ impl SceneAssetWriter for Files<'_> {
                     if floats { exr::encode_samples(&asset.data) } else { png::encode_samples(&asset.data) };
                 let bytes = encoded.map_err(|e| crate::scene::two_lines(ErrorCode::Image, &e.to_string()))?;
                 if floats && asset.data.channels.is_multiple_of(2) {
-                    let message = "pictures of floats with alpha are written multiplied by alpha, as OpenEXR has them: colours may differ in the last bit";
+                    let message = "floating-point images with alpha: written with premultiplied alpha, as OpenEXR requires; colours may differ in the last bit";
                     self.warn(WarningKind::Approximated, message.into());
                 }
                 let extension = if floats { "exr" } else { "png" };

@@ -1,12 +1,14 @@
-//! Scenes as files of another format: [`to_toml`] writes all that a description holds as a scene that a person can edit, with meshes as PLY and pictures as
-//! PNG or in the encoding they came in, in folders beside it; [`to_glb`] writes what glTF can say as one file.
+//! Conversion of scenes to files of another format. [`to_toml`] writes a complete scene for editing, with meshes as
+//! PLY and images in their original encoding or as PNG, in folders next to it. [`to_glb`] writes what glTF can
+//! represent as one file.
 //!
 //! ```text
 //! SceneDesc ── turner::description::write_scene ──> Value ── text ──> scene.toml
-//!      └ meshes, pictures, lamps, grids ── files ──> scene-meshes/*.ply, scene-pictures/*.png, scene-data/*
+//!      └ meshes, images, IES profiles, grids ── files ──> scene-meshes/*.ply, scene-pictures/*.png, scene-data/*
 //! ```
 //!
-//! Loaded again, the result is the same scene ([`SceneDesc::same_scene`]). Every file is written under a temporary name and renamed; the scene itself comes last.
+//! Loading the TOML scene again gives the same scene ([`SceneDesc::same_scene`]). Each file is written under a
+//! temporary name and renamed; the scene itself is written last.
 
 mod comments;
 mod file_names;
@@ -24,40 +26,41 @@ use turner::description::{SceneDesc, write_scene};
 use turner::schema::Warning;
 use turner::schema::{ErrorCode, Remedy, SceneError};
 
-/// How to convert.
+/// Options of a conversion.
 #[derive(Clone, Debug, Default)]
 pub struct ConvertOptions {
-    /// What the scene was made from, for the comment at its head.
+    /// The name of the source, for the comment at the top of the scene.
     pub source: String,
-    /// Whether files that are there may be replaced.
+    /// Whether existing files may be replaced.
     pub overwrite: bool,
-    /// Whether what the new format cannot hold is an error.
+    /// Whether omissions are errors.
     pub strict: bool,
-    /// Pictures as their files had them: what is found here is copied bit by bit.
+    /// Encoded images; those found here are copied byte for byte.
     pub pictures: KeptPictures,
 }
 
-/// What was written.
+/// The result of a conversion.
 #[derive(Clone, Debug, Default)]
 pub struct Converted {
-    /// The files, the scene itself last.
+    /// The files written; the scene itself is last.
     pub files: Vec<WrittenFile>,
-    /// What the new format cannot hold, or not exactly.
+    /// What was omitted or approximated.
     pub warnings: Vec<Warning>,
 }
 
-/// A file that was written.
+/// A written file.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct WrittenFile {
     /// Its path.
     pub path: PathBuf,
-    /// Its size.
+    /// Its size in bytes.
     pub bytes: u64,
 }
 
-/// Writes a scene in Turner's own language to `out`, the data that it names to folders beside it: `NAME-meshes`, `NAME-pictures`, `NAME-data`.
+/// Writes a scene as TOML to `out`, and its data to folders next to it: `NAME-meshes`, `NAME-pictures`, `NAME-data`.
 ///
-/// Errors: files that are there already, unless they may be replaced; whatever keeps files from being written. What had been written before is removed again.
+/// Errors: existing files, unless they may be replaced; any failure to write. After an error, the files already
+/// written are removed.
 pub fn to_toml(desc: &SceneDesc, out: &Path, options: &ConvertOptions) -> Result<Converted, SceneError> {
     let main = create(out, options.overwrite)?;
     let mut files = Files::new(desc, out, options)?;
@@ -75,10 +78,10 @@ pub fn to_toml(desc: &SceneDesc, out: &Path, options: &ConvertOptions) -> Result
     }
 }
 
-/// A file to be written, if nothing is in its place or that may be replaced.
+/// Creates an output file, unless one exists that may not be replaced.
 fn create(path: &Path, overwrite: bool) -> Result<OutputFile, SceneError> {
     if !overwrite && path.symlink_metadata().is_ok_and(|m| m.is_file() || m.is_symlink()) {
-        return Err(exists(path, "there is such a file already"));
+        return Err(exists(path, "the file already exists"));
     }
     OutputFile::create(path).map_err(output_error)
 }
@@ -86,7 +89,7 @@ fn create(path: &Path, overwrite: bool) -> Result<OutputFile, SceneError> {
 fn exists(path: &Path, what: &str) -> SceneError {
     let message = format!("{}: {what}", printable(&path.to_string_lossy()));
     SceneError::new(ErrorCode::Output, message)
-        .help("choose another name, or let it be replaced")
+        .help("choose another name, or allow it to be replaced")
         .remedy(Remedy::Replace)
 }
 

@@ -1,7 +1,7 @@
-//! A scene's tree of values as TOML that a person can read and change.
+//! Writes a scene's value tree as TOML for people to read and edit.
 //!
-//! A table per thing, in the order of the tree; short values on one line; each key explained where it first stands. Numbers are the shortest that read
-//! back as the same.
+//! One table per object, light and so on, in the order of the tree. Short values stay on one line. Each key is
+//! explained at its first occurrence. Numbers have the fewest digits that read back as the same value.
 
 use turner::schema::value::{Data, Entry, Table, Value};
 
@@ -9,10 +9,10 @@ use super::comments::{Comments, heading};
 use crate::assets::printable;
 use crate::scene::model::quoted;
 
-/// Columns that a line may have.
+/// Longest line.
 const COLUMNS: usize = 110;
 
-/// The text of a scene. `source` is what it was made from.
+/// The text of a scene. `source` is the name of its source.
 pub(super) fn scene(root: &Value, source: &str) -> String {
     let mut writer = Writer { out: header(source), comments: Comments::default() };
     let Data::Table(top) = &root.data else { return writer.out };
@@ -22,22 +22,22 @@ pub(super) fn scene(root: &Value, source: &str) -> String {
             Data::Table(named) if matches!(key.as_str(), "medium" | "texture" | "material") => {
                 for (i, entry) in named.entries.iter().enumerate() {
                     writer.gap(i);
-                    writer.thing(key, &format!("[{key}.{}]", bare(&entry.key)), &entry.value);
+                    writer.table(key, &format!("[{key}.{}]", key_text(&entry.key)), &entry.value);
                 }
             }
             Data::Table(groups) if key == "group" => {
                 for (i, group) in groups.entries.iter().enumerate() {
                     writer.gap(i);
-                    writer.group(&bare(&group.key), &group.value);
+                    writer.group(&key_text(&group.key), &group.value);
                 }
             }
-            Data::Array(things) => {
-                for (i, thing) in things.iter().enumerate() {
+            Data::Array(items) => {
+                for (i, item) in items.iter().enumerate() {
                     writer.gap(i);
-                    writer.thing(key, &format!("[[{key}]]"), thing);
+                    writer.table(key, &format!("[[{key}]]"), item);
                 }
             }
-            _ => writer.thing(key, &format!("[{key}]"), value),
+            _ => writer.table(key, &format!("[{key}]"), value),
         }
     }
     writer.out
@@ -46,8 +46,8 @@ pub(super) fn scene(root: &Value, source: &str) -> String {
 fn header(source: &str) -> String {
     format!(
         "# Converted from {} by Turner {}.\n#\n\
-         # Lengths are in units of the scene, angles in degrees, +y is up. A colour is [red, green, blue] or one number for grey, linear.\n\
-         # Keys that are not here have their defaults: `turner help scene` explains all of them.\n",
+         # Lengths are in scene units, angles in degrees; +y is up. A colour is [red, green, blue], or one number for grey, in linear values.\n\
+         # Omitted keys have their defaults: `turner help scene` explains all keys.\n",
         printable(source),
         env!("CARGO_PKG_VERSION"),
     )
@@ -59,7 +59,7 @@ struct Writer {
 }
 
 impl Writer {
-    /// An empty line between things.
+    /// A blank line between tables.
     fn gap(&mut self, i: usize) {
         if i > 0 {
             self.out.push('\n');
@@ -72,15 +72,15 @@ impl Writer {
             Some(Data::Array(objects)) => {
                 for (i, object) in objects.iter().enumerate() {
                     self.gap(i);
-                    self.thing("object", &format!("[[group.{name}.object]]"), object);
+                    self.table("object", &format!("[[group.{name}.object]]"), object);
                 }
             }
             _ => self.out += &format!("[group.{name}]\n"),
         }
     }
 
-    /// A table with its head.
-    fn thing(&mut self, section: &str, head: &str, value: &Value) {
+    /// Writes a table with its header.
+    fn table(&mut self, section: &str, head: &str, value: &Value) {
         self.out += head;
         self.out.push('\n');
         let Data::Table(table) = &value.data else { return };
@@ -90,7 +90,7 @@ impl Writer {
         };
         for Entry { key, value, .. } in &table.entries {
             let before = self.out.len();
-            self.out += &bare(key);
+            self.out += &key_text(key);
             self.out += " = ";
             put(&mut self.out, &value.data, before);
             let Some(comment) = self.comments.first(section, kind, key) else {
@@ -108,7 +108,7 @@ impl Writer {
     }
 }
 
-/// Writes a value; its line begins at byte `line` of the text. Arrays that do not fit their line take several.
+/// Writes a value. Its line begins at byte `line` of the text; arrays that do not fit in the line are broken.
 fn put(out: &mut String, data: &Data, line: usize) {
     match data {
         Data::Bool(b) => *out += if *b { "true" } else { "false" },
@@ -128,7 +128,7 @@ fn put_table(out: &mut String, table: &Table, line: usize) {
     *out += "{ ";
     for (i, Entry { key, value, .. }) in table.entries.iter().enumerate() {
         *out += if i > 0 { ", " } else { "" };
-        *out += &bare(key);
+        *out += &key_text(key);
         *out += " = ";
         put(out, &value.data, line);
     }
@@ -141,7 +141,7 @@ fn put_array(out: &mut String, items: &[Value], line: usize) {
     for (i, item) in items.iter().enumerate() {
         *out += if i > 0 { ", " } else { "" };
         put(out, &item.data, line);
-        // No use to go on if it does not fit.
+        // Stop early if it does not fit.
         if out.len() - line > COLUMNS {
             break;
         }
@@ -185,8 +185,8 @@ fn number(v: f64) -> String {
     }
 }
 
-/// A key, in quotes where it needs them.
-fn bare(key: &str) -> String {
+/// A key, quoted if necessary.
+fn key_text(key: &str) -> String {
     let plain = |c: char| c.is_ascii_alphanumeric() || matches!(c, '-' | '_');
     if !key.is_empty() && key.chars().all(plain) { key.to_owned() } else { quoted(key) }
 }
@@ -197,7 +197,7 @@ mod tests {
     use crate::scene::parse;
     use turner::schema::value::FileId;
 
-    /// What a text of one key reads back as.
+    /// Writes a value and reads it back.
     fn back(data: &Data) -> Data {
         let mut text = String::from("a = ");
         put(&mut text, data, 0);

@@ -1,5 +1,5 @@
-//! Typed elements in buffer views (glTF 2.0 §3.6.2): every component type, normalised integers, strides, sparse
-//! elements. Everything is checked against the bytes there are when an accessor is opened, before anything is
+//! Accessors: typed elements in buffer views (glTF 2.0 §3.6.2), with every component type, normalised integers,
+//! strides and sparse elements. Opening an accessor checks it against the bytes of its buffer view before anything is
 //! allocated; reading an element afterwards cannot fail.
 
 use super::buffers::Buffers;
@@ -39,7 +39,7 @@ impl Component {
     }
 }
 
-/// Rows and columns of an element.
+/// Rows and columns of an element type.
 fn shape(kind: &str) -> Option<(usize, usize)> {
     Some(match kind {
         "SCALAR" => (1, 1),
@@ -53,7 +53,7 @@ fn shape(kind: &str) -> Option<(usize, usize)> {
     })
 }
 
-/// Bytes of elements that follow each other at a distance.
+/// Elements at a regular stride in bytes.
 #[derive(Clone, Copy, Debug)]
 struct Strided<'a> {
     bytes: &'a [u8],
@@ -63,12 +63,12 @@ struct Strided<'a> {
 impl<'a> Strided<'a> {
     #[inline]
     fn element(&self, i: usize) -> &'a [u8] {
-        // In range: `locate` has checked the last one.
+        // In range: `locate` has checked the last element.
         i.checked_mul(self.stride).and_then(|at| self.bytes.get(at..)).unwrap_or(&[])
     }
 }
 
-/// Elements that differ from those of the buffer view.
+/// Sparse elements: they replace those of the buffer view. The indices increase.
 #[derive(Clone, Copy, Debug)]
 struct Differing<'a> {
     count: usize,
@@ -82,7 +82,7 @@ impl Differing<'_> {
         whole(self.index_type, self.indices.element(i)) as usize
     }
 
-    /// Where the element `wanted` is, if it is among them.
+    /// The position of the element `wanted` among the sparse elements. Binary search.
     fn find(&self, wanted: usize) -> Option<usize> {
         let (mut from, mut to) = (0, self.count);
         while from < to {
@@ -93,18 +93,18 @@ impl Differing<'_> {
     }
 }
 
-/// An accessor, checked.
+/// A checked accessor.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Elements<'a> {
-    /// How many elements.
+    /// Number of elements.
     pub(super) count: usize,
-    /// Numbers in an element.
+    /// Components per element.
     pub(super) width: usize,
-    /// Their type.
+    /// Component type.
     pub(super) component: Component,
-    /// Whether integers stand for 0..1 or −1..1.
+    /// Whether integers are mapped to 0..=1 (unsigned) or −1..=1 (signed).
     pub(super) normalized: bool,
-    /// Its number in the document.
+    /// Index of the accessor in the document.
     pub(super) accessor: Index,
     base: Option<Strided<'a>>,
     sparse: Option<Differing<'a>>,
@@ -125,7 +125,7 @@ fn whole(component: Component, element: &[u8]) -> u32 {
 }
 
 impl<'a> Elements<'a> {
-    /// Opens an accessor of the document; `pointer` is who asks for it.
+    /// Opens an accessor of the document. `pointer` is the JSON pointer of the reference to it.
     pub(super) fn open(
         document: &Document,
         buffers: &'a Buffers,
@@ -147,17 +147,18 @@ impl<'a> Elements<'a> {
             return Err(Fault::at(format!("{at}/type"), format!("is \"{kind}\"; expected {expected}")));
         };
         let Some(count) = json.count else {
-            return Err(Fault::at(format!("{at}/count"), "is missing; expected how many elements there are"));
+            return Err(Fault::at(format!("{at}/count"), "is missing; expected the number of elements"));
         };
         let count = usize::try_from(count.0).unwrap_or(usize::MAX);
-        // Columns of matrices begin at multiples of four bytes (§3.6.2.4).
+        // Each column of a matrix starts at a multiple of four bytes (§3.6.2.4).
         let column = rows * component.size();
         let column = if columns > 1 { column.next_multiple_of(4) } else { column };
         let size = column * columns;
         let base = match json.buffer_view {
             Some(view) => Some(locate(buffers, view, json.byte_offset.0, count, size, &at)?),
             None => {
-                // Zeros, of which no byte is stored: not more of them than there are bytes.
+                // Without a buffer view all elements are zero and take no bytes of the file; bound
+                // their count by its size.
                 let most = (buffers.size() as usize).max(65_536);
                 if count > most {
                     let message = format!("{count} elements without a buffer view; expected at most {most}");
@@ -196,21 +197,20 @@ impl<'a> Elements<'a> {
         Ok(elements)
     }
 
-    /// How many elements are stored apart.
+    /// Number of sparse elements.
     pub(super) fn sparse_count(&self) -> usize {
         self.sparse.map_or(0, |sparse| sparse.count)
     }
 
-    /// Refuses elements stored apart that are not in order, or that there are not. Takes its time, and so is asked once per
-    /// accessor; reading is safe without.
+    /// Refuses sparse indices that are out of range or not strictly increasing. Takes linear time, so it is
+    /// called once per accessor; reading is memory-safe without it.
     pub(super) fn check_sparse(&self) -> Outcome<()> {
         let Some(sparse) = &self.sparse else { return Ok(()) };
         let mut before = None;
         for i in 0..sparse.count {
             let (index, count) = (sparse.index(i), self.count);
             if index >= count || before.is_some_and(|b| b >= index) {
-                let message =
-                    format!("index {i} is {index}; expected growing indices below the count of {count}");
+                let message = format!("index {i} is {index}; expected increasing indices below {count}");
                 return Err(Fault::at(format!("/accessors/{}/sparse/indices", self.accessor.0), message));
             }
             before = Some(index);
@@ -218,17 +218,17 @@ impl<'a> Elements<'a> {
         Ok(())
     }
 
-    /// Refuses another number of components per element.
+    /// Requires one of these numbers of components per element.
     pub(super) fn with_width(self, widths: &[usize], what: &str) -> Outcome<Self> {
         if widths.contains(&self.width) {
             return Ok(self);
         }
         let expected = widths.iter().map(usize::to_string).collect::<Vec<_>>().join(" or ");
-        let message = format!("has {} numbers per element; expected {expected} for {what}", self.width);
+        let message = format!("has {} components per element; expected {expected} for {what}", self.width);
         Err(Fault::at(format!("/accessors/{}", self.accessor.0), message))
     }
 
-    /// Refuses another number of elements.
+    /// Requires this number of elements.
     pub(super) fn with_count(self, count: usize, what: &str) -> Outcome<Self> {
         if self.count == count {
             return Ok(self);
@@ -247,8 +247,8 @@ impl<'a> Elements<'a> {
         self.base.map_or(&[], |base| base.element(i))
     }
 
-    /// A number of an element, decoded (§3.6.2.2). Zero for what is stored nowhere. Matrices whose columns are padded
-    /// (of bytes, or of 3 × 3 shorts) are not to be read by this.
+    /// Component `k` of an element, decoded (§3.6.2.2); zero if it has no bytes. Not valid for matrices with
+    /// padded columns (of bytes, or 3 × 3 of shorts).
     #[inline]
     fn number(&self, element: &[u8], k: usize) -> f32 {
         let scaled = |v: f32, max: f32| if self.normalized { (v / max).max(-1.0) } else { v };
@@ -262,7 +262,7 @@ impl<'a> Elements<'a> {
         }
     }
 
-    /// The first `N` numbers of element `i`; zero for those it has not.
+    /// The first `N` components of element `i`; missing ones are zero.
     #[inline]
     pub(super) fn get<const N: usize>(&self, i: usize) -> [f32; N] {
         let element = self.element(i);
@@ -276,7 +276,7 @@ impl<'a> Elements<'a> {
         whole(self.component, self.element(i))
     }
 
-    /// The first four numbers of element `i` as unsigned integers.
+    /// The first four components of element `i` as unsigned integers.
     pub(super) fn indices(&self, i: usize) -> [u32; 4] {
         let (element, size) = (self.element(i), self.component.size());
         let component = self.component;
@@ -297,7 +297,7 @@ fn component_of(number: Option<Index>, at: &str) -> Outcome<Component> {
     })
 }
 
-/// `count` elements of `size` bytes in a buffer view from `offset` on.
+/// Checks that `count` elements of `size` bytes lie in a buffer view from `offset`.
 fn locate<'a>(
     buffers: &'a Buffers,
     view: Index,
@@ -309,10 +309,8 @@ fn locate<'a>(
     let (bytes, stride) = buffers.view(view, at)?;
     let stride = stride.unwrap_or(size);
     if stride < size {
-        let message = format!(
-            "elements of {size} bytes overlap: those of buffer view {} have a distance of {stride}",
-            view.0
-        );
+        let message =
+            format!("elements of {size} bytes overlap: the stride of buffer view {} is {stride}", view.0);
         return Err(Fault::at(at, message));
     }
     let reach = match count.checked_sub(1) {
@@ -325,7 +323,7 @@ fn locate<'a>(
             Ok(Strided { bytes: bytes.get(offset as usize..).unwrap_or(&[]), stride })
         }
         _ => {
-            let end = end.map_or_else(|| "beyond all bounds".to_owned(), |end| format!("byte {end}"));
+            let end = end.map_or_else(|| "an address that overflows".to_owned(), |end| format!("byte {end}"));
             let message = format!(
                 "{count} elements of {size} bytes reach {end}, but buffer view {} ends at {}",
                 view.0,

@@ -1,4 +1,16 @@
 //! Animations, sampled at one time (glTF 2.0 §3.11 and appendix C).
+//!
+//! A channel animates one property of one node: its translation, rotation, scale or the weights of its mesh's morph
+//! targets. The channel's sampler holds key times in seconds and values. With t = (time − t₀) / Δ between the
+//! neighbouring keys at t₀ and t₀ + Δ:
+//!
+//! - `STEP`: the value of the key before.
+//! - `LINEAR`: a + (b − a) t; rotations use spherical interpolation (slerp) along the shorter arc.
+//! - `CUBICSPLINE`: a Hermite spline. Each key stores in-tangent, value and out-tangent; tangents are per second and
+//!   are multiplied by Δ:
+//!   (2t³ − 3t² + 1) a + Δ (t³ − 2t² + t) out(a) + (3t² − 2t³) b + Δ (t³ − t²) in(b).
+//!
+//! Before the first and after the last key the value is constant.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -14,17 +26,17 @@ use super::json::{AnimationSampler, Document, Index, Mesh};
 use super::nodes::{Local, choose, normalize};
 use super::report::Report;
 
-/// Where nodes are and how far meshes are morphed, at one time.
+/// The transforms and morph weights of all nodes at one time.
 #[derive(Debug)]
 pub(super) struct Pose {
-    /// Of each node.
+    /// The local transform of each node.
     pub(super) locals: Vec<Local>,
-    /// By node, the weights of its mesh's morph targets, where the node or the animation has any.
+    /// By node index, the weights of its mesh's morph targets, if the node or the animation sets them.
     pub(super) weights: BTreeMap<u32, Vec<f64>>,
 }
 
 impl Pose {
-    /// What nodes themselves say.
+    /// The pose without animation.
     pub(super) fn rest(document: &Document) -> Pose {
         Pose {
             locals: document.nodes.iter().map(Local::of).collect(),
@@ -36,7 +48,7 @@ impl Pose {
         }
     }
 
-    /// Applies an animation at `time` seconds: the one with this name or number, else the first one there is.
+    /// Applies an animation at `time` seconds: the one with this name or index, or else the first.
     pub(super) fn apply(
         &mut self,
         document: &Document,
@@ -67,7 +79,7 @@ impl Pose {
                 return Err(Fault::dangling(pointer, "sampler", channel.sampler.0, count));
             };
             let Some(node) = channel.target.node else {
-                // An extension's target (§3.11).
+                // The target is defined by an extension (§3.11).
                 report.ignored("an animation of something other than a node");
                 continue;
             };
@@ -95,10 +107,10 @@ impl Pose {
                 report.doubtful("an animation without keyframes");
                 continue;
             };
-            let place = keys.at(time);
+            let interval = keys.at(time);
             if path == "weights" {
                 budget.take(targets, size_of::<f64>(), &pointer)?;
-                let weights = (0..targets).map(|i| keys.value::<1>(&place, i)[0]).collect();
+                let weights = (0..targets).map(|i| keys.value::<1>(&interval, i)[0]).collect();
                 self.weights.insert(node.0, weights);
                 continue;
             }
@@ -107,16 +119,16 @@ impl Pose {
                 continue;
             };
             match path {
-                "translation" => *translation = DVec3::from(keys.value::<3>(&place, 0)),
-                "scale" => *scale = DVec3::from(keys.value::<3>(&place, 0)),
-                _ => *rotation = keys.rotation(&place),
+                "translation" => *translation = DVec3::from(keys.value::<3>(&interval, 0)),
+                "scale" => *scale = DVec3::from(keys.value::<3>(&interval, 0)),
+                _ => *rotation = keys.rotation(&interval),
             }
         }
         Ok(())
     }
 }
 
-/// How many morph targets a mesh has.
+/// Number of morph targets of a mesh.
 fn morph_targets(mesh: &Mesh) -> usize {
     mesh.primitives.iter().map(|p| p.targets.len()).max().unwrap_or(0)
 }
@@ -128,26 +140,27 @@ enum Interpolation {
     Cubic,
 }
 
-/// The keys of a sampler.
+/// The keyframes of a sampler.
 struct Keys<'a> {
     times: Elements<'a>,
     values: Elements<'a>,
     interpolation: Interpolation,
-    /// Values per key.
+    /// Values per key: the number of morph targets for weights, else 1.
     targets: usize,
 }
 
-/// Between two keys: `way` from 0 at the one to 1 at the other, and the time from the one to the other.
+/// A time between two keys: `fraction` is the interpolation parameter, 0 at `before` and 1 at `after`; `length` is their
+/// distance in seconds.
 #[derive(Clone, Copy, Debug, PartialEq)]
-struct Place {
+struct Interval {
     before: usize,
     after: usize,
-    way: f64,
+    fraction: f64,
     length: f64,
 }
 
 impl<'a> Keys<'a> {
-    /// Opens a sampler of `targets` values per key; `None` if it has no keys.
+    /// Opens a sampler with `targets` values per key; `None` if it has no keys.
     fn open(
         document: &Document,
         buffers: &'a Buffers,
@@ -179,8 +192,8 @@ impl<'a> Keys<'a> {
         f64::from(self.times.get::<1>(key)[0])
     }
 
-    /// The keys around a time; the first or last one outside.
-    fn at(&self, time: f64) -> Place {
+    /// The keys before and after a time; outside the animation, the first or last one twice.
+    fn at(&self, time: f64) -> Interval {
         let (mut from, mut to) = (0, self.times.count);
         while from < to {
             let middle = from + (to - from) / 2;
@@ -189,12 +202,12 @@ impl<'a> Keys<'a> {
         let last = self.times.count - 1;
         let (before, after) = (from.saturating_sub(1), from.min(last));
         let (start, length) = (self.time(before), self.time(after) - self.time(before));
-        let way = if length > 0.0 { ((time - start) / length).clamp(0.0, 1.0) } else { 0.0 };
-        Place { before, after, way: if way.is_finite() { way } else { 0.0 }, length }
+        let fraction = if length > 0.0 { ((time - start) / length).clamp(0.0, 1.0) } else { 0.0 };
+        Interval { before, after, fraction: if fraction.is_finite() { fraction } else { 0.0 }, length }
     }
 
-    /// One of the numbers that are stored for a key: 0 the in-tangents, 1 the values, 2 the out-tangents of a cubic
-    /// spline.
+    /// A stored value of a key. Of cubic splines, `which` is 0 for the in-tangent, 1 for the value, 2 for the
+    /// out-tangent.
     fn stored<const N: usize>(&self, key: usize, which: usize, target: usize) -> [f64; N] {
         let row = match self.interpolation {
             Interpolation::Cubic => 3 * key + which,
@@ -203,9 +216,9 @@ impl<'a> Keys<'a> {
         self.values.get::<N>(row * self.targets + target).map(f64::from)
     }
 
-    fn value<const N: usize>(&self, place: &Place, target: usize) -> [f64; N] {
+    fn value<const N: usize>(&self, interval: &Interval, target: usize) -> [f64; N] {
         let stored = |key, which| self.stored::<N>(key, which, target);
-        let (a, b, t) = (stored(place.before, 1), stored(place.after, 1), place.way);
+        let (a, b, t) = (stored(interval.before, 1), stored(interval.after, 1), interval.fraction);
         let value: [f64; N] = match self.interpolation {
             Interpolation::Step => {
                 if t < 1.0 {
@@ -215,30 +228,30 @@ impl<'a> Keys<'a> {
                 }
             }
             Interpolation::Linear => std::array::from_fn(|i| a[i] + (b[i] - a[i]) * t),
-            Interpolation::Cubic if place.before == place.after => a,
+            Interpolation::Cubic if interval.before == interval.after => a,
             Interpolation::Cubic => {
-                let (out, into) = (stored(place.before, 2), stored(place.after, 0));
+                let (out, into) = (stored(interval.before, 2), stored(interval.after, 0));
                 let (t2, t3) = (t * t, t * t * t);
-                let (from, leaving) = (2.0 * t3 - 3.0 * t2 + 1.0, place.length * (t3 - 2.0 * t2 + t));
-                let (to, arriving) = (3.0 * t2 - 2.0 * t3, place.length * (t3 - t2));
+                let (from, leaving) = (2.0 * t3 - 3.0 * t2 + 1.0, interval.length * (t3 - 2.0 * t2 + t));
+                let (to, arriving) = (3.0 * t2 - 2.0 * t3, interval.length * (t3 - t2));
                 std::array::from_fn(|i| from * a[i] + leaving * out[i] + to * b[i] + arriving * into[i])
             }
         };
         value.map(|v| if v.is_finite() { v } else { 0.0 })
     }
 
-    fn rotation(&self, place: &Place) -> [f64; 4] {
+    fn rotation(&self, interval: &Interval) -> [f64; 4] {
         match self.interpolation {
             Interpolation::Linear => {
-                let (a, b) = (self.stored(place.before, 1, 0), self.stored(place.after, 1, 0));
-                slerp(normalize(a), normalize(b), place.way)
+                let (a, b) = (self.stored(interval.before, 1, 0), self.stored(interval.after, 1, 0));
+                slerp(normalize(a), normalize(b), interval.fraction)
             }
-            _ => normalize(self.value::<4>(place, 0)),
+            _ => normalize(self.value::<4>(interval, 0)),
         }
     }
 }
 
-/// Spherical interpolation of unit quaternions, the shorter way round.
+/// Spherical linear interpolation of unit quaternions along the shorter arc.
 fn slerp(a: [f64; 4], b: [f64; 4], t: f64) -> [f64; 4] {
     let dot: f64 = (0..4).map(|i| a[i] * b[i]).sum();
     let angle = acos(dot.abs());

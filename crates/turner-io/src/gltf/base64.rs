@@ -1,6 +1,6 @@
 //! Base64 (RFC 4648 §4 and §5) for `data:` URIs.
 
-/// The bytes of a text; `None` if it holds anything else. Padding may be missing, white space is skipped.
+/// Decodes a text; `None` if it contains other characters. Padding may be missing; white space is skipped.
 pub(super) fn decode(text: &str) -> Option<Vec<u8>> {
     let mut out = Vec::with_capacity(text.len() / 4 * 3 + 3);
     let (mut bits, mut count, mut ended) = (0u32, 0u32, false);
@@ -32,7 +32,7 @@ pub(super) fn decode(text: &str) -> Option<Vec<u8>> {
         0 => {}
         2 => out.push((bits >> 4) as u8),
         3 => out.extend_from_slice(&((bits >> 2) as u16).to_be_bytes()),
-        // Six bits are no byte.
+        // Six bits do not make a byte.
         _ => return None,
     }
     Some(out)

@@ -1,4 +1,4 @@
-//! How much memory a file may make the importer use.
+//! The memory budget of a file: how much memory the importer may use for its content.
 
 use std::cell::Cell;
 
@@ -6,14 +6,14 @@ use turner::schema::{Memory, Remedy};
 
 use super::fault::{Fault, Outcome};
 
-/// What any file may use: 256 MiB.
+/// Bytes that any file may use: 256 MiB.
 const BASE: u64 = 256 << 20;
-/// What it may use beyond that for each of its bytes. Compressed meshes grow by up to 64, parts that share
-/// vertices and instances by more.
+/// Additional bytes for each byte of the file. Compressed meshes expand by up to 64; shared vertices and instances by
+/// more.
 const PER_BYTE: u64 = 256;
 
-/// Bytes of memory that are left for what a file describes. A few kilobytes can describe any number of meshes
-/// that share their vertices.
+/// The remaining bytes for the content of a file. A budget is needed because a few kilobytes can describe any number
+/// of meshes that share their vertices.
 #[derive(Debug)]
 pub(super) struct Budget {
     left: Cell<u64>,
@@ -23,26 +23,27 @@ pub(super) struct Budget {
 }
 
 impl Budget {
-    /// For a file of so many bytes, those of its buffers included.
+    /// The budget of a file of this many bytes, including its buffers.
     pub(super) fn of_file(bytes: u64) -> Budget {
         let all = BASE.saturating_add(bytes.saturating_mul(PER_BYTE));
         Budget { left: Cell::new(all), all, help: "use a smaller file", remedy: None }
     }
 
-    /// No more than is left of the memory.
+    /// Limits the budget to the available memory.
     pub(super) fn within(self, memory: &Memory) -> Budget {
         match memory.left() {
             left if left < self.all => Budget {
                 left: Cell::new(left),
                 all: left,
-                help: "raise the limit of memory",
+                help: "raise the memory limit",
                 remedy: Some(Remedy::MoreMemory),
             },
             _ => self,
         }
     }
 
-    /// Takes room for `count` elements of `size` bytes, wanted at `pointer`, before they are allocated.
+    /// Charges `count` elements of `size` bytes before they are allocated. `pointer` is the JSON pointer of what
+    /// needs them.
     pub(super) fn take(&self, count: usize, size: usize, pointer: &str) -> Outcome<()> {
         let bytes = (count as u64).saturating_mul(size as u64);
         match self.left.get().checked_sub(bytes) {
@@ -53,7 +54,7 @@ impl Budget {
             None => Err(Fault::too_large(
                 pointer,
                 format!(
-                    "{count} elements of {size} bytes exceed what is left of {} MiB for this file",
+                    "{count} elements of {size} bytes exceed the memory budget of {} MiB for this file",
                     self.all >> 20
                 ),
             )
@@ -62,7 +63,7 @@ impl Budget {
         }
     }
 
-    /// An empty list with room for `count` elements.
+    /// An empty list with capacity for `count` elements, charged to the budget.
     pub(super) fn list<T>(&self, count: usize, pointer: &str) -> Outcome<Vec<T>> {
         self.take(count, size_of::<T>(), pointer)?;
         let mut list = Vec::new();

@@ -1,5 +1,4 @@
-//! The bytes that accessors and images lie in: the binary chunk, `data:` URIs, files beside the document, and what
-//! compressed buffer views hold.
+//! Buffers and buffer views: the binary chunk, `data:` URIs, external files, and decompressed buffer views.
 
 use std::ops::Range;
 
@@ -11,21 +10,22 @@ use super::json::{Buffer, Document, Index};
 use super::{base64, meshopt};
 use crate::assets::{AssetError, AssetSource};
 
-/// Most bytes of one file: 4 GiB.
+/// Largest external file, in bytes: 4 GiB.
 const MAX_FILE: u64 = 4 << 30;
 
-/// Where the bytes of a buffer are.
+/// The bytes of a buffer.
 #[derive(Debug)]
 enum Bytes {
-    /// In the file itself.
+    /// A range of the GLB file.
     Chunk(Range<usize>),
     /// Read or decoded.
     Owned(Vec<u8>),
-    /// Nowhere: what is in it stands compressed elsewhere.
+    /// A fallback buffer without bytes: its buffer views are stored compressed in another buffer
+    /// (`EXT_meshopt_compression`).
     Fallback,
 }
 
-/// Where the bytes of a buffer view are.
+/// The bytes of a buffer view.
 #[derive(Debug)]
 enum View {
     Stored {
@@ -33,7 +33,7 @@ enum View {
         range: Range<usize>,
     },
     Decoded(Vec<u8>),
-    /// In a buffer that has no bytes.
+    /// A view of a fallback buffer.
     Absent,
 }
 
@@ -47,7 +47,8 @@ pub(super) struct Buffers {
 }
 
 impl Buffers {
-    /// Reads every buffer of the document; `file` holds the document, and `chunk` is where its binary chunk lies.
+    /// Reads all buffers of the document. `file` is the file that holds the document, `chunk` the range of its
+    /// binary chunk.
     pub(super) fn read(
         document: &Document,
         file: Vec<u8>,
@@ -63,7 +64,7 @@ impl Buffers {
         Ok(Buffers { file, buffers, views: Vec::new(), strides: Vec::new() })
     }
 
-    /// Bytes of all buffers and of the document.
+    /// Total bytes of the document and its buffers.
     pub(super) fn size(&self) -> u64 {
         let own = |b: &Bytes| match b {
             Bytes::Owned(bytes) => bytes.len() as u64,
@@ -72,7 +73,7 @@ impl Buffers {
         self.file.len() as u64 + self.buffers.iter().map(own).sum::<u64>()
     }
 
-    /// Checks every buffer view and decodes the compressed ones.
+    /// Checks all buffer views and decodes the compressed ones.
     pub(super) fn open_views(&mut self, document: &Document, budget: &Budget) -> Outcome<()> {
         for (i, view) in document.buffer_views.iter().enumerate() {
             let pointer = format!("/bufferViews/{i}");
@@ -108,7 +109,7 @@ impl Buffers {
         Ok(())
     }
 
-    /// A part of a buffer, checked.
+    /// Checks a byte range of a buffer.
     fn range(&self, buffer: Index, offset: u64, length: u64, pointer: &str) -> Outcome<Range<usize>> {
         let Some(bytes) = self.buffers.get(buffer.index()) else {
             return Err(Fault::dangling(pointer, "buffer", buffer.0, self.buffers.len()));
@@ -122,7 +123,7 @@ impl Buffers {
             Some(end) if end <= size && end <= usize::MAX as u64 => Ok(offset as usize..end as usize),
             _ => Err(Fault::at(
                 pointer,
-                format!("{length} bytes from byte {offset} on, but buffer {} ends at {size}", buffer.0),
+                format!("{length} bytes from byte {offset}, but buffer {} ends at {size}", buffer.0),
             )),
         }
     }
@@ -135,7 +136,7 @@ impl Buffers {
         }
     }
 
-    /// The bytes of a buffer view and the distance of its elements, if it says one.
+    /// The bytes of a buffer view and its stride, if it has one.
     pub(super) fn view(&self, view: Index, pointer: &str) -> Outcome<(&[u8], Option<usize>)> {
         let Some(found) = self.views.get(view.index()) else {
             return Err(Fault::dangling(pointer, "buffer view", view.0, self.views.len()));
@@ -166,7 +167,7 @@ fn read_buffer(
         (Some(at), _) => Bytes::Owned(read_uri(at, uri, assets, MAX_FILE, pointer)?.0),
         (None, Some(chunk)) => Bytes::Chunk(chunk),
         (None, None) => {
-            // A buffer without bytes may only stand for what is stored compressed.
+            // Only a fallback buffer of compressed data may have no bytes.
             let fallback = buffer.extensions.as_deref().and_then(|e| e.meshopt.as_ref());
             if fallback.is_some_and(|f| f.fallback) {
                 return Ok(Bytes::Fallback);
@@ -185,8 +186,8 @@ fn read_buffer(
     Ok(bytes)
 }
 
-/// The bytes that a URI of the document stands for, and their type if it says one. `from` is the document's own
-/// name; files are read through `assets`, and so from its folder only.
+/// The bytes of a URI in the document, and the media type if the URI states one. `from` is the document's name; files
+/// are read through `assets`, so only from its folder.
 pub(super) fn read_uri(
     uri: &str,
     from: &str,
@@ -203,7 +204,7 @@ pub(super) fn read_uri(
             return Err(Fault::at(pointer, "has a data: URI that is not base64"));
         };
         let bytes = base64::decode(data);
-        let bytes = bytes.ok_or_else(|| Fault::at(pointer, "has a data: URI that is no valid base64"))?;
+        let bytes = bytes.ok_or_else(|| Fault::at(pointer, "has a data: URI that is not valid base64"))?;
         let mime = mime.split(';').next().filter(|m| !m.is_empty()).map(str::to_owned);
         return Ok((bytes, mime));
     }

@@ -1,4 +1,4 @@
-//! Cameras, in the scene's space.
+//! Cameras, in world space.
 
 use turner::camera::{CameraDesc, Handedness, OrthographicDesc, PinholeDesc, Viewport};
 use turner::math::{DAffine3, DVec3};
@@ -8,7 +8,7 @@ use super::fault::{Fault, Outcome};
 use super::json::{Document, Index};
 use super::report::Report;
 
-/// The camera with this number on a node that has this place; `None` if it sees nothing.
+/// The camera with this index on a node with this transform; `None` if it is degenerate.
 pub(super) fn camera(
     document: &Document,
     index: Index,
@@ -21,7 +21,7 @@ pub(super) fn camera(
         return Err(Fault::dangling(pointer, "camera", index.0, document.cameras.len()));
     };
     let position = world.translation;
-    // Cameras look along −z with y upwards.
+    // A glTF camera looks along −z; +y is up.
     let axis = |v: DVec3| (world.matrix3 * v).try_normalize();
     let (Some(forward), Some(up), true) = (axis(DVec3::NEG_Z), axis(DVec3::Y), position.is_finite()) else {
         report.doubtful("a camera whose node has no direction");
@@ -31,7 +31,7 @@ pub(super) fn camera(
         report.doubtful("a camera whose node has no direction");
         return Ok(None);
     }
-    // Not so near that the direction is lost by rounding.
+    // Far enough away that rounding does not change the direction.
     let look_at = position + forward * (1.0 + position.abs().max_element());
     let mirrored = world.matrix3.determinant() < 0.0;
     let handedness = if mirrored { Handedness::Left } else { Handedness::Right };
@@ -53,7 +53,7 @@ pub(super) fn camera(
             })
         }
         (None, Some(o)) => {
-            // Negative ones mirror the picture; 0 sees nothing.
+            // A negative magnification mirrors the picture; 0 is degenerate.
             let height = 2.0 * o.ymag.abs();
             if !(height > 0.0 && o.xmag != 0.0) {
                 report.doubtful("an orthographic camera of size 0");

@@ -1,4 +1,4 @@
-//! The binary container: a header, a chunk of JSON and, if there is one, a chunk of bytes (glTF 2.0 §4).
+//! GLB, the binary container: a header, a JSON chunk and an optional binary chunk (glTF 2.0 §4).
 
 use super::fault::{Fault, Outcome};
 use std::ops::Range;
@@ -7,21 +7,21 @@ const MAGIC: &[u8] = b"glTF";
 const JSON: u32 = 0x4E4F_534A;
 const BIN: u32 = 0x004E_4942;
 
-/// Where the parts of a file lie.
+/// The byte ranges of a file's chunks.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) struct Parts {
     /// The JSON text.
     pub(super) json: Range<usize>,
-    /// The bytes of buffer 0, for the binary container.
+    /// The binary chunk: the bytes of buffer 0.
     pub(super) bin: Option<Range<usize>>,
-    /// What is odd, but does no harm.
+    /// Harmless irregularities, for the report.
     pub(super) faults: Vec<&'static str>,
 }
 
-/// Finds the parts of a file: of a binary one by its first bytes, else all of it is JSON.
+/// Finds the chunks of a GLB file, recognised by its first bytes; any other file is JSON.
 pub(super) fn split(bytes: &[u8]) -> Outcome<Parts> {
     if !bytes.starts_with(MAGIC) {
-        // Some editors put a byte order mark before the text.
+        // Some editors write a byte order mark before the text.
         let start = if bytes.starts_with(b"\xef\xbb\xbf") { 3 } else { 0 };
         return Ok(Parts { json: start..bytes.len(), bin: None, faults: Vec::new() });
     }
@@ -31,23 +31,23 @@ pub(super) fn split(bytes: &[u8]) -> Outcome<Parts> {
     };
     let (Some(version), Some(length)) = (word(4), word(8)) else {
         return Err(Fault::of_file(format!(
-            "the file has {} bytes; expected a header of 12 bytes and a chunk of JSON",
+            "the file has {} bytes; expected a header of 12 bytes and a JSON chunk",
             bytes.len()
         )));
     };
     if version != 2 {
-        return Err(Fault::of_file(format!("is binary glTF of version {version}; expected version 2")));
+        return Err(Fault::of_file(format!("is binary glTF version {version}; expected version 2")));
     }
     let mut faults = Vec::new();
     let length = length as usize;
     if length > bytes.len() {
         return Err(Fault::of_file(format!(
-            "its header says {length} bytes, but the file has {}; it is truncated",
+            "the header states {length} bytes, but the file has {}; it is truncated",
             bytes.len()
         )));
     }
     if length < bytes.len() {
-        faults.push("the file is longer than its header says");
+        faults.push("the file is longer than its header states");
     }
     let (mut json, mut bin) = (None, None);
     let mut at = 12usize;
@@ -67,13 +67,13 @@ pub(super) fn split(bytes: &[u8]) -> Outcome<Parts> {
             JSON if json.is_none() => json = Some(begin..end),
             BIN if bin.is_none() => bin = Some(begin..end),
             JSON | BIN => faults.push("several chunks of one type: the first one is used"),
-            // Other chunks are to be ignored (§4.4.3).
+            // Unknown chunks must be ignored (§4.4.3).
             _ => {}
         }
-        // Chunks end at multiples of 4.
+        // Chunks are aligned to 4 bytes.
         at = end.checked_next_multiple_of(4).unwrap_or(length);
     }
-    let json = json.ok_or_else(|| Fault::of_file("has no chunk of JSON; expected one after the header"))?;
+    let json = json.ok_or_else(|| Fault::of_file("has no JSON chunk; expected one after the header"))?;
     Ok(Parts { json, bin, faults })
 }
 
@@ -103,7 +103,7 @@ mod tests {
         let said = |bytes: &[u8]| split(bytes).map(|p| p.faults).map_err(|f| f.in_file("a.glb").message);
         assert!(said(&glb(1000, &[(4, JSON, b"{}  ")])).unwrap_err().contains("truncated"));
         assert!(said(&glb(24, &[(5000, JSON, b"{}  ")])).unwrap_err().contains("has 5000 bytes"));
-        assert!(said(&glb(0, &[])).unwrap_err().contains("no chunk of JSON"));
+        assert!(said(&glb(0, &[])).unwrap_err().contains("no JSON chunk"));
         assert!(said(b"glTF\x01\0\0\0\0\0\0\0").unwrap_err().contains("version 1"));
         assert!(said(b"glTF").unwrap_err().contains("4 bytes"));
         let longer = [glb(24, &[(4, JSON, b"{}  ")]), vec![0; 9]].concat();

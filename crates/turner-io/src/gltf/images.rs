@@ -1,7 +1,7 @@
-//! Images: from buffer views, `data:` URIs or files, each decoded once, several at a time.
+//! Images from buffer views, `data:` URIs or files. Each image is decoded once, several in parallel.
 //!
-//! An image that is missing or damaged is no reason to refuse a model: it is named in the report, and what it was for
-//! takes its factor alone.
+//! A missing or damaged image does not prevent the import: the report names it, and the properties that use it keep
+//! only their factor.
 
 use std::borrow::Cow;
 use std::collections::BTreeMap;
@@ -18,23 +18,23 @@ use crate::assets::{AssetSource, printable};
 use crate::image::{ColorOrData, DecodeLimits, EncodedPicture, decode_all};
 use crate::import::ImportOptions;
 
-/// Most bytes of an image in its file: 1 GiB.
+/// Largest encoded image, in bytes: 1 GiB.
 const MAX_FILE: u64 = 1 << 30;
 /// Most bytes of samples of all images together: 16 GiB.
 const MAX_DECODED: u64 = 16 << 30;
-/// Images read and decoded together: what is left of the memory is shared out among so many.
+/// Images that are read and decoded together; they divide the remaining memory among themselves.
 const ROUND: usize = 8;
 
-/// The images that were decoded.
+/// The decoded images.
 #[derive(Debug, Default)]
 pub(super) struct Images {
-    /// For the scene.
+    /// The scene's images.
     pub(super) assets: Vec<Asset<Image>>,
     ids: BTreeMap<Index, ImageId>,
 }
 
 impl Images {
-    /// Decodes the images of a document that `wanted` names; the flag is whether they are colours.
+    /// Decodes the images of the document that `wanted` contains; the flag is true for colours.
     pub(super) fn decode(
         document: &Document,
         buffers: &Buffers,
@@ -85,7 +85,7 @@ impl Images {
                         images.assets.push(Asset { uri: name.clone(), data });
                     }
                     Err(error) => {
-                        // The second line is the remedy.
+                        // The second line holds the remedy.
                         let message = error.to_string();
                         let message = message.lines().next().unwrap_or_default();
                         report.ignored(format!("the image {message}"));
@@ -96,13 +96,13 @@ impl Images {
         images
     }
 
-    /// The decoded image, if it could be.
+    /// The scene's ID of an image, if it was decoded.
     pub(super) fn id(&self, image: Index) -> Option<ImageId> {
         self.ids.get(&image).copied()
     }
 }
 
-/// What to call an image: its name, its file, or its number.
+/// The name of an image in messages: its file, its name or its index.
 fn name_of(json: &ImageJson, index: Index) -> String {
     let file =
         json.uri.as_deref().filter(|uri| !uri.get(..5).is_some_and(|s| s.eq_ignore_ascii_case("data:")));

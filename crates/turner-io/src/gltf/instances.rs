@@ -1,4 +1,4 @@
-//! `EXT_mesh_gpu_instancing`: one mesh at many places of a node.
+//! `EXT_mesh_gpu_instancing`: many instances of a node's mesh.
 
 use super::accessors::Elements;
 use super::buffers::Buffers;
@@ -7,9 +7,9 @@ use super::json::{Document, Instancing};
 use super::nodes::from_parts;
 use turner::math::{DAffine3, DVec3};
 
-/// Where the instances of a node are, in the node's space.
+/// The transforms of a node's instances, in the node's space.
 pub(super) struct Instances<'a> {
-    /// How many.
+    /// Number of instances.
     pub(super) count: usize,
     translation: Option<Elements<'a>>,
     rotation: Option<Elements<'a>>,
@@ -33,11 +33,11 @@ impl<'a> Instances<'a> {
         let mut count = None;
         for elements in [&translation, &rotation, &scale].into_iter().flatten() {
             if let Some(count) = count {
-                elements.with_count(count, "as many as there are of the other instances' attributes")?;
+                elements.with_count(count, "the other attributes of the instances")?;
             }
             count = Some(elements.count);
         }
-        // Attributes of applications alone say how many there are, too.
+        // If there are only application-specific attributes, they still give the count.
         let custom = instancing.attributes.values().next();
         let count = match (count, custom) {
             (Some(count), _) => count,

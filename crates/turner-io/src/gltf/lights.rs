@@ -1,7 +1,7 @@
-//! `KHR_lights_punctual`.
+//! Punctual lights (`KHR_lights_punctual`).
 //!
-//! Intensities keep their numbers: candela for point and spot lights, lux for directional ones. Turner counts radiant
-//! power without a unit, so that neither is divided by the luminous efficacy of 683 lm/W.
+//! Intensities keep their numbers: candela for point and spot lights, lux for directional ones. Turner's radiometric
+//! values have no unit, so neither is divided by the luminous efficacy of 683 lm/W.
 
 use std::f64::consts::{FRAC_PI_2, FRAC_PI_4};
 
@@ -14,10 +14,10 @@ use super::fault::{Fault, Outcome};
 use super::json::{Document, Index, LightJson};
 use super::report::Report;
 
-/// By 1/d².
+/// Intensity falls off with 1/d².
 const INVERSE_SQUARE: Attenuation = Attenuation { coefficients: [0.0, 0.0, 1.0] };
 
-/// The light with this number on a node that has this place; `None` if it cannot shine.
+/// The light with this index on a node with this transform; `None` if it is degenerate or of an unknown type.
 pub(super) fn light(
     document: &Document,
     index: Index,
@@ -31,7 +31,7 @@ pub(super) fn light(
         return Err(Fault::dangling(pointer, "light", index.0, lights.len()));
     };
     let position = world.translation;
-    // Lights shine along −z.
+    // A glTF light points along −z.
     let direction = (world.matrix3 * DVec3::NEG_Z).try_normalize();
     let (Some(direction), true) = (direction, position.is_finite()) else {
         report.doubtful("a light whose node has no direction");
@@ -85,7 +85,7 @@ fn spot(
     let inner = inner.clamp(0.0, outer);
     SpotDesc {
         position,
-        // Not so near that the direction is lost by rounding.
+        // Far enough away that rounding does not change the direction.
         look_at: position + direction * (1.0 + position.abs().max_element()),
         angle: outer.to_degrees(),
         penumbra: (outer - inner).to_degrees(),

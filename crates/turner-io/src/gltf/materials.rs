@@ -1,18 +1,18 @@
-//! Materials: metallic-roughness and its extensions in the terms of OpenPBR.
+//! Materials: maps metallic-roughness and its extensions to the parameters of OpenPBR.
 //!
-//! | glTF | here |
+//! | glTF | Turner |
 //! |---|---|
-//! | `baseColor` | `base_color`: factor × sRGB picture × vertex colour; their alphas are `opacity` |
+//! | `baseColor` | `base_color`: factor × sRGB image × vertex colour; `opacity`: the product of their alphas |
 //! | `metallic`, `roughness` | `base_metalness` (blue), `specular_roughness` (green) |
 //! | `normalTexture`, `occlusionTexture` | `normal_map` with `normal_scale`, `occlusion_map` (red) with its strength |
 //! | `emissive` × `emissive_strength` | `emission_color`, `emission_luminance` |
 //! | `ior`, `specular` | `specular_ior`, `specular_weight` (alpha), `specular_color` |
-//! | `transmission` | `transmission_weight` (red), coloured by the base; thin-walled without a volume |
-//! | `volume` | solid: `transmission_color` at `transmission_depth`, `thickness` (green) |
+//! | `transmission` | `transmission_weight` (red), tinted by the base colour; thin-walled without a volume |
+//! | `volume` | solid object: `transmission_color` at `transmission_depth`, `thickness` (green) |
 //! | `clearcoat` | `coat_weight` (red), `coat_roughness` (green), its own normals, `coat_ior` 1.5 |
 //! | `sheen` | `fuzz_color`, `fuzz_roughness` (alpha) |
 //! | `iridescence` | `thin_film_weight` (red), thickness (green) in micrometres |
-//! | `anisotropy` | `specular_roughness_anisotropy` and its rotation, or the picture |
+//! | `anisotropy` | `specular_roughness_anisotropy` and its rotation, or the anisotropy texture |
 //! | `dispersion` | `transmission_dispersion_scale` at an Abbe number of 20 |
 //! | `diffuse_transmission` | `subsurface_weight` (alpha), `subsurface_color`, thin-walled without a volume |
 //! | `volume_scatter` | with `diffuse_transmission`: `subsurface_color`, `subsurface_scatter_anisotropy`; the volume's attenuation is `subsurface_radius` |
@@ -32,7 +32,7 @@ use super::json::{
 use super::report::Report;
 use super::textures::{Textures, Use};
 
-/// Everything that a material's textures are, with the flag of colours.
+/// All textures that a material refers to; the flag is true for colours.
 pub(super) fn textures_of(material: &Material) -> Vec<(&TextureInfo, bool)> {
     let mut all: Vec<(Option<&TextureInfo>, bool)> = Vec::new();
     if let Some(pbr) = &material.pbr_metallic_roughness {
@@ -84,7 +84,7 @@ pub(super) fn textures_of(material: &Material) -> Vec<(&TextureInfo, bool)> {
     all.into_iter().filter_map(|(info, is_color)| Some((info?, is_color))).collect()
 }
 
-/// The texture whose surface coordinates the tangents of a mesh with this material follow.
+/// The texture that determines the UV set for the tangents of meshes with this material.
 pub(super) fn normal_map(material: &Material) -> Option<&TextureInfo> {
     let clearcoat = material.extensions.as_deref().and_then(|e| e.clearcoat.as_ref());
     material
@@ -94,12 +94,12 @@ pub(super) fn normal_map(material: &Material) -> Option<&TextureInfo> {
         .or_else(|| material.extensions.as_deref()?.anisotropy.as_ref()?.anisotropy_texture.as_deref())
 }
 
-/// A factor between 0 and 1.
+/// Clamps a factor to 0..=1.
 fn unit(v: f64) -> f32 {
     v.clamp(0.0, 1.0) as f32
 }
 
-/// A factor that is not negative; what leaves single precision is brought back.
+/// Clamps a factor to the non-negative range of single precision.
 fn positive(v: f64) -> f32 {
     v.clamp(0.0, f64::from(f32::MAX)) as f32
 }
@@ -113,19 +113,20 @@ fn grey(v: f32) -> ColorSource {
     ColorSource::Constant(Spectrum::grey(v))
 }
 
-/// The mean way of light in a volume that leaves `attenuation` of it after `distance`, as the longest one and its factors by colour.
-fn mean_ways(attenuation: Spectrum, distance: f64) -> (f64, ColorSource) {
-    // A band that nothing stops goes a million times as far.
-    let ways = attenuation.to_array().map(|c| {
+/// The mean free paths of a volume that transmits `attenuation` over `distance`: the longest one, and the paths by
+/// channel relative to it.
+fn mean_free_paths(attenuation: Spectrum, distance: f64) -> (f64, ColorSource) {
+    // A channel without attenuation gets a finite path: a million times the distance.
+    let paths = attenuation.to_array().map(|c| {
         let depth = -ln(f64::from(c).clamp(1e-10, 1.0));
         distance / depth.max(1e-6)
     });
-    let longest = ways[0].max(ways[1]).max(ways[2]).min(1e30);
-    let [r, g, b] = ways.map(|way| (way / longest) as f32);
+    let longest = paths[0].max(paths[1]).max(paths[2]).min(1e30);
+    let [r, g, b] = paths.map(|path| (path / longest) as f32);
     (longest, ColorSource::Constant(Spectrum::new(r, g, b)))
 }
 
-/// Converts materials; textures that they need are added to `textures`.
+/// Converts materials; adds the textures that they need to `textures`.
 pub(super) struct Converter<'a> {
     pub(super) document: &'a Document,
     pub(super) images: &'a Images,
@@ -138,18 +139,18 @@ impl Converter<'_> {
         self.textures.picture(self.document, self.images, info?, as_what)
     }
 
-    /// A colour: factor times picture.
+    /// A colour: factor times texture.
     fn color(&mut self, info: &Option<Box<TextureInfo>>, factor: [f64; 3]) -> ColorSource {
         let factor = color(factor);
         self.picture(info.as_deref(), Use::color(factor)).unwrap_or(ColorSource::Constant(factor))
     }
 
-    /// A number: factor times one channel.
+    /// A scalar: factor times one channel of the texture.
     fn number(&mut self, info: &Option<Box<TextureInfo>>, channel: ImageChannel, factor: f32) -> ColorSource {
         self.picture(info.as_deref(), Use::number(channel, factor)).unwrap_or(grey(factor))
     }
 
-    /// The material that the document's material `material` is, or the default one (§3.7.2.1 and §5.19). `has_colors` is whether
+    /// Converts the material with this index, or the default material (§3.7.2.1, §5.19). `has_colors`: whether
     /// the mesh has vertex colours.
     pub(super) fn convert(&mut self, material: Option<Index>, has_colors: bool) -> PrincipledMaterial {
         let default = Material::default();
@@ -254,7 +255,7 @@ impl Converter<'_> {
         if let Some(x) = &extensions.transmission {
             let weight = unit(x.transmission_factor);
             out.transmission_weight = self.number(&x.transmission_texture, ImageChannel::R, weight);
-            // Light that passes takes the colour of the base.
+            // Transmitted light is tinted by the base colour.
             out.transmission_color = out.base_color;
             out.thin_walled = solid.is_none();
         }
@@ -281,7 +282,7 @@ impl Converter<'_> {
                 }
                 out.transmission_color = ColorSource::Constant(attenuation);
                 out.transmission_depth = distance;
-                (out.subsurface_radius, out.subsurface_radius_scale) = mean_ways(attenuation, distance);
+                (out.subsurface_radius, out.subsurface_radius_scale) = mean_free_paths(attenuation, distance);
             }
             self.scattering(out, extensions);
         }
@@ -290,7 +291,7 @@ impl Converter<'_> {
         }
     }
 
-    /// What is scattered inside of a solid.
+    /// Subsurface scattering of a solid object.
     fn scattering(&mut self, out: &mut PrincipledMaterial, extensions: &MaterialExtensions) {
         let Some(x) = &extensions.volume_scatter else { return };
         let factor = x.multiscatter_color_factor.unwrap_or([0.0; 3]);
@@ -311,7 +312,7 @@ impl Converter<'_> {
             let roughness = unit(x.clearcoat_roughness_factor);
             out.coat_roughness = self.number(&x.clearcoat_roughness_texture, ImageChannel::G, roughness);
             out.coat_ior = 1.5;
-            // The extension's coat takes from the base what it reflects, and no more.
+            // The clearcoat extension only subtracts the coat's reflection from the base.
             out.coat_darkening = 0.0;
             let normals = x.clearcoat_normal_texture.as_deref();
             out.coat_normal_map = self.picture(normals, Use::numbers());
@@ -329,7 +330,7 @@ impl Converter<'_> {
             let weight = unit(x.iridescence_factor);
             out.thin_film_weight = self.number(&x.iridescence_texture, ImageChannel::R, weight);
             out.thin_film_ior = x.iridescence_ior.unwrap_or(1.3).clamp(1.0, 100.0);
-            // Nanometres to micrometres; green leads from the least to the most.
+            // Nanometres to micrometres; the green channel interpolates between minimum and maximum.
             let least = positive(x.iridescence_thickness_minimum.unwrap_or(100.0) / 1000.0);
             let most = positive(x.iridescence_thickness_maximum.unwrap_or(400.0) / 1000.0);
             let green = Use { offset: least, ..Use::number(ImageChannel::G, most - least) };
@@ -338,8 +339,9 @@ impl Converter<'_> {
         }
     }
 
-    /// The archived workflow: a diffuse and a specular colour. Where the specular colour is the stronger one, a metal of that colour;
-    /// else plastic that reflects so much. Returns what the base colour is.
+    /// The archived specular-glossiness workflow: a diffuse and a specular colour. If the specular colour is the
+    /// stronger one, the result is a metal of that colour, else plastic with that reflectance. Returns the base
+    /// colour's texture and factor.
     fn specular_glossiness<'x>(
         &mut self,
         out: &mut PrincipledMaterial,
@@ -357,7 +359,7 @@ impl Converter<'_> {
             out.base_metalness = grey(1.0);
             return (picture, [specular[0], specular[1], specular[2], diffuse[3]]);
         }
-        // Plastic of index 1.5 reflects 0.04.
+        // A dielectric of index 1.5 reflects 0.04 at normal incidence.
         let factor = color(specular.map(|v| v / 0.04));
         out.specular_color =
             self.picture(picture, Use::color(factor)).unwrap_or(ColorSource::Constant(factor));

@@ -1,15 +1,15 @@
-//! glTF 2.0 and its binary container GLB, as scenes.
+//! Import of glTF 2.0 and its binary container GLB.
 //!
 //! ```text
 //! bytes ── glb ──> JSON ── json ──> Document ┐
-//!              └─> chunk ── buffers ─────────┤ ── nodes, animations ──> where everything is
+//!              └─> chunk ── buffers ─────────┤ ── nodes, animations ──> transforms
 //!                                            ├ ── accessors, primitives ──> meshes ── objects ──> objects
 //!                                            └ ── images, textures, materials, lights, cameras
 //! ```
 //!
-//! Indices are checked, sizes are held against the bytes there are before anything is allocated, and what a file may
-//! make the importer allocate is bounded (by the size of the file): a damaged file is refused with a JSON pointer to what is wrong.
-//! What is read but shown otherwise, or not at all, is told in the scene's warnings.
+//! Hostile files are safe to open: indices are checked, sizes are compared with the available bytes before anything
+//! is allocated, and memory is bounded in proportion to the file's size. A damaged file is rejected with a JSON
+//! pointer to the problem. The scene's warnings say what was approximated or ignored.
 
 mod accessors;
 mod animations;
@@ -56,7 +56,7 @@ use turner::schema::{Named, SceneError, WarningKind};
 use crate::assets::{AssetSource, printable};
 use crate::import::ImportOptions;
 
-/// The extensions that are read.
+/// The supported extensions.
 const KNOWN: &[&str] = &[
     "EXT_mesh_gpu_instancing",
     "EXT_meshopt_compression",
@@ -83,14 +83,14 @@ const KNOWN: &[&str] = &[
     "KHR_texture_transform",
 ];
 
-/// Extensions that say something about files, not about pictures.
+/// Extensions that are not reported: they do not affect the picture, or are reported elsewhere.
 const SILENT: &[&str] = &["KHR_xmp_json_ld", "KHR_xmp", "KHR_draco_mesh_compression", "KHR_texture_basisu"];
 
-/// Bytes of memory for each byte of the JSON text, as exporters write it.
+/// Memory for each byte of JSON text, in bytes, for typical exporters.
 const JSON_PER_BYTE: u64 = 4;
 
-/// Reads a glTF file, binary or JSON, as a scene of its own: objects, materials, lights and cameras, and nothing that
-/// the file has not. `uri` is its name relative to the root of `assets`, from which buffers and images are read.
+/// Reads a glTF file, binary or JSON, as a scene with exactly what the file contains: objects, materials, lights and
+/// cameras. `uri` is its name relative to the root of `assets`, from which buffers and images are read.
 pub fn import(
     bytes: Vec<u8>,
     uri: &str,
@@ -193,7 +193,7 @@ fn read(bytes: Vec<u8>, uri: &str, assets: &dyn AssetSource, options: &ImportOpt
     })
 }
 
-/// Refuses what a file cannot be shown without, and tells of what else is not known.
+/// Rejects unsupported required extensions and reports other unknown ones.
 fn check_extensions(document: &Document, report: &mut Report) -> Outcome<()> {
     for (i, name) in document.extensions_required.iter().enumerate() {
         if KNOWN.contains(&name.as_str()) {
@@ -219,7 +219,7 @@ fn check_extensions(document: &Document, report: &mut Report) -> Outcome<()> {
     Ok(())
 }
 
-/// Decodes the images that the materials of objects use.
+/// Decodes the images that the materials of visible objects use.
 fn decode_images(
     document: &Document,
     buffers: &Buffers,
@@ -246,7 +246,7 @@ fn decode_images(
             }
             let basisu = texture.extensions.as_deref().is_some_and(|e| e.basisu.is_some());
             match textures::candidates(texture).next() {
-                // A picture that is both is averaged as colours when it is made smaller.
+                // An image used as both colour and data is downscaled as colour.
                 Some(image) => *used.entry(image).or_default() |= is_color,
                 None if basisu => report.ignored("textures with a KHR_texture_basisu image only"),
                 None => report.ignored("textures without an image"),

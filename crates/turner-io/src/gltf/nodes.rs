@@ -1,8 +1,8 @@
-//! The tree of nodes: which hangs on which, where they are, and which are shown.
+//! The node hierarchy: parents, world transforms, and which nodes are visible.
 //!
-//! A node has one parent at most, and no node hangs on itself (glTF 2.0 §3.5.2). Files that break this are refused:
-//! a few nodes that share children would stand for more nodes than any machine can hold. No walk is recursive: a
-//! chain may be as long as the file.
+//! Nodes form a forest (glTF 2.0 §3.5.2): each node has at most one parent, and none is its own ancestor. Files that
+//! violate this are rejected: with shared children, a few nodes could stand for more nodes than fit in memory. No
+//! traversal is recursive, because a chain can be as long as the file.
 
 use super::fault::{Fault, Outcome};
 use super::json::{Document, Index, Node};
@@ -10,19 +10,19 @@ use super::report::Report;
 use crate::assets::{nearest, printable};
 use turner::math::{DAffine3, DMat3, DVec3};
 
-/// No parent.
+/// Marks a node without a parent.
 const NONE: u32 = u32::MAX;
 
-/// Translation, rotation (a unit quaternion) and scale of a node, or its matrix.
+/// The local transform of a node: translation, rotation and scale, or a matrix.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Local {
-    /// Its properties, which animations change.
+    /// Translation, rotation and scale; animations change them.
     Parts {
-        /// Moved by.
+        /// Translation.
         translation: DVec3,
-        /// (x, y, z, w).
+        /// Unit quaternion (x, y, z, w).
         rotation: [f64; 4],
-        /// Stretched by.
+        /// Scale.
         scale: DVec3,
     },
     /// A matrix.
@@ -30,7 +30,7 @@ pub(super) enum Local {
 }
 
 impl Local {
-    /// What the document says.
+    /// The transform in the document.
     pub(super) fn of(node: &Node) -> Local {
         if let Some(m) = &node.matrix {
             let column = |c: usize| DVec3::new(m[4 * c], m[4 * c + 1], m[4 * c + 2]);
@@ -53,8 +53,8 @@ impl Local {
     }
 }
 
-/// Scale first, then rotation, then translation. A quaternion of another length than 1 stands for its direction, one
-/// without length for no rotation.
+/// The matrix of a scale, followed by a rotation, followed by a translation. A quaternion need not have length 1; one
+/// of length 0 is no rotation.
 pub(super) fn from_parts(translation: DVec3, rotation: [f64; 4], scale: DVec3) -> DAffine3 {
     let [x, y, z, w] = normalize(rotation);
     let (xx, yy, zz) = (x * x, y * y, z * z);
@@ -67,25 +67,25 @@ pub(super) fn from_parts(translation: DVec3, rotation: [f64; 4], scale: DVec3) -
     DAffine3 { matrix3, translation }
 }
 
-/// A quaternion of length 1; that of no rotation for one that has no length.
+/// Normalises a quaternion; the identity if its length is 0 or not finite.
 pub(super) fn normalize(q: [f64; 4]) -> [f64; 4] {
-    // Scaled first: squares of huge or tiny numbers leave the range.
+    // Scaled first, because the squares of very large or small values overflow or underflow.
     let largest = q.iter().fold(0.0f64, |m, v| m.max(v.abs()));
     let q = q.map(|v| v / largest);
     let length = q.iter().map(|v| v * v).sum::<f64>().sqrt();
     if length.is_finite() && length > 0.0 { q.map(|v| v / length) } else { [0.0, 0.0, 0.0, 1.0] }
 }
 
-/// The tree of a document's nodes.
+/// The node hierarchy of a document.
 #[derive(Debug)]
 pub(super) struct Tree {
     parents: Vec<u32>,
-    /// All nodes, parents before their children.
+    /// All nodes; parents precede their children.
     order: Vec<u32>,
 }
 
 impl Tree {
-    /// Checks that it is one.
+    /// Checks that the nodes form a forest.
     pub(super) fn new(document: &Document) -> Outcome<Tree> {
         let count = document.nodes.len();
         let mut parents = vec![NONE; count];
@@ -100,7 +100,7 @@ impl Tree {
                 }
                 if *parent != NONE {
                     let message = format!(
-                        "node {} has two parents, nodes {parent} and {i}; expected one at most",
+                        "node {} has two parents, nodes {parent} and {i}; expected at most one",
                         child.0
                     );
                     return Err(Fault::at(pointer(), message));
@@ -124,7 +124,7 @@ impl Tree {
         Ok(Tree { parents, order })
     }
 
-    /// From each node's space to that of the scene. Where numbers leave the range, matrices are not finite.
+    /// The matrix of each node from its space to world space. On overflow a matrix is not finite.
     pub(super) fn world(&self, locals: Vec<Local>) -> Vec<DAffine3> {
         let mut world: Vec<DAffine3> = locals.into_iter().map(|local| local.matrix()).collect();
         for &node in &self.order {
@@ -136,8 +136,8 @@ impl Tree {
         world
     }
 
-    /// The nodes to show, in the order of the tree: those of the scene that is wanted, and of them those that are
-    /// wanted by name, with all that hangs on them. Without scenes all nodes are shown.
+    /// The visible nodes, in depth-first order: those of the selected scene, and if `wanted` is not empty only
+    /// the nodes with these names and their descendants. Without scenes all nodes are visible.
     pub(super) fn shown(
         &self,
         document: &Document,
@@ -161,7 +161,7 @@ impl Tree {
             }
             None => all,
         };
-        // Visits each node once, however often it is listed.
+        // Visits each node once, even if it is listed several times.
         let mut visited = vec![false; self.parents.len()];
         let reach = |from: &[u32], visited: &mut [bool]| {
             let mut order = Vec::new();
@@ -211,7 +211,7 @@ impl Tree {
     }
 }
 
-/// The scene with this name or number, or the document's own choice; `None` if it has no scenes.
+/// The scene with this name or index, or the document's default; `None` if it has no scenes.
 fn choose_scene(document: &Document, wanted: Option<&str>) -> Outcome<Option<Index>> {
     let scenes = &document.scenes;
     if let Some(wanted) = wanted {
@@ -226,7 +226,7 @@ fn choose_scene(document: &Document, wanted: Option<&str>) -> Outcome<Option<Ind
     }
 }
 
-/// The number of the thing with this name, or with this number if none has the name.
+/// The index of the element with this name; if there is none, `wanted` may be an index.
 pub(super) fn choose(wanted: &str, names: &[Option<&str>], kind: &str) -> Outcome<Index> {
     let by_name = names.iter().position(|n| *n == Some(wanted));
     let by_number = || wanted.parse::<usize>().ok().filter(|n| *n < names.len());

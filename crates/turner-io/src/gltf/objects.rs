@@ -1,5 +1,5 @@
-//! Objects: each node with a mesh places one object per primitive. Meshes are shared by all objects that show the
-//! same vertices the same way.
+//! Objects: each node with a mesh places one object per primitive. Objects share a mesh if their vertices are the
+//! same: same accessors, morph weights, tangents and skinning.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -22,29 +22,29 @@ use super::skins::joint_matrices;
 use super::textures::uv_set;
 use super::{materials, variants};
 
-/// Most objects of a file, that of the renderer.
+/// Most objects of a file; the renderer has the same limit.
 const MAX_OBJECTS: usize = 1 << 24;
 
-/// A material as a mesh needs it: its number in the document, and whether the mesh has vertex colours.
+/// A material as a mesh needs it: its index in the document, and whether the mesh has vertex colours.
 pub(super) type Wanted = (Option<Index>, bool);
 
-/// The accessors of a primitive, by attribute, with its indices and mode. A primitive with morph targets is told by its place
-/// in the document.
+/// What a primitive's mesh is read from: accessors by attribute, indices and mode. A primitive with morph targets is
+/// also identified by its mesh and position there.
 type Geometry<'a> = (Vec<(&'a str, Index)>, Option<Index>, Option<Index>, Option<(Index, usize)>);
 
-/// What tells meshes apart: what they are made of, and how.
+/// Identifies a mesh: its geometry and how it was processed.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
 struct Key {
-    /// The number of a [`Geometry`].
+    /// Index of a [`Geometry`].
     geometry: usize,
-    /// Bits of the weights of morph targets.
+    /// Bit patterns of the morph target weights.
     weights: Vec<u64>,
     normal_map: Option<usize>,
-    /// The node, where its joints or transform are in the vertices, and the instance.
+    /// The node and instance, if the vertices include its joints or transform.
     moved: Option<(u32, usize)>,
 }
 
-/// A mesh that was made.
+/// A converted mesh.
 #[derive(Clone, Copy, Debug)]
 struct Made {
     mesh: MeshId,
@@ -54,33 +54,33 @@ struct Made {
     uv_sets: u32,
 }
 
-/// Objects, meshes and materials as they come about.
+/// Collects objects, meshes and materials.
 pub(super) struct Objects<'a> {
     document: &'a Document,
     buffers: &'a Buffers,
     budget: &'a Budget,
-    /// Of morph targets, by node.
+    /// Morph target weights by node.
     weights: &'a BTreeMap<u32, Vec<f64>>,
-    /// Of each node.
+    /// The world transform of each node.
     world: &'a [DAffine3],
     variant: Option<Index>,
     geometries: BTreeMap<Geometry<'a>, usize>,
-    /// Of each primitive of a mesh, by the mesh.
+    /// By mesh, the geometry index of each of its primitives.
     of_meshes: BTreeMap<Index, Vec<usize>>,
     made: BTreeMap<Key, Option<Made>>,
     materials: BTreeMap<Wanted, MaterialId>,
-    /// For the scene.
+    /// The scene's meshes.
     pub(super) meshes: Vec<Asset<MeshData>>,
-    /// For the scene.
+    /// The scene's objects.
     pub(super) objects: Vec<ObjectDesc>,
     /// The materials of the objects, by [`MaterialId`].
     pub(super) wanted: Vec<Wanted>,
-    /// Instances placed beyond one per node.
+    /// Number of instances from `EXT_mesh_gpu_instancing`.
     pub(super) instances: u64,
 }
 
 impl<'a> Objects<'a> {
-    /// None yet.
+    /// An empty collection.
     pub(super) fn new(
         document: &'a Document,
         (buffers, budget): (&'a Buffers, &'a Budget),
@@ -145,7 +145,7 @@ impl<'a> Objects<'a> {
         joints: Option<&[DAffine3]>,
         report: &mut Report,
     ) -> Outcome<()> {
-        // A skinned mesh is where its joints are, whatever its node says (§3.7.3.3).
+        // The transform of a skinned mesh's node is ignored; only its joints count (§3.7.3.3).
         let (transform, bake) = match joints {
             Some(_) => (DAffine3::IDENTITY, None),
             None if is_invertible(&world) => (world, None),
@@ -163,7 +163,7 @@ impl<'a> Objects<'a> {
         let weights = self.weights.get(&number).unwrap_or(&json.weights);
         for (p, primitive) in json.primitives.iter().enumerate() {
             let pointer = format!("/meshes/{}/primitives/{p}", mesh.0);
-            // Also for what shows nothing: it takes time.
+            // Charged also if nothing is visible, because it takes time.
             self.budget.take(1, size_of::<ObjectDesc>(), &pointer)?;
             let material = variants::material(self.document, primitive, self.variant, &pointer)?;
             let material_json = material.map(|m| &self.document.materials[m]);
@@ -219,7 +219,7 @@ impl<'a> Objects<'a> {
         Ok(())
     }
 
-    /// The number of what a primitive is made of.
+    /// The geometry index of a primitive.
     fn geometry(&mut self, mesh: Index, primitive: usize) -> usize {
         let (document, geometries) = (self.document, &mut self.geometries);
         let known = self.of_meshes.entry(mesh).or_insert_with(|| {
@@ -271,7 +271,7 @@ impl<'a> Objects<'a> {
         Ok(Some(made))
     }
 
-    /// Tells of textures on a mesh that has not the surface coordinates they lie at.
+    /// Reports textures whose UV set the mesh lacks.
     fn check_uvs(&self, material: Option<Index>, made: Made, report: &mut Report) {
         let Some(material) = material.map(|m| &self.document.materials[m]) else { return };
         let missing = |(info, _): &(&_, bool)| made.uv_sets.checked_shr(uv_set(info)).unwrap_or(0) & 1 == 0;
@@ -281,12 +281,12 @@ impl<'a> Objects<'a> {
     }
 }
 
-/// Checks that every accessor with bytes lies within them, used or not.
+/// Checks that every accessor with data lies within its buffer view, even if unused.
 pub(super) fn check_accessors(document: &Document, buffers: &Buffers, budget: &Budget) -> Outcome<()> {
     for (i, accessor) in document.accessors.iter().enumerate() {
         if accessor.buffer_view.is_some() || accessor.sparse.is_some() {
             let elements = Elements::open(document, buffers, Index(i as u32), "")?;
-            // Many accessors may share one long list: time is bounded as memory is.
+            // Many accessors can share one long list of sparse indices; the budget bounds the time, too.
             budget.take(elements.sparse_count(), 1, "/accessors")?;
             elements.check_sparse()?;
         }
@@ -294,14 +294,14 @@ pub(super) fn check_accessors(document: &Document, buffers: &Buffers, budget: &B
     Ok(())
 }
 
-/// Whether a transform can be undone: judged by what the inverse does, not by the size of the determinant.
+/// Whether a transform can be inverted: judged by the accuracy of the inverse, not by the determinant's magnitude.
 fn is_invertible(m: &DAffine3) -> bool {
     let inverse = m.inverse();
     let round_trip = (m.matrix3 * inverse.matrix3 - DMat3::IDENTITY).to_cols_array();
     m.is_finite() && inverse.is_finite() && round_trip.iter().all(|v| v.abs() < 1e-6)
 }
 
-/// Whether a matrix leaves a plane.
+/// Whether a singular matrix maps space to a plane (not to a line or a point).
 fn is_flat(m: &DMat3) -> bool {
     let (x, y, z) = (m.x_axis, m.y_axis, m.z_axis);
     [x.cross(y), y.cross(z), z.cross(x)].iter().any(|v| v.length_squared() > 0.0)

@@ -1,4 +1,4 @@
-//! From a primitive of the document to a mesh: attributes, morph targets, skin, faces, tangents.
+//! Converts a primitive to a mesh: attributes, morph targets, skinning, faces, tangents.
 
 use turner::math::{DAffine3, DMat3, DVec3};
 use turner::schema::MeshData;
@@ -13,37 +13,37 @@ use super::skins::Influences;
 use super::topology::Topology;
 use super::{tangents, tubes};
 
-/// Most sets of surface coordinates that are kept.
+/// Most UV sets that are kept.
 const MAX_UV_SETS: usize = 8;
 
-/// Coordinates beyond this are farther away than single precision can tell neighbours apart.
+/// Coordinates beyond this are reported: single precision can no longer separate neighbouring vertices.
 const HUGE: f32 = 1e9;
 
-/// How a primitive is wanted.
+/// How to convert a primitive.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Request<'a> {
-    /// How far each morph target is applied.
+    /// Weights of the morph targets.
     pub(super) weights: &'a [f64],
-    /// The joints of the skin; the mesh then lies in the scene's space.
+    /// The joint matrices of the skin; the mesh is then in world space.
     pub(super) joints: Option<&'a [DAffine3]>,
-    /// The set of surface coordinates of its normal map, if it has one.
+    /// The UV set of its normal map, if it has one.
     pub(super) normal_map: Option<usize>,
-    /// Put on vertices last: for nodes whose transform cannot be undone.
+    /// A transform applied to the vertices last: for nodes whose transform has no inverse.
     pub(super) bake: Option<DAffine3>,
 }
 
-/// A primitive, ready to be shown.
+/// A converted primitive.
 #[derive(Debug)]
 pub(super) struct Shaped {
-    /// Its mesh.
+    /// The mesh.
     pub(super) mesh: MeshData,
     /// Whether to shade with vertex normals.
     pub(super) smooth: bool,
-    /// Whether it is a cloud of points, without triangles.
+    /// Whether it is a point cloud, without triangles.
     pub(super) is_cloud: bool,
 }
 
-/// Reads the primitive that `pointer` names; `None` for one that cannot be shown, which the report tells.
+/// Converts a primitive. `pointer` is its JSON pointer. `None` if it cannot be rendered; the report says why.
 pub(super) fn shape(
     document: &Document,
     buffers: &Buffers,
@@ -121,7 +121,7 @@ pub(super) fn shape(
     Ok(Some(Shaped { smooth: !flat, is_cloud: false, mesh }))
 }
 
-/// The listed vertices, each a point; without those that are not finite.
+/// A point cloud of the listed vertices, without non-finite ones.
 fn cloud(mut mesh: MeshData, mut list: Vec<u32>, budget: &Budget, pointer: &str) -> Outcome<MeshData> {
     list.retain(|v| mesh.positions[*v as usize].iter().all(|x| x.is_finite()));
     budget.take(list.len(), tangents::vertex_size(&mesh), pointer)?;
@@ -129,7 +129,7 @@ fn cloud(mut mesh: MeshData, mut list: Vec<u32>, budget: &Budget, pointer: &str)
     Ok(mesh)
 }
 
-/// Whether most triangles have vertex normals on their back.
+/// Whether most triangles have vertex normals on their back side.
 fn turned_away(mesh: &MeshData) -> bool {
     let vector = |v: [f32; 3]| DVec3::from(v.map(f64::from));
     let away = |t: &&[u32; 3]| {
@@ -140,7 +140,7 @@ fn turned_away(mesh: &MeshData) -> bool {
     2 * mesh.triangles.iter().filter(away).count() > mesh.triangles.len()
 }
 
-/// The vertices that are kept: those listed, or all.
+/// The vertices to keep: those listed, or all.
 struct Vertices<'a> {
     chosen: Option<&'a [u32]>,
     count: usize,
@@ -151,7 +151,7 @@ impl Vertices<'_> {
         self.chosen.map_or(self.count, <[u32]>::len)
     }
 
-    /// Their numbers in the accessors.
+    /// Their indices in the accessors.
     fn numbers(&self) -> impl Iterator<Item = usize> {
         (0..self.len()).map(|i| self.chosen.map_or(i, |list| list[i] as usize))
     }
@@ -167,7 +167,7 @@ struct Source<'a> {
 }
 
 impl<'a> Source<'a> {
-    /// Opens an accessor that must have this shape.
+    /// Opens an accessor with the required width and count.
     fn open(&self, at: Index, widths: &[usize], count: Option<usize>, what: &str) -> Outcome<Elements<'a>> {
         let elements = Elements::open(self.document, self.buffers, at, self.pointer)?;
         let elements = elements.with_width(widths, what)?;
@@ -177,7 +177,7 @@ impl<'a> Source<'a> {
         }
     }
 
-    /// An attribute of the kept vertices with its morph targets applied; nothing where there is none.
+    /// An attribute of the kept vertices, with morph targets applied; empty if the primitive lacks it.
     fn attribute<const N: usize>(
         &self,
         name: &str,
@@ -189,7 +189,7 @@ impl<'a> Source<'a> {
         self.morphed(elements, name, vertices)
     }
 
-    /// The elements of an attribute, and what morph targets add to them (§3.7.2.2).
+    /// The elements of an attribute plus the weighted displacements of the morph targets (§3.7.2.2).
     fn morphed<const N: usize>(
         &self,
         elements: Elements<'_>,
@@ -200,7 +200,7 @@ impl<'a> Source<'a> {
         list.extend(vertices.numbers().map(|i| elements.get::<N>(i)));
         for (target, weight) in self.primitive.targets.iter().zip(self.request.weights) {
             let Some(at) = target.get(name).filter(|_| *weight != 0.0) else { continue };
-            // Targets of tangents have no fourth number: it is not changed.
+            // Morph targets of tangents have no fourth component; the handedness does not change.
             let width = if name == "TANGENT" { 3 } else { elements.width };
             let deltas = self.open(*at, &[width], Some(vertices.count), "a morph target")?;
             for (value, i) in list.iter_mut().zip(vertices.numbers()) {
@@ -226,7 +226,7 @@ impl<'a> Source<'a> {
         if morphed {
             mesh.normals.iter_mut().for_each(normalize);
         }
-        // Tangents without normals do not count (§3.7.2.1).
+        // Tangents without normals must be ignored (§3.7.2.1).
         if !mesh.normals.is_empty() {
             mesh.tangents = self.attribute("TANGENT", &[4], vertices)?;
         }
@@ -234,7 +234,7 @@ impl<'a> Source<'a> {
             (0..MAX_UV_SETS).rev().find(|set| self.attributes_of("TEXCOORD_", *set)).map_or(0, |s| s + 1);
         for set in 0..sets {
             let mut uvs: Vec<[f32; 2]> = self.attribute(&format!("TEXCOORD_{set}"), &[2], vertices)?;
-            // Here v grows upwards.
+            // In glTF v points down, in Turner up.
             uvs.iter_mut().for_each(|uv| uv[1] = 1.0 - uv[1]);
             if set == 0 { mesh.uvs = uvs } else { mesh.more_uvs.push(uvs) }
         }
@@ -258,7 +258,7 @@ impl<'a> Source<'a> {
         self.primitive.attributes.contains_key(&format!("{prefix}{set}"))
     }
 
-    /// Moves vertices to where joints put them; answers whether that mirrors the mesh.
+    /// Skins the vertices. Returns whether that mirrors the mesh.
     fn skin(&self, mesh: &mut MeshData, vertices: &Vertices<'_>, report: &mut Report) -> Outcome<bool> {
         let Some(joints) = self.request.joints else { return Ok(false) };
         let influences =
@@ -283,15 +283,16 @@ fn normalize(v: &mut [f32; 3]) {
     *v = DVec3::from(v.map(f64::from)).normalize_or_zero().as_vec3().to_array();
 }
 
-/// The transposed matrix of cofactors: the inverse transpose but for a factor, and there for every matrix.
+/// The matrix for normals: the cofactor matrix, which equals the inverse transpose up to a positive factor and exists
+/// for singular matrices too.
 fn normal_matrix(m: &DMat3) -> DMat3 {
     let (x, y, z) = (m.x_axis, m.y_axis, m.z_axis);
     let side = if x.dot(y.cross(z)) < 0.0 { -1.0 } else { 1.0 };
     DMat3::from_cols(y.cross(z) * side, z.cross(x) * side, x.cross(y) * side)
 }
 
-/// Moves each vertex by its own matrix; answers whether most matrices mirror. Then the front of faces is where their
-/// vertices turn clockwise (§3.7.4), until they are turned round.
+/// Transforms each vertex by its own matrix. Returns whether most matrices mirror; front faces are then clockwise
+/// (§3.7.4) until the triangles are reversed.
 fn transform<E>(
     mesh: &mut MeshData,
     mut matrix: impl FnMut(usize) -> Result<DAffine3, E>,

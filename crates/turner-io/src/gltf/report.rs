@@ -1,22 +1,22 @@
-//! What an import has to say: remarks summed by kind.
+//! The import report: warnings counted by kind and text.
 
 use std::collections::BTreeMap;
 
 use turner::schema::{Warning, WarningKind};
 
-/// Remarks and how often each was made.
+/// Warnings and how often each occurred.
 #[derive(Debug, Default)]
 pub(super) struct Report {
     remarks: BTreeMap<(WarningKind, String), u64>,
 }
 
 impl Report {
-    /// One more remark of this text.
+    /// Adds a warning.
     pub(super) fn add(&mut self, kind: WarningKind, message: impl Into<String>) {
         self.add_many(kind, message, 1);
     }
 
-    /// `count` more remarks of this text; none if it is 0.
+    /// Adds a warning `count` times; nothing if 0.
     pub(super) fn add_many(&mut self, kind: WarningKind, message: impl Into<String>, count: u64) {
         if count > 0 {
             let sum = self.remarks.entry((kind, message.into())).or_default();
@@ -24,22 +24,22 @@ impl Report {
         }
     }
 
-    /// Something that has no effect on the picture.
+    /// Something without effect on the picture.
     pub(super) fn ignored(&mut self, message: impl Into<String>) {
         self.add(WarningKind::Ignored, message);
     }
 
-    /// Something that is shown in another way than asked for.
+    /// Something rendered differently from what the file specifies.
     pub(super) fn approximated(&mut self, message: impl Into<String>) {
         self.add(WarningKind::Approximated, message);
     }
 
-    /// Something that is unlikely to be meant.
+    /// Something that is probably a mistake in the file.
     pub(super) fn doubtful(&mut self, message: impl Into<String>) {
         self.add(WarningKind::Doubtful, message);
     }
 
-    /// All remarks, sorted by kind and text.
+    /// All warnings, sorted by kind and text.
     pub(super) fn into_warnings(self) -> Vec<Warning> {
         let warning = |((kind, message), count)| Warning { count, ..Warning::new(kind, message) };
         self.remarks.into_iter().map(warning).collect()

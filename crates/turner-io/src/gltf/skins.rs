@@ -1,4 +1,12 @@
-//! Skins: where joints put the vertices of a mesh (glTF 2.0 §3.7.3).
+//! Skins (glTF 2.0 §3.7.3): linear blend skinning.
+//!
+//! A skin lists joints, which are nodes. Each joint has an inverse bind matrix B⁻¹, from the mesh's space to that of
+//! the joint in the bind pose. With W the joint's current world matrix, a vertex p with joints j and weights w moves
+//! to
+//!
+//! p' = Σ wⱼ Wⱼ Bⱼ⁻¹ p / Σ wⱼ.
+//!
+//! The result is in world space; the transform of the mesh's own node is ignored. Weights need not sum to 1.
 
 use super::accessors::Elements;
 use super::budget::Budget;
@@ -7,7 +15,7 @@ use super::fault::{Fault, Outcome};
 use super::json::{Document, Index, Primitive};
 use turner::math::{DAffine3, DMat3, DVec3};
 
-/// The joints of a skin: from the mesh's space to that of the scene.
+/// The joint matrices W B⁻¹ of a skin, from the mesh's bind space to world space.
 pub(super) fn joint_matrices(
     document: &Document,
     buffers: &Buffers,
@@ -25,7 +33,7 @@ pub(super) fn joint_matrices(
             let elements = Elements::open(document, buffers, accessor, &pointer)?;
             let elements = elements.with_width(&[16], "inverse bind matrices")?;
             if elements.count < json.joints.len() {
-                // More of them than joints do no harm.
+                // Surplus matrices are harmless.
                 elements.with_count(json.joints.len(), "one inverse bind matrix per joint")?;
             }
             Some(elements)
@@ -48,13 +56,13 @@ pub(super) fn joint_matrices(
     Ok(matrices)
 }
 
-/// The joints and weights of a primitive's vertices, up to any number of sets of four.
+/// Joints and weights of a primitive's vertices, in any number of sets of four.
 pub(super) struct Influences<'a> {
     sets: Vec<(Elements<'a>, Elements<'a>)>,
 }
 
 impl<'a> Influences<'a> {
-    /// Those of a primitive of `count` vertices.
+    /// Reads those of a primitive with `count` vertices.
     pub(super) fn open(
         document: &Document,
         buffers: &'a Buffers,
@@ -83,13 +91,13 @@ impl<'a> Influences<'a> {
         Ok(Influences { sets })
     }
 
-    /// Whether there are any.
+    /// Whether the primitive has none.
     pub(super) fn is_empty(&self) -> bool {
         self.sets.is_empty()
     }
 
-    /// The matrix of a vertex: the mean of its joints' by weight. A vertex whose weights sum to nothing follows its
-    /// first joint; `Err` is a joint that the skin has not.
+    /// The weighted mean of the vertex's joint matrices. A vertex whose weights sum to 0 follows its first joint.
+    /// `Err` is the index of a joint that does not exist.
     pub(super) fn matrix(&self, vertex: usize, joints: &[DAffine3]) -> Result<DAffine3, u32> {
         let mut sum = 0.0;
         let mut matrix3 = DMat3::ZERO;
@@ -98,7 +106,7 @@ impl<'a> Influences<'a> {
             let weights = weights.get::<4>(vertex);
             for (joint, weight) in numbers.indices(vertex).into_iter().zip(weights) {
                 let weight = f64::from(weight);
-                // Unused places have weight 0 and may name any joint.
+                // Unused slots have weight 0 and an arbitrary joint index.
                 if !(weight > 0.0 && weight < f64::INFINITY) {
                     continue;
                 }

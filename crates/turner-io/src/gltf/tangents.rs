@@ -1,7 +1,18 @@
-//! Tangents by MikkTSpace, as the specification asks for where a normal map is used and a file has none (§3.7.2.1).
+//! Tangents by MikkTSpace, for meshes that have a normal map but no tangents (glTF 2.0 §3.7.2.1).
 //!
-//! The algorithm is that of the crate bevy_mikktspace, in safe Rust; its arc cosine is ours, so that the result has the
-//! same bits on every machine.
+//! A normal map stores normals relative to the tangent frame (T, B, N) of the surface, with T = ∂p/∂u. Baker and
+//! renderer must compute the same frame, so glTF asks for Mikkelsen's algorithm (Mikkelsen 2008, "Simulation of
+//! Wrinkled Surfaces Revisited"):
+//!
+//! 1. For each triangle, T and its handedness follow from its positions and UVs.
+//! 2. At each vertex, the triangles with the same handedness that share an edge form a group; their T is projected
+//!    into the tangent plane and averaged with the corner angles as weights.
+//! 3. Corners of different groups get different tangents, so a vertex on a UV mirror seam is split.
+//!
+//! The fourth component is the handedness: B = sign · N × T.
+//!
+//! The crate bevy_mikktspace, in safe Rust, implements the algorithm; the arc cosine is ours, so that the result has
+//! the same bits on every machine.
 
 use bevy_mikktspace::{Geometry, Ops, TangentSpace, generate_tangents};
 use turner::math::DVec3;
@@ -26,11 +37,11 @@ impl Ops for Elementary {
 struct Faces<'a> {
     mesh: &'a MeshData,
     uvs: &'a [[f32; 2]],
-    /// One per corner.
+    /// One per triangle corner.
     tangents: Vec<[f32; 4]>,
 }
 
-/// What is not finite would spread to other faces.
+/// Replaces non-finite values, which would spread to other faces.
 fn finite<const N: usize>(v: [f32; N]) -> [f32; N] {
     v.map(|x| if x.is_finite() { x } else { 0.0 })
 }
@@ -58,13 +69,12 @@ impl Geometry<Elementary> for Faces<'_> {
         finite(self.uvs[self.vertex(face, vert)])
     }
     fn set_tangent(&mut self, space: Option<TangentSpace>, face: usize, vert: usize) {
-        // Zero where there is none: then the surface has no tangent frame there.
+        // Zero means that the surface has no tangent frame there.
         self.tangents[3 * face + vert] = space.map_or([0.0; 4], |space| space.tangent_encoded());
     }
 }
 
-/// Gives every vertex its own face's normal: for a mesh without normals, whose faces are flat (§3.7.2.1). Vertices are
-/// no longer shared.
+/// Gives each triangle its own vertices with the face normal: meshes without normals are flat-shaded (§3.7.2.1).
 pub(super) fn flatten(mesh: &mut MeshData, budget: &Budget, pointer: &str) -> Outcome<()> {
     let corners: Vec<u32> = mesh.triangles.as_flattened().to_vec();
     budget.take(corners.len(), vertex_size(mesh), pointer)?;
@@ -80,7 +90,7 @@ pub(super) fn flatten(mesh: &mut MeshData, budget: &Budget, pointer: &str) -> Ou
     Ok(())
 }
 
-/// Bytes of a vertex.
+/// Bytes of a vertex, as an estimate for the budget.
 pub(super) fn vertex_size(mesh: &MeshData) -> usize {
     64 + 8 * mesh.more_uvs.len()
 }
@@ -100,8 +110,8 @@ pub(super) fn take_vertices(mesh: &mut MeshData, list: &[u32]) {
     mesh.more_uvs.iter_mut().for_each(|set| take(set, list));
 }
 
-/// Computes the tangents of a mesh from one of its sets of surface coordinates; nothing where it has no normals or not
-/// that set. Vertices whose faces disagree are split.
+/// Computes tangents from one UV set; does nothing without normals or that UV set. Vertices whose corners have
+/// different tangents are split.
 pub(super) fn generate(mesh: &mut MeshData, uv_set: usize, budget: &Budget, pointer: &str) -> Outcome<()> {
     let uvs = match uv_set.checked_sub(1) {
         None => Some(&mesh.uvs),
@@ -109,16 +119,17 @@ pub(super) fn generate(mesh: &mut MeshData, uv_set: usize, budget: &Budget, poin
     };
     let Some(uvs) = uvs.filter(|uvs| !uvs.is_empty() && !mesh.normals.is_empty()) else { return Ok(()) };
     let corners = 3 * mesh.triangles.len();
-    // The algorithm itself takes some 200 bytes per corner for a while.
+    // The algorithm temporarily takes about 200 bytes per corner.
     budget.take(corners, 16, pointer)?;
     let mut faces = Faces { mesh, uvs, tangents: vec![[0.0; 4]; corners] };
-    // Its error type has no values today.
+    // The error type has no values at present.
     if generate_tangents(&mut faces).is_err() {
         return Ok(());
     }
     let of_corners = faces.tangents;
 
-    // The first tangent of a vertex stays with it; each other one makes a copy of it.
+    // The vertex keeps the tangent of its first corner; each other tangent adds a copy of the vertex. `next`
+    // links the copies of a vertex.
     const NONE: u32 = u32::MAX;
     let count = mesh.positions.len();
     let mut tangents: Vec<[f32; 4]> = vec![[0.0; 4]; count];
@@ -158,7 +169,7 @@ pub(super) fn generate(mesh: &mut MeshData, uv_set: usize, budget: &Budget, poin
 mod tests {
     use super::*;
 
-    /// A square in the plane z = 0, seen from +z with u to the right and v upwards.
+    /// A square in the plane z = 0; seen from +z, u points right and v up.
     fn square() -> MeshData {
         let corners = [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]];
         MeshData {
@@ -185,7 +196,7 @@ mod tests {
     #[test]
     fn a_mirror_seam_splits_its_vertices() {
         let mut mesh = square();
-        // The second triangle mirrors the picture.
+        // The second triangle is mirrored in UV space.
         mesh.uvs[3] = [1.0, 0.0];
         generate(&mut mesh, 0, &Budget::of_file(0), "").unwrap();
         assert_eq!(mesh.positions.len(), 6);

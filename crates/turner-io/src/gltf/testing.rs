@@ -1,4 +1,4 @@
-//! Small documents for tests.
+//! Helpers for tests: small documents.
 
 use turner::description::SceneDesc;
 use turner::schema::SceneError;
@@ -11,7 +11,7 @@ use super::json::{self, Document, Index};
 use crate::assets::MemoryAssets;
 use crate::import::ImportOptions;
 
-/// A binary file with this document, `{…}` without its asset, and these bytes.
+/// A GLB file with the given members of the document (`asset` is added) and the given binary chunk.
 pub(super) fn glb(members: &str, bin: &[u8]) -> Vec<u8> {
     let mut json = format!("{{\"asset\":{{\"version\":\"2.0\"}},{members}}}").into_bytes();
     json.resize(json.len().next_multiple_of(4), b' ');
@@ -27,28 +27,28 @@ pub(super) fn glb(members: &str, bin: &[u8]) -> Vec<u8> {
     out
 }
 
-/// Imports a file that needs no other.
+/// Imports a file without external files.
 pub(super) fn import(bytes: Vec<u8>) -> Result<SceneDesc, SceneError> {
     import_with(bytes, &ImportOptions::default())
 }
 
-/// Imports a file that needs no other.
+/// Imports a file without external files, with options.
 pub(super) fn import_with(bytes: Vec<u8>, options: &ImportOptions) -> Result<SceneDesc, SceneError> {
     super::import(bytes, "a.glb", &MemoryAssets::default(), options)
 }
 
-/// Bytes of numbers.
+/// The bytes of little-endian floats.
 pub(super) fn floats(values: &[f32]) -> Vec<u8> {
     values.iter().flat_map(|v| v.to_le_bytes()).collect()
 }
 
-/// A document with its buffers, opened.
+/// A parsed document with its buffers.
 pub(super) struct Opened {
     pub(super) document: Document,
     pub(super) buffers: Buffers,
 }
 
-/// Opens a document with these members and bytes.
+/// Parses a document with these members and this binary chunk.
 pub(super) fn open(members: &str, bin: &[u8]) -> Outcome<Opened> {
     let bytes = glb(members, bin);
     let parts = super::glb::split(&bytes)?;

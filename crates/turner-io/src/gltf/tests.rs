@@ -1,4 +1,4 @@
-//! Whole files, each made here.
+//! Imports of complete files, each built in the test.
 
 use turner::camera::CameraDesc;
 use turner::color::Spectrum;
@@ -14,7 +14,7 @@ use turner::texture::TextureDesc;
 use super::testing::{floats, glb, import, import_with};
 use crate::import::ImportOptions;
 
-/// A triangle in the plane z = 0, front to +z, and what a test adds.
+/// A triangle in the plane z = 0 whose front faces +z, plus additions of the test.
 fn triangle(node: &str, primitive: &str, members: &str) -> Vec<u8> {
     let json = format!(
         r#""nodes":[{{"mesh":0{node}}}],
@@ -92,23 +92,23 @@ fn extensions_that_are_required_and_not_known_are_named() {
 #[test]
 fn indices_that_name_nothing_are_refused_where_they_stand() {
     let cases = [
-        (triangle(r#","skin":4"#, "", ""), "/nodes/0: names skin 4, but there are 0"),
-        (triangle(r#","camera":1"#, "", ""), "/nodes/0: names camera 1"),
-        (triangle("", r#","material":2"#, ""), "/meshes/0/primitives/0: names material 2"),
-        (triangle("", r#","indices":9"#, ""), "/meshes/0/primitives/0: names accessor 9"),
+        (triangle(r#","skin":4"#, "", ""), "/nodes/0: refers to skin 4, but there are 0"),
+        (triangle(r#","camera":1"#, "", ""), "/nodes/0: refers to camera 1"),
+        (triangle("", r#","material":2"#, ""), "/meshes/0/primitives/0: refers to material 2"),
+        (triangle("", r#","indices":9"#, ""), "/meshes/0/primitives/0: refers to accessor 9"),
         (triangle("", r#","indices":0"#, ""), "/accessors/0: holds indices"),
         (triangle("", r#","mode":12"#, ""), "/meshes/0/primitives/0/mode: is 12"),
-        (triangle(r#","extensions":{"KHR_lights_punctual":{"light":0}}"#, "", ""), "names light 0"),
-        (glb(r#""nodes":[{"mesh":1}]"#, b""), "/nodes/0: names mesh 1"),
-        (glb(r#""scene":3"#, b""), "/scene: names scene 3"),
-        (glb(r#""scenes":[{"nodes":[5]}]"#, b""), "/scenes/0/nodes: names node 5"),
+        (triangle(r#","extensions":{"KHR_lights_punctual":{"light":0}}"#, "", ""), "refers to light 0"),
+        (glb(r#""nodes":[{"mesh":1}]"#, b""), "/nodes/0: refers to mesh 1"),
+        (glb(r#""scene":3"#, b""), "/scene: refers to scene 3"),
+        (glb(r#""scenes":[{"nodes":[5]}]"#, b""), "/scenes/0/nodes: refers to node 5"),
     ];
     for (bytes, expected) in cases {
         let message = refusal(bytes);
         assert!(message.contains(expected), "{message}");
     }
     let texture = r#","materials":[{"pbrMetallicRoughness":{"baseColorTexture":{"index":3}}}]"#;
-    assert!(refusal(triangle("", r#","material":0"#, texture)).contains("/materials/0: names texture 3"));
+    assert!(refusal(triangle("", r#","material":0"#, texture)).contains("/materials/0: refers to texture 3"));
 }
 
 #[test]
@@ -134,7 +134,7 @@ fn morph_targets_move_vertices_by_their_weights() {
     assert_eq!((heights(&scene, 1), scene.meshes.len()), (vec![1.0, 2.0, 3.0], 2));
 }
 
-/// Two joints, the second moved by (10, 0, 0); vertex weights as given; the mesh's own node far away.
+/// A mesh with two joints, the second at (10, 0, 0), and the given weights; its own node is far away.
 fn skinned(weights: &[f32; 8 * 3], root_scale: &str) -> SceneDesc {
     let json = format!(
         r#""nodes":[{{"mesh":0,"skin":0,"translation":[500,0,0]}},
@@ -157,7 +157,8 @@ fn skinned(weights: &[f32; 8 * 3], root_scale: &str) -> SceneDesc {
 #[test]
 fn skins_put_vertices_between_their_joints() {
     let mut weights = [0.0; 24];
-    // All of joint 0; half of each in two sets; nothing at all, which follows the first joint.
+    // Vertex 0: joint 0 only. Vertex 1: half of each joint, in two sets. Vertex 2: no weights, so it follows the
+    // first joint.
     weights[0] = 1.0;
     weights[4] = 0.25;
     weights[12 + 5] = 0.25;
@@ -165,7 +166,7 @@ fn skins_put_vertices_between_their_joints() {
     assert!(scene.objects[0].transform.is_identity());
     assert_eq!(mesh(&scene, 0).positions, [[0.0, 0.0, 0.0], [6.0, 0.0, 0.0], [0.0, 1.0, 0.0]]);
     assert_eq!(mesh(&scene, 0).triangles, [[0, 1, 2]]);
-    // Joints that mirror keep the front in front.
+    // Mirroring joints must not swap front and back faces.
     let mirrored = skinned(&weights, r#","scale":[-1,1,1]"#);
     assert_eq!(mesh(&mirrored, 0).positions[1], [-6.0, 0.0, 0.0]);
     assert_eq!(mesh(&mirrored, 0).triangles, [[0, 2, 1]]);
@@ -203,7 +204,7 @@ fn points_and_lines_are_shown_and_said_to_be_approximated() {
 #[test]
 fn lights_keep_their_numbers() {
     let lights = r#","extensions":{"KHR_lights_punctual":{"lights":[
-        {"type":"spot","name":"lamp","intensity":40,"color":[1,0.5,0],"range":3,"spot":{"innerConeAngle":0.5235987755982988,"outerConeAngle":0.7853981633974483}},
+        {"type":"spot","name":"key","intensity":40,"color":[1,0.5,0],"range":3,"spot":{"innerConeAngle":0.5235987755982988,"outerConeAngle":0.7853981633974483}},
         {"type":"directional"},{"type":"point","intensity":7},{"type":"laser"}]}}"#;
     let at = |light: u32| {
         let node = format!(
@@ -211,10 +212,10 @@ fn lights_keep_their_numbers() {
         );
         import(triangle(&node, "", lights)).unwrap()
     };
-    // A quarter turn about x takes −z to +y.
+    // A rotation by 90 degrees about x maps −z to +y.
     let scene = at(0);
     let LightDesc::Spot(spot) = &scene.lights[0].value else { panic!() };
-    assert_eq!((scene.lights[0].name.as_deref(), spot.intensity), (Some("lamp"), 40.0));
+    assert_eq!((scene.lights[0].name.as_deref(), spot.intensity), (Some("key"), 40.0));
     assert_eq!(spot.color, Spectrum::new(1.0, 0.5, 0.0));
     assert!((spot.angle - 45.0).abs() < 1e-9 && (spot.penumbra - 15.0).abs() < 1e-9);
     assert!(((spot.look_at - spot.position).normalize() - DVec3::Y).length() < 1e-9);
@@ -306,7 +307,7 @@ fn light_is_scattered_inside_of_solids() {
     let m = body(volume, "");
     assert_eq!((m.thin_walled, constant(m.subsurface_weight)), (false, [0.75; 3]));
     assert_eq!(constant(m.subsurface_color), [1.0, 0.5, 0.25]);
-    // Half is left after 0.5: the mean way is 0.5 / ln 2.
+    // Half the light remains after 0.5: the mean free path is 0.5 / ln 2.
     assert!((m.subsurface_radius - 0.5 / std::f64::consts::LN_2).abs() < 1e-6);
     let [r, g, b] = constant(m.subsurface_radius_scale);
     assert!(r == 1.0 && (g - 0.5).abs() < 1e-6 && (b - 0.25).abs() < 1e-6);
@@ -363,7 +364,7 @@ fn a_missing_image_is_named_and_its_factor_stays() {
 
 #[test]
 fn pictures_are_shared_and_looked_up_as_samplers_say() {
-    // A picture of one pixel.
+    // An image of one pixel.
     let png =
         "iVBORw0KGgoAAAANSUhEUgAAAAEAAAABCAYAAAAfFcSJAAAADUlEQVR42mP8z8BQDwAEhQGAhKmMIQAAAABJRU5ErkJggg==";
     let members = format!(
@@ -426,7 +427,8 @@ fn draco_is_refused_or_its_fallback_is_taken() {
     assert!(without.objects.is_empty() && said(&without, WarningKind::Ignored, "draco"));
 }
 
-/// All of them show the same triangle in the same place. A ray is tested against each: with rays to probe by, preparing took two minutes.
+/// All nodes show the same triangle at the same position. Preparation must not trace probe rays here: with them it
+/// took two minutes.
 #[test]
 fn two_hundred_thousand_nodes_under_one_another_are_prepared() {
     let count = 200_000;

@@ -1,4 +1,4 @@
-//! Textures: which image, how it is sampled, where it lies.
+//! Textures: image, sampler and UV transform.
 
 use std::collections::BTreeMap;
 
@@ -12,60 +12,59 @@ use turner::texture::{
 use super::images::Images;
 use super::json::{Document, Index, Texture, TextureInfo};
 
-/// OpenGL's numbers.
+/// OpenGL's constants.
 const NEAREST: u32 = 9728;
 const LINEAR: u32 = 9729;
 const CLAMP_TO_EDGE: u32 = 33071;
 const MIRRORED_REPEAT: u32 = 33648;
 
-/// What a picture is looked up for.
+/// How a material uses an image.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Use {
-    /// Which part of it.
+    /// The channels.
     pub(super) channel: ImageChannel,
-    /// What its numbers mean.
+    /// The encoding of the samples.
     pub(super) encoding: Encoding,
-    /// What they are multiplied by.
+    /// Multiplied with the sample.
     pub(super) factor: Spectrum,
-    /// What is added then.
+    /// Added after the multiplication.
     pub(super) offset: f32,
 }
 
 impl Use {
-    /// A colour, by the sRGB curve.
+    /// An sRGB colour.
     pub(super) fn color(factor: Spectrum) -> Use {
         Use { channel: ImageChannel::Rgb, encoding: Encoding::Srgb, factor, offset: 0.0 }
     }
 
-    /// A number in one channel.
+    /// A scalar in one channel.
     pub(super) fn number(channel: ImageChannel, factor: f32) -> Use {
         Use { channel, encoding: Encoding::Linear, factor: Spectrum::grey(factor), offset: 0.0 }
     }
 
-    /// Three numbers.
+    /// Three linear values, such as a normal.
     pub(super) fn numbers() -> Use {
         Use { channel: ImageChannel::Rgb, ..Use::number(ImageChannel::Rgb, 1.0) }
     }
 }
 
-/// The images that may stand for a texture, the best first (the sources of extensions before that which is there
-/// for programs without them).
+/// The images of a texture in order of preference: those of extensions before the fallback for programs without them.
 pub(super) fn candidates(texture: &Texture) -> impl Iterator<Item = Index> {
     let extensions = texture.extensions.as_deref();
     let webp = extensions.and_then(|e| e.webp.as_ref()).and_then(|w| w.source);
     webp.into_iter().chain(texture.source)
 }
 
-/// The set of surface coordinates that a texture is looked up at.
+/// The UV set of a texture reference.
 pub(super) fn uv_set(info: &TextureInfo) -> u32 {
     let transform = info.extensions.as_deref().and_then(|e| e.transform.as_ref());
     transform.and_then(|t| t.tex_coord).unwrap_or(info.tex_coord).0
 }
 
-/// `KHR_texture_transform` for coordinates whose v grows upwards: rows of the matrix.
+/// `KHR_texture_transform` for coordinates whose v points up: the two rows of the matrix.
 ///
-/// The extension scales, then rotates, then moves: u' = c·sx·u + s·sy·v + ox, v' = −s·sx·u + c·sy·v + oy, with v
-/// downwards.
+/// The extension scales, then rotates, then translates, with v down: u' = c·sx·u + s·sy·v + ox, v' = −s·sx·u + c·sy·v
+/// + oy.
 fn uv_matrix(info: &TextureInfo) -> Option<[f64; 6]> {
     let transform = info.extensions.as_deref()?.transform.as_ref()?;
     let [ox, oy] = transform.offset.unwrap_or([0.0; 2]);
@@ -75,18 +74,18 @@ fn uv_matrix(info: &TextureInfo) -> Option<[f64; 6]> {
     (matrix != [1.0, 0.0, 0.0, 0.0, 1.0, 0.0]).then_some(matrix)
 }
 
-/// The scene's textures as they come about.
+/// Collects the scene's textures.
 #[derive(Debug, Default)]
 pub(super) struct Textures {
-    /// For the scene.
+    /// The scene's textures.
     pub(super) list: Vec<Named<TextureDesc>>,
     known: BTreeMap<String, TextureId>,
 }
 
-/// By a sampler's `magFilter` and `minFilter`. Without a word about what is far away it is averaged, as viewers do.
+/// The filter of a sampler's `magFilter` and `minFilter`. If unspecified, minification uses mipmaps, as viewers do.
 fn filter(mag: Option<Index>, min: Option<Index>) -> ImageFilter {
     let nearest = mag == Some(Index(NEAREST));
-    // The other four take smaller pictures for what is far away.
+    // The other four constants use mipmaps.
     let at_points = matches!(min, Some(Index(NEAREST | LINEAR)));
     match (nearest, at_points) {
         (true, true) => ImageFilter::Nearest,
@@ -97,7 +96,7 @@ fn filter(mag: Option<Index>, min: Option<Index>) -> ImageFilter {
 }
 
 impl Textures {
-    /// A texture with these contents, the same one for the same contents.
+    /// Adds a texture; equal descriptions share one.
     fn add(&mut self, desc: TextureDesc) -> ColorSource {
         let key = format!("{desc:?}");
         let id = *self.known.entry(key).or_insert_with(|| {
@@ -107,7 +106,7 @@ impl Textures {
         ColorSource::Texture(id)
     }
 
-    /// The picture that `info` names; `None` if it could not be read.
+    /// The image texture that `info` refers to; `None` if the image could not be read.
     pub(super) fn picture(
         &mut self,
         document: &Document,
@@ -139,19 +138,19 @@ impl Textures {
         })))
     }
 
-    /// The colours of vertices.
+    /// The texture of vertex colours.
     pub(super) fn vertex_color(&mut self) -> ColorSource {
         self.add(TextureDesc::VertexColor(VertexColorDesc { fallback: Spectrum::WHITE }))
     }
 
-    /// The product of two colours; white is left out.
+    /// The product of two colours; a factor of white is omitted.
     pub(super) fn product(&mut self, a: ColorSource, b: ColorSource) -> ColorSource {
         let white = ColorSource::Constant(Spectrum::WHITE);
         match (a, b) {
             (a, b) if a == white => b,
             (a, b) if b == white => a,
             (ColorSource::Constant(a), ColorSource::Constant(b)) => ColorSource::Constant(a * b),
-            (a, b) => self.add(TextureDesc::Product(MultiplyDesc { a, b })),
+            (a, b) => self.add(TextureDesc::Multiply(MultiplyDesc { a, b })),
         }
     }
 }
@@ -177,7 +176,7 @@ mod tests {
         let [a, b, c, d, e, f] = uv_matrix(&info).unwrap();
         let (s, co) = sin_cos(rotation);
         for (u, v) in [(0.0, 0.0), (1.0, 0.0), (0.3, 0.9)] {
-            // The extension's, v downwards.
+            // The extension's formula, v down.
             let (us, vs) = (u * scale[0], v * scale[1]);
             let (u1, v1) = (us * co + vs * s + offset[0], vs * co - us * s + offset[1]);
             let up = 1.0 - v;

@@ -1,21 +1,21 @@
-//! Primitive modes (glTF 2.0 §3.7.2.1): lists, strips, loops and fans become plain lists.
+//! Primitive modes (glTF 2.0 §3.7.2.1): converts lists, strips, loops and fans to plain lists.
 
 use super::accessors::Elements;
 use super::budget::Budget;
 use super::fault::{Fault, Outcome};
 
-/// What a primitive is made of.
+/// The elements of a primitive, as vertex indices.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) enum Topology {
-    /// Vertices, each by itself.
+    /// Points.
     Points(Vec<u32>),
-    /// From vertex to vertex.
+    /// Line segments.
     Lines(Vec<[u32; 2]>),
-    /// Counter-clockwise seen from the front.
+    /// Triangles, counter-clockwise seen from the front.
     Triangles(Vec<[u32; 3]>),
 }
 
-/// The vertices of a primitive in their order: those of `indices`, or all `count`.
+/// The vertex sequence of a primitive: its indices, or 0 to `count` without indices.
 fn order(indices: Option<Elements<'_>>, count: usize, budget: &Budget, pointer: &str) -> Outcome<Vec<u32>> {
     let Some(indices) = indices else {
         let last = u32::try_from(count).map_err(|_| {
@@ -42,8 +42,8 @@ fn order(indices: Option<Elements<'_>>, count: usize, budget: &Budget, pointer: 
 }
 
 impl Topology {
-    /// Reads the indices of a primitive of `count` vertices; `Err` is also a mode that there is not. Triangles of a strip
-    /// or fan that name a vertex twice only join its parts, and are left out. The flag is whether vertices are left over.
+    /// Reads a primitive with `count` vertices. An unknown mode is an error. Degenerate triangles of strips and
+    /// fans, which repeat a vertex, only join parts and are dropped. The flag is true if vertices are left over.
     pub(super) fn read(
         mode: u32,
         indices: Option<Elements<'_>>,
@@ -94,7 +94,7 @@ impl Topology {
         Ok((Topology::Triangles(list), left_over))
     }
 
-    /// How often vertices are named.
+    /// Number of vertex references.
     fn corners(&self) -> usize {
         match self {
             Topology::Points(list) => list.len(),
@@ -111,8 +111,9 @@ impl Topology {
         }
     }
 
-    /// Where few of `count` vertices are named: the sorted list of those that are, which the topology then names by
-    /// their place in it. Primitives that share long lists of vertices take room for their own only.
+    /// If fewer vertices are referenced than `count`: returns the sorted list of referenced vertices and
+    /// renumbers the references to positions in it. Primitives that share a large vertex buffer then store only
+    /// their own vertices.
     pub(super) fn compact(
         &mut self,
         count: usize,

@@ -1,5 +1,5 @@
-//! Lines as surfaces: thin tubes. The specification gives them the width of a pixel (glTF 2.0 §3.7.2.1), which a ray
-//! cannot meet.
+//! Lines as thin tubes. The specification gives lines a width of one pixel (glTF 2.0 §3.7.2.1), which rays cannot
+//! hit.
 
 use turner::math::{DVec3, Frame};
 use turner::schema::MeshData;
@@ -7,12 +7,12 @@ use turner::schema::MeshData;
 use super::budget::Budget;
 use super::fault::Outcome;
 
-/// Radius of a tube, as a share of the longest side of the box around all lines.
+/// Radius of a tube, as a fraction of the longest side of the bounding box of all lines.
 const TUBE: f64 = 1.0 / 1000.0;
 /// Sides of a tube.
 const SIDES: usize = 6;
 
-/// The longest side of the box around the named vertices that are finite.
+/// The longest side of the bounding box of the given vertices, without non-finite ones.
 fn extent(source: &MeshData, vertices: impl Iterator<Item = u32>) -> f64 {
     let (mut min, mut max) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
     for v in vertices {
@@ -25,7 +25,7 @@ fn extent(source: &MeshData, vertices: impl Iterator<Item = u32>) -> f64 {
     if side > 0.0 && side.is_finite() { side } else { 1.0 }
 }
 
-/// Copies the vertex `v` of `source` to `p`.
+/// Appends a copy of vertex `v` of `source`, at position `p`.
 fn put(out: &mut MeshData, source: &MeshData, v: usize, p: DVec3, normal: DVec3) {
     out.positions.push(p.as_vec3().to_array());
     out.normals.push(normal.as_vec3().to_array());
@@ -37,7 +37,7 @@ fn put(out: &mut MeshData, source: &MeshData, v: usize, p: DVec3, normal: DVec3)
     }
 }
 
-/// A tube for each line; none for one without length.
+/// One tube per line; none for lines of length 0.
 pub(super) fn tubes(
     source: &MeshData,
     lines: &[[u32; 2]],
@@ -53,7 +53,7 @@ pub(super) fn tubes(
         let frame = Frame::from_z(axis);
         let first = out.positions.len() as u32;
         for side in 0..SIDES {
-            // Corners of a regular hexagon: 60 degrees apart.
+            // Corners of a regular hexagon, 60 degrees apart.
             let (s, c) = [(0.0, 1.0), (H, 0.5), (H, -0.5), (0.0, -1.0), (-H, -0.5), (-H, 0.5)][side];
             let outward = frame.to_world(DVec3::new(c, s, 0.0));
             for (v, end) in line.iter().zip(ends) {
@@ -68,20 +68,20 @@ pub(super) fn tubes(
     Ok(out)
 }
 
-/// Half the square root of 3.
+/// √3 / 2.
 const H: f64 = 0.866_025_403_784_438_6;
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    /// Every face looks away from `inside`.
+    /// Asserts that every face points away from `inside`.
     fn faces_outwards(mesh: &MeshData, inside: impl Fn(DVec3) -> DVec3) {
         mesh.check().unwrap();
         for t in &mesh.triangles {
             let [a, b, c] = t.map(|v| DVec3::from(mesh.positions[v as usize].map(f64::from)));
-            let middle = (a + b + c) / 3.0;
-            assert!((b - a).cross(c - a).dot(middle - inside(middle)) > 0.0);
+            let center = (a + b + c) / 3.0;
+            assert!((b - a).cross(c - a).dot(center - inside(center)) > 0.0);
         }
     }
 

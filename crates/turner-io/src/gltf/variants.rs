@@ -1,10 +1,10 @@
-//! `KHR_materials_variants`: which material a primitive has.
+//! Material variants (`KHR_materials_variants`).
 
 use super::fault::{Fault, Outcome};
 use super::json::{Document, Index, Primitive};
 use super::nodes::choose;
 
-/// The variant with this name or number.
+/// The variant with this name or index.
 pub(super) fn chosen(document: &Document, wanted: Option<&str>) -> Outcome<Option<Index>> {
     let Some(wanted) = wanted else { return Ok(None) };
     let variants = document.extensions.variants.as_ref().map_or(&[][..], |v| &v.variants);
@@ -12,7 +12,7 @@ pub(super) fn chosen(document: &Document, wanted: Option<&str>) -> Outcome<Optio
     choose(wanted, &names, "variant").map(Some)
 }
 
-/// The material of a primitive in a variant; its own where the variant says nothing.
+/// The material of a primitive in a variant; its default material if the variant does not mention it.
 pub(super) fn material(
     document: &Document,
     primitive: &Primitive,

@@ -1,4 +1,4 @@
-//! Windows BMP: palettes, run lengths, 16 to 32 bits with or without masks; 8 bits per channel. Read only.
+//! Windows BMP, read only: palettes, run lengths, 16 to 32 bits per pixel with or without masks; 8 bits per channel.
 
 use super::contain::contain;
 use super::limits::{Source, buffer};
@@ -13,25 +13,25 @@ const FORMAT: ImageFormat = ImageFormat::Bmp;
 /// A run of 255 pixels takes two bytes.
 const RUN_PIXELS_PER_BYTE: u64 = 128;
 
-/// Whether the first bytes are those of a BMP: the letters alone could begin a text.
+/// Whether the bytes begin with a BMP header. The letters alone could begin a text.
 pub(super) fn is_bmp(bytes: &[u8]) -> bool {
     let size = bytes.get(14..18).and_then(|b| b.first_chunk::<4>()).map(|b| u32::from_le_bytes(*b));
     bytes.starts_with(b"BM")
         && size.is_some_and(|size| matches!(size, 12 | 16 | 40 | 52 | 56 | 64 | 108 | 124))
 }
 
-/// Reads a BMP: 3 channels, or 4 where the file has a mask for alpha.
+/// Reads a BMP: 3 channels, or 4 if the file has an alpha mask.
 pub fn decode(bytes: &[u8], name: &str, limits: &DecodeLimits) -> Result<Image, ImageError> {
     contain(name, FORMAT, || {
         let expected = "RGB with or without a palette, masks or run lengths";
         let damaged = |e| ImageError::of_decoder(name, FORMAT, e, expected);
-        let (width, height) =
-            stated_size(bytes).ok_or_else(|| ImageError::damaged(name, FORMAT, "it ends in its header"))?;
+        let (width, height) = stated_size(bytes)
+            .ok_or_else(|| ImageError::damaged(name, FORMAT, "the file ends inside the header"))?;
         let source = Source { name, format: FORMAT, bytes: bytes.len() };
         let size = limits.check(source, width, height, 4, pixels_per_byte(bytes))?;
         let decoder = BmpDecoder::new(Cursor::new(bytes)).map_err(damaged)?;
         if decoder.dimensions() != (size.width, size.height) {
-            return Err(ImageError::damaged(name, FORMAT, "two sizes are stated for one picture"));
+            return Err(ImageError::damaged(name, FORMAT, "the headers state different sizes"));
         }
         let channels = match decoder.color_type() {
             ColorType::Rgb8 => 3,
@@ -46,12 +46,12 @@ pub fn decode(bytes: &[u8], name: &str, limits: &DecodeLimits) -> Result<Image, 
     })
 }
 
-/// Whether the header is the oldest, with sides of 16 bits and without a compression.
+/// Whether the header is the oldest version, with 16-bit sides and no compression field.
 fn is_core(bytes: &[u8]) -> bool {
     bytes.get(14..18) == Some(&[12, 0, 0, 0])
 }
 
-/// Columns and rows as the header has them; rows from the top are counted below zero there.
+/// Columns and rows of the header; a negative row count means that rows are stored from the top.
 fn stated_size(bytes: &[u8]) -> Option<(u64, u64)> {
     let &[a, b, c, d, e, f, g, h] = bytes.get(18..)?.first_chunk::<8>()?;
     if is_core(bytes) {
@@ -62,7 +62,7 @@ fn stated_size(bytes: &[u8]) -> Option<(u64, u64)> {
     Some((u64::try_from(columns).unwrap_or_default(), rows.unsigned_abs().into()))
 }
 
-/// The most pixels that a byte can hold, by the compression in the header.
+/// Most pixels that a byte can represent, by the compression in the header.
 fn pixels_per_byte(bytes: &[u8]) -> u64 {
     let compressed = !is_core(bytes) && matches!(bytes.get(30), Some(1 | 2));
     if compressed { RUN_PIXELS_PER_BYTE } else { 8 }

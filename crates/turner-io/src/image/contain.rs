@@ -1,7 +1,15 @@
-//! A wall around the decoding crates: a panic inside one of them becomes an error.
+//! Contains panics of the decoding crates: a panic inside a decoder becomes an error.
 //!
-//! The exr crate panics on some damaged files. The panic is caught where it is joined, but Rust's default hook has
-//! printed its text by then; a program that wants a clean terminal calls [`silence_contained_panics`] once.
+//! Decoders of untrusted files should return errors, but some, such as the exr crate, panic on certain damaged files.
+//! A panic must not end a render server or a program that embeds Turner. [`contain`] runs a decoder inside
+//! `catch_unwind` and converts a panic to [`ImageError::Damaged`].
+//!
+//! This is sound because the decoder only borrows the input and builds new values: on a panic all of them are
+//! dropped, and no half-modified state remains visible. It does not protect against aborts, such as stack overflow or
+//! a panic during a panic.
+//!
+//! Rust's default panic hook prints a message before the panic is caught. A program that wants a clean terminal calls
+//! [`silence_contained_panics`] once.
 
 use super::{ImageError, ImageFormat};
 use std::cell::Cell;
@@ -12,9 +20,9 @@ thread_local! {
     static CONTAINED: Cell<bool> = const { Cell::new(false) };
 }
 
-/// Runs a decoder; a panic inside comes back as [`ImageError::Damaged`].
+/// Runs a decoder; a panic becomes [`ImageError::Damaged`].
 ///
-/// `f` only borrows bytes and builds new values, all dropped on a panic, so nothing half-changed is seen later.
+/// `f` must only borrow its input and build new values.
 pub(super) fn contain<T>(
     name: &str,
     format: ImageFormat,
@@ -24,14 +32,14 @@ pub(super) fn contain<T>(
     let result = catch_unwind(AssertUnwindSafe(f));
     CONTAINED.set(before);
     result.unwrap_or_else(|payload| {
-        // A payload may itself panic when it is dropped; ours are strings, and forgetting one is harmless.
+        // Dropping the payload could panic again. The payloads are short strings, so leaking one is harmless.
         std::mem::forget(payload);
-        Err(ImageError::damaged(name, format, "the decoder gave up on contradictory data"))
+        Err(ImageError::damaged(name, format, "the decoder failed on inconsistent data"))
     })
 }
 
-/// Installs a panic hook that stays silent for panics that turn into an [`ImageError`] and passes all others to
-/// the hook that was there before. For `main`; a library must not call it on its user's behalf.
+/// Installs a panic hook that is silent for contained panics and passes all others to the previous hook. For `main`;
+/// a library must not call it on behalf of its user.
 pub fn silence_contained_panics() {
     static ONCE: Once = Once::new();
     ONCE.call_once(|| {

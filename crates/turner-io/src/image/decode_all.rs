@@ -1,29 +1,28 @@
-//! Many pictures at once.
+//! Decodes several images in parallel.
 
 use super::{DecodeLimits, ImageError, decode, shrink};
 use std::sync::atomic::{AtomicUsize, Ordering};
 use turner::image::Image;
 
-/// What a picture is for: how its samples are to be averaged.
+/// What an image is used for, which determines how its samples are averaged.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum ColorOrData {
-    /// Colours: 8- and 16-bit samples carry the sRGB curve (but for alpha) and are averaged as light.
+    /// Colours: 8- and 16-bit samples (except alpha) are sRGB-encoded and averaged in linear light.
     Color,
-    /// Normals, roughness, …: samples are averaged as they are.
+    /// Data such as normals and roughness: samples are averaged as stored.
     Data,
 }
 
-/// A picture still in its file: the bytes, the name for messages, what it is for.
+/// An encoded image: the bytes, its name in messages, its use.
 pub type EncodedPicture<'a> = (&'a [u8], &'a str, ColorOrData);
 
-/// Reads pictures on `threads` threads (0: all there are), each of them once. Results are in the order of `pictures`,
-/// and neither they nor the errors depend on the number of threads.
+/// Decodes images on `threads` threads (0: all available). Results are in the order of `pictures` and do not depend
+/// on the number of threads.
 ///
-/// With `max_size`, a picture that has more columns or rows is halved by a box filter until it has not: the means of
-/// 2 x 2 pixels, in linear light where the use is [`ColorOrData::Color`].
+/// With `max_size`, an image with more columns or rows is halved until it fits: 2 x 2 pixels are averaged with a box
+/// filter, in linear light for [`ColorOrData::Color`].
 ///
-/// At most `threads` pictures are decoded at a time, each within `limits`; what they add up to is for the caller to
-/// bound.
+/// At most `threads` images are decoded at a time, each within `limits`; the caller bounds their sum.
 pub fn decode_all(
     pictures: &[EncodedPicture<'_>],
     limits: &DecodeLimits,
@@ -42,7 +41,7 @@ pub fn decode_all(
     if threads <= 1 {
         return pictures.iter().map(one).collect();
     }
-    // The longest first, so that no thread begins with it when the others are done.
+    // The largest first, so that no thread starts it when the others have finished.
     let mut order: Vec<usize> = (0..pictures.len()).collect();
     order.sort_by_key(|&i| std::cmp::Reverse(pictures[i].0.len()));
     let next = AtomicUsize::new(0);
@@ -55,7 +54,7 @@ pub fn decode_all(
     };
     let mut results: Vec<_> = std::thread::scope(|scope| {
         let workers: Vec<_> = (0..threads).map(|_| scope.spawn(work)).collect();
-        // Decoders cannot panic through `contain`; what does is our own mistake and is passed on.
+        // Panics of decoders are contained; any other panic is a bug and is propagated.
         let joined = workers.into_iter().map(|w| w.join().unwrap_or_else(|p| std::panic::resume_unwind(p)));
         joined.flatten().collect()
     });

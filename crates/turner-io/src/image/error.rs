@@ -1,4 +1,4 @@
-//! What can be wrong with a picture.
+//! Errors of images.
 
 use turner::schema::{ErrorCode, Remedy, SceneError};
 
@@ -6,117 +6,117 @@ use super::ImageFormat;
 use crate::assets::printable;
 use crate::scene::two_lines;
 
-/// Why a picture could not be read or written: the file, what was found, what was expected, the remedy.
+/// Why an image could not be read or written: file, problem and remedy.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum ImageError {
-    /// An output path whose extension names no format.
+    /// The extension of an output path is not that of a writable format.
     #[error("{name}: {found} {problem}{nearest}\n  use one of {valid}")]
     UnknownExtension {
         /// The path.
         name: String,
-        /// The extension or the format found.
+        /// The extension or format found.
         found: String,
-        /// What is wrong with it.
+        /// The problem.
         problem: &'static str,
-        /// All valid extensions.
+        /// The valid extensions.
         valid: String,
         /// `"; the nearest is .png"`, or empty.
         nearest: String,
     },
-    /// The first bytes belong to no format that is read.
-    #[error("{name}: found {found}; expected a picture in {valid}\n  {remedy}")]
+    /// The first bytes are not those of a supported format.
+    #[error("{name}: found {found}; expected an image in one of {valid}\n  {remedy}")]
     NotAnImage {
         /// The file.
         name: String,
-        /// What it begins with.
+        /// What the file is.
         found: String,
-        /// The formats that are read.
+        /// The supported formats.
         valid: String,
-        /// What to do.
+        /// The remedy.
         remedy: &'static str,
     },
-    /// The picture claims a size beyond the limits, or more pixels than its bytes can hold.
+    /// The image claims a size beyond the limits, or more pixels than its bytes can represent.
     #[error("{name}: {format} of {width} x {height} pixels {problem}\n  {help}")]
     Size {
         /// The file.
         name: String,
         /// The format's name.
         format: &'static str,
-        /// Columns claimed.
+        /// Claimed columns.
         width: u64,
-        /// Rows claimed.
+        /// Claimed rows.
         height: u64,
-        /// What is wrong with that.
+        /// The problem.
         problem: String,
-        /// What to do.
+        /// The remedy.
         help: SizeHelp,
     },
-    /// The file breaks the rules of its format.
+    /// The file is not valid.
     #[error("{name}: damaged {format}: {problem}\n  export or download it again")]
     Damaged {
         /// The file.
         name: String,
         /// The format's name.
         format: &'static str,
-        /// What was found.
+        /// The problem.
         problem: String,
     },
-    /// A valid file that uses a part of its format that is not read.
+    /// A valid file that uses an unsupported feature of its format.
     #[error("{name}: {format} with {found} is not supported; expected {expected}\n  convert it first")]
     Unsupported {
         /// The file.
         name: String,
         /// The format's name.
         format: &'static str,
-        /// What was found.
+        /// The feature.
         found: String,
-        /// What would have been accepted.
+        /// What is supported.
         expected: String,
     },
-    /// There was not enough memory for the samples.
-    #[error("{name}: not enough memory for {bytes} bytes of pixels\n  use a smaller picture")]
+    /// Out of memory for the samples.
+    #[error("{name}: not enough memory for {bytes} bytes of pixels\n  use a smaller image")]
     OutOfMemory {
         /// The file.
         name: String,
-        /// Bytes asked for.
+        /// Bytes requested.
         bytes: u64,
     },
-    /// A picture that cannot be written as asked.
+    /// The image cannot be written.
     #[error("cannot write {format}: {problem}")]
     Encode {
         /// The format's name.
         format: &'static str,
-        /// What was found and what was expected.
+        /// The problem.
         problem: String,
     },
 }
 
-/// What to do about a picture of a size that is refused.
+/// The remedy for an image whose size is rejected.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum SizeHelp {
-    /// It has no pixels.
+    /// The image has no pixels.
     #[error("export or download it again")]
     Empty,
-    /// No file of this length holds so much.
+    /// A file of this length cannot contain that many pixels.
     #[error("the file is damaged: export or download it again")]
     Damaged,
-    /// This machine cannot hold it.
+    /// This machine cannot address that much memory.
     #[error("scale it down")]
     Machine,
-    /// It has more columns, rows or pixels than a picture may have.
-    #[error("scale it down, or raise the limit of sizes of pictures")]
+    /// More columns, rows or pixels than the limits allow.
+    #[error("scale it down, or raise the image size limit")]
     Sides,
-    /// It takes more memory than there may be.
-    #[error("scale it down, or raise the limit of memory")]
+    /// More memory than the limits allow.
+    #[error("scale it down, or raise the memory limit")]
     Memory,
-    /// It is packed so well that nobody can have meant it.
-    #[error("scale it down, or say that pictures of such a size are meant")]
+    /// Implausibly high compression, as in a decompression bomb.
+    #[error("scale it down, or allow images of this size")]
     Packed,
 }
 
 impl SizeHelp {
-    /// What a program can do about it.
+    /// What a program can do about the error.
     pub fn remedy(self) -> Option<Remedy> {
         match self {
             SizeHelp::Empty | SizeHelp::Damaged | SizeHelp::Machine => None,
@@ -127,7 +127,7 @@ impl SizeHelp {
 }
 
 impl ImageError {
-    /// As an error of the scene that shows the picture.
+    /// Converts to an error of the scene that uses the image.
     pub fn to_scene_error(&self) -> SceneError {
         let error = two_lines(ErrorCode::Image, &self.to_string());
         match self {
@@ -151,7 +151,7 @@ impl ImageError {
         Self::Unsupported { name: printable(name), format: format.name(), found, expected }
     }
 
-    /// An error of the image crate; `expected` is what it reads.
+    /// Converts an error of the image crate; `expected` is what is supported.
     pub(super) fn of_decoder(name: &str, format: ImageFormat, e: image::ImageError, expected: &str) -> Self {
         use image::error::UnsupportedErrorKind;
         match e {
@@ -160,12 +160,12 @@ impl ImageError {
                     Self::unsupported(name, format, found, expected)
                 }
                 UnsupportedErrorKind::Color(kind) => {
-                    Self::unsupported(name, format, format!("pixels of the kind {kind:?}"), expected)
+                    Self::unsupported(name, format, format!("{kind:?} pixels"), expected)
                 }
                 _ => Self::unsupported(name, format, what, expected),
             },
             image::ImageError::IoError(e) if e.kind() == std::io::ErrorKind::UnexpectedEof => {
-                Self::damaged(name, format, "it ends before the picture does")
+                Self::damaged(name, format, "the file ends before all pixels are read")
             }
             other => Self::damaged(name, format, other),
         }

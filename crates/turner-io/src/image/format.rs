@@ -1,26 +1,26 @@
-//! The formats there are: one table for extensions, first bytes and listings.
+//! The supported image formats: one table for extensions, signatures and listings.
 
 use super::{ImageError, bmp, pfm, tga};
 use crate::assets::{nearest, printable};
 use std::path::Path;
 
-/// One line of the table.
+/// An entry of the table.
 struct Row {
     format: ImageFormat,
     name: &'static str,
     extensions: &'static [&'static str],
     description: &'static str,
-    /// Whether a file is in this format, by its bytes.
+    /// Whether the bytes are in this format.
     is: fn(&[u8]) -> bool,
     can_write: bool,
-    /// Bytes per pixel and channel of a picture whose noise does not let it be packed.
+    /// Typical bytes per pixel and channel of an image with incompressible noise.
     bytes_per_channel: u64,
 }
 
-/// The table of formats: each entry is a variant and its line.
+/// Defines the formats: each entry is a variant and its table row.
 macro_rules! formats {
     ($($(#[doc = $doc:literal])+ $variant:ident { $($line:tt)+ })+) => {
-        /// A file format for pictures.
+                /// An image file format.
         #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
         pub enum ImageFormat { $($(#[doc = $doc])+ $variant,)+ }
 
@@ -33,7 +33,7 @@ formats! {
     Png {
         name: "PNG",
         extensions: &["png"],
-        description: "8 or 16 bits per channel, lossless: what the display shows",
+        description: "8 or 16 bits per channel, display-encoded, lossless",
         is: |b| b.starts_with(b"\x89PNG\r\n\x1a\n"),
         can_write: true,
         bytes_per_channel: 1,
@@ -42,7 +42,7 @@ formats! {
     Exr {
         name: "OpenEXR",
         extensions: &["exr"],
-        description: "linear 32-bit floats with metadata, lossless: what was computed",
+        description: "linear 32-bit floats, lossless, with metadata",
         is: |b| b.starts_with(b"\x76\x2f\x31\x01"),
         can_write: true,
         bytes_per_channel: 4,
@@ -51,7 +51,7 @@ formats! {
     Hdr {
         name: "Radiance HDR",
         extensions: &["hdr", "pic", "rgbe"],
-        description: "linear light in 4 bytes per pixel, to 0.4 % of the brightest channel",
+        description: "linear, 4 bytes per pixel, accurate to 0.4 % of the brightest channel",
         is: |b| b.starts_with(b"#?"),
         can_write: true,
         bytes_per_channel: 2,
@@ -60,7 +60,7 @@ formats! {
     Jpeg {
         name: "JPEG",
         extensions: &["jpg", "jpeg", "jpe"],
-        description: "8 bits per channel, lossy: for looking at, not for comparing",
+        description: "8 bits per channel, lossy",
         is: |b| b.starts_with(b"\xff\xd8\xff"),
         can_write: true,
         bytes_per_channel: 1,
@@ -87,7 +87,7 @@ formats! {
     Tga {
         name: "TGA",
         extensions: &["tga", "icb", "vda", "vst"],
-        description: "8 bits per channel, lossless; known by its footer or its extension",
+        description: "8 bits per channel, lossless; recognised by footer or extension",
         is: |b| b.ends_with(tga::FOOTER),
         can_write: false,
         bytes_per_channel: 1,
@@ -103,43 +103,41 @@ formats! {
     }
 }
 
-/// What to do about most formats that are not read.
+/// Remedies for unsupported formats.
 const CONVERT: &str = "convert it to PNG, or to OpenEXR if its samples are floats";
-const CONVERT_GPU: &str =
-    "convert it to PNG: the texture tools of its maker do that (`ktx extract`, `texconv`, …)";
-const CONVERT_STILL: &str = "save the picture (or the one frame of it that is meant) as PNG or JPEG";
+const CONVERT_GPU: &str = "convert it to PNG with the format's tools (`ktx extract`, `texconv`, …)";
+const CONVERT_STILL: &str = "save the image (or one frame of it) as PNG or JPEG";
 
-/// Formats that people try and that are not read, so that the message can name them: where their signature stands,
-/// the signature, the name, the remedy.
+/// Well-known formats that are not supported, for better messages: offset of the signature, signature, name, remedy.
 const FOREIGN: &[(usize, &[u8], &str, &str)] = &[
     (0, b"\xabKTX 20\xbb", "a KTX2 (Basis Universal) texture", CONVERT_GPU),
     (0, b"\xabKTX", "a KTX texture", CONVERT_GPU),
     (0, b"sB\x13\0", "a Basis Universal texture", CONVERT_GPU),
     (0, b"DDS ", "a DDS texture", CONVERT_GPU),
-    (4, b"ftypavi", "an AVIF picture", CONVERT_STILL),
-    (4, b"ftyphe", "a HEIC picture", CONVERT_STILL),
-    (4, b"ftypmif1", "a HEIF picture", CONVERT_STILL),
-    (4, b"ftypmsf1", "a HEIF picture", CONVERT_STILL),
-    (0, b"GIF8", "a GIF picture", CONVERT_STILL),
-    (0, b"II*\0", "a TIFF picture", CONVERT),
-    (0, b"MM\0*", "a TIFF picture", CONVERT),
-    (0, b"II+\0", "a BigTIFF picture", CONVERT),
-    (0, b"MM\0+", "a BigTIFF picture", CONVERT),
-    (0, b"RIFF", "a RIFF file that is no WebP", CONVERT),
+    (4, b"ftypavi", "an AVIF image", CONVERT_STILL),
+    (4, b"ftyphe", "a HEIC image", CONVERT_STILL),
+    (4, b"ftypmif1", "a HEIF image", CONVERT_STILL),
+    (4, b"ftypmsf1", "a HEIF image", CONVERT_STILL),
+    (0, b"GIF8", "a GIF image", CONVERT_STILL),
+    (0, b"II*\0", "a TIFF image", CONVERT),
+    (0, b"MM\0*", "a TIFF image", CONVERT),
+    (0, b"II+\0", "a BigTIFF image", CONVERT),
+    (0, b"MM\0+", "a BigTIFF image", CONVERT),
+    (0, b"RIFF", "a RIFF file other than WebP", CONVERT),
     (0, b"8BPS", "a Photoshop document", CONVERT),
-    (0, b"\0\0\0\x0cjP", "a JPEG 2000 picture", CONVERT),
-    (0, b"\xff\x0a", "a JPEG XL picture", CONVERT),
-    (0, b"\0\0\0\x0cJXL", "a JPEG XL picture", CONVERT),
-    (0, b"qoif", "a QOI picture", CONVERT),
+    (0, b"\0\0\0\x0cjP", "a JPEG 2000 image", CONVERT),
+    (0, b"\xff\x0a", "a JPEG XL image", CONVERT),
+    (0, b"\0\0\0\x0cJXL", "a JPEG XL image", CONVERT),
+    (0, b"qoif", "a QOI image", CONVERT),
     (0, b"\0\0\x01\0", "an icon (ICO)", CONVERT),
-    (0, b"P3", "a PPM picture", CONVERT),
-    (0, b"P6", "a PPM picture", CONVERT),
+    (0, b"P3", "a PPM image", CONVERT),
+    (0, b"P6", "a PPM image", CONVERT),
     (0, b"%PDF", "a PDF document", CONVERT_STILL),
     (0, b"\x89P", "a PNG with damaged first bytes (transferred as text?)", "export or download it again"),
     (0, b"version https://git-lfs", "a Git LFS pointer", "run `git lfs pull`"),
 ];
 
-/// What a file without a known signature is, as far as that can be told, and what to do about it.
+/// A guess at an unsupported file's format, and the remedy.
 fn foreign(bytes: &[u8]) -> Option<(&'static str, &'static str)> {
     if bytes.is_empty() {
         return Some(("an empty file", "export or download it again"));
@@ -155,46 +153,46 @@ fn foreign(bytes: &[u8]) -> Option<(&'static str, &'static str)> {
     let head = &text[..text.len().min(1024)];
     let svg = head.windows(4).any(|w| w.eq_ignore_ascii_case(b"<svg"));
     Some(if svg {
-        ("an SVG drawing", "draw it into a PNG of the size that is needed")
+        ("an SVG drawing", "convert it to a PNG of the required size")
     } else {
-        ("a text in angle brackets (an error page?)", "download it again")
+        ("markup text (an error page?)", "download it again")
     })
 }
 
 impl ImageFormat {
-    /// Every format, in the order of the table.
+    /// All formats, in the order of the table.
     pub fn all() -> impl Iterator<Item = Self> {
         TABLE.iter().map(|row| row.format)
     }
 
     fn row(self) -> &'static Row {
-        // Each variant has its line. The fallback keeps this free of panics.
+        // Every variant has a row; the fallback only avoids a panic.
         TABLE.iter().find(|row| row.format == self).unwrap_or(&TABLE[0])
     }
 
-    /// Bytes that an opaque picture may take whose noise does not let it be packed, with 8 bits a channel where the format
-    /// holds display values.
+    /// An estimate of the largest file size of an opaque image, for one with incompressible noise and, in
+    /// display-encoded formats, 8 bits per channel.
     pub fn most_bytes(self, width: u32, height: u32) -> u64 {
         let pixels = u64::from(width) * u64::from(height);
         pixels.saturating_mul(3 * self.row().bytes_per_channel).saturating_add(4096)
     }
 
-    /// The format's name in messages: `PNG`, `OpenEXR`, …
+    /// The format's name: `PNG`, `OpenEXR`, …
     pub fn name(self) -> &'static str {
         self.row().name
     }
 
-    /// The extensions that mean this format, lower case, the usual one first.
+    /// The extensions of the format, in lower case, the usual one first.
     pub fn extensions(self) -> &'static [&'static str] {
         self.row().extensions
     }
 
-    /// What the format keeps, in a few words, for listings.
+    /// A short description, for listings.
     pub fn description(self) -> &'static str {
         self.row().description
     }
 
-    /// Whether [`super::decode`] reads it: all of them, today.
+    /// Whether [`super::decode`] reads it: true for all formats.
     pub fn can_read(self) -> bool {
         true
     }
@@ -204,7 +202,7 @@ impl ImageFormat {
         self.row().can_write
     }
 
-    /// The format that an output path asks for by its extension, in upper or lower case: one that is written.
+    /// The writable format of an output path, by its extension in upper or lower case.
     pub fn of_path(path: &Path) -> Result<Self, ImageError> {
         let extension = lower_extension(path);
         let every =
@@ -214,9 +212,9 @@ impl ImageFormat {
             return Ok(row.format);
         }
         let (found, problem) = match (&extension, row) {
-            (_, Some(row)) => (row.name.to_owned(), "is read, not written"),
-            (Some(e), None) => (format!("the extension .{}", printable(e)), "names no picture format"),
-            (None, None) => ("no extension".to_owned(), "names no picture format"),
+            (_, Some(row)) => (row.name.to_owned(), "can be read but not written"),
+            (Some(e), None) => (format!("the extension .{}", printable(e)), "is not an image format"),
+            (None, None) => ("a name with no extension".to_owned(), "does not select an image format"),
         };
         Err(ImageError::UnknownExtension {
             name: printable(&path.to_string_lossy()),
@@ -230,7 +228,7 @@ impl ImageFormat {
         })
     }
 
-    /// The format of a file by its bytes; for TGA, which has no signature, by the extension of `name`.
+    /// The format of a file by its bytes, or for TGA, which has no signature, by the extension of `name`.
     pub fn of_bytes(bytes: &[u8], name: &str) -> Result<Self, ImageError> {
         if let Some(row) = TABLE.iter().find(|row| (row.is)(bytes)) {
             return Ok(row.format);
@@ -242,7 +240,7 @@ impl ImageFormat {
         }
         let (found, remedy) = match foreign {
             Some((what, remedy)) => (what.to_owned(), remedy),
-            None => (format!("a file beginning with {:02x?}", &bytes[..bytes.len().min(8)]), CONVERT),
+            None => (format!("a file that begins with {:02x?}", &bytes[..bytes.len().min(8)]), CONVERT),
         };
         Err(ImageError::NotAnImage {
             name: printable(name),
@@ -285,7 +283,10 @@ mod tests {
     #[test]
     fn formats_that_are_read_only_are_no_outputs() {
         let message = ImageFormat::of_path(Path::new("x.webp")).unwrap_err().to_string();
-        assert!(message.contains("WebP is read, not written") && !message.contains(".tga"), "{message}");
+        assert!(
+            message.contains("WebP can be read but not written") && !message.contains(".tga"),
+            "{message}"
+        );
     }
 
     #[test]

@@ -1,10 +1,9 @@
-//! Radiance HDR (RGBE): three mantissas of 8 bits and a shared exponent, run-length encoded.
+//! Radiance HDR (RGBE): three 8-bit mantissas with a shared exponent, run-length encoded (Ward 1991, "Real Pixels",
+//! Graphics Gems II; run-length encoding as in Radiance's `color.c`).
 //!
-//! `value = mantissa * 2^(exponent - 136)`; a written value is within 2^-8 of the pixel's brightest channel.
-//! Read here and not by a crate, so that memory follows what the file holds and not what its header claims.
-//! EXPOSURE and COLORCORR lines are not applied: values are as stored, as other programs show them.
-//!
-//! Format: G. Ward, "Real Pixels", Graphics Gems II, 1991; run-length encoding of Radiance's `color.c`.
+//! `value = mantissa * 2^(exponent - 136)`; a written value is accurate to 2^-8 of the brightest channel of its
+//! pixel. The decoder is implemented here so that memory grows with the data in the file, not with the size that the
+//! header claims. EXPOSURE and COLORCORR lines are not applied: values are as stored, as in other programs.
 
 use super::limits::{Source, reserve};
 use super::{DecodeLimits, ImageError, ImageFormat, OutputImage};
@@ -12,15 +11,15 @@ use turner::image::{Image, Pixels};
 
 const FORMAT: ImageFormat = ImageFormat::Hdr;
 
-/// Widths that the run-length encoding of scan lines can express.
+/// Widths that scan-line run-length encoding supports.
 const RLE_WIDTHS: std::ops::RangeInclusive<usize> = 8..=32767;
 
-/// Header lines beyond this are not a picture's.
+/// Longest header, in bytes.
 const MAX_HEADER: usize = 1 << 16;
 
 type Rgbe = [u8; 4];
 
-/// Reads a Radiance HDR file to RGB floats.
+/// Reads a Radiance HDR file as RGB floats.
 pub fn decode(bytes: &[u8], name: &str, limits: &DecodeLimits) -> Result<Image, ImageError> {
     let damaged = |problem: &str| ImageError::damaged(name, FORMAT, problem);
     let mut lines = Lines { rest: &bytes[..bytes.len().min(MAX_HEADER)] };
@@ -40,8 +39,8 @@ pub fn decode(bytes: &[u8], name: &str, limits: &DecodeLimits) -> Result<Image, 
     let data_at = bytes.len().min(MAX_HEADER) - lines.rest.len();
     let mut data = bytes.get(data_at..).unwrap_or_default();
 
-    // A scan line has at least four bytes. How many pixels those make is bounded by the limits alone, so the
-    // samples grow with the rows that are really there.
+    // A scan line has at least four bytes, which can represent any number of pixels. Therefore the sample buffer
+    // grows with the rows actually present.
     let source = Source { name, format: FORMAT, bytes: bytes.len() };
     let size = limits.check(source, width, height, 12, u64::MAX)?;
     let (w, h) = (size.width as usize, size.height as usize);
@@ -52,9 +51,9 @@ pub fn decode(bytes: &[u8], name: &str, limits: &DecodeLimits) -> Result<Image, 
     let mut samples: Vec<f32> = Vec::new();
     for y in 0..h {
         data = read_line(data, &mut line)
-            .ok_or_else(|| damaged(&format!("row {y} of {h} ends early or does not fit its width")))?;
+            .ok_or_else(|| damaged(&format!("row {y} of {h} is truncated or does not match the width")))?;
         if samples.capacity() - samples.len() < w * 3 {
-            // Doubling, but never beyond the picture.
+            // Double the buffer, but not beyond the size of the image.
             let more = samples.len().max(w * 48).min((h - y) * w * 3);
             reserve(&mut samples, more, name)?;
         }
@@ -76,7 +75,7 @@ pub fn decode(bytes: &[u8], name: &str, limits: &DecodeLimits) -> Result<Image, 
     Ok(Image { width: size.width, height: size.height, channels: 3, pixels: Pixels::F32(samples) })
 }
 
-/// Header lines, without their ends.
+/// Header lines, without line ends.
 struct Lines<'a> {
     rest: &'a [u8],
 }
@@ -92,8 +91,8 @@ impl<'a> Iterator for Lines<'a> {
     }
 }
 
-/// `-Y height +X width`: rows from the top, columns from the left. Returns width, height, whether rows come from
-/// the bottom, whether columns come from the right.
+/// Parses the size, such as `-Y height +X width`: rows from the top, columns from the left. Returns width, height,
+/// whether rows go from the bottom up, and whether columns go from right to left.
 fn parse_size(line: &str, name: &str) -> Result<(u64, u64, bool, bool), ImageError> {
     let words: Vec<&str> = line.split_ascii_whitespace().take(5).collect();
     let [y, height, x, width] = words[..] else {
@@ -113,7 +112,8 @@ fn parse_size(line: &str, name: &str) -> Result<(u64, u64, bool, bool), ImageErr
     }
 }
 
-/// Reads one scan line, run-length encoded by channel, or the older encodings; `None` where the bytes do not fit.
+/// Reads one scan line, in the run-length encoding by channel or the older encodings; `None` if the bytes are
+/// invalid.
 fn read_line<'a>(data: &'a [u8], line: &mut [Rgbe]) -> Option<&'a [u8]> {
     match data {
         [2, 2, high, low, rest @ ..] if *high < 128 && RLE_WIDTHS.contains(&line.len()) => {
@@ -147,14 +147,15 @@ fn read_channel<'a>(mut data: &'a [u8], line: &mut [Rgbe], channel: usize) -> Op
     Some(data)
 }
 
-/// Plain pixels, where `1 1 1 n` repeats the pixel before it n times; markers in a row count as higher bytes.
+/// Uncompressed pixels, in which `1 1 1 n` repeats the previous pixel n times; consecutive markers supply higher
+/// bytes of the count.
 fn read_pixels<'a>(mut data: &'a [u8], line: &mut [Rgbe]) -> Option<&'a [u8]> {
     let (mut x, mut shift) = (0, 0);
     while x < line.len() {
         let (&pixel, rest) = data.split_first_chunk::<4>()?;
         data = rest;
         if pixel[..3] == [1, 1, 1] {
-            // A width has at most 15 bits, and the last run must fit it: higher bytes are zero in a valid file.
+            // A width has at most 15 bits, so the higher bytes of a valid count are zero.
             let count = usize::from(pixel[3]).checked_shl(shift).filter(|_| shift <= 24)?;
             let previous = *line.get(x.checked_sub(1)?)?;
             line.get_mut(x..x.checked_add(count)?)?.fill(previous);
@@ -177,16 +178,16 @@ fn to_linear([r, g, b, e]: Rgbe) -> [f32; 3] {
     [r, g, b].map(|m| (f64::from(m) * scale) as f32)
 }
 
-/// The nearest RGBE pixel. Negative and NaN become 0, what exceeds 255 * 2^119 becomes that.
+/// The nearest RGBE value. Negative and NaN become 0; larger values are clamped to 255 * 2^119.
 fn to_rgbe(rgb: [f32; 3]) -> Rgbe {
-    // 255 * 2^119, which is 1.69e38.
+    // 255 * 2^119 = 1.69e38.
     let most = (255.0 * power_of_two(119)) as f32;
     let rgb = rgb.map(|v| if v > 0.0 { v.min(most) } else { 0.0 });
     let max = rgb[0].max(rgb[1]).max(rgb[2]);
     if max == 0.0 {
         return [0; 4];
     }
-    // floor(log2(max)); a subnormal gives -127 and loses some of its bits.
+    // floor(log2(max)). For subnormals it is -127, and some bits are lost.
     let mut exponent = (max.to_bits() >> 23) as i32 - 127;
     if (f64::from(max) * power_of_two(7 - exponent)).round() >= 256.0 {
         exponent += 1;
@@ -205,7 +206,7 @@ fn power_of_two(n: i32) -> f64 {
     f64::from_bits(((1023 + i64::from(n.clamp(-1022, 1023))) as u64) << 52)
 }
 
-/// Writes the linear samples; alpha and metadata are left out.
+/// Encodes the linear samples; alpha and metadata are dropped.
 pub fn encode(image: &OutputImage<'_>) -> Result<Vec<u8>, ImageError> {
     let linear = image.linear(FORMAT)?;
     let width = image.width as usize;
@@ -228,7 +229,7 @@ pub fn encode(image: &OutputImage<'_>) -> Result<Vec<u8>, ImageError> {
     Ok(out)
 }
 
-/// Runs of four and more as `128 + n, value`, everything else as `n, values…` with n at most 128.
+/// Encodes runs of four or more as `128 + n, value`, everything else as `n, values…` with n at most 128.
 fn write_channel(values: &[u8], out: &mut Vec<u8>) {
     let run_at = |i: usize| values[i..].iter().take(127).take_while(|&&v| v == values[i]).count();
     let (mut start, mut i) = (0, 0);
@@ -261,7 +262,8 @@ mod tests {
                 let v = (mantissa * power_of_two(exponent)) as f32;
                 let back = to_linear(to_rgbe([v, v / 3.0, 0.0]));
                 for (b, want) in back.iter().zip([v, v / 3.0, 0.0]) {
-                    // Half a step of 2^-8 relative to a power of two below the largest channel.
+                    // The step is 2^-8 relative to a power of two not above the largest channel;
+                    // allow half of it.
                     assert!((b - want).abs() <= v / 255.0, "{v:e} {b:e} {want:e}");
                 }
             }

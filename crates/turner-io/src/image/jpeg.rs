@@ -1,6 +1,5 @@
-//! JPEG: 8 bits, lossy. Grey files stay grey; CMYK and YCCK become RGB.
-//!
-//! Profiles and the EXIF orientation are not applied.
+//! JPEG: 8 bits, lossy. Grey files stay grey; CMYK and YCCK become RGB. Colour profiles and EXIF orientation are not
+//! applied.
 
 use super::contain::contain;
 use super::limits::{Source, buffer};
@@ -12,10 +11,10 @@ use turner::image::{Image, Pixels};
 
 const FORMAT: ImageFormat = ImageFormat::Jpeg;
 
-/// Quality of written files, 1 to 100: no visible blocks, about a sixth of the PNG.
+/// Quality of written files, 1 to 100. At 95 no blocks are visible, and files are about a sixth of the PNG's size.
 pub const QUALITY: u8 = 95;
 
-/// Every 8 x 8 block of the finest component has at least one code, of at least one bit.
+/// Each 8 x 8 block of the component with the highest resolution has at least one code of at least one bit.
 const PIXELS_PER_BYTE: u64 = 8 * 64;
 
 /// Reads a baseline or progressive JPEG.
@@ -32,7 +31,7 @@ pub fn decode(bytes: &[u8], name: &str, limits: &DecodeLimits) -> Result<Image, 
                 return Err(ImageError::unsupported(name, FORMAT, format!("{other:?} samples"), expected));
             }
         };
-        // A progressive file keeps 16-bit coefficients for each sample while it is decoded.
+        // Progressive files keep 16-bit coefficients for each sample during decoding.
         let pixel_bytes = u64::from(channels) * 3;
         let source = Source { name, format: FORMAT, bytes: bytes.len() };
         let size = limits.check(source, width.into(), height.into(), pixel_bytes, PIXELS_PER_BYTE)?;
@@ -42,7 +41,7 @@ pub fn decode(bytes: &[u8], name: &str, limits: &DecodeLimits) -> Result<Image, 
     })
 }
 
-/// Writes the display samples as RGB at quality [`QUALITY`]; alpha and metadata are left out.
+/// Encodes the display samples as RGB with quality [`QUALITY`]; alpha and metadata are dropped.
 pub fn encode(image: &OutputImage<'_>) -> Result<Vec<u8>, ImageError> {
     let display = image.display(FORMAT)?;
     if image.width > 65535 || image.height > 65535 {
@@ -60,7 +59,7 @@ pub fn encode(image: &OutputImage<'_>) -> Result<Vec<u8>, ImageError> {
     Ok(out)
 }
 
-/// The nearest 8-bit value: 257 = 65535 / 255.
+/// The nearest 8-bit value; 257 = 65535 / 255.
 fn to_8(v: u16) -> u8 {
     ((u32::from(v) + 128) / 257) as u8
 }

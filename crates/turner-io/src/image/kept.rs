@@ -1,16 +1,16 @@
-//! Pictures as their files have them, beside what they were decoded to.
+//! Keeps encoded images alongside the decoded ones, so that `turner convert` can copy them unchanged.
 
 use std::sync::{Arc, Mutex};
 use turner::image::Image;
 
-/// One picture.
+/// An image and its encoded file.
 struct Kept {
     image: Arc<Image>,
     name: String,
     bytes: Arc<[u8]>,
 }
 
-/// The bytes of pictures' files, found by the pictures. Clones share them.
+/// A store of encoded images, looked up by decoded image. Clones share the store.
 #[derive(Clone, Default)]
 pub struct KeptPictures(Arc<Mutex<Vec<Kept>>>);
 
@@ -20,7 +20,7 @@ impl std::fmt::Debug for KeptPictures {
     }
 }
 
-/// Two are the same if they share what they keep.
+/// Equal if they share the same store.
 impl PartialEq for KeptPictures {
     fn eq(&self, other: &KeptPictures) -> bool {
         Arc::ptr_eq(&self.0, &other.0)
@@ -28,13 +28,13 @@ impl PartialEq for KeptPictures {
 }
 
 impl KeptPictures {
-    /// Keeps the file of a picture; `name` is its path.
+    /// Stores the encoded bytes of an image; `name` is its path.
     pub fn keep(&self, image: &Arc<Image>, name: &str, bytes: Vec<u8>) {
         let mut list = self.0.lock().unwrap_or_else(|e| e.into_inner());
         list.push(Kept { image: Arc::clone(image), name: name.to_owned(), bytes: bytes.into() });
     }
 
-    /// The path and the bytes of a picture's file: decoded, they give this picture.
+    /// The path and the encoded bytes of an image, if stored.
     pub fn find(&self, image: &Arc<Image>) -> Option<(String, Arc<[u8]>)> {
         let list = self.0.lock().unwrap_or_else(|e| e.into_inner());
         let kept = list.iter().find(|kept| Arc::ptr_eq(&kept.image, image))?;

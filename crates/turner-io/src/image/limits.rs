@@ -1,44 +1,44 @@
-//! How large a picture may claim to be, checked before any memory is reserved for it.
+//! Limits of image sizes, checked before memory is reserved.
 
 use turner::schema::Limits;
 
 use super::{ImageError, ImageFormat, SizeHelp};
 use crate::assets::printable;
 
-/// Limits on a picture that is read. The defaults hold for any texture that fits a workstation.
+/// Limits for images to read. The defaults suit any texture that fits in a workstation's memory.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct DecodeLimits {
-    /// Most columns and most rows. Default 32768.
+    /// Most columns and most rows; default 32768.
     pub max_side: u32,
-    /// Most pixels. Default 2^28 (16384 x 16384).
+    /// Most pixels; default 2^28 (16384 x 16384).
     pub max_pixels: u64,
-    /// Most bytes of decoded samples. Default 2 GiB.
+    /// Most bytes of decoded samples; default 2 GiB.
     pub max_bytes: u64,
-    /// Pictures of up to so many columns and rows are meant, however well they are packed. Default 0.
+    /// Images of at most this many columns and rows are accepted whatever their compression ratio; default 0.
     pub meant_side: u32,
 }
 
-/// Decoded bytes from which on a picture is suspicious that is packed [`PACKED`] to one: 256 MiB.
+/// Decoded size from which a compression ratio above [`PACKED`] is suspicious: 256 MiB.
 const SUSPICIOUS: u64 = 256 << 20;
 
-/// No picture of anything is packed so well.
+/// Compression ratio that real images do not reach.
 const PACKED: u64 = 100;
 
-/// Memory that decoding takes at its peak, in sizes of what comes out.
+/// Peak memory of decoding, as a multiple of the decoded size.
 const PEAK: u64 = 2;
 
 impl DecodeLimits {
-    /// What the limits of a scene leave for a picture, when `many` are decoded together. Whoever asks for pictures of up to
-    /// `max_texture_size` means those of that size.
+    /// The limits for each of `many` images that are decoded together, given the limits of the scene. Images up
+    /// to `max_texture_size` were requested explicitly and are accepted.
     pub fn of_scene(limits: &Limits, max_texture_size: Option<u32>, many: u64) -> DecodeLimits {
         let asked = max_texture_size.unwrap_or(0);
         let default = DecodeLimits::default();
         let left = limits.memory.left();
-        let share = left / (PEAK * many.max(1));
+        let budget = left / (PEAK * many.max(1));
         DecodeLimits {
             max_side: default.max_side.max(asked),
             max_pixels: default.max_pixels.max(u64::from(asked) * u64::from(asked)),
-            max_bytes: if left == u64::MAX { default.max_bytes } else { share },
+            max_bytes: if left == u64::MAX { default.max_bytes } else { budget },
             meant_side: asked,
         }
     }
@@ -50,7 +50,7 @@ impl Default for DecodeLimits {
     }
 }
 
-/// A size that has passed [`DecodeLimits::check`].
+/// A size that passed [`DecodeLimits::check`].
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Checked {
     pub(super) width: u32,
@@ -59,18 +59,18 @@ pub(super) struct Checked {
     pub(super) pixels: usize,
 }
 
-/// What is being read, for messages, and how much of it there is.
+/// The file being read.
 #[derive(Clone, Copy)]
 pub(super) struct Source<'a> {
     pub(super) name: &'a str,
     pub(super) format: ImageFormat,
-    /// Bytes in the file.
+    /// Length of the file, in bytes.
     pub(super) bytes: usize,
 }
 
 impl DecodeLimits {
-    /// Checks a claimed size: not empty, within the limits at `pixel_bytes` decoded bytes per pixel, and no more
-    /// pixels than `pixels_per_byte` (the most that the format can hold in a byte) times the file's length.
+    /// Checks a claimed size: not empty; within the limits at `pixel_bytes` decoded bytes per pixel; at most
+    /// `pixels_per_byte` pixels (the most that the format can represent) per byte of the file.
     pub(super) fn check(
         &self,
         source: Source<'_>,
@@ -92,13 +92,13 @@ impl DecodeLimits {
         if w > self.max_side || h > self.max_side {
             return fail(format!("exceeds {} on a side", self.max_side), SizeHelp::Sides);
         }
-        // Both sides are below 2^32: the product fits a u64.
+        // Both sides are below 2^32, so the product fits in a u64.
         let pixels = width * height;
         if pixels > self.max_pixels {
             return fail(format!("exceeds {} pixels", self.max_pixels), SizeHelp::Sides);
         }
         if pixels.checked_mul(pixel_bytes).is_none_or(|b| b > self.max_bytes) {
-            let problem = format!("at {pixel_bytes} bytes each exceeds {} bytes", self.max_bytes);
+            let problem = format!("with {pixel_bytes} bytes per pixel exceeds {} bytes", self.max_bytes);
             return fail(problem, SizeHelp::Memory);
         }
         if pixels > (source.bytes as u64).saturating_mul(pixels_per_byte) {
@@ -112,13 +112,13 @@ impl DecodeLimits {
             return fail(problem, SizeHelp::Packed);
         }
         let Ok(pixels) = usize::try_from(pixels) else {
-            return fail("exceeds this machine's memory".to_owned(), SizeHelp::Machine);
+            return fail("exceeds this machine's address space".to_owned(), SizeHelp::Machine);
         };
         Ok(Checked { width: w, height: h, pixels })
     }
 }
 
-/// A buffer of `len` default values, or an error instead of an abort where memory is short.
+/// A buffer of `len` default values; an error instead of an abort when memory runs out.
 pub(super) fn buffer<T: Clone + Default>(len: usize, name: &str) -> Result<Vec<T>, ImageError> {
     let mut v = Vec::new();
     reserve(&mut v, len, name)?;
@@ -126,7 +126,7 @@ pub(super) fn buffer<T: Clone + Default>(len: usize, name: &str) -> Result<Vec<T
     Ok(v)
 }
 
-/// Room for `more` values, or an error instead of an abort where memory is short.
+/// Reserves `more` elements; an error instead of an abort when memory runs out.
 pub(super) fn reserve<T>(v: &mut Vec<T>, more: usize, name: &str) -> Result<(), ImageError> {
     v.try_reserve_exact(more).map_err(|_| ImageError::OutOfMemory {
         name: printable(name),
@@ -134,7 +134,7 @@ pub(super) fn reserve<T>(v: &mut Vec<T>, more: usize, name: &str) -> Result<(), 
     })
 }
 
-/// Asks whether there is room for `bytes` more, which a decoder is about to take without asking.
+/// Checks that `bytes` more could be allocated, before a decoder allocates them without checking.
 pub(super) fn probe(bytes: usize, name: &str) -> Result<(), ImageError> {
     reserve(&mut Vec::<u8>::new(), bytes, name)
 }

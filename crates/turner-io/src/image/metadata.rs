@@ -1,17 +1,17 @@
-//! Named values that travel inside a picture: the scene's hash, the seed, the sample count, …
+//! Metadata of image files: the scene's hash, seed, sample count and so on, by name.
 
 use super::{ImageError, ImageFormat};
 use std::collections::BTreeMap;
 
-/// Metadata by name. Written in the order of the names, so that files do not depend on who inserted what first.
+/// Metadata by name. It is written in the order of the names, so that files are reproducible.
 pub type Metadata = BTreeMap<String, MetaValue>;
 
-/// A value of metadata.
+/// A metadata value.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum MetaValue {
-    /// Any text without NUL.
+    /// Text without NUL.
     Text(String),
-    /// An integer: an `int` attribute in EXR, decimal text in PNG. Write what needs more bits as text.
+    /// An integer: an `int` attribute in EXR, decimal text in PNG. Larger integers must be text.
     Integer(i32),
 }
 
@@ -36,8 +36,8 @@ impl From<i32> for MetaValue {
     }
 }
 
-/// Checks what holds for both formats that store metadata: names of 1 to 79 printable ASCII characters (the limit
-/// of PNG) without spaces at either end, values without NUL.
+/// Checks the requirements of both formats with metadata: names of 1 to 79 printable ASCII characters (PNG's limit)
+/// without leading or trailing space; values without NUL.
 pub(super) fn check(metadata: &Metadata, format: ImageFormat) -> Result<(), ImageError> {
     for (name, value) in metadata {
         let printable = name.bytes().all(|b| (0x20..0x7f).contains(&b)) && name.trim() == name;

@@ -1,18 +1,18 @@
-//! Pictures: PNG, OpenEXR, Radiance HDR and JPEG to and from memory, WebP, TGA, BMP and PFM from it, and the safe way to
-//! put one on disk.
+//! Image files: PNG, OpenEXR, Radiance HDR and JPEG are read and written, WebP, TGA, BMP and PFM are read; and safe
+//! replacement of files on disk.
 //!
 //! ```text
-//! bytes ── decode ──> turner::image::Image          8 bits stay 8 bits, 16 stay 16, EXR and HDR are floats
-//! OutputImage ── encode ──> bytes ── OutputFile::commit ──> disk, whole or not at all
+//! bytes ── decode ──> turner::image::Image          8 and 16 bits are kept, EXR, HDR and PFM become floats
+//! OutputImage ── encode ──> bytes ── OutputFile::commit ──> disk, complete or not at all
 //! ```
 //!
-//! Nothing here opens a scene's files: bytes come through [`crate::assets::AssetSource`]. A decoder looks at the
-//! size that a file claims before it reserves any memory (see [`DecodeLimits`]), and a panic inside one of the
-//! decoding crates becomes an [`ImageError`].
+//! This module does not open a scene's files; bytes come through [`crate::assets::AssetSource`]. Decoders check the
+//! claimed size before they reserve memory (see [`DecodeLimits`]), and a panic inside a decoding crate becomes an
+//! [`ImageError`].
 //!
-//! Colour management is the caller's: PNG gamma and profile chunks, JPEG profiles and the EXPOSURE line of HDR
-//! files are not applied, and the transform from the linear to the display samples of an [`OutputImage`] is the
-//! renderer's.
+//! Colour management is the caller's task: PNG gamma and profile chunks, JPEG profiles and the EXPOSURE line of HDR
+//! files are not applied, and an [`OutputImage`] holds linear and display samples that the renderer has already
+//! converted.
 
 pub mod bmp;
 mod contain;
@@ -47,10 +47,10 @@ pub(crate) use shrink::to_fit;
 
 use turner::image::Image;
 
-/// Reads a picture. The format is found from its bytes; `name` is for messages, and its extension counts only for
-/// TGA, which has no signature.
+/// Reads an image. The format is recognised from the bytes; `name` appears in messages, and its extension matters
+/// only for TGA, which has no signature.
 ///
-/// A picture with alpha comes back with straight alpha, whatever the file stores.
+/// An image with alpha has straight alpha, whatever the file stores.
 pub fn decode(bytes: &[u8], name: &str, limits: &DecodeLimits) -> Result<Image, ImageError> {
     match ImageFormat::of_bytes(bytes, name)? {
         ImageFormat::Png => png::decode(bytes, name, limits),
@@ -64,7 +64,7 @@ pub fn decode(bytes: &[u8], name: &str, limits: &DecodeLimits) -> Result<Image, 
     }
 }
 
-/// Writes a picture into memory. The same input gives the same bytes, on any machine and any number of threads.
+/// Encodes an image. The same input gives the same bytes on any machine and with any number of threads.
 pub fn encode(image: &OutputImage<'_>, format: ImageFormat) -> Result<Vec<u8>, ImageError> {
     match format {
         ImageFormat::Png => png::encode(image),
@@ -72,13 +72,13 @@ pub fn encode(image: &OutputImage<'_>, format: ImageFormat) -> Result<Vec<u8>, I
         ImageFormat::Hdr => hdr::encode(image),
         ImageFormat::Jpeg => jpeg::encode(image),
         ImageFormat::WebP | ImageFormat::Tga | ImageFormat::Bmp | ImageFormat::Pfm => {
-            Err(ImageError::encode(format, "it is read, not written; use PNG"))
+            Err(ImageError::encode(format, "the format can be read but not written; use PNG"))
         }
     }
 }
 
-/// The text and integer metadata of a PNG or EXR file, without decoding a pixel; empty for the others.
-/// PNG knows text only, so an integer written there comes back as [`MetaValue::Text`].
+/// The text and integer metadata of a PNG or EXR file, without decoding pixels; empty for other formats. PNG stores
+/// only text, so an integer is read back as [`MetaValue::Text`].
 pub fn read_metadata(bytes: &[u8], name: &str) -> Result<Metadata, ImageError> {
     match ImageFormat::of_bytes(bytes, name)? {
         ImageFormat::Png => png::read_metadata(bytes, name),

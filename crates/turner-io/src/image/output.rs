@@ -1,8 +1,8 @@
-//! Putting a finished file on disk: the old one or the new one, complete, at any moment.
+//! Atomic output files: at any moment the path holds either the old file or the complete new one.
 //!
-//! The temporary file is made beside the destination before rendering starts, so that a path that cannot be
-//! written is reported then and not after an hour. A process that is killed may leave a `.turner-*.tmp` behind, which
-//! the next one that writes into the folder removes.
+//! The temporary file is created in the destination folder before rendering starts, so an unwritable path is reported
+//! immediately and not after an hour. A killed process may leave a `.turner-*.tmp` file, which the next process that
+//! writes into the folder removes.
 
 use std::fs::{self, OpenOptions};
 use std::io::{self, BufWriter, Write};
@@ -13,11 +13,11 @@ use tempfile::NamedTempFile;
 use super::temporary::{create_in, free_space, sync_folder};
 use crate::assets::printable;
 
-/// Why an output file could not be made.
+/// Why an output file could not be written.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum OutputError {
-    /// The folder is not there.
+    /// The folder does not exist.
     #[error("{path}: the folder {folder} does not exist\n  create it (mkdir -p) or choose another path")]
     NoFolder {
         /// The output path.
@@ -26,50 +26,50 @@ pub enum OutputError {
         folder: String,
     },
     /// The path is a folder.
-    #[error("{path}: is a folder; expected the name of a file\n  add one, such as {path}/picture.png")]
+    #[error("{path}: is a folder; expected a file name\n  add one, such as {path}/picture.png")]
     IsFolder {
         /// The output path.
         path: String,
     },
     /// The path has no file name.
-    #[error("\"{path}\": names no file\n  give one, such as picture.png")]
+    #[error("\"{path}\": has no file name\n  add one, such as picture.png")]
     NoName {
         /// The output path.
         path: String,
     },
-    /// The file that is there is read-only.
+    /// The existing file is read-only.
     #[error("{path}: exists and is read-only\n  make it writable or choose another path")]
     ReadOnly {
         /// The output path.
         path: String,
     },
-    /// The disk is too full.
+    /// The disk has too little free space.
     #[error("{path}: may take {}, but its disk has {} left\n  free some space or choose another disk",
         bytes_text(*need), bytes_text(*free))]
     NoSpace {
         /// The output path.
         path: String,
-        /// Bytes that the file may take.
+        /// Bytes that the file may need.
         need: u64,
-        /// Bytes that are left.
+        /// Free bytes.
         free: u64,
     },
-    /// The system refused a step.
+    /// The operating system reported an error.
     #[error("{path}: cannot {step}: {source}\n  {remedy}")]
     Io {
         /// The output path.
         path: String,
-        /// What was being done.
+        /// The step that failed.
         step: &'static str,
-        /// What to try.
+        /// The remedy.
         remedy: &'static str,
-        /// The system's reason.
+        /// The system's error.
         source: io::Error,
     },
 }
 
-/// A file that will appear under its path when it is complete. Dropped before [`OutputFile::commit`], it leaves
-/// no temporary file and whatever was there before untouched.
+/// An output file that appears under its path when complete. If dropped before [`OutputFile::commit`], it removes its
+/// temporary file and leaves an existing file unchanged.
 #[derive(Debug)]
 pub struct OutputFile {
     path: PathBuf,
@@ -78,19 +78,19 @@ pub struct OutputFile {
 
 #[derive(Debug)]
 enum Target {
-    /// A regular file: replaced by `temporary`, in `folder`.
+    /// A regular file: `temporary`, in `folder`, replaces it.
     File { temporary: NamedTempFile, folder: PathBuf },
-    /// A device or pipe, such as /dev/null: written to, never replaced.
+    /// A device or pipe, such as /dev/null: written to, not replaced.
     Stream,
 }
 
 impl OutputFile {
-    /// Checks that `path` can be written, by making a temporary file in its folder. A link is followed: the file
-    /// that it leads to is replaced, not the link.
+    /// Checks that `path` can be written, by creating a temporary file in its folder. Symbolic links are
+    /// followed: the target is replaced, not the link.
     pub fn create(path: impl Into<PathBuf>) -> Result<Self, OutputError> {
         let asked = path.into();
         let shown = printable(&asked.to_string_lossy());
-        // Only a path that exists can be resolved; a new one is taken as it stands.
+        // Only existing paths can be canonicalised.
         let path = fs::canonicalize(&asked).unwrap_or_else(|_| asked.clone());
         match fs::metadata(&path) {
             Ok(meta) if meta.is_dir() => return Err(OutputError::IsFolder { path: shown }),
@@ -98,7 +98,7 @@ impl OutputFile {
             Ok(meta) if meta.permissions().readonly() => return Err(OutputError::ReadOnly { path: shown }),
             Ok(_) => {}
             Err(e) if e.kind() == io::ErrorKind::NotFound => {}
-            Err(e) => return Err(failed(&path, "look at it", e)),
+            Err(e) => return Err(failed(&path, "get its metadata", e)),
         }
         let trailing = asked.to_string_lossy().ends_with(std::path::MAIN_SEPARATOR);
         if path.file_name().is_none() || trailing {
@@ -117,7 +117,7 @@ impl OutputFile {
         Ok(Self { path, target: Target::File { temporary, folder } })
     }
 
-    /// Checks that the disk has room for `need` bytes, where the system says how much it has.
+    /// Checks that the disk has `need` free bytes, if the system reports its free space.
     pub fn check_space(&self, need: u64) -> Result<(), OutputError> {
         match &self.target {
             Target::Stream => Ok(()),
@@ -130,18 +130,18 @@ impl OutputFile {
         }
     }
 
-    /// The path that will be written, links resolved.
+    /// The path that will be written, with links resolved.
     pub fn path(&self) -> &Path {
         &self.path
     }
 
-    /// Writes the bytes, flushes them to the disk, and puts the file in its place in one step. An existing file's
-    /// permissions are kept; a new file has those that any new file of the user has.
+    /// Writes the bytes, flushes them to disk, and renames the file to its path atomically. An existing file's
+    /// permissions are kept; a new file has the user's default permissions.
     pub fn commit(self, bytes: &[u8]) -> Result<(), OutputError> {
         self.commit_with(|out| out.write_all(bytes))
     }
 
-    /// The same with what `write` writes, bit by bit.
+    /// Like [`OutputFile::commit`], with the bytes that `write` produces.
     pub fn commit_with(
         self,
         write: impl FnOnce(&mut dyn Write) -> io::Result<()>,
@@ -169,12 +169,12 @@ impl OutputFile {
     }
 }
 
-/// Bytes for people: `1.5 MB`.
+/// A size for messages: `1.5 MB`.
 fn bytes_text(bytes: u64) -> String {
     if bytes < 1_000_000 { format!("{bytes} bytes") } else { format!("{:.1} MB", bytes as f64 / 1e6) }
 }
 
-/// The same without the name of a temporary file, which nobody asked for.
+/// The error without the name of the temporary file, which would confuse the user.
 fn unnamed(error: io::Error) -> io::Error {
     match error.kind() {
         io::ErrorKind::PermissionDenied

@@ -1,27 +1,27 @@
-//! A finished picture, in the two shapes that files want.
+//! An image to be written, as linear and as display samples.
 
 use super::{ImageError, ImageFormat, Metadata};
 
-/// What [`super::encode`] writes. The caller fills the samples that the format stores and may leave the other
-/// kind out: EXR and HDR store `linear`, PNG and JPEG store `display`. A PNG is thus the EXR seen through the
-/// caller's documented transform, and nothing is transformed here.
+/// The input of [`super::encode`]. The caller provides the samples that the format stores: `linear` for EXR and HDR,
+/// `display` for PNG and JPEG. No conversion takes place, so a PNG is the EXR after the caller's own display
+/// transform.
 #[derive(Clone, Debug)]
 pub struct OutputImage<'a> {
     /// Columns, at least 1.
     pub width: u32,
     /// Rows, at least 1.
     pub height: u32,
-    /// Whether the fourth channel is meant; without it, it is not written. HDR and JPEG never store it.
+    /// Whether the alpha channel is written. HDR and JPEG never store it.
     pub alpha: bool,
-    /// Linear RGBA, row 0 at the top, colour associated with (premultiplied by) alpha as EXR has it.
+    /// Linear RGBA, row 0 at the top, colours premultiplied by alpha as in EXR.
     pub linear: Option<&'a [[f32; 4]]>,
-    /// Display-encoded RGBA, row 0 at the top, straight alpha as PNG has it.
+    /// Display-encoded RGBA, row 0 at the top, straight alpha as in PNG.
     pub display: Option<Display<'a>>,
-    /// How `display` is encoded: stated in the PNG, not applied.
+    /// The encoding of `display`: declared in the PNG, not applied.
     pub transfer: Transfer,
-    /// Written into PNG and EXR.
+    /// Metadata for PNG and EXR.
     pub metadata: &'a Metadata,
-    /// Threads that may compress; 0 for as many as the machine has. The bytes do not depend on it.
+    /// Threads for compression; 0 uses all. The bytes do not depend on it.
     pub threads: usize,
 }
 
@@ -34,24 +34,24 @@ pub enum Display<'a> {
     U16(&'a [[u16; 4]]),
 }
 
-/// The display encoding that a file states.
+/// The display encoding that a file declares.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Transfer {
-    /// IEC 61966-2-1: an sRGB chunk.
+    /// IEC 61966-2-1, as an sRGB chunk.
     Srgb,
-    /// `encoded = linear^(1 / gamma)`: a gAMA chunk. 1 for linear samples. Between 0.01 and 100.
+    /// `encoded = linear^(1 / gamma)`, as a gAMA chunk; 1 for linear samples; between 0.01 and 100.
     Gamma(f32),
-    /// Nothing is stated.
+    /// None declared.
     Unstated,
 }
 
 impl<'a> OutputImage<'a> {
-    /// A checked pixel count: both sides at least 1 and at most 2^31 - 1 (what every format can state).
+    /// The number of pixels. Both sides must be from 1 to 2^31 - 1, which every format can store.
     pub(super) fn pixels(&self, format: ImageFormat) -> Result<usize, ImageError> {
         let most = i32::MAX as u32;
         let ok = (1..=most).contains(&self.width) && (1..=most).contains(&self.height);
         let pixels = (self.width as usize).checked_mul(self.height as usize);
-        // 16 bytes per pixel must be addressable, for the buffers made on the way.
+        // 16 bytes per pixel must be addressable, for intermediate buffers.
         match pixels.filter(|p| ok && p.checked_mul(16).is_some()) {
             Some(pixels) => Ok(pixels),
             None => {
@@ -61,7 +61,7 @@ impl<'a> OutputImage<'a> {
         }
     }
 
-    /// The linear samples, or an error that says what is missing.
+    /// The linear samples; an error if they are missing or their number is wrong.
     pub(super) fn linear(&self, format: ImageFormat) -> Result<&'a [[f32; 4]], ImageError> {
         let pixels = self.pixels(format)?;
         match self.linear {
@@ -70,7 +70,7 @@ impl<'a> OutputImage<'a> {
         }
     }
 
-    /// The display samples, or an error that says what is missing.
+    /// The display samples; an error if they are missing or their number is wrong.
     pub(super) fn display(&self, format: ImageFormat) -> Result<Display<'a>, ImageError> {
         let pixels = self.pixels(format)?;
         let len = self.display.map(|d| match d {
@@ -86,12 +86,12 @@ impl<'a> OutputImage<'a> {
     fn missing(&self, format: ImageFormat, kind: &str, len: Option<usize>) -> ImageError {
         let found = len.map_or_else(|| "none".to_owned(), |n| n.to_string());
         let problem =
-            format!("it stores {kind} samples: found {found}, expected {} x {}", self.width, self.height);
+            format!("{kind} samples are required: found {found}, expected {} x {}", self.width, self.height);
         ImageError::encode(format, problem)
     }
 }
 
-/// Threads to use for `jobs` independent pieces of work, of as many as are allowed (0: all there are).
+/// Number of threads for `jobs` independent jobs; `threads` is the allowed number (0: all).
 pub(super) fn workers(threads: usize, jobs: usize) -> usize {
     let most = match threads {
         0 => std::thread::available_parallelism().map_or(1, usize::from),

@@ -1,7 +1,7 @@
-//! Portable float map: 32-bit floats, grey or RGB, rows from the bottom. Read only.
+//! Portable float map, read only: 32-bit floats, grey or RGB, rows from the bottom up.
 //!
-//! A header of words, `PF` (RGB) or `Pf` (grey), width, height, and a scale whose sign says the order of bytes: below 0 little-endian. Its size is a factor
-//! of all values, as in pbrt.
+//! The header consists of words: `PF` (RGB) or `Pf` (grey), width, height, and a scale. A negative scale means
+//! little-endian. All values are multiplied by the scale's absolute value, as in pbrt.
 
 use super::limits::{Source, reserve};
 use super::{DecodeLimits, ImageError, ImageFormat};
@@ -9,10 +9,10 @@ use turner::image::{Image, Pixels};
 
 const FORMAT: ImageFormat = ImageFormat::Pfm;
 
-/// Headers longer than this are not a picture's.
+/// Longest header, in bytes.
 const MAX_HEADER: usize = 256;
 
-/// Whether the first bytes are those of a PFM: the letters alone could begin a text.
+/// Whether the bytes begin with a PFM header. The letters alone could begin a text.
 pub(super) fn is_pfm(bytes: &[u8]) -> bool {
     matches!(bytes, [b'P', b'F' | b'f', space, ..] if space.is_ascii_whitespace())
 }
@@ -27,7 +27,7 @@ pub fn decode(bytes: &[u8], name: &str, limits: &DecodeLimits) -> Result<Image, 
         return Err(damaged("expected PF or Pf, a width, a height and a scale"));
     };
     let side = |v: f64| if v >= 0.0 && v.fract() == 0.0 && v < 1e15 { v as u64 } else { 0 };
-    // One space is between the header and the samples.
+    // A single white-space character separates header and samples.
     let data = bytes.get(words.at + 1..).unwrap_or_default();
     let source = Source { name, format: FORMAT, bytes: bytes.len() };
     let size = limits.check(source, side(width), side(height), 4 * u64::from(channels), 1)?;
@@ -50,10 +50,10 @@ pub fn decode(bytes: &[u8], name: &str, limits: &DecodeLimits) -> Result<Image, 
     Ok(Image { width: size.width, height: size.height, channels, pixels: Pixels::F32(samples) })
 }
 
-/// Words of the header.
+/// The words of the header.
 struct Words<'a> {
     bytes: &'a [u8],
-    /// Where the word before ended.
+    /// End of the previous word.
     at: usize,
 }
 
@@ -97,7 +97,7 @@ mod tests {
         let color = [0.5, 1e30, -1.0, 0.25, 0.0, 7.0];
         let doubled = vec![0.5, 0.0, 14.0, 1.0, 2e30, -2.0];
         assert_eq!(samples(&pfm("PF\n1 2\n-2\n", &color, true)), Some((1, 2, 3, doubled)));
-        // A first sample whose bytes look like spaces.
+        // A first sample whose bytes are spaces.
         let spaces = f32::from_le_bytes(*b"    ");
         assert_eq!(samples(&pfm("Pf\n1 1\n-1\n", &[spaces], true)), Some((1, 1, 1, vec![spaces])));
     }

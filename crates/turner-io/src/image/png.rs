@@ -1,7 +1,7 @@
 //! PNG: 8 or 16 bits, display-encoded, lossless.
 //!
-//! Palettes, 1-, 2- and 4-bit grey and transparent colours are expanded; an animated PNG gives its default
-//! picture. Gamma and profile chunks are not applied, and compressed text chunks are never inflated.
+//! Palettes, 1-, 2- and 4-bit grey, and transparent colours are expanded. An animated PNG gives its default image.
+//! Gamma and profile chunks are not applied, and compressed text chunks are not decompressed.
 
 use super::contain::contain;
 use super::limits::{Source, buffer, reserve};
@@ -12,7 +12,7 @@ use turner::image::{Image, Pixels};
 
 const FORMAT: ImageFormat = ImageFormat::Png;
 
-/// Deflate makes at most 1032 bytes of one, and a byte holds at most eight 1-bit pixels.
+/// Deflate expands at most 1032 times, and a byte holds at most eight 1-bit pixels.
 const PIXELS_PER_BYTE: u64 = 1032 * 8;
 
 /// Reads a PNG: [`Pixels::U16`] from 16-bit files, [`Pixels::U8`] from all others.
@@ -23,7 +23,7 @@ pub fn decode(bytes: &[u8], name: &str, limits: &DecodeLimits) -> Result<Image, 
 fn decode_inner(bytes: &[u8], name: &str, limits: &DecodeLimits) -> Result<Image, ImageError> {
     let damaged = |e: DecodingError| {
         let text = e.to_string();
-        let found = if text.starts_with("CRC error") { "the check sum of a chunk is wrong" } else { &text };
+        let found = if text.starts_with("CRC error") { "the checksum of a chunk is wrong" } else { &text };
         ImageError::damaged(name, FORMAT, found)
     };
     let mut options = DecodeOptions::default();
@@ -34,12 +34,12 @@ fn decode_inner(bytes: &[u8], name: &str, limits: &DecodeLimits) -> Result<Image
     let header = decoder.read_header_info().map_err(damaged)?;
     let (width, height) = header.size();
     let deep = header.bit_depth == BitDepth::Sixteen;
-    // Four channels: a transparent colour, which may follow, adds one.
+    // Four channels, because a transparent colour defined later adds one.
     let pixel_bytes = if deep { 8 } else { 4 };
     let source = Source { name, format: FORMAT, bytes: bytes.len() };
     let size = limits.check(source, width.into(), height.into(), pixel_bytes, PIXELS_PER_BYTE)?;
 
-    // What the decoder itself needs: rows, palettes, small chunks.
+    // Memory for the decoder itself: rows, palettes, small chunks.
     let rows = size.pixels / height as usize * 32;
     decoder.set_limits(png::Limits { bytes: rows.saturating_add(64 << 20) });
     decoder.set_transformations(Transformations::EXPAND);
@@ -55,11 +55,11 @@ fn decode_inner(bytes: &[u8], name: &str, limits: &DecodeLimits) -> Result<Image
     let samples = size.pixels * usize::from(channels);
     let expected = samples * if depth == BitDepth::Sixteen { 2 } else { 1 };
     if reader.output_buffer_size() != Some(expected) {
-        return Err(ImageError::damaged(name, FORMAT, "the header contradicts itself"));
+        return Err(ImageError::damaged(name, FORMAT, "the header is inconsistent"));
     }
     let mut data = buffer::<u8>(expected, name)?;
     reader.next_frame(&mut data).map_err(damaged)?;
-    // The rest of the pixel data's stream, with its check sum, and the end of the file.
+    // Read the rest of the stream with its checksum, and the end of the file.
     reader.finish().map_err(damaged)?;
     let pixels = if depth == BitDepth::Sixteen {
         let mut wide = Vec::new();
@@ -72,7 +72,7 @@ fn decode_inner(bytes: &[u8], name: &str, limits: &DecodeLimits) -> Result<Image
     Ok(Image { width: size.width, height: size.height, channels, pixels })
 }
 
-/// Writes the display samples with 8 or 16 bits, RGB or RGBA, the transfer and the metadata stated.
+/// Encodes the display samples with 8 or 16 bits, RGB or RGBA, and declares the transfer and the metadata.
 pub fn encode(image: &OutputImage<'_>) -> Result<Vec<u8>, ImageError> {
     let failed = |e: png::EncodingError| ImageError::encode(FORMAT, e);
     let display = image.display(FORMAT)?;
@@ -84,7 +84,7 @@ pub fn encode(image: &OutputImage<'_>) -> Result<Vec<u8>, ImageError> {
     match image.transfer {
         Transfer::Srgb => encoder.set_source_srgb(png::SrgbRenderingIntent::RelativeColorimetric),
         Transfer::Gamma(gamma) if (0.01..=100.0).contains(&gamma) => {
-            // In units of 10^-5, rounded; the crate's own conversion cuts off.
+            // In units of 10^-5, rounded; the crate's own conversion truncates.
             let scaled = (100_000.0 / f64::from(gamma)).round() as u32;
             encoder.set_source_gamma(png::ScaledFloat::from_scaled(scaled));
         }
@@ -95,7 +95,7 @@ pub fn encode(image: &OutputImage<'_>) -> Result<Vec<u8>, ImageError> {
         Transfer::Unstated => {}
     }
     for (name, value) in image.metadata {
-        // tEXt is Latin-1; international text has a chunk of its own.
+        // tEXt is Latin-1; other text needs iTXt.
         let (name, text) = (name.clone(), value.to_string());
         let added = if text.is_ascii() {
             encoder.add_text_chunk(name, text)
@@ -119,11 +119,11 @@ pub fn encode(image: &OutputImage<'_>) -> Result<Vec<u8>, ImageError> {
     Ok(out)
 }
 
-/// Writes a picture of 8 or 16 bits as it is: grey or RGB, with or without alpha, nothing stated about its colours.
+/// Encodes an image of 8 or 16 bits as it is: grey or RGB, with or without alpha, without a declared encoding.
 pub fn encode_samples(image: &Image) -> Result<Vec<u8>, ImageError> {
     let failed = |e: png::EncodingError| ImageError::encode(FORMAT, e);
     if !image.is_consistent() {
-        return Err(ImageError::encode(FORMAT, "samples that do not fit the size"));
+        return Err(ImageError::encode(FORMAT, "the number of samples does not match the size"));
     }
     let mut out = Vec::new();
     let mut encoder = Encoder::new(&mut out, image.width, image.height);
@@ -142,7 +142,7 @@ pub fn encode_samples(image: &Image) -> Result<Vec<u8>, ImageError> {
             wide = samples.iter().flat_map(|v| v.to_be_bytes()).collect();
             &wide
         }
-        Pixels::F32(_) => return Err(ImageError::encode(FORMAT, "samples that are floats")),
+        Pixels::F32(_) => return Err(ImageError::encode(FORMAT, "the samples are floats")),
     };
     let mut writer = encoder.write_header().map_err(failed)?;
     writer.write_image_data(bytes).map_err(failed)?;
@@ -150,15 +150,15 @@ pub fn encode_samples(image: &Image) -> Result<Vec<u8>, ImageError> {
     Ok(out)
 }
 
-/// The uncompressed text of a PNG (tEXt and plain iTXt chunks). Check sums are not verified.
+/// The uncompressed text of a PNG (tEXt and uncompressed iTXt chunks). Checksums are not verified.
 pub fn read_metadata(bytes: &[u8], name: &str) -> Result<Metadata, ImageError> {
     let mut metadata = Metadata::new();
     let mut rest = bytes.get(8..).unwrap_or_default();
-    // A chunk: length, four letters, data, check sum.
+    // A chunk: length, four letters, data, checksum.
     while let Some((head, tail)) = rest.split_first_chunk::<8>() {
         let length = u32::from_be_bytes([head[0], head[1], head[2], head[3]]) as usize;
         let Some(data) = tail.get(..length) else {
-            return Err(ImageError::damaged(name, FORMAT, "a chunk ends beyond the end of the file"));
+            return Err(ImageError::damaged(name, FORMAT, "a chunk extends beyond the end of the file"));
         };
         let entry = match &head[4..] {
             b"tEXt" => split_at_nul(data).map(|(k, v)| (k, latin_1(v))),
@@ -174,7 +174,8 @@ pub fn read_metadata(bytes: &[u8], name: &str) -> Result<Metadata, ImageError> {
     Ok(metadata)
 }
 
-/// Keyword, NUL, compression flag, compression method, language, NUL, translated keyword, NUL, UTF-8 text.
+/// Parses iTXt: keyword, NUL, compression flag, compression method, language, NUL, translated keyword, NUL, UTF-8
+/// text.
 fn international(data: &[u8]) -> Option<(&[u8], String)> {
     let (key, rest) = split_at_nul(data)?;
     let rest = rest.strip_prefix(&[0, 0])?;

@@ -1,14 +1,15 @@
-//! Pictures made smaller: the mean of 2 x 2 pixels.
+//! Downscales images by halves, with a box filter.
 //!
-//! A side of 2n becomes n. A side of 2n + 1 becomes n too; there each new pixel is the mean over its exact share,
-//! (2n + 1) / n old ones, so that nothing moves and the mean of the picture stays.
+//! A side of 2n pixels becomes n: 2 pixels are averaged. A side of 2n + 1 also becomes n: each new pixel is the mean
+//! over exactly (2n + 1) / n old pixels, with fractional weights at the ends. So nothing shifts, and the mean of the
+//! image is preserved.
 
 use super::limits::buffer;
 use super::{ColorOrData, ImageError};
 use turner::color::{srgb_decode, srgb_encode};
 use turner::image::{Image, Pixels};
 
-/// Halves a picture until no side is longer than `max` (at least 1).
+/// Halves an image until no side is longer than `max` (at least 1).
 pub(crate) fn to_fit(
     mut image: Image,
     max: u32,
@@ -49,7 +50,7 @@ fn halve(image: &Image, used_as: ColorOrData, name: &str) -> Result<Image, Image
     Ok(Image { width: half(image.width), height: half(image.height), channels: image.channels, pixels })
 }
 
-/// Samples to what is averaged, and back.
+/// Conversions of samples to values that can be averaged, and back.
 struct Light<D, E> {
     decode: D,
     encode: E,
@@ -63,11 +64,11 @@ fn sixteen() -> Light<impl Fn(u16) -> f32, impl Fn(f32) -> u16> {
     Light { decode: f32::from, encode: |v| (v + 0.5) as u16 }
 }
 
-/// The 8-bit value that is nearest on the display, without a power for each pixel.
+/// Encodes linear values to the nearest 8-bit sRGB value without evaluating a power per pixel.
 struct Nearest {
-    /// Entry i is the light of the middle between i and i + 1: what lies above becomes i + 1.
-    middles: Vec<f32>,
-    /// The value for each 4096th of light, rounded down.
+    /// Entry i is the linear value halfway between the codes i and i + 1; values above it become i + 1.
+    midpoints: Vec<f32>,
+    /// For each 4096th of the range, the code of its lower end.
     first: Vec<u8>,
 }
 
@@ -75,16 +76,16 @@ impl Nearest {
     const STEPS: f32 = 4096.0;
 
     fn new() -> Nearest {
-        let middles: Vec<f32> = (0..255_u8).map(|v| srgb_decode((f32::from(v) + 0.5) / 255.0)).collect();
-        let value = |light: f32| middles.partition_point(|m| *m <= light) as u8;
+        let midpoints: Vec<f32> = (0..255_u8).map(|v| srgb_decode((f32::from(v) + 0.5) / 255.0)).collect();
+        let value = |light: f32| midpoints.partition_point(|m| *m <= light) as u8;
         let first = (0..=4096_u16).map(|i| value(f32::from(i) / Self::STEPS)).collect();
-        Nearest { middles, first }
+        Nearest { midpoints, first }
     }
 
     fn of(&self, light: f32) -> u8 {
         let step = ((light * Self::STEPS) as usize).min(self.first.len() - 1);
         let mut value = self.first[step];
-        while self.middles.get(usize::from(value)).is_some_and(|m| *m <= light) {
+        while self.midpoints.get(usize::from(value)).is_some_and(|m| *m <= light) {
             value += 1;
         }
         value
@@ -95,7 +96,7 @@ fn half(side: u32) -> u32 {
     (side / 2).max(1)
 }
 
-/// The old pixels under new pixel `i`, and the share of each.
+/// The old pixels under new pixel `i`, with their weights.
 fn taps(i: u32, side: u32) -> [(usize, f32); 3] {
     let n = half(side);
     let whole = side as f32;
@@ -107,8 +108,8 @@ fn taps(i: u32, side: u32) -> [(usize, f32); 3] {
     }
 }
 
-/// Halves the samples: colour channels as `color` says, alpha as `alpha` says. A weight of 0 counts nothing, so that
-/// an infinite sample makes no NaN of its neighbours.
+/// Halves the samples, converting colour channels by `color` and alpha by `alpha`. Samples with weight 0 are skipped,
+/// so that an infinite sample does not turn its neighbours into NaN.
 fn means<T: Copy + Default, D: Fn(T) -> f32, E: Fn(f32) -> T, D2: Fn(T) -> f32, E2: Fn(f32) -> T>(
     image: &Image,
     samples: &[T],
@@ -122,7 +123,7 @@ fn means<T: Copy + Default, D: Fn(T) -> f32, E: Fn(f32) -> T, D2: Fn(T) -> f32, 
     let mut out = buffer(width as usize * height as usize * n, name)?;
     let alpha_channel = if matches!(n, 2 | 4) { n - 1 } else { n };
     if image.width.is_multiple_of(2) && image.height.is_multiple_of(2) {
-        // The usual case, several times as fast as the other: whole pixels, two by two.
+        // The usual case, several times as fast: blocks of 2 x 2 pixels with equal weights.
         for (out, rows) in out.chunks_exact_mut(width as usize * n).zip(samples.chunks_exact(2 * row)) {
             let (upper, lower) = rows.split_at(row);
             let pairs = upper.chunks_exact(2 * n).zip(lower.chunks_exact(2 * n));
@@ -161,7 +162,7 @@ fn quarters<T: Copy>(samples: [T; 4], decode: impl Fn(T) -> f32) -> f32 {
     samples.iter().fold(0.0, |sum, v| sum + 0.25 * decode(*v))
 }
 
-/// The mean of the samples under a new pixel: those `row` apart from row to row and `n` from column to column.
+/// The weighted mean of the samples under a new pixel. Samples are `row` apart between rows and `n` between columns.
 #[inline]
 fn mean<T: Copy>(
     samples: &[T],
@@ -194,7 +195,7 @@ mod tests {
         let black_and_white = image(2, 2, 1, Pixels::U8(vec![0, 255, 255, 0]));
         let data = to_fit(black_and_white.clone(), 1, Data, "x").unwrap();
         assert_eq!(data.pixels, Pixels::U8(vec![128]));
-        // sRGB of half the light: 188.
+        // sRGB of half the light is 188.
         let color = to_fit(black_and_white, 1, Color, "x").unwrap();
         assert_eq!(color.pixels, Pixels::U8(vec![188]));
         let sixteen = image(2, 1, 1, Pixels::U16(vec![0, 65535]));
@@ -231,7 +232,7 @@ mod tests {
         for i in 0..=100_000_u32 {
             let light = i as f32 / 100_000.0;
             let value = nearest.of(light);
-            assert_eq!(usize::from(value), nearest.middles.partition_point(|m| *m <= light));
+            assert_eq!(usize::from(value), nearest.midpoints.partition_point(|m| *m <= light));
             assert!((f32::from(value) - srgb_encode(light) * 255.0).abs() < 0.5001, "{light}: {value}");
         }
     }
@@ -241,7 +242,7 @@ mod tests {
         let ramp: Vec<f32> = (0..7).map(|v| v as f32).collect();
         let small = to_fit(image(7, 1, 1, Pixels::F32(ramp)), 3, Data, "x").unwrap();
         let Pixels::F32(v) = small.pixels else { panic!("floats stay floats") };
-        // The first third is 0, 1 and a third of 2: 5/3 over 7/3 pixels.
+        // The first third covers pixels 0 and 1 and a third of pixel 2: 5/3 over 7/3 pixels.
         for (found, expected) in v.iter().zip([5.0 / 7.0, 3.0, 37.0 / 7.0]) {
             assert!((found - expected).abs() < 1e-6, "{v:?}");
         }

@@ -1,7 +1,7 @@
-//! Temporary files beside an output, and what killed programs left of theirs.
+//! Temporary files for output, and removal of those that killed programs left behind.
 //!
-//! A temporary file is locked as long as the program that writes it lives; the system lets go of the lock however the
-//! program ends. One that nobody holds any more is swept away by the next program that writes into the folder.
+//! A temporary file is locked while the program that writes it runs; the system releases the lock however the program
+//! ends. The next program that writes into the folder removes files that are not locked.
 
 use std::fs::{self, File, OpenOptions, TryLockError};
 use std::io;
@@ -13,26 +13,26 @@ use tempfile::NamedTempFile;
 const PREFIX: &str = ".turner-";
 const SUFFIX: &str = ".tmp";
 
-/// Folders that were swept in this process: once is enough.
+/// Folders that this process has already cleaned.
 static SWEPT: Mutex<Vec<PathBuf>> = Mutex::new(Vec::new());
 
-/// Makes an empty temporary file that no other program sweeps away.
+/// Creates an empty, locked temporary file.
 pub(super) fn create_in(folder: &Path) -> io::Result<NamedTempFile> {
     sweep_once(folder);
     loop {
         let file = make(folder)?;
         match file.as_file().try_lock() {
-            // Another program may have come between making and locking it.
+            // Another program may have removed it between creation and locking.
             Ok(()) if is_in_place(&file) => return Ok(file),
-            // It looks at the file, finds it without an owner and removes it.
+            // Another program is about to remove it; try again.
             Ok(()) | Err(TryLockError::WouldBlock) => {}
-            // A file system without locks: nobody sweeps there either.
+            // A file system without locks; nobody removes files there.
             Err(TryLockError::Error(_)) => return Ok(file),
         }
     }
 }
 
-/// `tempfile` makes files for their owner only; an output is for whom the umask says.
+/// Creates the file with the permissions of the umask; `tempfile` would restrict it to its owner.
 fn make(folder: &Path) -> io::Result<NamedTempFile> {
     let mut builder = tempfile::Builder::new();
     builder.prefix(PREFIX).suffix(SUFFIX);
@@ -64,7 +64,7 @@ fn sweep_once(folder: &Path) {
     }
 }
 
-/// Removes the temporary files of programs that are no more. What cannot be opened or removed is left where it is.
+/// Removes the temporary files of programs that have ended. Files that cannot be opened or removed are left.
 fn sweep(folder: &Path) {
     let Ok(entries) = fs::read_dir(folder) else { return };
     for entry in entries.flatten() {
@@ -75,23 +75,23 @@ fn sweep(folder: &Path) {
         }
         let Ok(file) = OpenOptions::new().write(true).open(entry.path()) else { continue };
         if file.try_lock().is_ok() {
-            // Removed while it is locked, so that nobody takes it for theirs.
+            // Removed while locked, so that no other program takes it over.
             let _ = fs::remove_file(entry.path());
         }
     }
 }
 
-/// The rename is on disk when the folder is. Only Unix lets a folder be opened for that.
+/// Flushes a folder, which makes a rename in it durable. Only Unix can open folders.
 pub(super) fn sync_folder(folder: &Path) -> io::Result<()> {
     if cfg!(unix) { File::open(folder)?.sync_all() } else { Ok(()) }
 }
 
-/// Bytes that may still be written into `folder`; `None` if the system does not say.
+/// Free bytes in `folder`; `None` if the system does not report them.
 pub(super) fn free_space(folder: &Path) -> Option<u64> {
     #[cfg(unix)]
     {
         let stat = rustix::fs::statvfs(folder).ok()?;
-        // Some network and memory file systems have no size.
+        // Some network and memory file systems report no size.
         (stat.f_blocks > 0).then(|| stat.f_bavail.saturating_mul(stat.f_frsize))
     }
     #[cfg(not(unix))]

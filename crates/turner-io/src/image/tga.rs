@@ -1,6 +1,6 @@
-//! Truevision TGA: grey, 15 to 32 bits of colour, colour maps, run lengths; 8 bits per channel. Read only.
+//! Truevision TGA, read only: grey, 15 to 32 bits of colour, colour maps, run lengths; 8 bits per channel.
 //!
-//! TGA has no signature: a file is taken for one by the footer of version 2.0 or by its extension.
+//! TGA has no signature. A file is recognised by the footer of version 2.0 or by its extension.
 
 use super::contain::contain;
 use super::limits::{Source, buffer, probe};
@@ -12,14 +12,14 @@ use turner::image::{Image, Pixels};
 
 const FORMAT: ImageFormat = ImageFormat::Tga;
 
-/// The last bytes of a file of version 2.0.
+/// The last bytes of a version 2.0 file.
 pub(super) const FOOTER: &[u8] = b"TRUEVISION-XFILE.\0";
 
-/// A run of 128 pixels takes two bytes or more.
+/// A run of 128 pixels takes at least two bytes.
 const RUN_PIXELS_PER_BYTE: u64 = 64;
 
-/// Reads a TGA: 1, 3 or 4 channels; 2 for grey with alpha. Where a file of 32 bits says that none of them are alpha
-/// and all of them are 0 there, the picture is opaque.
+/// Reads a TGA: 1, 3 or 4 channels; 2 for grey with alpha. A 32-bit file that declares no alpha bits and whose alpha
+/// is 0 everywhere is read as opaque.
 pub fn decode(bytes: &[u8], name: &str, limits: &DecodeLimits) -> Result<Image, ImageError> {
     contain(name, FORMAT, || {
         let expected = "8 bits of grey or 15 to 32 bits of colour, with or without a colour map";
@@ -27,17 +27,17 @@ pub fn decode(bytes: &[u8], name: &str, limits: &DecodeLimits) -> Result<Image, 
         let Some(&[_, _, kind, _, _, _, _, _, _, _, _, _, w0, w1, h0, h1, depth, attributes]) =
             bytes.first_chunk::<18>()
         else {
-            return Err(ImageError::damaged(name, FORMAT, "it ends in its header"));
+            return Err(ImageError::damaged(name, FORMAT, "the file ends inside the header"));
         };
         if !matches!(kind, 1..=3 | 9..=11) {
-            let problem = format!("kind {kind} of picture; expected 1, 2, 3, 9, 10 or 11");
+            let problem = format!("image type {kind}; expected 1, 2, 3, 9, 10 or 11");
             return Err(ImageError::damaged(name, FORMAT, problem));
         }
         let side = |a, b| u64::from(u16::from_le_bytes([a, b]));
         let (width, height) = (side(w0, w1), side(h0, h1));
         let density = if kind >= 9 { RUN_PIXELS_PER_BYTE } else { 1 };
         let source = Source { name, format: FORMAT, bytes: bytes.len() };
-        // Four channels and, for indices, a copy of them.
+        // Four channels and, for indexed images, a copy of the indices.
         let size = limits.check(source, width, height, 6, density)?;
         let decoder = TgaDecoder::new(Cursor::new(bytes)).map_err(damaged)?;
         let mut channels = match decoder.color_type() {
@@ -60,7 +60,7 @@ pub fn decode(bytes: &[u8], name: &str, limits: &DecodeLimits) -> Result<Image, 
     })
 }
 
-/// RGBA to RGB, in place.
+/// Converts RGBA to RGB, in place.
 fn drop_alpha(samples: &mut Vec<u8>) {
     let pixels = samples.len() / 4;
     for i in 0..pixels {

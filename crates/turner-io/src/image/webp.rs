@@ -1,8 +1,8 @@
-//! WebP: lossy, lossless and with alpha; 8 bits. Read only.
+//! WebP, read only: lossy or lossless, with or without alpha; 8 bits.
 //!
-//! Animated files are refused: a texture is one picture. Profiles and the EXIF orientation are not applied.
-//! The chunks and every size they state are looked at here, before the decoder reserves memory for them
-//! (RFC 9649; the VP8 frame header: RFC 6386 section 9.1).
+//! Animations are rejected, because a texture is one image. Colour profiles and EXIF orientation are not applied. The
+//! chunks and the sizes that they state are checked here, before the decoder reserves memory for them (RFC 9649; VP8
+//! frame header: RFC 6386 §9.1).
 
 use super::contain::contain;
 use super::limits::{Source, buffer, probe};
@@ -14,56 +14,56 @@ use turner::image::{Image, Pixels};
 
 const FORMAT: ImageFormat = ImageFormat::WebP;
 
-/// A macroblock of a lossy frame has 256 pixels. The modes of its prediction take at least three bits, for their
+/// A macroblock of a lossy frame has 256 pixels, and its prediction modes take at least three bits, because their
 /// probabilities in key frames are fixed.
 const LOSSY_PIXELS_PER_BYTE: u64 = 1024;
 
-/// Reads a still WebP: 3 channels, or 4 with straight alpha.
+/// Reads a still WebP image: 3 channels, or 4 with straight alpha.
 pub fn decode(bytes: &[u8], name: &str, limits: &DecodeLimits) -> Result<Image, ImageError> {
     contain(name, FORMAT, || {
         let damaged = |problem: &str| ImageError::damaged(name, FORMAT, problem);
-        let layout = Layout::of(bytes).ok_or_else(|| damaged("its chunks end before the picture"))?;
+        let layout = Layout::of(bytes).ok_or_else(|| damaged("the chunks end before the image"))?;
         if layout.animated {
-            return Err(ImageError::unsupported(name, FORMAT, "an animation", "a still picture"));
+            return Err(ImageError::unsupported(name, FORMAT, "an animation", "a still image"));
         }
-        let (width, height) = layout.frame.ok_or_else(|| damaged("there is no picture in it"))?;
+        let (width, height) = layout.frame.ok_or_else(|| damaged("it contains no image"))?;
         if layout.canvas.is_some_and(|canvas| canvas != (width, height)) {
-            return Err(damaged("the picture is not as large as its canvas"));
+            return Err(damaged("the image does not have the size of its canvas"));
         }
-        // A lossless picture of one colour takes no bits for its pixels: any size fits a few bytes.
+        // Pixels of a single-coloured lossless image take no bits, so a few bytes can represent any size.
         let density = if layout.lossy { LOSSY_PIXELS_PER_BYTE } else { u64::MAX };
-        // The samples, and the planes or the pixels with alpha that a decoder keeps beside them.
+        // The samples, and the planes or RGBA pixels that the decoder keeps in addition.
         let pixel_bytes = 8;
         let source = Source { name, format: FORMAT, bytes: bytes.len() };
         let size = limits.check(source, width.into(), height.into(), pixel_bytes, density)?;
         let decoder = WebPDecoder::new(Cursor::new(bytes))
-            .map_err(|e| ImageError::of_decoder(name, FORMAT, e, "a still picture"))?;
+            .map_err(|e| ImageError::of_decoder(name, FORMAT, e, "a still image"))?;
         if decoder.dimensions() != (width, height) {
-            return Err(damaged("two sizes are stated for one picture"));
+            return Err(damaged("the headers state different sizes"));
         }
         let channels = if decoder.color_type().has_alpha() { 4 } else { 3 };
         let mut samples = buffer(size.pixels * usize::from(channels), name)?;
         probe(size.pixels * (8 - usize::from(channels)), name)?;
         decoder
             .read_image(&mut samples)
-            .map_err(|e| ImageError::of_decoder(name, FORMAT, e, "a still picture"))?;
+            .map_err(|e| ImageError::of_decoder(name, FORMAT, e, "a still image"))?;
         Ok(Image { width, height, channels, pixels: Pixels::U8(samples) })
     })
 }
 
-/// What the chunks of a file say.
+/// Information from the chunks of a file.
 #[derive(Default)]
 struct Layout {
-    /// The size in a VP8X chunk.
+    /// The size in the VP8X chunk.
     canvas: Option<(u32, u32)>,
-    /// The size of the picture itself.
+    /// The size of the image itself.
     frame: Option<(u32, u32)>,
     lossy: bool,
     animated: bool,
 }
 
 impl Layout {
-    /// Walks through the chunks up to the picture; `None` if a header is cut off.
+    /// Parses the chunks up to the image; `None` if a header is truncated.
     fn of(bytes: &[u8]) -> Option<Layout> {
         let mut layout = Layout::default();
         let mut rest = bytes.get(12..)?;
@@ -97,7 +97,7 @@ impl Layout {
             if layout.animated {
                 return Some(layout);
             }
-            // Chunks begin at even places.
+            // Chunks begin at even offsets.
             rest = data.get(length.checked_add(length & 1)?..).unwrap_or_default();
         }
         Some(layout)

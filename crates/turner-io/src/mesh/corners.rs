@@ -1,4 +1,4 @@
-//! Corners that name position, (u, v) and normal apart, made into vertices: one per distinct corner.
+//! Converts corners with separate indices of position, (u, v) and normal into vertices: one per distinct combination.
 
 use std::collections::HashMap;
 
@@ -7,22 +7,22 @@ use turner::schema::MeshData;
 use super::MeshError;
 use super::error::{push, reserve};
 
-/// No (u, v) or normal given.
+/// Index of a missing (u, v) or normal.
 const NONE: u32 = u32::MAX;
-/// How many variants of one position are searched one after the other.
+/// Most vertices of one position that are searched linearly; further ones are in a hash map.
 const CHAIN: u32 = 16;
 
-/// Values by the numbers that corners name.
+/// Attribute values, by index.
 #[derive(Debug, Default)]
 pub(super) struct Attributes {
     pub(super) positions: Vec<[f32; 3]>,
-    /// As many as positions, or none.
+    /// As many as positions, or empty.
     pub(super) colors: Vec<[f32; 4]>,
     pub(super) uvs: Vec<[f32; 2]>,
     pub(super) normals: Vec<[f32; 3]>,
 }
 
-/// Triangles by their corners: positions, and as many (u, v) and normals, or none of them.
+/// Triangles as corner indices: of positions, and of (u, v) and normals (as many triangles, or empty).
 #[derive(Debug, Default)]
 pub(super) struct Corners {
     pub(super) positions: Vec<[u32; 3]>,
@@ -30,11 +30,11 @@ pub(super) struct Corners {
     pub(super) normals: Vec<[u32; 3]>,
 }
 
-/// One vertex per distinct corner; every index must be valid. Positions nothing names may be left out.
+/// Creates one vertex per distinct corner. All indices must be valid. Unreferenced positions may be dropped.
 pub(super) fn unify(attributes: Attributes, corners: Corners, name: &str) -> Result<MeshData, MeshError> {
     let Attributes { positions, colors, uvs, normals } = attributes;
     let count = positions.len();
-    // Many programs write as many of each, in the same order: nothing to do, and nothing to move.
+    // Many programs write all attributes in the same order: then positions are already vertices.
     let same = |list: &[[u32; 3]], len: usize| list.is_empty() || len == count && list == corners.positions;
     if same(&corners.uvs, uvs.len()) && same(&corners.normals, normals.len()) {
         let uvs = if corners.uvs.is_empty() { Vec::new() } else { uvs };
@@ -52,7 +52,7 @@ pub(super) fn unify(attributes: Attributes, corners: Corners, name: &str) -> Res
     let mut table = Table { first: Vec::new(), vertices: Vec::new(), map: HashMap::new(), name };
     reserve(&mut table.first, count, name)?;
     table.first.resize(count, NONE);
-    // The triangles of vertices take the place of those of positions.
+    // Vertex indices replace position indices in place.
     for (i, triangle) in triangles.iter_mut().enumerate() {
         let (uv, normal) = (uv_corners.get(i), normal_corners.get(i));
         for (k, slot) in triangle.iter_mut().enumerate() {
@@ -90,11 +90,11 @@ fn fill<T>(
 
 struct Vertex {
     corner: [u32; 3],
-    /// The next one made from the same position.
+    /// The next vertex with the same position.
     next: u32,
 }
 
-/// Vertices by corner: those of each position as a list; long lists go on in a map.
+/// Vertices by corner: a linked list per position, with a hash map for long lists.
 struct Table<'a> {
     first: Vec<u32>,
     vertices: Vec<Vertex>,

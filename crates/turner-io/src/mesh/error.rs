@@ -1,4 +1,4 @@
-//! What can be wrong with a mesh file.
+//! Errors of mesh files.
 
 use std::path::Path;
 
@@ -8,65 +8,67 @@ use super::Place;
 use crate::assets::printable;
 use crate::scene::{SceneFormat, nearest_mesh_extension};
 
-/// Why a mesh could not be read: the file, what was found, what was expected, the remedy.
+/// Why a mesh could not be read: file, problem and remedy.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum MeshError {
-    /// Neither first bytes nor extension belong to a format that is read.
-    #[error("{name}: not a mesh that can be read{nearest}; expected {valid}\n  convert it to one of these")]
+    /// Neither the first bytes nor the extension belong to a supported format.
+    #[error(
+        "{name}: not a mesh file of a supported format{nearest}; expected {valid}\n  convert it to one of these"
+    )]
     Unknown {
         /// The file.
         name: String,
         /// `"; the nearest is .ply"`, or empty.
         nearest: String,
-        /// The formats that are read.
+        /// The supported formats.
         valid: String,
     },
-    /// The file breaks the rules of its format.
+    /// The file is not valid.
     #[error("{name}: damaged {format}: {place}: {problem}\n  export or download it again")]
     Damaged {
         /// The file.
         name: String,
         /// The format's name.
         format: &'static str,
-        /// Where.
+        /// The position in the file.
         place: Place,
         /// What was found and what was expected.
         problem: String,
     },
-    /// A file without a triangle: a cloud of points, or nothing at all.
+    /// A file without triangles: a point cloud, or empty.
     #[error(
         "{name}: has {vertices} vertices but no faces; expected a mesh of polygons\n  \
-         show a cloud of points as `type = \"points\"`"
+         render a point cloud with `type = \"points\"`"
     )]
     Empty {
         /// The file.
         name: String,
-        /// How many vertices it has.
+        /// Number of vertices.
         vertices: usize,
     },
-    /// An object, group or solid that was asked for by name is not there.
+    /// No object, group or solid has the requested name.
     #[error("{name}: has no object or group \"{node}\"\n  {help}")]
     Node {
         /// The file.
         name: String,
-        /// The name asked for.
+        /// The requested name.
         node: String,
-        /// The names there are.
+        /// The existing names.
         help: String,
     },
-    /// More materials than triangles can tell apart.
+    /// More materials than a triangle's index can distinguish.
     #[error("{name}: more than 65536 materials\n  use fewer materials, or several files")]
     Materials {
         /// The file.
         name: String,
     },
-    /// There was not enough memory.
+    /// Out of memory.
     #[error("{name}: not enough memory for {count} vertices or faces\n  use a smaller mesh")]
     OutOfMemory {
         /// The file.
         name: String,
-        /// How many elements there was no room for.
+        /// Number of elements requested.
         count: usize,
     },
 }
@@ -78,7 +80,7 @@ impl MeshError {
 
     pub(super) fn node(name: &str, node: &str, valid: &[String]) -> Self {
         let names: Vec<&str> = valid.iter().map(String::as_str).collect();
-        let help = suggestion(node, &names).unwrap_or_else(|| "it has no names at all".to_owned());
+        let help = suggestion(node, &names).unwrap_or_else(|| "nothing in the file has a name".to_owned());
         Self::Node { name: printable(name), node: shortened(node), help: shortened(&help) }
     }
 
@@ -93,17 +95,17 @@ impl MeshError {
     }
 }
 
-/// Room for `more` values, or an error instead of an abort where memory is short.
+/// Reserves exactly `more` elements; an error instead of an abort when memory runs out.
 pub(super) fn reserve<T>(v: &mut Vec<T>, more: usize, name: &str) -> Result<(), MeshError> {
     v.try_reserve_exact(more).map_err(|_| MeshError::OutOfMemory { name: printable(name), count: more })
 }
 
-/// Room for at least `more` values, and for more to come.
+/// Reserves at least `more` elements, growing geometrically.
 pub(super) fn reserve_some<T>(v: &mut Vec<T>, more: usize, name: &str) -> Result<(), MeshError> {
     v.try_reserve(more).map_err(|_| MeshError::OutOfMemory { name: printable(name), count: more })
 }
 
-/// One more value, or an error instead of an abort where memory is short.
+/// Appends a value; an error instead of an abort when memory runs out.
 #[inline]
 pub(super) fn push<T>(v: &mut Vec<T>, value: T, name: &str) -> Result<(), MeshError> {
     if v.len() == v.capacity() {
@@ -113,7 +115,7 @@ pub(super) fn push<T>(v: &mut Vec<T>, value: T, name: &str) -> Result<(), MeshEr
     Ok(())
 }
 
-/// Text with parts of a file in it, safe for a terminal and not longer than a few lines.
+/// Text that quotes a file, made printable and limited in length.
 pub(super) fn shortened(text: &str) -> String {
     const MOST: usize = 240;
     let mut shown = printable(text.get(..text.floor_char_boundary(4 * MOST)).unwrap_or(text));

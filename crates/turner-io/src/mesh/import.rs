@@ -1,4 +1,4 @@
-//! Whole scenes from files of meshes: one object with its materials and pictures.
+//! Import of mesh files as complete scenes: one object with its materials and images.
 
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 use std::sync::Arc;
@@ -23,14 +23,14 @@ use crate::image::ColorOrData;
 use crate::import::ImportOptions;
 use crate::scene::two_lines;
 
-/// Most bytes of a library of materials: 256 MiB.
+/// Largest material library, in bytes: 256 MiB.
 const MAX_LIBRARY: u64 = 1 << 28;
 
 fn mesh_error(error: MeshError) -> SceneError {
     two_lines(ErrorCode::Mesh, &error.to_string())
 }
 
-/// Reads an OBJ file with its MTL libraries. `options.nodes` are names of objects and groups.
+/// Imports an OBJ file with its MTL libraries. `options.nodes` are names of objects and groups.
 pub fn import_obj(
     bytes: Vec<u8>,
     uri: &str,
@@ -39,7 +39,7 @@ pub fn import_obj(
 ) -> Result<SceneDesc, SceneError> {
     need::check(&bytes, uri, &options.limits)?;
     let file = obj::parse(&bytes, uri, &options.nodes, options.threads).map_err(mesh_error)?;
-    // What is left is the mesh in parts: the text is not needed any more.
+    // The mesh is parsed; free the text.
     drop(bytes);
     let counts = file.counts;
     let libraries = file.libraries.clone();
@@ -55,7 +55,7 @@ pub fn import_obj(
     scene.finish(read, options)
 }
 
-/// Reads a PLY file: a mesh, or a cloud of points.
+/// Imports a PLY file: a mesh or a point cloud.
 pub fn import_ply(
     bytes: Vec<u8>,
     uri: &str,
@@ -83,7 +83,7 @@ pub fn import_ply(
     scene.finish(read, options)
 }
 
-/// Reads an STL file. `options.nodes` are names of solids.
+/// Imports an STL file. `options.nodes` are names of solids.
 pub fn import_stl(
     bytes: Vec<u8>,
     uri: &str,
@@ -122,7 +122,7 @@ fn no_nodes(uri: &str, nodes: &[String]) -> Result<(), SceneError> {
     }
 }
 
-/// The material of what has none: grey, neither dull nor shiny.
+/// The default material: grey, roughness 0.5.
 fn plain() -> PrincipledMaterial {
     PrincipledMaterial {
         specular_roughness: ColorSource::Constant(Spectrum::grey(0.5)),
@@ -140,7 +140,7 @@ fn color_picture(file: turner::schema::ImageId) -> ImageDesc {
     ImageDesc { file, encoding: Encoding::Srgb, ..ImageDesc::default() }
 }
 
-/// A scene in the making.
+/// A scene under construction.
 struct Import {
     scene: SceneDesc,
     pictures: Pictures,
@@ -170,7 +170,7 @@ impl Import {
         self.scene.materials.push(Named { name, span: None, value });
     }
 
-    /// With the colours of vertices, if there are any, in place of grey or times the picture.
+    /// Adds a material. Vertex colours, if any, replace a constant base colour and give the opacity.
     fn push_colored(&mut self, name: Option<String>, mut material: PrincipledMaterial, mesh: &MeshData) {
         if !mesh.colors.is_empty() {
             let colors = TextureDesc::VertexColor(VertexColorDesc { fallback: Spectrum::WHITE });
@@ -185,14 +185,14 @@ impl Import {
         self.push(name, material);
     }
 
-    /// The libraries that an OBJ file names: what each holds, and its path.
+    /// The libraries that an OBJ file refers to, each with its path.
     fn libraries(&mut self, lines: &[Vec<u8>], assets: &dyn AssetSource) -> Vec<(String, mtl::MtlFile)> {
-        /// Most libraries of one file.
+        /// Most libraries per file.
         const MOST: usize = 4096;
         let uri = self.uri.clone();
         let mut found: Vec<(String, mtl::MtlFile)> = Vec::new();
         let mut tried: BTreeSet<String> = BTreeSet::new();
-        // `None` for one that has been tried before.
+        // `None` for a library that was already tried.
         let mut read = |name: String| -> Option<Result<(), String>> {
             if tried.len() >= MOST || !tried.insert(name.clone()) {
                 return None;
@@ -227,7 +227,7 @@ impl Import {
         found
     }
 
-    /// A material for each that faces name, from the libraries; grey where there is none.
+    /// Adds a material for each name that faces use, from the libraries; the default material if there is none.
     fn mtl_materials(
         &mut self,
         mesh: &MeshData,
@@ -235,7 +235,7 @@ impl Import {
         assets: &dyn AssetSource,
         options: &ImportOptions,
     ) {
-        // The last of a name counts.
+        // The last definition of a name wins.
         let mut by_name: HashMap<&str, (&str, &MtlMaterial)> = HashMap::new();
         for (path, file) in &libraries {
             by_name.extend(file.materials.iter().map(|m| (m.name.as_str(), (path.as_str(), m))));
@@ -254,7 +254,7 @@ impl Import {
                 continue;
             };
             let made = physical::physical(material, from, &mut self.pictures, &mut remarks);
-            // Colours of vertices are for what has no colour otherwise.
+            // Vertex colours apply only if the material has no colour of its own.
             if material.diffuse.is_none() && !material.maps.contains_key("map_kd") {
                 self.push_colored(Some(name.clone()), made, mesh);
             } else {
@@ -271,7 +271,7 @@ impl Import {
         }
     }
 
-    /// Puts the mesh, or the points, into the scene.
+    /// Adds the mesh or point cloud to the scene.
     fn finish(mut self, read: ReadMesh, options: &ImportOptions) -> Result<SceneDesc, SceneError> {
         let mesh = read.mesh;
         need::check_triangles(mesh.triangles.len(), &self.uri, &options.limits)?;
@@ -317,7 +317,8 @@ impl Import {
     }
 }
 
-/// The words of each library's name: those up to one that ends in `.mtl`, which may be one name with blanks or several names.
+/// Splits the rest of an `mtllib` line at words that end in `.mtl`. Each group of words is one name with spaces, or
+/// several names.
 fn library_names(line: &[u8]) -> Vec<Vec<String>> {
     let mut names = vec![Vec::new()];
     for word in obj::words(line) {

@@ -1,9 +1,8 @@
-//! Triangle meshes and clouds of points from OBJ, PLY and STL files in memory.
+//! Triangle meshes and point clouds from OBJ, PLY and STL files.
 //!
-//! Every index is checked against the number of vertices, and no memory is reserved for more elements than the
-//! bytes of the file can hold. Convex polygons become fans of triangles around their first corner, others are cut
-//! into ears. [`decode`] gives the mesh alone, as an object of a scene shows it; [`import_obj`], [`import_ply`] and
-//! [`import_stl`] give a whole scene with its materials.
+//! All indices are checked, and memory is reserved only for as many elements as the file's bytes can hold. Convex
+//! polygons become triangle fans, other polygons are triangulated by ear clipping. [`decode`] returns only the mesh;
+//! [`import_obj`], [`import_ply`] and [`import_stl`] return a complete scene with materials.
 
 mod corners;
 mod error;
@@ -29,18 +28,19 @@ use std::path::Path;
 use turner::schema::MeshData;
 use turner::schema::{Warning, WarningKind};
 
-/// A mesh and what was ignored while reading it.
+/// A mesh and the warnings of reading it.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct ReadMesh {
-    /// The mesh: every index valid, every position finite. Without triangles it is a cloud of points.
+    /// The mesh: all indices valid, all positions finite. Without triangles it is a point cloud.
     pub mesh: MeshData,
-    /// A picture that the file names for its (u, v).
+    /// An image that the file names for its (u, v).
     pub texture: Option<String>,
-    /// What was ignored or made up, with the name of the file.
+    /// What was ignored or substituted, with the file name.
     pub warnings: Vec<Warning>,
 }
 
-/// Reads a mesh of at least one triangle. PLY is known by its first bytes, the others by the extension of `name`.
+/// Reads a mesh with at least one triangle. PLY is recognised by its first bytes, other formats by the extension of
+/// `name`.
 pub fn decode(bytes: &[u8], name: &str) -> Result<ReadMesh, MeshError> {
     let read = decode_any(bytes, name)?;
     if read.mesh.triangles.is_empty() {
@@ -49,7 +49,7 @@ pub fn decode(bytes: &[u8], name: &str) -> Result<ReadMesh, MeshError> {
     Ok(read)
 }
 
-/// Reads a mesh or a cloud of points, which has vertices but no triangles.
+/// Reads a mesh or a point cloud, which has vertices but no triangles.
 pub fn decode_any(bytes: &[u8], name: &str) -> Result<ReadMesh, MeshError> {
     let mut read = if bytes.starts_with(b"ply\n") || bytes.starts_with(b"ply\r") {
         ply::read(bytes, name)?
@@ -70,12 +70,12 @@ pub fn decode_any(bytes: &[u8], name: &str) -> Result<ReadMesh, MeshError> {
     Ok(read)
 }
 
-/// A remark about a file.
+/// A warning about a file.
 fn warning(kind: WarningKind, name: &str, count: u64, message: &str) -> Warning {
     Warning { count, ..Warning::new(kind, format!("{}: {}", printable(name), shortened(message))) }
 }
 
-/// A place in a mesh file.
+/// A position in a mesh file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Place {
     /// A line of a text file, from 1.
@@ -93,8 +93,8 @@ impl std::fmt::Display for Place {
     }
 }
 
-/// Drops triangles, or points of a cloud, that are not finite; makes numbers of normals, (u, v) and colours that are not
-/// finite zero.
+/// Drops triangles, or points of a point cloud, with non-finite positions. Replaces non-finite values of normals, (u,
+/// v) and colours by zero.
 fn drop_not_finite(read: &mut ReadMesh, name: &str) {
     let mesh = &mut read.mesh;
     let finite = |p: &[f32; 3]| p.iter().all(|v| v.is_finite());
@@ -105,7 +105,7 @@ fn drop_not_finite(read: &mut ReadMesh, name: &str) {
             let mut points = mesh.positions.iter();
             mesh.colors.retain(|_| points.next().is_some_and(finite));
             let dropped = positions.len() - kept;
-            // Whatever else the points have is not shown.
+            // The other attributes of points are not used.
             (mesh.normals, mesh.uvs) = (Vec::new(), Vec::new());
             (mesh.tangents, mesh.more_uvs) = (Vec::new(), Vec::new());
             mesh.positions.retain(finite);
@@ -116,11 +116,11 @@ fn drop_not_finite(read: &mut ReadMesh, name: &str) {
             let mut triangles = mesh.triangles.iter();
             mesh.face_materials.retain(|_| triangles.next().is_some_and(shown));
             mesh.triangles.retain(shown);
-            // Vertices that nothing uses any more must not spoil the bounds.
+            // Vertices that are now unused must not affect the bounds.
             let dropped = before - mesh.triangles.len();
             mesh.positions.iter_mut().filter(|p| !finite(p)).for_each(|p| *p = [0.0; 3]);
             if mesh.triangles.is_empty() {
-                // No cloud of points either.
+                // It must not become a point cloud.
                 *mesh = MeshData::default();
             }
             (dropped, "triangles with a NaN or infinite vertex: removed")
@@ -145,11 +145,12 @@ fn drop_not_finite(read: &mut ReadMesh, name: &str) {
     }
 }
 
-/// What every index must satisfy: `face` from 1, `index` as written in the file, `count` vertices.
+/// The message for an invalid index: `face` counts from 1, `index` is as written in the file, `count` is the number
+/// of elements and `first` the first valid index.
 fn bad_index(kind: &str, face: u64, index: i64, count: usize, first: i64) -> String {
     let valid = match count {
         0 => "there are none".to_owned(),
         _ => format!("there are {count} ({first} to {})", count as i64 - 1 + first),
     };
-    format!("face {face} names {kind} {index}, but {valid}")
+    format!("face {face} refers to {kind} {index}, but {valid}")
 }

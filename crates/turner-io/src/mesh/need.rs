@@ -1,4 +1,4 @@
-//! What it takes to read a mesh file, known before its numbers are read.
+//! Estimates the memory for reading a mesh file before it is read.
 
 use std::path::Path;
 
@@ -8,12 +8,12 @@ use super::ply;
 use crate::assets::printable;
 use crate::scene::SceneFormat;
 
-/// Bytes of memory at the peak of reading per byte of the file, measured on files of millions of triangles.
+/// Peak memory per byte of the file, measured on files with millions of triangles.
 const OBJ: u64 = 2;
 const STL_BINARY: u64 = 2;
 const STL_TEXT: u64 = 1;
 
-/// Asks for what reading a file takes, and refuses one that announces too many triangles.
+/// Checks the memory limit for reading a file, and the triangle limit if the file announces its count.
 pub(crate) fn check(bytes: &[u8], name: &str, limits: &Limits) -> Result<(), SceneError> {
     let size = bytes.len() as u64;
     let of_file = |factor: u64| size.saturating_mul(factor);
@@ -27,7 +27,7 @@ pub(crate) fn check(bytes: &[u8], name: &str, limits: &Limits) -> Result<(), Sce
             Some(SceneFormat::Obj) => of_file(OBJ),
             Some(SceneFormat::Stl) if bytes.trim_ascii_start().starts_with(b"solid") => of_file(STL_TEXT),
             Some(SceneFormat::Stl) => of_file(STL_BINARY),
-            // Known by its first bytes.
+            // PLY is recognised by its first bytes, above.
             Some(SceneFormat::Ply) => 0,
             Some(SceneFormat::Toml | SceneFormat::Gltf | SceneFormat::Pbrt | SceneFormat::Mitsuba) | None => {
                 0
@@ -37,7 +37,7 @@ pub(crate) fn check(bytes: &[u8], name: &str, limits: &Limits) -> Result<(), Sce
     limits.memory.need(need, || format!("{}: reading it", called()))
 }
 
-/// Refuses a mesh of too many triangles.
+/// Checks the triangle limit.
 pub(crate) fn check_triangles(count: usize, name: &str, limits: &Limits) -> Result<(), SceneError> {
     limits.check_triangles(count as u64, || printable(name))
 }

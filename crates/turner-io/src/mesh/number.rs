@@ -1,9 +1,9 @@
-//! Decimal numbers from text: the digits that files are full of at once, all others by the standard library.
+//! Fast parsing of decimal numbers, exact to the last bit.
 //!
-//! A number of at most 53 bits of digits and a power of ten of at most 10^22 is the quotient or product of two exact
-//! doubles, and so correctly rounded by one operation (Clinger 1990, "How to read floating point numbers
-//! accurately"). Rounded once more to single precision, it is still the nearest number unless the double lies exactly
-//! between two of them; then, and wherever anything is unusual, `str::parse` decides.
+//! If the digits fit in 53 bits and the power of ten is at most 10^22, the value is the product or quotient of two
+//! exact doubles, so one operation rounds it correctly (Clinger 1990, "How to read floating point numbers
+//! accurately"). Rounding again to single precision still gives the nearest number, unless the double lies exactly
+//! halfway between two singles. In that case, and for any unusual input, `str::parse` decides.
 
 /// Powers of ten that are exact in double precision.
 const POWERS: [f64; 23] = [
@@ -11,19 +11,20 @@ const POWERS: [f64; 23] = [
     1e19, 1e20, 1e21, 1e22,
 ];
 
-/// Reads the decimal digits from `at` on and adds them to `value`, eight at a time where so many bytes are at hand; gives the
-/// place behind them. Wraps around where there are too many: count them.
+/// Reads decimal digits from position `at` and appends them to `value`, eight at a time if possible. Returns the
+/// position after them. Wraps around on overflow; the caller limits the count.
 #[inline]
 fn read_digits(text: &[u8], mut at: usize, value: &mut u64) -> usize {
     while let Some(Ok(eight)) = text.get(at..at + 8).map(<[u8; 8]>::try_from) {
-        // Each byte's value, the first digit lowest; the highest bit is set in the bytes that are none.
+        // The digit values, the first in the lowest byte. In `others`, the top bit of each non-digit byte is
+        // set.
         let digits = u64::from_le_bytes(eight) ^ 0x3030_3030_3030_3030;
         let others = ((digits.wrapping_add(0x7676_7676_7676_7676)) | digits) & 0x8080_8080_8080_8080;
         let count = others.trailing_zeros() as usize / 8;
         if count == 0 {
             return at;
         }
-        // Zeros in front, then pairs, fours and all eight.
+        // Pad with leading zeros, then combine digits to pairs, groups of four and of eight.
         let digits = digits << (64 - 8 * count);
         let pairs = digits.wrapping_mul(10).wrapping_add(digits >> 8) & 0x00ff_00ff_00ff_00ff;
         let fours = pairs.wrapping_mul(100).wrapping_add(pairs >> 16) & 0x0000_ffff_0000_ffff;
@@ -41,11 +42,11 @@ fn read_digits(text: &[u8], mut at: usize, value: &mut u64) -> usize {
     at
 }
 
-/// Powers of ten by the number of digits that [`read_digits`] takes at once.
+/// Powers of ten, by the number of digits that [`read_digits`] reads at once.
 const TENS: [u64; 9] = [1, 10, 100, 1000, 10_000, 100_000, 1_000_000, 10_000_000, 100_000_000];
 
-/// Reads the number at the start of `text` as the nearest `f64`, and how many bytes it takes. `None` if there is no
-/// plain decimal number, or one that one operation does not round correctly: [`parse_f64`] reads these, too.
+/// Parses the number at the start of `text` to the nearest `f64`; returns it with its length in bytes. `None` if
+/// there is no plain decimal number, or one operation does not round it correctly; [`parse_f64`] handles these.
 #[inline]
 pub(crate) fn quick_f64(text: &[u8]) -> Option<(f64, usize)> {
     let byte = |i: usize| text.get(i).copied().unwrap_or(b' ');
@@ -63,7 +64,7 @@ pub(crate) fn quick_f64(text: &[u8]) -> Option<(f64, usize)> {
         count += at - point;
         power = -((at - point) as i64);
     }
-    // Nineteen digits are sure to fit.
+    // Nineteen digits always fit in 64 bits.
     if count == 0 || count > 19 || digits > 1 << 53 {
         return None;
     }
@@ -96,12 +97,12 @@ pub(crate) fn quick_f64(text: &[u8]) -> Option<(f64, usize)> {
     Some((if negative { -value } else { value }, at))
 }
 
-/// The same in single precision.
+/// Like [`quick_f64`], in single precision.
 #[inline]
 pub(crate) fn quick_f32(text: &[u8]) -> Option<(f32, usize)> {
     let (value, len) = quick_f64(text)?;
     let size = value.abs();
-    // Exactly between two numbers of single precision, or where these are spaced otherwise.
+    // Exactly halfway between two singles, or outside the normal range of singles.
     let tie = value.to_bits() & 0x1fff_ffff == 0x1000_0000;
     if tie || !(size >= f64::from(f32::MIN_POSITIVE) && size < f64::from(f32::MAX) || size == 0.0) {
         return None;
@@ -109,7 +110,7 @@ pub(crate) fn quick_f32(text: &[u8]) -> Option<(f32, usize)> {
     Some((value as f32, len))
 }
 
-/// A whole word as a number: exactly what `str::parse` says.
+/// Parses an entire word, with the same result as `str::parse`.
 pub(crate) fn parse_f64(word: &[u8]) -> Option<f64> {
     match quick_f64(word) {
         Some((value, len)) if len == word.len() => Some(value),
@@ -117,7 +118,7 @@ pub(crate) fn parse_f64(word: &[u8]) -> Option<f64> {
     }
 }
 
-/// A whole word as a number of single precision: exactly what `str::parse` says.
+/// Parses an entire word in single precision, with the same result as `str::parse`.
 pub(crate) fn parse_f32(word: &[u8]) -> Option<f32> {
     match quick_f32(word) {
         Some((value, len)) if len == word.len() => Some(value),
@@ -125,8 +126,8 @@ pub(crate) fn parse_f32(word: &[u8]) -> Option<f32> {
     }
 }
 
-/// Reads up to nine digits with or without a minus; how many bytes they take is 0 if there is no such number, or a
-/// longer one.
+/// Parses an integer of up to nine digits with an optional minus; returns it with its length. The length is 0 if
+/// there is no such integer.
 #[inline]
 pub(crate) fn quick_int(text: &[u8]) -> (i32, usize) {
     let negative = text.first() == Some(&b'-');
@@ -221,7 +222,7 @@ mod tests {
             check(&format!("{}.{}", a % 1000, b % 1_000_000_000));
             check(&format!("-{}e{}", a % (1 << (1 + b % 60)), (b >> 20) % 60));
             check(&format!("{}.{:06}e-{}", a % 10, b % 1_000_000, i % 60));
-            // Halves between numbers of single precision, and close to them.
+            // At and near the midpoint of two singles.
             let half = f64::from(f32::from_bits((a as u32) & 0x7f7f_ffff)) + f64::from_bits(b << 40);
             check(&format!("{half}"));
             let middle = f32::from_bits(0x4b00_0000 | (a as u32 & 0x007f_ffff));

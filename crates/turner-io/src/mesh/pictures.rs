@@ -1,7 +1,7 @@
-//! The pictures that a model names: each is read and decoded once, several at a time.
+//! The images of a model: each is read and decoded once, several in parallel.
 //!
-//! Files of other people name pictures by paths of their own machines. One that is not where it should be is looked for
-//! beside the file that names it; one that is not there either is reported, and left out.
+//! Files often contain image paths of the machine that wrote them. An image that is not at its path is searched in
+//! the folder of the referring file; if it is not there either, it is reported and omitted.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -15,17 +15,17 @@ use crate::assets::{AssetSource, printable};
 use crate::image::{ColorOrData, DecodeLimits, EncodedPicture, decode_all};
 use crate::import::ImportOptions;
 
-/// Most bytes of a picture in its file: 1 GiB.
+/// Largest encoded image, in bytes: 1 GiB.
 const MAX_FILE: u64 = 1 << 30;
-/// Most bytes of samples of all pictures together: 16 GiB.
+/// Most bytes of samples of all images together: 16 GiB.
 const MAX_DECODED: u64 = 16 << 30;
-/// Pictures read and decoded together: what is left of the memory is shared out among so many.
+/// Images that are read and decoded together; they divide the remaining memory among themselves.
 const ROUND: usize = 8;
 
-/// A picture as a file names it: that file, and the name.
+/// An image reference: the referring file, and the image's path as written there.
 pub(super) type PictureName = (String, String);
 
-/// Pictures and textures for a scene.
+/// Images and textures of a scene.
 #[derive(Debug, Default)]
 pub(super) struct Pictures {
     pub(super) images: Vec<Asset<Image>>,
@@ -34,7 +34,7 @@ pub(super) struct Pictures {
 }
 
 impl Pictures {
-    /// Decodes what is wanted.
+    /// Reads and decodes images.
     pub(super) fn load(
         wanted: BTreeMap<PictureName, ColorOrData>,
         assets: &dyn AssetSource,
@@ -89,7 +89,7 @@ impl Pictures {
                         by_path.insert(path, id);
                     }
                     Err(error) => {
-                        // The second line is the remedy.
+                        // The second line holds the remedy.
                         let message = error.to_string();
                         let message = message.lines().next().unwrap_or_default();
                         let message = format!("the image {}; omitted", shortened(message));
@@ -106,15 +106,15 @@ impl Pictures {
         pictures
     }
 
-    /// A picture that could be decoded.
+    /// An image, if it was decoded.
     pub(super) fn image(&self, name: &PictureName) -> Option<(ImageId, &Image)> {
         let id = *self.ids.get(name)?;
         Some((id, &self.images.get(id.index())?.data))
     }
 
-    /// One more texture; equal ones are shared.
+    /// Adds a texture, or returns a recent equal one.
     pub(super) fn texture(&mut self, texture: TextureDesc) -> ColorSource {
-        // Materials that follow one another often have the same.
+        // Equal textures are usually in neighbouring materials.
         let recent = self.textures.iter().enumerate().rev().take(16);
         let known = recent.filter(|(_, t)| t.value == texture).map(|(i, _)| i).next();
         let index = known.unwrap_or_else(|| {
@@ -126,18 +126,18 @@ impl Pictures {
 }
 
 enum Found {
-    /// The path of one that was read already.
+    /// The path of an image that was already read.
     Known(String),
     Bytes {
         path: String,
         bytes: Vec<u8>,
         moved: bool,
     },
-    /// Why not.
+    /// The reason.
     Nothing(String),
 }
 
-/// Looks where the name says, then beside the file that names it.
+/// Searches the path as written, then the folder of the referring file.
 fn find((from, name): &PictureName, assets: &dyn AssetSource, known: impl Fn(&str) -> bool) -> Found {
     let mut problem = None;
     let last = name.rsplit(['/', '\\']).next().unwrap_or(name);

@@ -1,14 +1,26 @@
-//! Polygons into triangles: fans for convex ones, ears for the others.
+//! Polygon triangulation: fans for convex polygons, ear clipping for the others.
 //!
-//! A polygon is looked at along its normal (the sum of the cross products of its corners, Newell). If it turns one way
-//! only, its triangles are the fan around its first corner. Otherwise ears are cut off: corners that bulge, and whose
-//! triangle holds no other corner (Meisters 1975, "Polygons have ears"). Polygons that cross themselves have none: what is
-//! left of them becomes a fan.
+//! The polygon is projected along its normal (Newell's method: the sum of the cross products of successive corners)
+//! onto a coordinate plane. If all corners turn the same way, it is convex and becomes a fan around its first corner.
+//! Otherwise ears are clipped: an ear is a convex corner whose triangle with its two neighbours contains no other
+//! corner. Clipping it leaves a simple polygon with one corner less. Every simple polygon with more than three
+//! corners has at least two ears (Meisters 1975, "Polygons have ears").
+//!
+//! ```text
+//!   e───────d          corner b is an ear: abc contains no other corner
+//!   │    ┌──┘          corner c is reflex: it is not an ear, and only
+//!   │    c             reflex corners can lie inside a candidate triangle
+//!   │     \
+//!   a──────b
+//! ```
+//!
+//! A self-intersecting polygon may have no ear; what remains of it becomes a fan. Each candidate is
+//! tested against all reflex corners, so time can grow with the cube of the corners; a budget per file bounds it.
 
-/// Comparisons that cutting ears may take in a whole file; beyond, polygons become fans.
+/// Point comparisons for ear clipping per file; when they are used up, polygons become fans.
 const BUDGET: u64 = 1 << 30;
 
-/// Cuts polygons of one file.
+/// Triangulates the polygons of one file.
 #[derive(Debug)]
 pub(super) struct Triangulator {
     budget: u64,
@@ -16,7 +28,7 @@ pub(super) struct Triangulator {
     next: Vec<u32>,
     previous: Vec<u32>,
     reflex: Vec<u32>,
-    /// Polygons that became fans although they are not convex.
+    /// Number of non-convex polygons that became fans.
     pub(super) fanned: usize,
 }
 
@@ -26,7 +38,7 @@ impl Triangulator {
         Triangulator { budget: BUDGET, flat, next, previous, reflex, fanned: 0 }
     }
 
-    /// Gives `out` the n − 2 triangles of a polygon of n corners, as numbers of corners.
+    /// Passes the n − 2 triangles of a polygon with n corners to `out`, as corner indices.
     pub(super) fn cut(
         &mut self,
         corners: usize,
@@ -43,7 +55,7 @@ impl Triangulator {
         self.cut_ears(out);
     }
 
-    /// Puts the corners into a plane, so that they turn counter-clockwise; false if they lie in a line or are not finite.
+    /// Projects the corners so that the polygon is counter-clockwise; false if it has no area or is not finite.
     fn flatten(&mut self, corners: usize, position: impl Fn(usize) -> [f32; 3]) -> bool {
         let origin = position(0).map(f64::from);
         let at = |i: usize| {
@@ -63,7 +75,7 @@ impl Triangulator {
         if !size.iter().all(|v| v.is_finite()) || size == [0.0; 3] {
             return false;
         }
-        // The coordinate along which the normal is longest is left out.
+        // Drop the coordinate along which the normal is longest.
         let (u, v, axis) = if size[0] >= size[1] && size[0] >= size[2] {
             (1, 2, 0)
         } else if size[1] >= size[2] {
@@ -82,7 +94,7 @@ impl Triangulator {
 
     fn is_convex(&self) -> bool {
         let n = self.flat.len();
-        (0..n).all(|i| turn(self.flat[i], self.flat[(i + 1) % n], self.flat[(i + 2) % n]) >= 0.0)
+        (0..n).all(|i| orientation(self.flat[i], self.flat[(i + 1) % n], self.flat[(i + 2) % n]) >= 0.0)
     }
 
     fn cut_ears(&mut self, out: &mut impl FnMut([usize; 3])) {
@@ -93,7 +105,7 @@ impl Triangulator {
         self.previous.extend((0..n).map(|i| ((i + n - 1) % n) as u32));
         self.reflex.clear();
         for i in 0..n {
-            if self.turn_at(i) <= 0.0 {
+            if self.orientation_at(i) <= 0.0 {
                 self.reflex.push(i as u32);
             }
         }
@@ -101,7 +113,7 @@ impl Triangulator {
         let mut crossed = false;
         while left > 3 {
             let (before, after) = (self.previous[at] as usize, self.next[at] as usize);
-            // Round once without an ear: the polygon crosses itself.
+            // A full round without an ear: the polygon intersects itself.
             let give_up = since > left || self.budget == 0;
             crossed |= give_up;
             if give_up || self.is_ear(before, at, after) {
@@ -112,16 +124,16 @@ impl Triangulator {
                 since = 0;
                 if self.budget > 0 {
                     self.budget = self.budget.saturating_sub(self.reflex.len() as u64);
-                    // Only its neighbours turn otherwise now.
+                    // Only the two neighbours can stop being reflex.
                     let flat = &self.flat;
                     let (next, previous) = (&self.next, &self.previous);
                     self.reflex.retain(|&i| {
                         let i = i as usize;
                         let (p, q) = (flat[previous[i] as usize], flat[next[i] as usize]);
-                        i != at && !((i == before || i == after) && turn(p, flat[i], q) > 0.0)
+                        i != at && !((i == before || i == after) && orientation(p, flat[i], q) > 0.0)
                     });
                 }
-                // Every second corner first: triangles of better shape.
+                // Continue with every second corner; this gives better-shaped triangles.
                 at = self.next[after] as usize;
             } else {
                 since += 1;
@@ -132,14 +144,14 @@ impl Triangulator {
         self.fanned += usize::from(crossed);
     }
 
-    fn turn_at(&self, i: usize) -> f64 {
-        turn(self.flat[self.previous[i] as usize], self.flat[i], self.flat[self.next[i] as usize])
+    fn orientation_at(&self, i: usize) -> f64 {
+        orientation(self.flat[self.previous[i] as usize], self.flat[i], self.flat[self.next[i] as usize])
     }
 
-    /// Whether no corner lies within the triangle around one that bulges.
+    /// Whether a corner is convex and its triangle contains no other corner.
     fn is_ear(&mut self, before: usize, at: usize, after: usize) -> bool {
         let [a, b, c] = [self.flat[before], self.flat[at], self.flat[after]];
-        let bulge = turn(a, b, c);
+        let bulge = orientation(a, b, c);
         if bulge <= 0.0 || bulge.is_nan() {
             self.budget = self.budget.saturating_sub(1);
             return false;
@@ -149,13 +161,16 @@ impl Triangulator {
             let i = i as usize;
             let p = self.flat[i];
             let is_corner = i == before || i == at || i == after || p == a || p == b || p == c;
-            is_corner || turn(a, b, p) < 0.0 || turn(b, c, p) < 0.0 || turn(c, a, p) < 0.0
+            is_corner
+                || orientation(a, b, p) < 0.0
+                || orientation(b, c, p) < 0.0
+                || orientation(c, a, p) < 0.0
         })
     }
 }
 
-/// Twice the area of a triangle, positive if it turns counter-clockwise.
-fn turn(a: [f64; 2], b: [f64; 2], c: [f64; 2]) -> f64 {
+/// Twice the signed area of a triangle, positive if counter-clockwise.
+fn orientation(a: [f64; 2], b: [f64; 2], c: [f64; 2]) -> f64 {
     (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])
 }
 
@@ -165,7 +180,7 @@ mod tests {
 
     fn cut(points: &[[f32; 2]]) -> Vec<[usize; 3]> {
         let mut out = Vec::new();
-        // In a plane askew in space.
+        // In a slanted plane.
         let position = |i: usize| [points[i][0], points[i][1], 0.25 * points[i][0] - 0.5 * points[i][1]];
         Triangulator::new().cut(points.len(), position, &mut |t| out.push(t));
         out
@@ -174,7 +189,7 @@ mod tests {
     fn area(points: &[[f32; 2]], triangles: &[[usize; 3]]) -> (f64, bool) {
         let areas = triangles.iter().map(|t| {
             let [a, b, c] = t.map(|i| points[i].map(f64::from));
-            0.5 * turn(a, b, c)
+            0.5 * orientation(a, b, c)
         });
         let areas: Vec<f64> = areas.collect();
         (areas.iter().sum(), areas.iter().all(|a| *a >= 0.0) || areas.iter().all(|a| *a <= 0.0))
@@ -189,7 +204,7 @@ mod tests {
 
     #[test]
     fn concave_polygons_are_covered_once() {
-        // An arrow whose fan would overlap itself, from each of its corners, both ways round.
+        // Polygons whose fan would overlap itself, starting at each corner, in both orientations.
         let arrow = [[0.0, 0.0], [2.0, 1.0], [0.0, 2.0], [0.5, 1.0]];
         let letter =
             [[0.0, 0.0], [4.0, 0.0], [4.0, 4.0], [3.0, 4.0], [3.0, 1.0], [1.0, 1.0], [1.0, 4.0], [0.0, 4.0]];
@@ -232,7 +247,7 @@ mod tests {
 
     #[test]
     fn time_is_bounded() {
-        // Every corner but a few is reflex: quadratic, then out of budget.
+        // Nearly all corners are reflex: quadratic time, until the budget is used up.
         let points: Vec<[f32; 2]> =
             (0..200_000).map(|i| [i as f32, if i % 2 == 0 { 0.0 } else { 1.0 + (i % 7) as f32 }]).collect();
         let mut count = 0;

@@ -1,14 +1,21 @@
-//! Equal triples of bits made one: positions, or corners with their (u, v).
+//! Vertex welding: merges equal triples of 32-bit values, such as positions, or corners with (u, v).
+//!
+//! STL and similar formats repeat each vertex in every triangle. An open-addressing hash table, at most half full,
+//! maps each triple to the index of its first occurrence, so n corners take O(n) time. Triples are equal only if all
+//! bits are (−0 and 0 count as equal positions); no tolerance is used.
+//!
+//! Probing stops after a fixed number of slots: a file crafted to produce collisions then leaves some duplicates, but
+//! takes no more time.
 
 use super::MeshError;
 use super::error::{push, reserve};
 
-/// No number.
+/// Marks an empty slot.
 const EMPTY: u32 = u32::MAX;
-/// Places looked at for one triple. A file made to collide leaves equal ones apart; it does not take more time.
+/// Most slots that are probed for one triple.
 const PROBES: usize = 64;
 
-/// Numbers triples in the order of first appearance, by a table of a power of two places at most half full.
+/// Numbers distinct triples in the order of first occurrence.
 pub(super) struct Welder {
     pub(super) keys: Vec<[u32; 3]>,
     table: Vec<u32>,
@@ -19,13 +26,13 @@ impl Welder {
         Welder { keys: Vec::new(), table: Vec::new() }
     }
 
-    /// The number of a position; −0 counts as 0.
+    /// The index of a position; −0 counts as 0.
     #[inline]
     pub(super) fn vertex(&mut self, position: [f32; 3], name: &str) -> Result<u32, MeshError> {
         self.number(position.map(|v| (v + 0.0).to_bits()), name)
     }
 
-    /// The number of a triple.
+    /// The index of a triple.
     #[inline]
     pub(super) fn number(&mut self, key: [u32; 3], name: &str) -> Result<u32, MeshError> {
         if 2 * self.keys.len() >= self.table.len() {
@@ -69,7 +76,8 @@ impl Welder {
     }
 }
 
-/// Every bit counts for every bit (the finaliser of MurmurHash3 over a sum with odd factors).
+/// Hashes a triple so that every input bit affects every output bit: MurmurHash3's finaliser over a sum with odd
+/// factors.
 fn hash([x, y, z]: [u32; 3]) -> usize {
     let mut h = u64::from(x).wrapping_mul(0x9e37_79b9_7f4a_7c15)
         ^ u64::from(y).wrapping_mul(0xc2b2_ae3d_27d4_eb4f).rotate_left(21)

@@ -1,4 +1,4 @@
-//! The scene as it comes about: its elements, what was made of them, and the lists of every import.
+//! The scene under construction: its elements, what was made of them, and the lists that every importer fills.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::ops::{Deref, DerefMut};
@@ -15,9 +15,9 @@ use crate::import::ImportOptions;
 use crate::scene_import::report::Fault;
 use crate::scene_import::{CommonParts, Place};
 
-/// The scene in the making.
+/// The scene under construction.
 pub(super) struct Assembly<'a> {
-    /// What it is made of; all of that is at hand here, too.
+    /// The lists that every importer fills; `Deref` gives access to them.
     pub(super) stock: CommonParts<'a>,
     pub(super) document: Rc<Document>,
     pub(super) frame: Frame,
@@ -26,7 +26,7 @@ pub(super) struct Assembly<'a> {
     pub(super) textures: BTreeMap<TextureKey, ColorSource>,
     /// By element.
     pub(super) media: BTreeMap<usize, Option<MediumId>>,
-    /// Shape groups by element; `None` while one is being made.
+    /// Shape groups by element; `None` while one is under construction.
     pub(super) shape_groups: BTreeMap<usize, Option<GroupId>>,
     /// Elements whose unknown parts were reported.
     reported: BTreeSet<usize>,
@@ -66,20 +66,20 @@ impl<'a> Assembly<'a> {
         }
     }
 
-    /// Reports what an object has that nobody asked for, once.
+    /// Reports the parts of an object that nobody asked for, once.
     pub(super) fn finish(&mut self, object: &super::params::Object) {
         if self.reported.insert(object.node) {
             object.finish(&mut self.stock.report);
         }
     }
 
-    /// The bytes of a file that the scene names, and its path.
+    /// Reads a file that the scene names; returns its path and bytes.
     pub(super) fn read(&self, name: &str, limit: u64, place: Place) -> Result<(String, Vec<u8>), Fault> {
         read_file(self.stock.assets, &self.stock.uri, &self.document.paths, name, limit)
             .map_err(|f| f.or_at(place))
     }
 
-    /// The name of a picture as it is found, in the scene's folder or in one of its paths.
+    /// The name under which an image is found, in the scene's folder or in one of its search paths.
     pub(super) fn picture_name(&self, name: &str) -> String {
         let name = name.replace('\\', "/");
         if self.document.paths.is_empty() {

@@ -1,4 +1,5 @@
-//! A scene file as a tree of elements: included files in their places, `$names` replaced, names of older versions made those of today.
+//! A scene file as a tree of elements: included files are inserted, `$names` replaced, names of older versions
+//! updated.
 
 use std::collections::BTreeMap;
 
@@ -9,7 +10,7 @@ use crate::assets::{AssetSource, printable};
 use crate::scene_import::report::Fault;
 use crate::scene_import::{Place, unknown};
 
-/// Most files that include one another in a chain.
+/// Longest chain of includes.
 const MAX_CHAIN: usize = 64;
 /// Most files of a scene.
 const MAX_FILES: usize = 1024;
@@ -17,11 +18,11 @@ const MAX_FILES: usize = 1024;
 const MAX_TEXT: u64 = 256 << 20;
 /// Most elements of a scene.
 const MAX_ELEMENTS: usize = 1 << 21;
-/// Most elements within one another.
+/// Deepest nesting of elements.
 const MAX_DEPTH: usize = 64;
-/// Most folders that files are looked for in.
+/// Most search paths.
 const MAX_PATHS: usize = 16;
-/// Most bytes of what `$names` become, beyond the text itself.
+/// Most bytes that `$names` expand to, in addition to the text itself.
 const MAX_REPLACED: usize = 16 << 20;
 
 /// An element.
@@ -46,13 +47,13 @@ impl Node {
 pub(super) struct Document {
     nodes: Vec<Node>,
     ids: BTreeMap<String, usize>,
-    /// The files read, for places.
+    /// The files read; positions refer to them by index.
     pub(super) files: Vec<String>,
-    /// Folders that files are looked for in, besides that of the scene.
+    /// Folders to search in addition to that of the scene.
     pub(super) paths: Vec<String>,
-    /// Whether names are those of Mitsuba 0.6: toWorld.
+    /// Whether the file has the names of Mitsuba 0.6, e.g. toWorld.
     pub(super) is_old: bool,
-    /// Names that were given and that nothing asked for.
+    /// Parameters that the user set and the scene does not use.
     pub(super) unused: Vec<String>,
 }
 
@@ -62,7 +63,7 @@ impl Document {
         self.nodes.get(index)
     }
 
-    /// What a `ref` means; any other element means itself.
+    /// The element that a `ref` refers to; any other element itself.
     pub(super) fn resolve(&self, index: usize) -> Result<usize, Fault> {
         let Some(node) = self.nodes.get(index).filter(|n| n.tag == "ref") else { return Ok(index) };
         let Some(id) = node.attribute("id") else {
@@ -75,10 +76,10 @@ impl Document {
     }
 }
 
-/// Reads a scene. `defines` go before what the file says by `default`.
+/// Reads a scene. `defines` take precedence over the `default` values in the file.
 pub(super) struct Loader<'a> {
     assets: &'a dyn AssetSource,
-    /// The scene; names are relative to its folder.
+    /// The scene; paths are relative to its folder.
     uri: &'a str,
     values: BTreeMap<String, (String, bool)>,
     chain: Vec<String>,
@@ -102,7 +103,7 @@ impl<'a> Loader<'a> {
         }
     }
 
-    /// Reads all from the bytes of the scene file.
+    /// Reads everything, beginning with the bytes of the scene file.
     pub(super) fn read(&mut self, bytes: Vec<u8>) -> Result<(), Fault> {
         let uri = self.uri.to_owned();
         self.file(uri, bytes)?;
@@ -196,7 +197,7 @@ impl<'a> Loader<'a> {
                 *value = self.substituted(value, place)?;
             }
         }
-        // What a parameter of the scene is called is the file's own choice.
+        // The file chooses the names of its own parameters.
         if self.document.is_old && name != "default" {
             for (key, value) in &mut attributes {
                 if key == "name" {
@@ -237,7 +238,7 @@ impl<'a> Loader<'a> {
             "include" => splice = Some(needed("filename")?),
             _ => {}
         }
-        // The root of an included scene is the place where it is included.
+        // The contents of an included <scene> take the place of the include.
         let is_spliced = is_root && included && name == "scene";
         let is_silent =
             matches!(name, "default" | "alias" | "include") || name == "path" && get("value").is_some();
@@ -280,14 +281,14 @@ impl<'a> Loader<'a> {
             let message = format!("{} includes itself", printable(&path));
             return Err(Fault::at(place, ErrorCode::File, message));
         }
-        // Into what stands around the element `include` itself.
+        // Into the parent of the element `include`.
         let own = self.open.pop();
         let result = self.file(path, bytes);
         self.open.extend(own);
         result
     }
 
-    /// A value with every `$name` replaced, the longest name that is known first.
+    /// A value with every `$name` replaced; the longest known name wins.
     fn substituted(&mut self, value: &str, place: Place) -> Result<String, Fault> {
         let mut out = String::new();
         let mut rest = value;
@@ -322,7 +323,7 @@ impl<'a> Loader<'a> {
     }
 }
 
-/// The bytes of a file, and its path: in the scene's folder, or in one of `paths`.
+/// Reads a file from the scene's folder or from one of `paths`; returns its path and bytes.
 pub(super) fn read_file(
     assets: &dyn AssetSource,
     uri: &str,
@@ -345,7 +346,7 @@ pub(super) fn read_file(
     Err(first.map_or_else(|| Fault::new(ErrorCode::File, "no file"), |e| e.to_scene_error().into()))
 }
 
-/// A name as it stands, and within each of the folders.
+/// A name as it is written, and within each of the folders.
 pub(super) fn candidates(name: &str, paths: &[String]) -> Vec<String> {
     let mut out = vec![name.to_owned()];
     out.extend(paths.iter().map(|p| format!("{}/{name}", p.trim_end_matches('/'))));

@@ -1,4 +1,4 @@
-//! Lights, and what shapes emit.
+//! Lights, and the emission of shapes.
 
 use std::sync::Arc;
 
@@ -15,10 +15,10 @@ use super::textures::{Surface, is_source, source};
 use crate::scene_import::report::Fault;
 use crate::scene_import::{environment_light, unknown};
 
-/// By 1/d².
+/// Falls off with 1/d².
 const INVERSE_SQUARE: Attenuation = Attenuation { coefficients: [0.0, 0.0, 1.0] };
 
-/// What a surface emits, from its outer side.
+/// The emission of the outer side of a surface.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Emission {
     pub(super) radiance: ColorSource,
@@ -148,7 +148,8 @@ pub(super) fn add(scene: &mut Assembly<'_>, object: &Object) -> Result<(), Fault
     Ok(())
 }
 
-/// The rim of a spot falls in a straight line over the angle: as a measured lamp does between two measurements.
+/// A spot light. The intensity falls linearly with the angle from the beam width to the cutoff, which a light
+/// profile of four angles expresses exactly.
 fn spot(scene: &mut Assembly<'_>, object: &Object) -> Result<Option<LightDesc>, Fault> {
     let to_world = object.transform("to_world")?;
     let cutoff = object.float("cutoff_angle")?.unwrap_or(20.0).clamp(1e-3, 180.0);
@@ -201,7 +202,7 @@ fn envmap(scene: &mut Assembly<'_>, object: &Object) -> Result<Option<LightDesc>
     }))
 }
 
-/// The sky of Hošek and Wilkie becomes the computed one of Turner, with the same sun and about its brightness.
+/// The sky of Hošek and Wilkie becomes Turner's, with the same sun and about the same brightness.
 fn sky(scene: &mut Assembly<'_>, object: &Object) -> Result<LightDesc, Fault> {
     let to_world = object.transform("to_world")?;
     let turbidity = object.float("turbidity")?.unwrap_or(3.0).clamp(1.0, 10.0);
@@ -238,7 +239,7 @@ fn sky(scene: &mut Assembly<'_>, object: &Object) -> Result<LightDesc, Fault> {
         "resolution",
     ]);
     scene.report.approximated(object.place, "the sky of Mitsuba: Turner's sky model replaces it");
-    // In Mitsuba 0.6 y is up, and the direction is the world's; later z is up before the transform.
+    // In Mitsuba 0.6 y is up and the direction is in world space; later versions have z up before the transform.
     let is_old = scene.document.is_old;
     let up = DAffine3::from_mat3(turner::math::DMat3::from_cols(DVec3::X, DVec3::NEG_Z, DVec3::Y));
     let zenith = if is_old { DVec3::Y } else { DVec3::Z };

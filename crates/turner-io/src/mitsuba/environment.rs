@@ -1,5 +1,5 @@
-//! Light from all around. Mitsuba puts the middles of a picture's first and last row on the poles; here a row's middle lies where its pixels' middles
-//! are. Pictures are looked up again, in the world's directions.
+//! Environment maps, resampled to world directions. Mitsuba puts the pixel centres of the first and the last
+//! row at the poles; in Turner the outer edges of these rows are at the poles.
 
 use std::f64::consts::{PI, TAU};
 
@@ -12,7 +12,7 @@ use turner::schema::ImageId;
 use super::assembly::Assembly;
 use crate::scene_import::{Place, environment_light};
 
-/// The picture `name` seen through a transform to the world.
+/// The image `name` under the light's transform as an equirectangular map.
 pub(super) fn picture(
     scene: &mut Assembly<'_>,
     name: &str,
@@ -28,14 +28,14 @@ pub(super) fn picture(
     Some(scene.add_image(name, image))
 }
 
-/// A picture of the surroundings as Mitsuba looks at it.
+/// An environment map with Mitsuba's lookup.
 struct EncodedView<'a> {
     image: &'a Image,
     is_encoded: bool,
 }
 
 impl EncodedView<'_> {
-    /// The light from a unit direction.
+    /// Radiance from a unit direction.
     fn towards(&self, d: DVec3) -> [f64; 3] {
         let u = atan2(d.x, -d.z) / TAU;
         let v = acos(d.y.clamp(-1.0, 1.0)) / PI;
@@ -72,7 +72,7 @@ mod tests {
 
     #[test]
     fn directions_are_mitsubas() {
-        // What Mitsuba 3.9.1 answers for a picture whose pixels are their own columns and rows.
+        // Results of Mitsuba 3.9.1 for an image whose pixels hold their own column and row.
         let pixels = (0..4).flat_map(|y| (0..8).flat_map(move |x| [x as f32, y as f32, 1.0])).collect();
         let image = Image { width: 8, height: 4, channels: 3, pixels: Pixels::F32(pixels) };
         let look = EncodedView { image: &image, is_encoded: false };

@@ -20,10 +20,10 @@ use crate::scene_import::{is_sound, unknown};
 
 /// Most columns or rows.
 const MAX_SIDE: i64 = 65536;
-/// What stands for no limit of depth.
+/// Stands for unlimited depth.
 const NO_LIMIT: u32 = 1000;
 
-/// Camera, film and so on as the file says, with Mitsuba's defaults.
+/// Camera, film and integrator of the file, with Mitsuba's defaults.
 #[derive(Clone, Debug)]
 pub(super) struct Frame {
     camera: Option<CameraDesc>,
@@ -34,7 +34,7 @@ pub(super) struct Frame {
     integrator: IntegratorDesc,
     /// In stops.
     exposure: f64,
-    /// The medium that the camera stands in.
+    /// The medium around the camera.
     pub(super) medium: Option<MediumId>,
 }
 
@@ -53,12 +53,12 @@ impl Default for Frame {
     }
 }
 
-/// Light followed by paths of so many surfaces.
+/// A path tracer of this depth.
 fn paths(max_depth: u32) -> IntegratorDesc {
     IntegratorDesc::Path(PathDesc { max_depth, ..PathDesc::default() })
 }
 
-/// Takes an integrator; those within others count.
+/// Sets the integrator. If integrators are nested, the inner one counts.
 pub(super) fn integrator(scene: &mut Assembly<'_>, object: &Object) -> Result<(), Fault> {
     let inner = object.objects(&["integrator"])?;
     if let Some(inner) = inner.first() {
@@ -81,7 +81,7 @@ pub(super) fn integrator(scene: &mut Assembly<'_>, object: &Object) -> Result<()
         "bsdf_samples",
         "aovs",
     ]);
-    // The ray from the camera counts there.
+    // Mitsuba counts the camera ray.
     let mut max_depth = u32::try_from(depth).map_or(NO_LIMIT, |d| d.clamp(1, 100_001) - 1);
     match object.kind.as_str() {
         "path" | "volpath" | "volpathmis" | "prb" | "prbvolpath" | "prb_basic" | "prb_projective" => {}
@@ -120,7 +120,7 @@ pub(super) fn integrator(scene: &mut Assembly<'_>, object: &Object) -> Result<()
     Ok(())
 }
 
-/// Takes the camera of the file; of several the first.
+/// Sets the camera: that of the first sensor.
 pub(super) fn sensor(scene: &mut Assembly<'_>, object: &Object) -> Result<(), Fault> {
     if scene.frame.camera.is_some() {
         scene.report.ignored(object.place, "another sensor: the first one is used");
@@ -144,7 +144,7 @@ pub(super) fn sensor(scene: &mut Assembly<'_>, object: &Object) -> Result<(), Fa
             let viewport = Viewport::Height(height(scene, object)?);
             let near = object.float("near_clip")?.unwrap_or(0.01).max(0.0);
             let [x, y] = ["principal_point_offset_x", "principal_point_offset_y"].map(|n| object.float(n));
-            // There downwards.
+            // Mitsuba's offset points down.
             let mut shift = DVec2::new(x?.unwrap_or(0.0), -y?.unwrap_or(0.0));
             if shift.abs().max_element() > MAX_SHIFT {
                 let message = "a principal point far off the film: it is centred";
@@ -185,7 +185,7 @@ pub(super) fn sensor(scene: &mut Assembly<'_>, object: &Object) -> Result<(), Fa
             }
         }
         "orthographic" => {
-            // The picture's width is 2 in its own space.
+            // The image is 2 wide in camera space.
             let scale = to_world.matrix3.x_axis.length();
             let pose = pose(scene, object, to_world)?;
             let Pose { position, look_at, up, handedness, aspect } = pose;
@@ -218,13 +218,13 @@ pub(super) fn sensor(scene: &mut Assembly<'_>, object: &Object) -> Result<(), Fa
     Ok(())
 }
 
-/// Where a camera is and how it lies: it looks along its +z, y upwards, x to the left.
+/// Position and orientation of a camera: it looks along its +z, +y is up, +x to the left.
 struct Pose {
     position: DVec3,
     look_at: DVec3,
     up: DVec3,
     handedness: Handedness,
-    /// Width over height of the picture.
+    /// Width over height of the image.
     aspect: f64,
 }
 
@@ -246,13 +246,13 @@ fn pose(scene: &mut Assembly<'_>, object: &Object, to_world: DAffine3) -> Result
     }
     let handedness = if m.determinant() > 0.0 { Handedness::Right } else { Handedness::Left };
     let position = to_world.translation;
-    // Not so near that the direction is lost by rounding.
+    // Far enough that rounding does not change the direction.
     let look_at = position + forward / unit * (1.0 + position.abs().max_element());
     let [w, h] = scene.frame.size.map(f64::from);
     Ok(Pose { position, look_at, up, handedness, aspect: w / h })
 }
 
-/// The height of the screen at distance 1.
+/// Height of the screen at distance 1.
 fn height(scene: &mut Assembly<'_>, object: &Object) -> Result<f64, Fault> {
     let [w, h] = scene.frame.size.map(f64::from);
     let aspect = w / h;
@@ -261,7 +261,7 @@ fn height(scene: &mut Assembly<'_>, object: &Object) -> Result<f64, Fault> {
     let fov = match (object.float("fov")?, object.string("focal_length")?) {
         (Some(fov), _) => fov,
         (None, length) => {
-            // Of a film of 36 × 24 mm, along its diagonal.
+            // On a film of 36 x 24 mm, along its diagonal.
             let length = length.unwrap_or("50mm");
             let mm = super::params::number(length.trim().trim_end_matches("mm")).filter(|v| *v > 0.0);
             let Some(mm) = mm else {
@@ -305,12 +305,12 @@ fn film(scene: &mut Assembly<'_>, object: &Object) -> Result<(), Fault> {
     let (cw, ch) =
         (part("crop_width")?.unwrap_or(w).clamp(1, w - x), part("crop_height")?.unwrap_or(h).clamp(1, h - y));
     frame.crop = ([x, y, cw, ch] != [0, 0, w, h]).then_some([x, y, cw, ch]);
-    // Of Mitsuba 0.6, with a gamma curve; Reinhard's curve has a key instead.
+    // In Mitsuba 0.6, for the gamma curve; Reinhard's operator has a key instead.
     let exposure = object.float("exposure")?.filter(|v| v.is_finite());
     if object.kind == "ldrfilm" && object.string("tonemap_method")? != Some("reinhard") {
         scene.frame.exposure = exposure.unwrap_or(0.0).clamp(-64.0, 64.0);
     }
-    // The output is named on the command line, and its format is its choice.
+    // The command line names the output, and its name decides about the format.
     object.pass(&[
         "file_format",
         "pixel_format",
@@ -341,7 +341,7 @@ fn filter(object: &Object, report: &mut Report) -> Result<(FilterKind, f64), Fau
     let (kind, radius) = match object.kind.as_str() {
         "box" => (FilterKind::Box, radius.unwrap_or(0.5)),
         "tent" => (FilterKind::Tent, radius.unwrap_or(1.0)),
-        // Here a bell ends at three standard deviations.
+        // Turner's Gaussian ends at three standard deviations.
         "gaussian" => (FilterKind::Gaussian, 3.0 * deviation),
         "mitchell" | "catmullrom" | "lanczos" => {
             let message = format!(
@@ -381,7 +381,7 @@ fn sampler(scene: &mut Assembly<'_>, object: &Object) -> Result<(), Fault> {
 }
 
 impl Frame {
-    /// Puts all into a scene.
+    /// Writes these settings into a scene.
     pub(super) fn apply(self, scene: &mut SceneDesc) {
         let film = &mut scene.film;
         [film.width, film.height] = self.size;

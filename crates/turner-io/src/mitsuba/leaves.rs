@@ -1,4 +1,4 @@
-//! BSDFs that scatter by themselves, as the physical material.
+//! BSDFs that contain no others, as Turner's principled material.
 
 use turner::color::Spectrum;
 use turner::material::PrincipledMaterial;
@@ -15,7 +15,7 @@ use crate::scene_import::report::Fault;
 use crate::scene_import::{Through, inner_reflectance, map_values, product, single_scattering, unknown};
 use crate::spectral::metal_of_index;
 
-/// BSDFs that are known and not shown.
+/// Known BSDFs that are not supported.
 const UNSUPPORTED: &[&str] = &[
     "measured",
     "measured_polarized",
@@ -28,7 +28,7 @@ const UNSUPPORTED: &[&str] = &[
     "hk",
 ];
 
-/// The BSDFs that are known.
+/// All known BSDFs.
 const KNOWN: &[&str] = &[
     "diffuse",
     "dielectric",
@@ -58,7 +58,7 @@ const KNOWN: &[&str] = &[
     "difftrans",
 ];
 
-/// The surface of a BSDF.
+/// The material of a BSDF.
 pub(super) fn surface(
     scene: &mut Assembly<'_>,
     object: &Object,
@@ -112,10 +112,12 @@ pub(super) fn surface(
     }
 }
 
-/// Width of GGX for a width of 1 of Beckmann's distribution, which has no long tails: √(ln 2), so that half of the microfacets lie within the same angle.
+/// GGX α per Beckmann α: √(ln 2). With it half of the microfacets lie within the same angle; Beckmann's
+/// distribution has no long tail.
 const BECKMANN: f64 = 0.832_554_611;
 
-/// Weight of OpenPBR's fuzz for a sheen of 1: with it, as much light comes back near the rim of a sphere (white furnace: .019 there, .214 of the full fuzz).
+/// Weight of OpenPBR's fuzz per unit of sheen: with it as much light returns near the silhouette of a sphere
+/// (white furnace: 0.019 there, against 0.214 of a full fuzz).
 const SHEEN: f64 = 0.09;
 
 struct Maker<'a, 'b> {
@@ -133,7 +135,7 @@ impl Maker<'_, '_> {
         number_of(self.scene, self.object, name, or, self.on)
     }
 
-    /// The number, where it is the same everywhere; textures are reported and have the value `or`.
+    /// A number that must be constant; for a texture it is `or`, with a report.
     fn constant(&mut self, name: &'static str, or: f64) -> Result<f64, Fault> {
         match self.number(name, or)? {
             ColorSource::Constant(c) => Ok(f64::from(c.g)),
@@ -145,12 +147,12 @@ impl Maker<'_, '_> {
         }
     }
 
-    /// A factor that is 1 if it is not given.
+    /// A colour factor, 1 by default.
     fn factor(&mut self, name: &'static str) -> Result<ColorSource, Fault> {
         self.color(name, 1.0)
     }
 
-    /// The width α of the lobe as roughness here, whose square it is.
+    /// Roughness from the lobe's α, which in Turner is roughness².
     fn roughness(&mut self, surface: &mut PrincipledMaterial) -> Result<(), Fault> {
         let object = self.object;
         object.pass(&["sample_visible"]);
@@ -218,7 +220,7 @@ impl Maker<'_, '_> {
         Ok(glass)
     }
 
-    /// Colours of the metal, or nothing for a perfect mirror.
+    /// The colours of the conductor; `None` for a perfect mirror.
     fn metal(&mut self) -> Result<Option<MetalColors>, Fault> {
         let object = self.object;
         if let Some(name) = object.string("material")? {
@@ -279,7 +281,7 @@ impl Maker<'_, '_> {
                     ..PrincipledMaterial::default()
                 };
                 match factor {
-                    // The same factor at all angles.
+                    // A grey factor applies at all angles.
                     ColorSource::Constant(c) if c.r == c.g && c.g == c.b => {
                         surface.base_color = ColorSource::Constant(metal.f0);
                         surface.specular_weight = factor;
@@ -296,8 +298,9 @@ impl Maker<'_, '_> {
         Ok(surface)
     }
 
-    /// A diffuse base under a clear layer. As of pbrt's coated materials, what gets out of the layer after reflections at its inner side is its colour:
-    /// ρ (1 − R) / (1 − ρ R), or, where the file asks for what is linear in ρ, ρ itself. Under a rough layer it is darker: see [`RoughLayer`].
+    /// A diffuse base under a dielectric layer. As in pbrt's coated materials the base colour accounts for
+    /// reflections at the layer's inner side: ρ (1 − R) / (1 − ρ R), or, unless the file sets `nonlinear`, ρ
+    /// itself. Under a rough layer it is darker: see [`RoughLayer`](super::rough_layer::RoughLayer).
     fn plastic(&mut self, is_rough: bool) -> Result<PrincipledMaterial, Fault> {
         let ior = self.index_ratio(1.49)?;
         let color = self.color("diffuse_reflectance", 0.5)?;
@@ -334,7 +337,7 @@ impl Maker<'_, '_> {
         Ok(surface)
     }
 
-    /// Burley's model (2012, 2015), as OpenPBR's counterparts.
+    /// Burley's principled model (2012, 2015) as its counterparts in OpenPBR.
     fn principled(&mut self) -> Result<PrincipledMaterial, Fault> {
         let object = self.object;
         let base = self.color("base_color", 0.5)?;
@@ -391,7 +394,7 @@ impl Maker<'_, '_> {
     fn principled_thin(&mut self) -> Result<PrincipledMaterial, Fault> {
         let object = self.object;
         let base = self.color("base_color", 0.5)?;
-        // 2 stands for all light.
+        // 2 means all light.
         let through = self.number("diff_trans", 0.0)?;
         let message = "principledthin: OpenPBR's thin-walled surface replaces it";
         self.scene.report.approximated(object.place, message);
@@ -421,7 +424,7 @@ impl Maker<'_, '_> {
     }
 }
 
-/// Widths along and across as roughness and anisotropy. OpenPBR: the longer width is r²·√(2 / (1 + ratio²)).
+/// Roughness and anisotropy from α along u and v. OpenPBR: the longer α is r²·√(2 / (1 + ratio²)).
 pub(super) fn stretched(u: f64, v: f64, surface: &mut PrincipledMaterial) {
     let (u, v) = (u.clamp(0.0, 1.0), v.clamp(0.0, 1.0));
     let (long, short) = (u.max(v), u.min(v));

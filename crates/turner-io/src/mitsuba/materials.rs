@@ -1,5 +1,6 @@
-//! BSDFs as materials: one for each way in which shapes use them: with light, with a medium inside, with coordinates of this or that kind. What
-//! stands around a BSDF (`twosided`, `mask`, `bumpmap`, `normalmap`) is gathered on the way in.
+//! BSDFs as materials. A BSDF becomes one material per way in which shapes use it: with emission, with a medium
+//! inside, with other (u, v). BSDFs that wrap another one (`twosided`, `mask`, `bumpmap`, `normalmap`) are
+//! collected on the way to it.
 
 use std::collections::BTreeMap;
 
@@ -22,15 +23,15 @@ use crate::scene_import::{Place, product};
 
 /// Most materials.
 const MAX_MATERIALS: usize = 1 << 22;
-/// Most BSDFs within one another.
+/// Deepest nesting of BSDFs.
 const MAX_NESTING: u32 = 16;
 
-/// Most rough boundaries whose light is counted.
+/// Most rough layers that are computed.
 const MAX_LAYERS: usize = 512;
-/// Steps of 1 in which their widths and indices of refraction go: an index off by 0.005 is 1.3 % of the light.
+/// Resolution of their α and IOR, steps per unit: an IOR that is off by 0.005 changes the light by 1.3 %.
 const STEPS: f64 = 1000.0;
 
-/// How a shape uses a BSDF, and what stood around it.
+/// How a shape uses a BSDF, and what the wrappers of the BSDF add.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(super) struct Use {
     pub(super) emission: Option<Emission>,
@@ -41,7 +42,7 @@ pub(super) struct Use {
     pub(super) bump: Option<(ColorSource, u64)>,
     pub(super) normal: Option<ColorSource>,
     pub(super) depth: u32,
-    /// The part of a BSDF that is made as two.
+    /// The lobe, for a BSDF that becomes a mix of two materials.
     pub(super) lobe: Option<Lobe>,
 }
 
@@ -49,14 +50,14 @@ pub(super) struct Use {
 #[derive(Default)]
 pub(super) struct Materials {
     wanted: BTreeMap<(Option<usize>, String), MaterialId>,
-    /// What each [`MaterialId`] is to be: the element of a BSDF, none for that of shapes without one.
+    /// BSDF and use of each [`MaterialId`]; `None` is the material of shapes without a BSDF.
     list: Vec<(Option<usize>, Use)>,
-    /// By width and index of refraction.
+    /// By rounded α and IOR.
     layers: BTreeMap<[u32; 2], RoughLayer>,
 }
 
 impl Materials {
-    /// The material of a BSDF for a use.
+    /// The material id of a BSDF for a use.
     pub(super) fn wanted(&mut self, node: Option<usize>, usage: Use) -> MaterialId {
         let key = (node, if usage == Use::default() { String::new() } else { format!("{usage:?}") });
         let next = MaterialId(self.list.len() as u32);
@@ -67,7 +68,8 @@ impl Materials {
         id
     }
 
-    /// What a rough boundary lets through: computed once for widths that are nearly the same. `None` after very many: each takes milliseconds.
+    /// The transmittance of a rough layer, computed once for nearly equal parameters. `None` if there are too
+    /// many: each takes milliseconds.
     pub(super) fn rough_layer(&mut self, alpha: f64, ior: f64) -> Option<RoughLayer> {
         let steps = |v: f64| (v * STEPS).round().clamp(0.0, 1e6);
         let (alpha, ior) = (steps(alpha), steps(ior));
@@ -84,10 +86,10 @@ impl Materials {
     }
 }
 
-/// Makes the materials that are used.
+/// Makes all materials that are in use.
 pub(super) fn finish(scene: &mut Assembly<'_>) -> Result<Vec<Named<MaterialDesc>>, Fault> {
     let mut made = Vec::new();
-    // Mixes want more of them.
+    // A mix adds its parts to the list.
     while let Some((node, usage)) = scene.materials.list.get(made.len()).cloned() {
         let (name, value) = match node {
             None => (None, plain(usage)),
@@ -108,10 +110,10 @@ pub(super) fn grey(v: f64) -> ColorSource {
     ColorSource::Constant(Spectrum::grey(v as f32))
 }
 
-/// What shapes without a BSDF have: diffuse grey, or black where they shine.
+/// The material of shapes without a BSDF: diffuse grey, or black if they emit.
 fn plain(usage: Use) -> MaterialDesc {
     if usage.interior.is_some() && usage.emission.is_none() {
-        return MaterialDesc::Boundary(InterfaceMaterial { interior: usage.interior });
+        return MaterialDesc::Interface(InterfaceMaterial { interior: usage.interior });
     }
     let reflectance = if usage.emission.is_some() { 0.0 } else { 0.5 };
     let surface = PrincipledMaterial { base_color: grey(reflectance), ..PrincipledMaterial::matte() };
@@ -187,7 +189,7 @@ pub(super) fn make(
     }
 }
 
-/// The texture in it, whatever its name.
+/// Its texture, whatever the name.
 fn only_texture(object: &Object) -> Result<Option<usize>, Fault> {
     object.pass(&["arbitrary", "normalmap", "normals", "bump"]);
     Ok(object.objects(&["texture"])?.first().copied())
@@ -195,7 +197,7 @@ fn only_texture(object: &Object) -> Result<Option<usize>, Fault> {
 
 fn null(scene: &mut Assembly<'_>, place: Place, usage: Use) -> MaterialDesc {
     if usage.emission.is_none() {
-        return MaterialDesc::Boundary(InterfaceMaterial { interior: usage.interior });
+        return MaterialDesc::Interface(InterfaceMaterial { interior: usage.interior });
     }
     scene.report.approximated(place, "an emissive shape with a null BSDF: its surface is black");
     let black = PrincipledMaterial { base_color: grey(0.0), ..PrincipledMaterial::matte() };
@@ -246,7 +248,7 @@ fn leaf(scene: &mut Assembly<'_>, object: &Object, usage: Use) -> Result<Materia
     Ok(shown(scene, object, surface, usage))
 }
 
-/// A surface as it is used. What the BSDF has besides is reported.
+/// The material of a surface for a use. Unknown parts of the BSDF are reported.
 pub(super) fn shown(
     scene: &mut Assembly<'_>,
     object: &Object,
@@ -266,7 +268,7 @@ pub(super) fn shown(
     MaterialDesc::Principled(with_use(surface, usage))
 }
 
-/// Light, holes, and what bends the normal.
+/// Adds emission, opacity, bump map and normal map.
 fn with_use(mut surface: PrincipledMaterial, usage: Use) -> PrincipledMaterial {
     surface.alpha_mode = AlphaMode::Opaque;
     if let Some(opacity) = usage.opacity {

@@ -14,10 +14,10 @@ use crate::assets::printable;
 use crate::scene_import::report::Fault;
 use crate::scene_import::unknown;
 
-/// Most bytes of a grid.
+/// Largest grid file, bytes.
 const MAX_GRID: u64 = 2 << 30;
 
-/// The medium of an element; `None` for one that is not known.
+/// The medium of an element; `None` if it is unknown.
 pub(super) fn medium(scene: &mut Assembly<'_>, node: usize) -> Result<Option<MediumId>, Fault> {
     let object = Object::new(&scene.document, node)?;
     if let Some(known) = scene.media.get(&object.node) {
@@ -86,7 +86,7 @@ fn make(scene: &mut Assembly<'_>, object: &Object) -> Result<Option<MediumDesc>,
         }
     };
     match (object.kind.as_str(), sigma_t) {
-        // A heterogeneous medium ends with the box of its volume, also where that is the same everywhere.
+        // A heterogeneous medium ends at the box of its volume, even if its values are constant.
         ("heterogeneous", Volume::Constant(sigma_t, Some([min, max]))) => {
             let data = GridData::new([2; 3], vec![1.0; 8], None)
                 .map_err(|problem| Fault::at(object.place, ErrorCode::Internal, problem))?;
@@ -132,9 +132,9 @@ fn gridded(
     })
 }
 
-/// Values in space.
+/// The values of a volume.
 enum Volume {
-    /// The same everywhere, for a volume within its box.
+    /// Constant, with the box of the volume if there is one.
     Constant(Spectrum, Option<[DVec3; 2]>),
     Grid(GridData, DVec3, DVec3),
 }
@@ -200,8 +200,8 @@ fn grid(scene: &mut Assembly<'_>, object: &Object) -> Result<Option<Volume>, Fau
     }
 }
 
-/// A .vol file: "VOL", version 3, type 1 (f32), sizes along x, y, z, channels, the box around it, then the values, x fastest. Of several
-/// channels the first counts.
+/// Decodes a .vol file: "VOL", version 3, type 1 (f32), sizes along x, y, z, channels, the bounding box, then
+/// the values, x fastest. Only the first channel is used.
 fn decode(bytes: &[u8]) -> Result<(GridData, [DVec3; 2]), String> {
     let cut = || "the file is truncated".to_owned();
     if !bytes.starts_with(b"VOL\x03") {

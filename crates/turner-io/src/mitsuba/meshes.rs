@@ -1,4 +1,4 @@
-//! Meshes: of files, and those that shapes stand for.
+//! Meshes from files, and those of built-in shapes.
 
 use turner::math::DVec3;
 use turner::math::elementary::acos;
@@ -13,18 +13,19 @@ use crate::mesh;
 use crate::scene_import::orient;
 use crate::scene_import::report::Fault;
 
-/// Most bytes of a file.
+/// Largest mesh file, bytes.
 const MAX_FILE: u64 = 16 << 30;
 
-/// What a shape becomes.
+/// The mesh of a shape.
 pub(super) enum Made {
-    /// A mesh, and what its (u, v) are.
+    /// A mesh, and how its (u, v) relate to Mitsuba's.
     Mesh(MeshId, Surface),
-    /// Nothing; that has been reported.
+    /// Nothing, after a report.
     Nothing,
 }
 
-/// `obj`, `ply`, `serialized`. Without vertex normals triangles that a transform mirrors are turned around, as their corners go.
+/// `obj`, `ply`, `serialized`. Under a mirroring transform, triangles without vertex normals are flipped: their
+/// normals follow the order of the vertices.
 pub(super) fn of_file(
     scene: &mut Assembly<'_>,
     object: &Object,
@@ -42,7 +43,7 @@ pub(super) fn of_file(
         "serialized" => object.integer("shape_index")?.unwrap_or(0).clamp(0, i64::from(i32::MAX)),
         _ => 0,
     };
-    // Creases of 0.6.
+    // Options of Mitsuba 0.6 for creases.
     object.pass(&["max_smooth_angle", "collapse", "srgb"]);
     let surface = if flip_v { Surface::Flipped } else { Surface::Same };
     let key = (format!("{name}\0{index} {face_normals} {mirrored}"), flip);
@@ -57,7 +58,7 @@ pub(super) fn of_file(
         let left = usize::try_from(scene.options.limits.memory.left() / 2).unwrap_or(usize::MAX);
         serialized::decode(&bytes, index as usize, left).map_err(damaged)?
     } else {
-        // By what the shape says, whatever the file is called.
+        // The shape's type decides about the format, whatever the file is called.
         let called = if object.kind == "obj" { "a.obj" } else { "a.ply" };
         mesh::need::check(&bytes, called, &scene.options.limits).map_err(|mut e| {
             e.message = e.message.replace(called, &printable(&path));
@@ -82,7 +83,7 @@ pub(super) fn of_file(
         data.normals = Vec::new();
     } else if data.normals.is_empty() {
         smooth(&mut data);
-        // They follow the corners, as the triangles do.
+        // The computed normals follow the order of the vertices, as the triangles do.
         if mirrored {
             orient(&mut data, true);
         }
@@ -96,7 +97,8 @@ pub(super) fn of_file(
     Ok(Made::Mesh(id, surface))
 }
 
-/// Normals of vertices: those of the triangles around each, weighted by their angles there (Thürmer and Wüthrich 1998).
+/// Vertex normals: the normals of the adjacent triangles, weighted by their angles at the vertex (Thürmer and
+/// Wüthrich 1998).
 fn smooth(data: &mut MeshData) {
     let mut sums = vec![DVec3::ZERO; data.positions.len()];
     for t in &data.triangles {
@@ -119,7 +121,7 @@ fn smooth(data: &mut MeshData) {
     data.normals = sums.into_iter().map(|n| n.normalize_or(DVec3::Z).as_vec3().to_array()).collect();
 }
 
-/// From −1 to 1 along x and y.
+/// The square from −1 to 1 in x and y.
 pub(super) fn rectangle() -> MeshData {
     let corners = [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]];
     MeshData {
@@ -130,9 +132,9 @@ pub(super) fn rectangle() -> MeshData {
     }
 }
 
-/// From −1 to 1 along all axes; each side has its own (u, v), as Mitsuba's cube.
+/// The cube from −1 to 1; each side has its own (u, v), as in Mitsuba.
 pub(super) fn cube() -> MeshData {
-    // Corners of each side in Mitsuba's order.
+    // Vertices of each side in Mitsuba's order.
     const SIDES: [[[i8; 3]; 4]; 6] = [
         [[1, -1, -1], [1, -1, 1], [-1, -1, 1], [-1, -1, -1]],
         [[1, 1, -1], [-1, 1, -1], [-1, 1, 1], [1, 1, 1]],
@@ -159,7 +161,7 @@ mod tests {
         let positions = vec![[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [1.0, 1.0, 0.0], [0.0, 1.0, 1.0]];
         let mut data = MeshData { positions, triangles: vec![[0, 1, 2], [0, 2, 3]], ..MeshData::default() };
         smooth(&mut data);
-        // What Mitsuba 3.9.1 computes.
+        // The result of Mitsuba 3.9.1.
         for (found, expected) in data.normals[0].iter().zip([0.370_482_77, -0.370_482_77, 0.851_754_07]) {
             assert!((found - expected).abs() < 1e-5, "{:?}", data.normals);
         }

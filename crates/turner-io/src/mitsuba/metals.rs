@@ -1,5 +1,5 @@
-//! Metals and other conductors by name: indices of refraction η + i·k, as means over the bands of red, green and blue that Mitsuba computes with there. The
-//! measurements are those of E. Palik's handbook and of the SOPRA tables.
+//! Conductors by name: indices of refraction η + i·k, as means over the red, green and blue bands of Mitsuba's
+//! RGB mode. The measurements are those of E. Palik's handbook and of the SOPRA tables.
 
 use turner::color::Spectrum;
 

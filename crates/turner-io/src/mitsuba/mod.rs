@@ -1,8 +1,10 @@
-//! Mitsuba scenes (Jakob et al., "Mitsuba 3 renderer", 2022; format: mitsuba.readthedocs.io, "Scene XML file format"), and those of Mitsuba 2 and 0.6.
+//! Mitsuba scenes (Jakob et al., "Mitsuba 3 renderer", 2022; format: mitsuba.readthedocs.io, "Scene XML file
+//! format"), also those of Mitsuba 2 and 0.6.
 //!
-//! [`xml`] reads elements, [`document`] makes a tree of them with included files and `$names` in their places, [`params`] is how a part of it is
-//! asked for what it has, and a file per kind of thing maps it onto what there is here, into an [`assembly`]. Colours are those that Mitsuba has where
-//! it computes with red, green and blue. What is not known is reported at its place.
+//! [`xml`] reads elements, [`document`] builds a tree in which included files and the values of `$names` are in
+//! place, and [`params`] gives access to the contents of an element by name. One module per kind of object
+//! translates it to Turner's descriptions, which an [`assembly`] collects. Colours are those of Mitsuba's RGB
+//! mode. Unknown elements are reported with their position.
 
 mod assembly;
 mod document;
@@ -38,10 +40,10 @@ use crate::import::ImportOptions;
 use crate::scene_import::report::Fault;
 use crate::scene_import::{CommonParts, fill_open};
 
-/// Most bytes of the file itself.
+/// Largest scene file, bytes.
 const MAX_FILE: u64 = 256 << 20;
 
-/// Reads a scene: with its camera, its film and its integrator. `uri` is its name relative to the root of `assets`.
+/// Imports a scene with its camera, film and integrator. `uri` is its path from the root of `assets`.
 pub(crate) fn import(
     uri: &str,
     assets: &dyn AssetSource,
@@ -51,7 +53,7 @@ pub(crate) fn import(
     import_from(bytes, uri, assets, options)
 }
 
-/// The same with the bytes of the file itself from elsewhere.
+/// The same from the bytes of the file.
 pub(crate) fn import_from(
     bytes: Vec<u8>,
     uri: &str,
@@ -67,7 +69,7 @@ pub(crate) fn import_from(
     finish(scene, materials)
 }
 
-/// Makes everything that stands in the scene itself.
+/// Imports all objects of the scene.
 fn fill(scene: &mut Assembly<'_>) -> Result<Vec<Named<MaterialDesc>>, Fault> {
     for name in scene.document.unused.clone() {
         let message = format!("\"{}\" is set, but the scene has no such parameter", printable(&name));
@@ -75,7 +77,7 @@ fn fill(scene: &mut Assembly<'_>) -> Result<Vec<Named<MaterialDesc>>, Fault> {
     }
     let root = Object::new(&scene.document, 0)?;
     let all = root.all()?;
-    // The film's size counts for the camera, the camera's medium for what is around.
+    // First the sensor: the camera needs the size of its film, and the open space the camera's medium.
     for object in all.iter().filter(|o| o.tag == "integrator") {
         frame::integrator(scene, object)?;
     }
@@ -107,7 +109,7 @@ fn finish(assembly: Assembly<'_>, materials: Vec<Named<MaterialDesc>>) -> Result
         ("groups", count(assembly.groups.len())),
         ("media", count(assembly.medium_list.len())),
     ];
-    // What the camera stands in and no shape encloses is everywhere in the open.
+    // A medium around the camera that no shape encloses fills the open space.
     let around = assembly.frame.medium.filter(|id| !assembly.materials.encloses(*id));
     let Assembly { frame, stock, .. } = assembly;
     let CommonParts { mut report, files, uri, objects, .. } = stock;

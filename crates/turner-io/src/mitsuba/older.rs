@@ -1,5 +1,5 @@
-//! BSDFs of Mitsuba 0.6 that later versions lack: Phong's and Ward's (Ward, "Measuring and modeling anisotropic reflection", 1992), coats, sums of several,
-//! and what lets diffuse light through.
+//! BSDFs of Mitsuba 0.6 that later versions do not have: Phong, Ward ("Measuring and modeling anisotropic
+//! reflection", 1992), coatings, mixtures and diffuse transmission.
 
 use turner::color::Spectrum;
 use turner::material::{MaterialDesc, MixMaterial, PrincipledMaterial};
@@ -14,18 +14,18 @@ use super::textures::source;
 use crate::scene_import::report::Fault;
 use crate::scene_import::{Through, map_values};
 
-/// Most BSDFs of a sum.
+/// Most BSDFs of a mixture.
 const MAX_PARTS: usize = 64;
 
-/// One of the two lobes of a BSDF that is a sum of them.
+/// One of the two lobes of Phong and Ward.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Lobe {
     Diffuse,
     Glossy,
 }
 
-/// Share of the surface that the glossy lobe of such a BSDF gets. The lobes' colours are divided by their shares, so that the sum is the file's own; of
-/// textures nothing is known, and each lobe gets half.
+/// The weight of the glossy lobe in the mix. The colour of each lobe is divided by its weight, so that the sum
+/// is that of the file. The values of textures are not known: half each.
 fn glossy_share(glossy: ColorSource) -> f64 {
     match glossy {
         ColorSource::Constant(c) => f64::from(c.max_component()).clamp(0.0, 1.0),
@@ -33,7 +33,7 @@ fn glossy_share(glossy: ColorSource) -> f64 {
     }
 }
 
-/// `phong` and `ward`: as a mix of a diffuse surface and a rough mirror, or that part of it which `usage` names.
+/// `phong` and `ward`: a mix of a diffuse surface and a rough mirror, or the one of both that `usage` names.
 pub(super) fn two_lobes(
     scene: &mut Assembly<'_>,
     object: &Object,
@@ -78,7 +78,8 @@ pub(super) fn two_lobes(
     Ok(super::materials::shown(scene, object, surface, usage))
 }
 
-/// Widths α of the lobe. One of cosⁿ around the mirrored direction is half as wide in half vectors: α² = 1 / (2 n + 1).
+/// α of the lobe along u and v. A lobe cosⁿ around the mirror direction is half as wide in half vectors: α² = 1
+/// / (2n + 1).
 fn widths(scene: &mut Assembly<'_>, object: &Object, usage: &Use) -> Result<[f64; 2], Fault> {
     if object.kind == "phong" {
         let is_number =
@@ -96,7 +97,7 @@ fn widths(scene: &mut Assembly<'_>, object: &Object, usage: &Use) -> Result<[f64
     Ok([number("alpha_u", both)?, number("alpha_v", both)?])
 }
 
-/// `mixturebsdf`: several with their weights. Where these leave something of 1, it is taken as theirs.
+/// `mixturebsdf`: several BSDFs with their weights. If the weights sum to less than 1, they are scaled up.
 pub(super) fn mixture(scene: &mut Assembly<'_>, object: &Object, usage: Use) -> Result<MaterialDesc, Fault> {
     let parts = object.objects(&["bsdf"])?;
     let text = object.string("weights")?.unwrap_or_default();
@@ -116,7 +117,7 @@ pub(super) fn mixture(scene: &mut Assembly<'_>, object: &Object, usage: Use) -> 
     Ok(MaterialDesc::Mix(MixMaterial { materials, weights: weights.into_iter().map(grey).collect() }))
 }
 
-/// `coating` and `roughcoating`: a clear coat on the BSDF within.
+/// `coating` and `roughcoating`: a clearcoat on the inner BSDF.
 pub(super) fn coat(scene: &mut Assembly<'_>, object: &Object, usage: Use) -> Result<MaterialDesc, Fault> {
     let outer = index(object, "ext_ior", 1.000277)?;
     let ior = (index(object, "int_ior", 1.5046)? / outer).clamp(1.0, 3.0);
@@ -145,7 +146,7 @@ pub(super) fn coat(scene: &mut Assembly<'_>, object: &Object, usage: Use) -> Res
         return Ok(made);
     };
     if let ColorSource::Constant(c) = absorbed {
-        // Once in and once out, head-on.
+        // In and out, at normal incidence.
         let through =
             c.map(|s| turner::math::elementary::exp(-2.0 * thickness * f64::from(s.max(0.0))) as f32);
         surface.coat_color = ColorSource::Constant(through);
@@ -154,7 +155,7 @@ pub(super) fn coat(scene: &mut Assembly<'_>, object: &Object, usage: Use) -> Res
     Ok(MaterialDesc::Principled(surface))
 }
 
-/// `difftrans`: diffuse light from the other side alone.
+/// `difftrans`: diffuse transmission only.
 pub(super) fn translucent(
     scene: &mut Assembly<'_>,
     object: &Object,

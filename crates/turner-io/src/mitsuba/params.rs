@@ -1,5 +1,5 @@
-//! What stands within an element: named values and other objects. Who takes something asks for it; what nobody asks for is reported, with
-//! the nearest name that was asked for.
+//! The contents of an element: named values and child objects. The importer asks for them by name;
+//! [`Object::finish`] reports those that nobody asked for, with the nearest known name.
 
 use std::cell::RefCell;
 use std::collections::BTreeSet;
@@ -14,7 +14,7 @@ use crate::assets::{nearest, printable};
 use crate::scene_import::Place;
 use crate::scene_import::report::{Fault, Report};
 
-/// The elements that are objects, with a `type`.
+/// The tags of objects, which have a `type`.
 pub(super) const OBJECTS: &[&str] = &[
     "bsdf",
     "texture",
@@ -32,10 +32,10 @@ pub(super) const OBJECTS: &[&str] = &[
     "spectrum",
 ];
 
-/// An object of the scene: an element with what stands in it.
+/// An object of the scene: an element with its contents.
 pub(super) struct Object {
     pub(super) document: Rc<Document>,
-    /// Which element.
+    /// Index of the element.
     pub(super) node: usize,
     pub(super) place: Place,
     /// `bsdf`, `shape`, …
@@ -47,7 +47,7 @@ pub(super) struct Object {
 }
 
 impl Object {
-    /// The object of an element; a reference becomes what it means.
+    /// The object of an element; references are resolved.
     pub(super) fn new(document: &Rc<Document>, node: usize) -> Result<Object, Fault> {
         let node = document.resolve(node)?;
         let document = Rc::clone(document);
@@ -68,13 +68,13 @@ impl Object {
         self.document.node(self.node)?.attribute("id").map(str::to_owned)
     }
 
-    /// The elements in it.
+    /// The elements in it, with their indices.
     fn children(&self) -> impl Iterator<Item = (usize, &Node)> {
         let list = self.document.node(self.node).map_or(&[][..], |n| &n.children);
         list.iter().filter_map(|c| Some((*c, self.document.node(*c)?)))
     }
 
-    /// The element of a name, if there is one.
+    /// The element of a name. Of several the last one counts.
     pub(super) fn find(&self, name: &'static str) -> Option<(usize, &Node)> {
         self.asked.borrow_mut().insert(name);
         let found = self.children().filter(|(_, n)| n.attribute("name") == Some(name)).last()?;
@@ -86,29 +86,29 @@ impl Object {
         Some(found)
     }
 
-    /// Whether there is an element of this name; it is not used by that.
+    /// Whether there is an element of this name. This does not count as use.
     pub(super) fn has(&self, name: &str) -> bool {
         self.children().any(|(_, n)| n.attribute("name") == Some(name))
     }
 
-    /// Where something stands, or the object.
+    /// The position of an element, or of the object.
     pub(super) fn place_of(&self, name: &str) -> Place {
         self.children().find(|(_, n)| n.attribute("name") == Some(name)).map_or(self.place, |(_, n)| n.place)
     }
 
-    /// Names that may be there and mean nothing here.
+    /// Accepts names that have no effect in Turner.
     pub(super) fn pass(&self, names: &[&'static str]) {
         for name in names {
             self.find(name);
         }
     }
 
-    /// Everything in it means nothing here: that the object is not known has been said.
+    /// Accepts all contents: the object itself is reported.
     pub(super) fn pass_all(&self) {
         self.used.borrow_mut().extend(self.children().map(|(i, _)| i).collect::<Vec<_>>());
     }
 
-    /// Objects of some kinds in it, whatever their names, in their order: elements, references resolved.
+    /// The objects in it with one of these tags, in order and whatever their names; references are resolved.
     pub(super) fn objects(&self, tags: &[&str]) -> Result<Vec<usize>, Fault> {
         let mut out = Vec::new();
         for (i, node) in self.children() {
@@ -124,7 +124,7 @@ impl Object {
         Ok(out)
     }
 
-    /// The first object of a kind.
+    /// The first object with this tag.
     pub(super) fn object(&self, tag: &str) -> Result<Option<Object>, Fault> {
         match self.objects(&[tag])?.first() {
             Some(node) => Object::new(&self.document, *node).map(Some),
@@ -158,7 +158,7 @@ impl Object {
         number(text).map(Some).ok_or_else(|| bad_number(name, text, place))
     }
 
-    /// A whole number.
+    /// An integer.
     pub(super) fn integer(&self, name: &'static str) -> Result<Option<i64>, Fault> {
         let Some((text, place)) = self.value(name, &["integer", "float"])? else { return Ok(None) };
         let parsed = text.trim().parse().ok().or_else(|| number(text).map(|v| v as i64));
@@ -178,12 +178,12 @@ impl Object {
         }
     }
 
-    /// A word or the name of a file.
+    /// A string.
     pub(super) fn string(&self, name: &'static str) -> Result<Option<&str>, Fault> {
         Ok(self.value(name, &["string"])?.map(|(text, _)| text))
     }
 
-    /// A word of a list; others are reported, and the first of the list is taken.
+    /// One of `words`. Any other word is reported, and the first of the list replaces it.
     pub(super) fn word(
         &self,
         name: &'static str,
@@ -212,7 +212,7 @@ impl Object {
         transform::vector(node, 0.0).map(Some)
     }
 
-    /// A transform; none is the identity.
+    /// A transform; the identity if there is none.
     pub(super) fn transform(&self, name: &'static str) -> Result<DAffine3, Fault> {
         let Some((_, node)) = self.find(name) else { return Ok(DAffine3::IDENTITY) };
         if node.tag != "transform" {
@@ -222,7 +222,7 @@ impl Object {
         transform::of(&self.document, node)
     }
 
-    /// Reports what nobody asked for.
+    /// Reports everything that nobody asked for.
     pub(super) fn finish(&self, report: &mut Report) {
         let (used, asked) = (self.used.borrow(), self.asked.borrow());
         for (i, node) in self.children() {
@@ -256,7 +256,7 @@ pub(super) fn number(text: &str) -> Option<f64> {
     text.trim().trim_end_matches('f').parse().ok().filter(|v: &f64| v.is_finite())
 }
 
-/// Numbers between blanks and commas, at most `most`.
+/// Numbers separated by whitespace and commas, at most `most`.
 pub(super) fn numbers(text: &str, most: usize) -> Option<Vec<f64>> {
     let mut out = Vec::new();
     for word in text.split(|c: char| c.is_whitespace() || c == ',').filter(|w| !w.is_empty()) {

@@ -1,4 +1,5 @@
-//! Mitsuba's own meshes (.serialized): several in one file, each compressed by zlib. A list of their offsets is the end of the file.
+//! Mitsuba's serialized meshes: several in one file, each compressed with zlib; a table of their offsets ends
+//! the file.
 //!
 //! ```text
 //! mesh    u16 0x041c, u16 version (3, 4), then compressed:
@@ -16,12 +17,12 @@ const UVS: u32 = 0x0002;
 const COLORS: u32 = 0x0008;
 const DOUBLE: u32 = 0x2000;
 
-/// A compressed mesh holds at most so many bytes for each of its own.
+/// Most bytes of a decompressed mesh per compressed byte.
 const MAX_GROWTH: usize = 256;
 
-/// The mesh `index` of a file, which may be `most` bytes long.
+/// Decodes the mesh `index` of a file to at most `most` bytes.
 ///
-/// Errors: damaged files, numbers that do not fit together; in words.
+/// Errors, in words: damaged files, and counts that do not fit the file.
 pub(super) fn decode(bytes: &[u8], index: usize, most: usize) -> Result<MeshData, String> {
     let cut = || "the file is truncated".to_owned();
     let version = header(bytes)?;
@@ -64,14 +65,14 @@ fn long(bytes: &[u8], at: usize) -> Option<u64> {
     Some(u64::from_le_bytes(bytes.get(at..at.checked_add(8)?)?.try_into().ok()?))
 }
 
-/// What is left to read.
+/// The bytes that are left.
 struct Rest<'a> {
     bytes: &'a [u8],
     is_double: bool,
 }
 
 impl Rest<'_> {
-    /// `count` vectors of N numbers; their number is checked against what is left first.
+    /// `count` vectors of N numbers, after a check that so many are left.
     fn vectors<const N: usize>(&mut self, count: usize) -> Result<Vec<[f32; N]>, String> {
         let size = if self.is_double { 8 } else { 4 };
         let total = count.checked_mul(N * size).filter(|n| *n <= self.bytes.len());

@@ -1,4 +1,4 @@
-//! Shapes: spheres, rectangles, disks and cylinders as they are, all others as triangles.
+//! Shapes: spheres, rectangles, disks and cylinders keep their type, all others become triangles.
 
 use std::f64::consts::PI;
 
@@ -17,7 +17,7 @@ use super::{emitters, media};
 use crate::scene_import::report::Fault;
 use crate::scene_import::{ALONG, AROUND, Surface as Round, orient, unknown, upright};
 
-/// Shapes that are known and not shown.
+/// Known shapes that are not supported.
 const UNSUPPORTED: &[&str] = &[
     "bsplinecurve",
     "linearcurve",
@@ -29,7 +29,7 @@ const UNSUPPORTED: &[&str] = &[
     "deformable",
 ];
 
-/// Most groups within one another.
+/// Deepest nesting of groups.
 const MAX_NESTING: u32 = 16;
 
 /// Adds a shape.
@@ -43,11 +43,11 @@ fn add_to(scene: &mut Assembly<'_>, object: &Object, depth: u32) -> Result<(), F
         let message = format!("groups nest deeper than {MAX_NESTING}");
         return Err(Fault::at(place, ErrorCode::TooLarge, message));
     }
-    // Rates of sampling of silhouettes are for differentiable rendering.
+    // For differentiable rendering.
     object.pass(&["silhouette_sampling_weight"]);
     let kind = object.kind.as_str();
     match kind {
-        // A group shows nothing by itself.
+        // A group is rendered by its instances only.
         "shapegroup" => return Ok(()),
         "instance" => return instance(scene, object, depth),
         "merge" => {
@@ -125,7 +125,7 @@ fn mesh_of(mesh: MeshId) -> ShapeDesc {
     ShapeDesc::Mesh(MeshDesc { mesh, smooth: None, materials: Vec::new() })
 }
 
-/// A mesh that is made once; no file has such a name.
+/// A mesh that all shapes of this name share; it is no file name.
 fn shared(scene: &mut Assembly<'_>, name: &str, flip: bool, make: impl Fn() -> MeshData) -> MeshId {
     let key = (name.to_owned(), flip);
     if let Some(Some(known)) = scene.mesh_ids.get(&key) {
@@ -140,7 +140,7 @@ fn shared(scene: &mut Assembly<'_>, name: &str, flip: bool, make: impl Fn() -> M
     id
 }
 
-/// The shape, the way from its space to that of the file's shape, and what its (u, v) are.
+/// A shape, the transform from its space to that of Mitsuba's shape, and how its (u, v) relate to Mitsuba's.
 type Placed = (ShapeDesc, DAffine3, Surface);
 
 fn sphere(scene: &mut Assembly<'_>, object: &Object, flip: bool) -> Result<Placed, Fault> {
@@ -166,7 +166,7 @@ fn cylinder(scene: &mut Assembly<'_>, object: &Object, flip: bool) -> Result<Opt
         scene.report.doubtful(object.place, "a cylinder of length 0: omitted");
         return Ok(None);
     };
-    // From z to its axis.
+    // Maps z to the axis.
     let frame = turner::math::Frame::from_z(axis);
     let matrix = turner::math::DMat3::from_cols(frame.x, frame.y, frame.z);
     let lie = DAffine3::from_mat3_translation(matrix, from);
@@ -194,7 +194,7 @@ fn material(scene: &mut Assembly<'_>, object: &Object, surface: Surface) -> Resu
         usage.interior = media::medium(scene, interior)?;
     }
     if let Some((exterior, _)) = object.find("exterior") {
-        // What is around a shape is inside of another, or where the camera stands.
+        // The medium outside a shape is that inside of another one, or around the camera.
         media::medium(scene, exterior)?;
     }
     let bsdfs = object.objects(&["bsdf"])?;
@@ -219,7 +219,7 @@ fn instance(scene: &mut Assembly<'_>, object: &Object, depth: u32) -> Result<(),
     scene.place_at(ObjectContent::Instance(id), None, [to_world, to_world], object.place)
 }
 
-/// A group, made when it is first placed; `None` if it is empty.
+/// A group, made for its first instance; `None` if it is empty.
 fn shape_group(scene: &mut Assembly<'_>, object: &Object, depth: u32) -> Result<Option<GroupId>, Fault> {
     if object.kind != "shapegroup" {
         let message = format!("an instance of {}; expected a shapegroup", object.title());
@@ -250,7 +250,7 @@ fn shape_group(scene: &mut Assembly<'_>, object: &Object, depth: u32) -> Result<
     Ok(Some(id))
 }
 
-/// From −1 to 1 along x and y, facing +z.
+/// The square from −1 to 1 in x and y, facing +z.
 fn rectangle() -> RectangleDesc {
     RectangleDesc { center: DVec3::ZERO, edge_u: DVec3::X * 2.0, edge_v: DVec3::Y * 2.0 }
 }

@@ -1,4 +1,4 @@
-//! Colours: `rgb`, numbers, spectra by wavelength, black bodies. As Mitsuba has them where it computes with red, green and blue.
+//! Colours: `rgb`, numbers, spectra by wavelength, black bodies; converted as in Mitsuba's RGB mode.
 
 use turner::color::{Spectrum, srgb_decode};
 use turner::schema::ErrorCode;
@@ -10,20 +10,20 @@ use crate::scene_import::report::Fault;
 use crate::scene_import::{Place, unknown};
 use crate::spectral::{self, Sampled};
 
-/// Most bytes of a file of a spectrum.
+/// Largest spectrum file, bytes.
 const MAX_SPD: u64 = 1 << 24;
-/// Most numbers of a spectrum in place.
+/// Most numbers of a spectrum in the scene file.
 const MAX_POINTS: usize = 1 << 16;
 
-/// The light of equal power at all wavelengths, which is not white: per unit of power.
+/// The colour of light with equal power at all wavelengths, per unit of power. It is not white.
 const EQUAL_ENERGY: Spectrum = Spectrum::new(1.204_8, 0.948_29, 0.908_91);
 
-/// What a colour is for.
+/// What a colour is used for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) enum Role {
-    /// A share of light, 0 to 1.
+    /// A fraction of light, 0 to 1.
     Albedo,
-    /// A number of any size.
+    /// A coefficient of any size.
     Unbounded,
     /// Light.
     Light,
@@ -32,7 +32,7 @@ pub(super) enum Role {
 /// The elements that are colours.
 pub(super) const COLORS: &[&str] = &["float", "integer", "rgb", "srgb", "color", "spectrum", "blackbody"];
 
-/// A curve or a colour.
+/// A spectrum or a colour.
 enum Curve {
     Rgb(Spectrum),
     Sampled(Sampled),
@@ -53,7 +53,7 @@ pub(super) fn color(scene: &mut Assembly<'_>, node: usize, role: Role) -> Result
     Ok(c.map(|v| v.clamp(0.0, most)))
 }
 
-/// A curve by wavelength, if the element says one.
+/// The sampled spectrum of an element, if it has one.
 pub(super) fn sampled(scene: &mut Assembly<'_>, node: usize) -> Result<Option<Sampled>, Fault> {
     let object = Object::new(&scene.document, node)?;
     Ok(match curve(scene, &object, Role::Unbounded)? {
@@ -112,7 +112,7 @@ fn curve(scene: &mut Assembly<'_>, object: &Object, role: Role) -> Result<Curve,
     }
 }
 
-/// Watts per square metre, steradian and nanometre, as seen.
+/// The light of a black body in W/(m²·sr·nm), as a colour.
 fn black_body(kelvin: f64, scale: f64) -> Spectrum {
     let power = (spectral::blackbody_power(kelvin) * scale).clamp(0.0, 1e15);
     spectral::blackbody(kelvin) * power as f32

@@ -1,4 +1,4 @@
-//! Small scenes, and what becomes of them.
+//! Tests of the import.
 
 use turner::camera::{CameraDesc, Handedness, Viewport};
 use turner::description::{ObjectContent, SceneDesc};
@@ -177,7 +177,7 @@ fn sums_of_two_lobes_keep_their_colours() {
     let share = constant(mix.weights[0]);
     let sums = [(1.0 - share) * constant(diffuse.base_color), share * constant(glossy.specular_color)];
     assert!((sums[0] - 0.3).abs() < 1e-6 && (sums[1] - 0.4).abs() < 1e-6, "{sums:?}");
-    // α² = 1 / 81, of which roughness is the square root of the root.
+    // α² = 1 / 81, and roughness is √α.
     assert!((constant(glossy.specular_roughness) - 1.0 / 3.0).abs() < 1e-6);
     assert!(!diffuse.front_only && !glossy.front_only && constant(glossy.base_weight) == 0.0);
     assert_eq!(constant(principled(&scene, 1).base_color), 0.5);

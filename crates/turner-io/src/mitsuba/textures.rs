@@ -1,4 +1,5 @@
-//! Textures. In Mitsuba row 0 of a picture lies at v = 0, here at v = 1. What v a shape here has depends on the shape ([`Surface`]).
+//! Textures. Row 0 of an image lies at v = 0 in Mitsuba, at v = 1 in Turner. The v of some shapes differs as
+//! well ([`Surface`]).
 
 use std::sync::Arc;
 
@@ -18,36 +19,36 @@ use crate::assets::printable;
 use crate::scene_import::report::Fault;
 use crate::scene_import::{Place, is_sound, product, unknown};
 
-/// Most textures within one another.
+/// Deepest nesting of textures.
 const MAX_DEPTH: u32 = 16;
 
-/// How the (u, v) of a shape here lie to those that the shape has in Mitsuba.
+/// How the (u, v) of a shape in Turner relate to those in Mitsuba.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) enum Surface {
-    /// They are the same.
+    /// They are equal.
     #[default]
     Same,
-    /// v here is 1 − v there.
+    /// Turner's v is 1 − v.
     Flipped,
-    /// They are others.
+    /// The parametrizations differ.
     Other,
 }
 
-/// What a texture's values are.
+/// What the values of a texture are.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) enum Values {
-    /// Colours, or numbers that are made of them as Mitsuba does it: decoded if the file says nothing else.
+    /// Colours, or numbers derived from colours: decoded unless the file says otherwise.
     Colors,
-    /// Shares of a surface: decoded, too, but without the picture's own opacity.
+    /// Opacities and weights: decoded as well, but without the image's own alpha.
     Shares,
-    /// Normals and heights: taken as they are if the file says nothing else.
+    /// Normals and heights: not decoded unless the file says so.
     Plain,
 }
 
-/// What a texture is made for: its element, the surface, what it says, and what its values are.
+/// What a texture is made for: its element, the surface, the role and the values.
 pub(super) type TextureKey = (usize, Surface, Role, Values);
 
-/// A colour or a texture: of the element `node`, on a surface.
+/// The colour or texture of the element `node` on a surface.
 pub(super) fn source(
     scene: &mut Assembly<'_>,
     node: usize,
@@ -57,7 +58,7 @@ pub(super) fn source(
     of(scene, node, role, surface, Values::Colors, 0)
 }
 
-/// The same of normals and heights: a picture's are not decoded by a curve if it says nothing else.
+/// The same for normals and heights, which are not decoded by default.
 pub(super) fn numbers(
     scene: &mut Assembly<'_>,
     node: usize,
@@ -67,7 +68,7 @@ pub(super) fn numbers(
     of(scene, node, role, surface, Values::Plain, 0)
 }
 
-/// The same of opacity and of the weights of blends.
+/// The same for opacities and the weights of blends.
 pub(super) fn shares(scene: &mut Assembly<'_>, node: usize, surface: Surface) -> Result<ColorSource, Fault> {
     of(scene, node, Role::Albedo, surface, Values::Shares, 0)
 }
@@ -101,7 +102,7 @@ fn of(
         "bitmap" | "ldrtexture" => picture(scene, &object, surface, values)?,
         "checkerboard" => checkerboard(scene, &object, (role, surface, values), depth)?,
         "mesh_attribute" | "vertexcolors" => attribute(scene, &object)?,
-        // Of Mitsuba 0.6.
+        // Mitsuba 0.6.
         "scale" => {
             let scale = object.find("scale").map(|(i, _)| i);
             let by = match scale {
@@ -150,7 +151,7 @@ fn grey(v: f64) -> ColorSource {
     ColorSource::Constant(Spectrum::grey(v as f32))
 }
 
-/// Rows of the change of (u, v) that an object says.
+/// The two rows of an affine map of (u, v).
 type Rows = [f64; 6];
 
 fn uv_rows(object: &Object) -> Result<Rows, Fault> {
@@ -159,14 +160,14 @@ fn uv_rows(object: &Object) -> Result<Rows, Fault> {
         let (m, d) = (t.matrix3, t.translation);
         return Ok([m.x_axis.x, m.y_axis.x, d.x, m.x_axis.y, m.y_axis.y, d.y]);
     }
-    // Of Mitsuba 0.6.
+    // Mitsuba 0.6.
     let float = |name, or: f64| object.float(name).map(|v| v.unwrap_or(or));
     let both = float("uvscale", 1.0)?;
     let (su, sv) = (float("uscale", both)?, float("vscale", both)?);
     Ok([su, 0.0, float("uoffset", 0.0)?, 0.0, sv, float("voffset", 0.0)?])
 }
 
-/// From (u, v) here to a place in the picture of Mitsuba: `rows` after the way from one shape to the other.
+/// `rows` as a map of Turner's (u, v) on a surface.
 fn from_here([a, b, c, d, e, f]: Rows, surface: Surface) -> Rows {
     match surface {
         Surface::Flipped => [a, -b, b + c, d, -e, e + f],
@@ -229,7 +230,7 @@ fn picture(
         (file, raw) = (made, true);
     }
     let [a, b, c, d, e, f] = from_here(rows, surface);
-    // The picture's first row is at 0 there and at 1 here.
+    // Row 0 of the image is at v = 0 in Mitsuba, at v = 1 in Turner.
     let rows = [a, b, c, -d, -e, 1.0 - f];
     let desc = ImageDesc {
         file,
@@ -244,7 +245,8 @@ fn picture(
     Ok(scene.texture(TextureDesc::Image(desc)))
 }
 
-/// The picture's luminance as Mitsuba makes a number of a colour, without its opacity; the picture itself, where it is grey without opacity or there is no room.
+/// The luminance of an image without its alpha, which Mitsuba uses as opacity. `None` keeps the image: it is
+/// grey without alpha, or the budget of images is spent.
 fn luminance(scene: &mut Assembly<'_>, name: &str, id: ImageId, raw: bool) -> Option<ImageId> {
     let image = scene.images.get(id.index()).map(|a| Arc::clone(&a.data))?;
     if image.channels < 2 {
@@ -282,7 +284,8 @@ fn checkerboard(
     let [even, odd] = colors;
     let [a, b, c, d, e, f] = from_here(uv_rows(object)?, surface);
     other_surface(scene, surface, object.place);
-    // Texture coordinates here are 2u − 1, and squares are 1 wide; there they are half a unit of u wide, of the first colour at its corner.
+    // Turner's texture coordinates are 2u − 1 with squares of size 1. Mitsuba's squares are half a unit of u
+    // wide, the first colour at the corner.
     let to_squares = DAffine3::from_mat3_translation(
         DMat3::from_cols(DVec3::new(a, d, 0.0), DVec3::new(b, e, 0.0), DVec3::Z),
         DVec3::new(a + b + 2.0 * c, d + e + 2.0 * f, 0.0),

@@ -1,4 +1,4 @@
-//! Transforms as files write them: a list of steps, of which the first is done first. Points are columns.
+//! Transforms: a list of steps that are applied in order, to column vectors.
 
 use turner::math::{DAffine3, DMat3, DVec3};
 use turner::schema::ErrorCode;
@@ -50,7 +50,7 @@ fn one(step: &Node) -> Result<DAffine3, Fault> {
             let up = point("up", DVec3::ZERO)?;
             let forward = (target - origin).try_normalize();
             let forward = forward.ok_or_else(|| bad("origin and target of a lookat are equal"))?;
-            // Without an upward direction any will do.
+            // Without an up vector any will do.
             let up = if up == DVec3::ZERO { turner::math::Frame::from_z(forward).y } else { up };
             let left = up.cross(forward).try_normalize();
             let left = left.ok_or_else(|| bad("up is parallel to the viewing direction of a lookat"))?;
@@ -100,7 +100,7 @@ fn attribute(node: &Node, key: &str) -> Result<Option<f64>, Fault> {
     })
 }
 
-/// `value="x, y, z"`, or x, y and z, each `or` where it is missing.
+/// `value="x, y, z"`, or x, y and z with the default `or`.
 pub(super) fn vector(node: &Node, or: f64) -> Result<DVec3, Fault> {
     if let Some(text) = node.attribute("value") {
         return triple(text).ok_or_else(|| {

@@ -1,5 +1,5 @@
-//! XML as scenes use it: elements with attributes, comments, the five named entities and numbered ones. No document types, hence no
-//! entities of a file's own and none from outside; text between elements means nothing.
+//! The XML of scenes: elements with attributes, comments, the five named entities and numeric ones. Document
+//! types are refused, and with them entities that a file defines or loads. Text between elements is an error.
 
 use turner::schema::ErrorCode;
 
@@ -10,14 +10,14 @@ use crate::scene_import::report::Fault;
 /// Most attributes of one element.
 const MAX_ATTRIBUTES: usize = 64;
 
-/// What comes next in a file.
+/// The next part of a file.
 #[derive(Debug, PartialEq)]
 pub(super) enum Event {
-    /// `<name a="b">`, or `<name a="b"/>`, which ends at once.
+    /// `<name a="b">`, or `<name a="b"/>`, which also ends the element.
     Start { name: String, attributes: Vec<(String, String)>, ends: bool },
     /// `</name>`.
     End { name: String },
-    /// Nothing more.
+    /// The end of the file.
     Eof,
 }
 
@@ -26,7 +26,7 @@ pub(super) struct Reader<'a> {
     text: &'a str,
     at: usize,
     file: u32,
-    /// The last place that was asked for: offset, line and column.
+    /// The last position asked for: offset, line and column.
     mark: (usize, u32, u32),
 }
 
@@ -40,7 +40,7 @@ impl<'a> Reader<'a> {
         self.text.get(self.at..).unwrap_or_default()
     }
 
-    /// Where reading goes on; each byte is looked at once.
+    /// The current position; each byte is counted once.
     pub(super) fn place(&mut self) -> Place {
         let (from, line, column) = &mut self.mark;
         for c in self.text.get(*from..self.at).unwrap_or_default().chars() {
@@ -59,7 +59,7 @@ impl<'a> Reader<'a> {
         Fault::at(place, ErrorCode::Syntax, problem)
     }
 
-    /// The next element's beginning or end, and its place.
+    /// The next start or end of an element, with its position.
     pub(super) fn next(&mut self) -> Result<(Event, Place), Fault> {
         loop {
             let Some(open) = self.rest().find('<') else {
@@ -139,7 +139,7 @@ impl<'a> Reader<'a> {
         }
     }
 
-    /// Skips blanks; whether there were any.
+    /// Skips whitespace; returns whether there was any.
     fn blanks(&mut self) -> bool {
         let rest = self.rest();
         let count = rest.len() - rest.trim_start().len();
@@ -171,7 +171,7 @@ impl<'a> Reader<'a> {
         Ok(name)
     }
 
-    /// What stands between quotes.
+    /// The text between quotes.
     fn value(&mut self) -> Result<String, Fault> {
         let quote = match self.rest().chars().next() {
             Some(q @ ('"' | '\'')) => q,
@@ -196,7 +196,7 @@ impl<'a> Reader<'a> {
     }
 }
 
-/// Text with its entities replaced; `None` if one is not known.
+/// Text with its entities replaced; `None` if one is unknown.
 fn unescaped(raw: &str) -> Option<String> {
     if !raw.contains('&') {
         return Some(raw.to_owned());

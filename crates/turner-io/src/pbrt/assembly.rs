@@ -1,4 +1,4 @@
-//! The scene as it comes about: what directives name, and the lists of every import.
+//! The scene under construction: named definitions, and the lists that every importer fills.
 
 use std::collections::BTreeMap;
 use std::ops::{Deref, DerefMut};
@@ -16,15 +16,15 @@ use crate::assets::AssetSource;
 use crate::import::ImportOptions;
 use crate::scene_import::CommonParts;
 
-/// What a named texture is.
+/// A named texture.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Texture {
     pub(super) source: ColorSource,
 }
 
-/// The scene in the making.
+/// The scene under construction.
 pub(super) struct Assembly<'a> {
-    /// What it is made of; all of that is at hand here, too.
+    /// The lists that every importer fills; `Deref` gives access to them.
     pub(super) stock: CommonParts<'a>,
     pub(super) frame: Frame,
     pub(super) materials: Materials,
@@ -59,7 +59,7 @@ impl<'a> Assembly<'a> {
         }
     }
 
-    /// Adds an object at the state's transform.
+    /// Adds an object with the state's transforms.
     pub(super) fn place(
         &mut self,
         content: ObjectContent,

@@ -14,27 +14,27 @@ use super::state::State;
 use super::transform::{half_height, is_sound};
 use crate::assets::printable;
 
-/// Where a camera is and how it lies.
+/// Position and orientation of a camera.
 struct Pose {
     position: DVec3,
     look_at: DVec3,
     up: DVec3,
     handedness: Handedness,
-    /// Length in the world of one unit along the view.
+    /// World length of one unit of camera space along the viewing direction.
     unit: f64,
 }
 
-/// The screen.
+/// The screen at distance 1.
 #[derive(Clone, Copy)]
 struct Screen {
     half: DVec2,
-    /// By how much of its size its middle lies to the right of the view, and above it.
+    /// Offset of its centre to the right and up, as a fraction of its size.
     shift: DVec2,
     is_own: bool,
 }
 
 impl Screen {
-    /// Its size times a factor. Unless the file says both sides, its width follows the picture.
+    /// Its size times a factor. Unless the file gives both sides, its width follows the film.
     fn viewport(self, by: f64) -> Viewport {
         if self.is_own {
             Viewport::Size(self.half * 2.0 * by)
@@ -44,7 +44,7 @@ impl Screen {
     }
 }
 
-/// Takes the camera of the file. The transform leads from the world to it.
+/// Defines the camera of the file. The state's transform maps world space to camera space.
 pub(super) fn define(
     scene: &mut Assembly<'_>,
     state: &State,
@@ -133,12 +133,12 @@ fn pose(scene: &mut Assembly<'_>, state: &State, params: &Params) -> Result<Pose
     }
     let handedness = if to_world.matrix3.determinant() < 0.0 { Handedness::Right } else { Handedness::Left };
     let position = to_world.translation;
-    // Not so near that the direction is lost by rounding.
+    // Far enough that rounding does not change the direction.
     let look_at = position + forward / unit * (1.0 + position.abs().max_element());
     Ok(Pose { position, look_at, up, handedness, unit })
 }
 
-/// Half the screen's size, the shorter side being 1 unless something else is said, and whether something else is.
+/// Half the size of the screen, whose shorter side is 2 unless the file sets it; its shift; whether the file sets it.
 fn screen(scene: &mut Assembly<'_>, params: &Params) -> Screen {
     let aspect = params.float("frameaspectratio").filter(|a| *a > 0.0).unwrap_or(scene.frame.aspect());
     let mut half = if aspect > 1.0 { DVec2::new(aspect, 1.0) } else { DVec2::new(1.0, 1.0 / aspect) };

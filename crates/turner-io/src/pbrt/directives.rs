@@ -14,10 +14,10 @@ use super::{lights, media, shapes, textures, transform};
 use crate::assets::{nearest, printable};
 use crate::scene_import::unknown;
 
-/// Most numbers and letters of all defaults that `Attribute` gives.
+/// Largest total [cost](super::params::Value::cost) of the defaults that `Attribute` sets.
 const MAX_DEFAULTS: usize = 1 << 12;
 
-/// The words of all directives.
+/// The names of all directives.
 const DIRECTIVES: &[&str] = &[
     "Accelerator",
     "ActiveTransform",
@@ -62,7 +62,7 @@ const DIRECTIVES: &[&str] = &[
 ];
 
 impl Reader<'_> {
-    /// Follows one.
+    /// Executes one directive.
     pub(super) fn directive(&mut self, word: &str, place: Place) -> Result<(), Fault> {
         let known = self.transformation(word, place)?
             || self.attribute(word, place)?
@@ -79,7 +79,7 @@ impl Reader<'_> {
         Err(Fault::at(place, ErrorCode::UnknownName, message).help(help))
     }
 
-    /// Directives of the current transformation; says whether the word is one.
+    /// Directives that change the current transformation; returns whether `word` is one.
     fn transformation(&mut self, word: &str, place: Place) -> Result<bool, Fault> {
         match word {
             "Translate" => {
@@ -155,7 +155,7 @@ impl Reader<'_> {
         Ok(true)
     }
 
-    /// Directives of the graphics state; says whether the word is one.
+    /// Directives that change the graphics state; returns whether `word` is one.
     fn attribute(&mut self, word: &str, place: Place) -> Result<bool, Fault> {
         match word {
             "AttributeBegin" => self.open("AttributeBegin", place)?,
@@ -184,7 +184,7 @@ impl Reader<'_> {
                     defaults.retain(|(t, p)| !(t == target && p.name == param.name));
                     defaults.push((*target, param));
                 }
-                // Each attribute that is open may have its own.
+                // Each open attribute block may hold a copy of its own.
                 if defaults.iter().map(|(_, p)| p.value.cost()).sum::<usize>() > MAX_DEFAULTS {
                     let message = "Attribute sets too many default values";
                     return Err(Fault::at(place, ErrorCode::TooLarge, message));
@@ -212,7 +212,7 @@ impl Reader<'_> {
         Ok(true)
     }
 
-    /// Directives that make things; says whether the word is one.
+    /// Directives that define shapes, materials, textures, lights, media and objects; returns whether `word` is one.
     fn definition(&mut self, word: &str, place: Place) -> Result<bool, Fault> {
         match word {
             "Shape" => {
@@ -269,7 +269,7 @@ impl Reader<'_> {
         Ok(true)
     }
 
-    /// Directives of the camera, the film and the file; says whether the word is one.
+    /// Directives of the camera, the film and the file; returns whether `word` is one.
     fn frame(&mut self, word: &str, place: Place) -> Result<bool, Fault> {
         match word {
             "WorldBegin" => {
@@ -285,7 +285,7 @@ impl Reader<'_> {
                 let (name, params) = self.typed(place)?;
                 let inverse = self.state.ctm.map(|m| m.inverse());
                 self.systems.insert("camera".into(), inverse);
-                // The film, which may follow, has its say.
+                // The film may follow and determines the aspect: the camera waits for WorldBegin.
                 self.camera = Some((self.state.clone(), name, params));
             }
             "Film" | "Sampler" | "PixelFilter" | "Filter" | "Integrator" | "Accelerator" => {
@@ -294,7 +294,7 @@ impl Reader<'_> {
                     "Film" => self.scene.frame.film(&name, params, &mut self.scene.stock.report),
                     "Sampler" => self.scene.frame.sampler(&name, params, &mut self.scene.stock.report),
                     "Integrator" => self.scene.frame.integrator(&name, params, &mut self.scene.stock.report),
-                    // How rays are searched for changes no picture.
+                    // The acceleration structure does not change the picture.
                     "Accelerator" => {}
                     _ => self.scene.frame.filter(&name, params, &mut self.scene.stock.report),
                 }

@@ -1,6 +1,5 @@
-//! Light from all around: pbrt's square pictures in the equal-area octahedral mapping become equirectangular ones in the world's directions.
-//!
-//! The mapping is that of Clarberg 2008, "Fast equal-area mapping of the (hemi)sphere using SIMD".
+//! Environment maps: pbrt's square images in the equal-area octahedral mapping (Clarberg 2008, "Fast equal-area
+//! mapping of the (hemi)sphere using SIMD") become equirectangular maps of world directions.
 
 use std::f64::consts::{FRAC_2_PI, PI, TAU};
 
@@ -14,7 +13,8 @@ use super::assembly::Assembly;
 use super::source::Place;
 use crate::scene_import::environment_light;
 
-/// The picture `name` seen through a transform to the world, and its irradiance on a surface, averaged over all that face it (π for white).
+/// The image `name` under the light's transform as an equirectangular map, and the irradiance on a surface,
+/// averaged over all orientations (π for white).
 pub(super) fn equirectangular(
     scene: &mut Assembly<'_>,
     name: &str,
@@ -44,31 +44,31 @@ pub(super) fn equirectangular(
     Some((scene.add_image(name, image), PI * sum / weight))
 }
 
-/// Where in a latitude-longitude picture of pbrt's older versions a direction lies: z is up.
+/// (u, v) of a direction in the latitude-longitude maps of older pbrt versions, where z is up.
 fn lat_long_of(d: DVec3) -> [f64; 2] {
     let phi = atan2(d.y, d.x);
     let theta = atan2((d.x * d.x + d.y * d.y).sqrt(), d.z);
     [(phi / TAU).rem_euclid(1.0), theta / PI]
 }
 
-/// Where in the unit square a unit direction lies.
+/// (u, v) of a unit direction in the octahedral square.
 fn square_of(d: DVec3) -> [f64; 2] {
     let [x, y, z] = d.abs().to_array();
     let r = (1.0 - z).max(0.0).sqrt();
     let (least, most) = (x.min(y), x.max(y));
     let phi = if most == 0.0 { 0.0 } else { atan2(least, most) * FRAC_2_PI };
-    // The share of the quarter turn, from the x axis.
+    // Fraction of the quarter turn, from the x axis.
     let phi = if x < y { 1.0 - phi } else { phi };
     let (mut u, mut v) = (r - phi * r, phi * r);
     if d.z < 0.0 {
-        // The southern hemisphere folds outwards.
+        // The hemisphere below folds outwards.
         (u, v) = (1.0 - v, 1.0 - u);
     }
     let signed = |v: f64, like: f64| if like < 0.0 { -v } else { v };
     [(signed(u, d.x) + 1.0) / 2.0, (signed(v, d.y) + 1.0) / 2.0]
 }
 
-/// A picture that is looked at between the middles of its pixels.
+/// An image with bilinear lookup.
 struct EncodedView<'a> {
     image: &'a Image,
     is_encoded: bool,
@@ -79,7 +79,8 @@ impl EncodedView<'_> {
         EncodedView { image, is_encoded: image.is_display_encoded() }
     }
 
-    /// The pixel at a column and row; beyond an edge of an octahedral map the neighbour is found by mirroring across the edge's middle.
+    /// The texel at a column and row. Beyond an edge of an octahedral map lies the texel mirrored at the centre
+    /// of that edge.
     fn pixel(&self, mut x: i64, mut y: i64) -> [f64; 3] {
         let (w, h) = (i64::from(self.image.width), i64::from(self.image.height));
         if w == h {
@@ -123,7 +124,7 @@ mod tests {
     use super::*;
     use turner::math::elementary::sin_cos;
 
-    /// The inverse, as Clarberg writes it.
+    /// The inverse, as in Clarberg 2008.
     fn sphere_of([u, v]: [f64; 2]) -> DVec3 {
         let (u, v) = (2.0 * u - 1.0, 2.0 * v - 1.0);
         let (up, vp) = (u.abs(), v.abs());

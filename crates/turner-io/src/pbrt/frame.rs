@@ -1,4 +1,4 @@
-//! What is said before the world: film, sampler, filter, integrator, options.
+//! What comes before `WorldBegin`: film, sampler, pixel filter, integrator, options.
 
 use turner::camera::CameraDesc;
 use turner::color::Spectrum;
@@ -16,7 +16,7 @@ use crate::spectral;
 /// Most columns or rows.
 const MAX_SIDE: i32 = 65536;
 
-/// Camera, film and so on as the file says, with pbrt's defaults.
+/// Camera, film and integrator of the file, with pbrt's defaults.
 #[derive(Clone, Debug)]
 pub(super) struct Frame {
     pub(super) camera: Option<Named<CameraDesc>>,
@@ -28,15 +28,15 @@ pub(super) struct Frame {
     pub(super) shutter: [f64; 2],
     pub(super) transform_times: [f64; 2],
     iso: f64,
-    /// Most that a sample shows; 0 for any.
+    /// Largest component of a sample; 0 for no limit.
     clamp_sample: f64,
-    /// Whether the integrator counts media: those that do not pass through them as through nothing.
+    /// Whether the integrator renders media; some of pbrt's ignore them.
     pub(super) shows_media: bool,
-    /// The medium that the camera stands in, by name; empty for none.
+    /// Name of the medium around the camera; empty for none.
     pub(super) medium: String,
-    /// The colour of the light that is to look white.
+    /// Colour of the light that appears white.
     white: Spectrum,
-    /// Whether the sensor knows times of exposure.
+    /// Whether the sensor has an exposure time.
     has_sensor: bool,
     texture_filter: TextureFilter,
 }
@@ -68,13 +68,13 @@ fn size(v: Option<i32>, or: u32) -> u32 {
 }
 
 impl Frame {
-    /// What all light is multiplied with: exposure time times sensitivity.
+    /// The factor on all light: exposure time times sensitivity (ISO / 100).
     pub(super) fn exposure(&self) -> f64 {
         let time = if self.has_sensor { self.shutter[1] - self.shutter[0] } else { 1.0 };
         (time.max(0.0) * self.iso / 100.0).clamp(0.0, 1e12)
     }
 
-    /// A light's colour where daylight of the film's white balance is to look white.
+    /// A light's colour after the film's white balance.
     pub(super) fn balanced(&self, light: Spectrum) -> Spectrum {
         let ratio = |light: f32, white: f32| light / white.max(1e-3);
         let white = self.white;
@@ -114,7 +114,7 @@ impl Frame {
         }
         self.clamp_sample =
             params.float("maxcomponentvalue").filter(|v| *v > 0.0 && v.is_finite()).unwrap_or(0.0);
-        // The output is named on the command line; half precision and layers are its choice, too.
+        // The command line names the output; its format decides about half precision and layers.
         params.pass(&[
             "filename",
             "savefp16",
@@ -167,7 +167,7 @@ impl Frame {
         let mut radius = (x.unwrap_or(radius) + y.unwrap_or(radius)) / 2.0;
         match kind {
             FilterKind::Gaussian => {
-                // Here a bell ends at three standard deviations.
+                // Turner's Gaussian ends at three standard deviations.
                 let sigma = params.float("sigma").or_else(|| params.float("alpha").map(|a| (0.5 / a).sqrt()));
                 radius = (3.0 * sigma.unwrap_or(0.5)).min(2.0 * radius);
             }
@@ -259,7 +259,7 @@ impl Frame {
         params.finish("Option", report);
     }
 
-    /// Puts all into a scene.
+    /// Writes these settings into a scene.
     pub(super) fn apply(self, scene: &mut SceneDesc) {
         let film = &mut scene.film;
         [film.width, film.height] = self.size;
@@ -276,7 +276,7 @@ impl Frame {
     }
 }
 
-/// `[first column, first row, columns, rows]` of `x0 x1 y0 y1`; nothing if it is the whole picture or empty.
+/// `[first column, first row, columns, rows]` of `x0 x1 y0 y1`; `None` if it is empty or covers the complete picture.
 fn crop([x0, x1, y0, y1]: [f64; 4], [w, h]: [u32; 2]) -> Option<[u32; 4]> {
     let cut = |v: f64, most: u32| if v.is_finite() { v.clamp(0.0, f64::from(most)) as u32 } else { 0 };
     let (x0, x1, y0, y1) = (cut(x0, w), cut(x1, w), cut(y0, h), cut(y1, h));

@@ -1,4 +1,4 @@
-//! Cameras and films of files, and what becomes of them.
+//! Tests of cameras, films and exposure.
 
 use turner::camera::{CameraDesc, Handedness, Viewport};
 use turner::filter::FilterKind;
@@ -47,7 +47,7 @@ fn a_window_off_the_middle_shifts_the_screen() {
     assert!((size - DVec2::new(4.0, 3.0)).length() < 1e-12, "{size}");
     assert!((c.shift - DVec2::new(0.25, -0.5 / 3.0)).length() < 1e-12, "{:?}", c.shift);
     let Some(CameraDesc::Orthographic(c)) = camera("orthographic").camera.map(|c| c.value) else { panic!() };
-    // Right and up are along x and y of a left-handed camera that looks along z.
+    // Right and up are +x and +y of a left-handed camera that looks along +z.
     assert!((c.position - DVec3::new(1.0, -0.5, -5.0)).length() < 1e-9, "{}", c.position);
     assert!((c.look_at - c.position).normalize().dot(DVec3::Z) > 1.0 - 1e-12);
 }

@@ -1,5 +1,24 @@
-//! Clear layers as pbrt counts them: a rough boundary that follows light to one microfacet alone, over a base, with what absorbs between the two.
-//! pbrt finds by random walks what comes out; here it is known beforehand how much that is, and the likeness here is made as bright.
+//! Layered materials: pbrt's `coateddiffuse` and `coatedconductor` as OpenPBR.
+//!
+//! ```text
+//!      wi ↘   ↗ first reflection   ↗
+//!   ════════════════════════════════════  rough dielectric interface: α, IOR
+//!           ↘   ↗  ↘   ↗  ↘   ↗           absorbing medium: exp(−thickness / μ) per crossing
+//!   ────────────────────────────────────  base: diffuse or conductor
+//! ```
+//!
+//! pbrt finds what leaves the layer by random walks at render time (pbrt-v4, §14.3). OpenPBR has closed lobes
+//! instead. So the import computes pbrt's reflectance once and chooses a colour with which OpenPBR reflects the
+//! same amount; the shapes of the lobes may differ. As in pbrt, each reflection is single scattering at GGX
+//! microfacets.
+//!
+//! * Diffuse base: reflections between base and interface are a geometric series. With T the transmittance into
+//!   the layer and r the reflectance of its inner side, both averaged over the hemisphere, an albedo ρ shows as
+//!   ρ · gain / (1 − ρ · r), gain ∝ T².
+//! * Conductor: 4096 quasi-random walks give the reflected colour. The colour of OpenPBR's coat is then scaled
+//!   twice by (pbrt's albedo / OpenPBR's albedo), which converges quickly.
+//!
+//! A result takes milliseconds and is reused for layers with nearly the same parameters.
 
 use crate::scene_import::{Microfacets, incoming};
 use std::collections::BTreeMap;
@@ -12,30 +31,30 @@ use turner::sampler::{OwenSobol, SampleId, Stream};
 
 /// Directions over the hemisphere.
 const DIRECTIONS: usize = 16;
-/// Walks through a layer over metal.
+/// Random walks through a layer over a conductor.
 const WALKS: usize = 4096;
-/// Steps of widths, indices and thicknesses that are told apart, per unit.
+/// Resolution of the parameters for reuse: steps per unit of α, IOR and thickness.
 const STEPS: f64 = 1000.0;
-/// Most layers over diffuse bases and over metals that are computed: each takes milliseconds.
+/// Most layers that are computed, over diffuse bases and over conductors: each takes milliseconds.
 const MAX_DIFFUSE: usize = 256;
 const MAX_METAL: usize = 128;
-/// A walk that carries less than that ends.
+/// A walk ends when its throughput is lower.
 const LITTLE: f64 = 1e-4;
 
-/// A clear layer.
+/// A dielectric layer.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Layer {
-    /// Width of its boundary's microfacets.
+    /// GGX α of its interface.
     pub(super) alpha: f64,
-    /// Index of refraction over that outside, at least 1.
+    /// Relative index of refraction, at least 1.
     pub(super) ior: f64,
-    /// How much of it light goes through head-on: exp(−thickness) is left.
+    /// Optical thickness: exp(−thickness) passes at normal incidence.
     pub(super) thickness: f64,
-    /// How many boundaries light is followed to inside.
+    /// Most interfaces that light meets inside (pbrt's `maxdepth`).
     pub(super) depth: u32,
 }
 
-/// What was computed, by layers that are nearly the same.
+/// Computed results by rounded parameters.
 #[derive(Default)]
 pub(super) struct Layers {
     diffuse: BTreeMap<[u32; 3], (f64, f64)>,
@@ -47,7 +66,8 @@ fn step(v: f64) -> u32 {
 }
 
 impl Layers {
-    /// Of a base of diffuse reflectance ρ, ρ · gain / (1 − ρ · inner) has the brightness here that ρ has in pbrt.
+    /// (gain, inner): a base colour of ρ · gain / (1 − ρ · inner) is as bright in Turner as a base of
+    /// reflectance ρ in pbrt.
     pub(super) fn over_diffuse(&mut self, layer: Layer) -> Option<(f64, f64)> {
         let key = [layer.alpha, layer.ior, layer.thickness].map(step);
         if !self.diffuse.contains_key(&key) && self.diffuse.len() < MAX_DIFFUSE {
@@ -56,7 +76,7 @@ impl Layers {
         self.diffuse.get(&key).copied()
     }
 
-    /// The colour that a coat here has over a metal of width `alpha`, so that as much light comes back as in pbrt.
+    /// The coat colour over a conductor of roughness `alpha` that reflects as much light as pbrt's layer.
     pub(super) fn over_metal(&mut self, layer: Layer, metal: MetalColors, alpha: f64) -> Option<Spectrum> {
         let [a, b, c] = metal.f0.to_array().map(|v| step(f64::from(v)));
         let sizes = [layer.alpha, layer.ior, layer.thickness, alpha].map(step);
@@ -70,7 +90,7 @@ impl Layers {
 }
 
 impl Layer {
-    /// What gets on from one side of the layer to the other in a direction.
+    /// Transmittance from one side of the layer to the other at the cosine `mu`.
     fn passes(&self, mu: f64) -> f64 {
         exp(-self.thickness / mu.max(1e-6))
     }
@@ -91,17 +111,18 @@ impl Layer {
             });
             self.passes(mu) * again
         };
-        // Over the square of the cosine in even steps, each at its middle.
+        // The cosine-weighted mean: equal steps of μ², each at its centre.
         let over = |f: &dyn Fn(f64) -> f64| {
             let n = DIRECTIONS as f64;
             (0..DIRECTIONS).map(|i| f(((i as f64 + 0.5) / n).sqrt())).sum::<f64>() / n
         };
         let (transmitted, kept) = (over(&inward), 1.0 - over(&outside));
-        // By reciprocity as much gets out, times η². Here `kept` gets to the base and back from it.
+        // By reciprocity `transmitted` / η² of the light inside leaves. In Turner `kept` gets to the base and back.
         (transmitted * transmitted / (self.ior * self.ior * kept.max(1e-6)), over(&inside).min(0.999))
     }
 
-    /// What comes back of light from directions, by number of the walk: at the boundary, and from the metal.
+    /// The reflectance for light from the directions `from(walk)`: by the interface alone, and by way of the
+    /// conductor.
     fn walked(&self, metal: MetalColors, alpha: f64, from: fn(usize) -> DVec3) -> (f64, [f64; 3]) {
         let (boundary, base) = (Microfacets::new(self.alpha, true), Microfacets::new(alpha, true));
         let (mut first, mut rest) = (0.0, [0.0; 3]);
@@ -173,12 +194,12 @@ fn numbers(walk: usize) -> Stream {
     OwenSobol::new(&SampleId { x: 0, y: 0, index: walk as u32, seed: 0 }).stream(0)
 }
 
-/// Where a walk's light comes from: over all walks, from all around, as a surface meets it.
+/// The direction of a walk's light: all walks together cover the hemisphere, cosine-weighted.
 fn from_all_around(walk: usize) -> DVec3 {
     incoming(((walk as f64 + 0.5) / WALKS as f64).sqrt())
 }
 
-/// Share of light from all around that comes back.
+/// Fraction of uniform illumination that a BSDF reflects.
 fn albedo(bsdf: &Bsdf) -> [f64; 3] {
     let mut sum = DVec3::ZERO;
     for walk in 0..WALKS {
@@ -192,7 +213,7 @@ fn albedo(bsdf: &Bsdf) -> [f64; 3] {
     (sum / WALKS as f64).to_array()
 }
 
-/// What the metal reflects (F82-tint, as here).
+/// Reflectance of the conductor (OpenPBR's F82-tint).
 fn reflectance(metal: MetalColors, mu: f64) -> [f64; 3] {
     let schlick = |f0: f64, mu: f64| f0 + (1.0 - f0) * pow_int(1.0 - mu, 5);
     let grazing = 1.0 / 7.0;
@@ -214,7 +235,7 @@ mod tests {
         Layer { alpha: roughness.sqrt(), ior: 1.5, thickness: 0.01, depth: 10 }
     }
 
-    /// Seen along the normal and at 60° by pbrt-v4 under light from all around, the mean of the colours.
+    /// Reflectance of pbrt-v4 under uniform illumination, along the normal and at 60°, averaged over the colours.
     #[test]
     fn coated_metals_are_as_bright_as_pbrts() {
         let [eta, k] = metal("Ag").unwrap();
@@ -234,7 +255,7 @@ mod tests {
             };
             let found = [mean(|_| incoming(0.999_999)), mean(|_| incoming(0.5))];
             for (found, expected) in found.into_iter().zip([ahead, aslant]) {
-                // So many walks leave noise of half a percent.
+                // This many walks leave noise of half a percent.
                 if (found / expected - 1.0f64).abs() > 0.015 {
                     bad += &format!("{interface} over {conductor}: {found:.4} for {expected}\n");
                 }

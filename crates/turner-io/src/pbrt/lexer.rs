@@ -1,4 +1,4 @@
-//! Words, strings, brackets and numbers of pbrt's language, from a file or from the files it includes.
+//! Tokens of pbrt's format: words, strings, brackets and numbers.
 
 use turner::schema::ErrorCode;
 
@@ -10,7 +10,7 @@ use crate::scene_import::push;
 /// Most bytes of a word or a string.
 const MAX_WORD: usize = 1 << 12;
 
-/// What stands next.
+/// The kind of the next token.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Next {
     /// A string in quotes.
@@ -23,7 +23,7 @@ pub(super) enum Next {
     End,
 }
 
-/// Ends a number or a word.
+/// Whether a byte ends a number or a word.
 #[inline]
 fn is_end(b: u8) -> bool {
     b.is_ascii_whitespace() || matches!(b, b'"' | b'[' | b']' | b'#')
@@ -39,7 +39,7 @@ impl<'a> Lexer<'a> {
         Lexer { source }
     }
 
-    /// Where the next token begins, after [`Lexer::next`].
+    /// Position of the next token, after [`Lexer::next`].
     pub(super) fn place(&mut self) -> Place {
         self.source.place()
     }
@@ -49,14 +49,14 @@ impl<'a> Lexer<'a> {
     }
 
     fn rest(&mut self) -> Result<&[u8], Fault> {
-        // The borrow of the happy path would reach over the other one.
+        // Two calls: the borrow of a single one would extend over the error branch.
         if let Err(error) = self.source.rest() {
             return Err(self.fault(format!("the file cannot be read: {error}")).code(ErrorCode::File));
         }
         self.source.rest().map_err(|_| Fault::new(ErrorCode::File, "the file cannot be read"))
     }
 
-    /// Skips blanks and comments and says what comes then.
+    /// Skips whitespace and comments; returns the kind of the next token.
     #[inline]
     pub(super) fn next(&mut self) -> Result<Next, Fault> {
         let mut in_comment = false;
@@ -90,7 +90,7 @@ impl<'a> Lexer<'a> {
         }
     }
 
-    /// Passes a bracket.
+    /// Skips a bracket.
     pub(super) fn bracket(&mut self) {
         self.source.skip(1);
     }
@@ -113,7 +113,7 @@ impl<'a> Lexer<'a> {
         }
     }
 
-    /// What stands between quotes, after [`Next::Quote`].
+    /// The text between quotes, after [`Next::Quote`].
     pub(super) fn string(&mut self) -> Result<String, Fault> {
         self.source.place();
         self.source.skip(1);
@@ -185,7 +185,7 @@ impl<'a> Lexer<'a> {
         }
     }
 
-    /// A whole number, after [`Next::Word`].
+    /// An integer, after [`Next::Word`].
     #[inline]
     pub(super) fn integer(&mut self) -> Result<i32, Fault> {
         let rest = self.rest()?;
@@ -199,10 +199,10 @@ impl<'a> Lexer<'a> {
         if value.fract() == 0.0 && value.abs() <= f64::from(i32::MAX) {
             return Ok(value as i32);
         }
-        Err(Fault::at(place, ErrorCode::Syntax, format!("expected a whole number, found {value}")))
+        Err(Fault::at(place, ErrorCode::Syntax, format!("expected an integer, found {value}")))
     }
 
-    /// Numbers that follow one another, as many as are at hand, up to what needs a closer look.
+    /// Parses consecutive numbers in the window, up to a token that needs the slow path.
     #[inline]
     fn run<T>(
         &mut self,
@@ -210,7 +210,7 @@ impl<'a> Lexer<'a> {
         mut take: impl FnMut(T) -> Result<(), &'static str>,
     ) -> Result<(), Fault> {
         let (mut at, mut problem) = (0, None);
-        // What goes wrong with reading is told by who looks closer.
+        // The slow path reports errors of reading.
         if let Ok(rest) = self.source.rest() {
             while let Some(left) = rest.get(at..) {
                 match left.first() {
@@ -237,18 +237,18 @@ impl<'a> Lexer<'a> {
         }
     }
 
-    /// Numbers up to what is none.
+    /// Appends numbers up to the first token that is not one.
     pub(super) fn numbers(&mut self, list: &mut Vec<f64>, limit: usize) -> Result<(), Fault> {
         self.run(quick_number, |v| push(list, v, limit))
     }
 
-    /// Whole numbers up to what is none.
+    /// Appends integers up to the first token that is not one.
     pub(super) fn integers(&mut self, list: &mut Vec<i32>, limit: usize) -> Result<(), Fault> {
         let parse = |text: &[u8]| Some(quick_whole(text)).filter(|(_, len)| *len > 0);
         self.run(parse, |v| push(list, v, limit))
     }
 
-    /// Numbers up to a closing bracket in groups of `N`, at most `limit` of these, as single precision.
+    /// Numbers up to a closing bracket in groups of `N`, in single precision; at most `limit` groups.
     pub(super) fn groups<const N: usize>(&mut self, limit: usize) -> Result<Vec<[f32; N]>, Fault> {
         let mut list: Vec<[f32; N]> = Vec::new();
         let (mut group, mut filled) = ([0.0; N], 0);

@@ -1,7 +1,8 @@
-//! Lights, and what shapes emit.
+//! Lights, and the emission of shapes.
 //!
-//! Strengths follow pbrt: a light's spectrum is divided by its luminance (what is left of `rgb` is the colour as written), then multiplied with
-//! `scale`; `power` and `illuminance` take the place of its own strength. At last comes the exposure of the film.
+//! Strengths follow pbrt: a light's spectrum is scaled to luminance 1 (an `rgb` keeps its values) and
+//! multiplied by `scale`. `power` and `illuminance` replace the light's own strength. The exposure of the film
+//! comes last.
 
 use std::f64::consts::{PI, TAU};
 
@@ -24,10 +25,10 @@ use super::state::State;
 use crate::assets::printable;
 use crate::scene_import::environment_light;
 
-/// By 1/d².
+/// Falls off with 1/d².
 const INVERSE_SQUARE: Attenuation = Attenuation { coefficients: [0.0, 0.0, 1.0] };
 
-/// The widest cone that a spot may have, degrees.
+/// Widest cone of a spot light, degrees.
 const MAX_CONE: f64 = 180.0;
 
 /// Adds a light.
@@ -69,13 +70,13 @@ pub(super) fn add(scene: &mut Assembly<'_>, state: &State, name: &str, params: P
     Ok(())
 }
 
-/// A light in the making. What is left out, with a remark, is `None`.
+/// A light under construction. `None` is a light that is omitted, with a report.
 struct Light<'a, 'b> {
     scene: &'a mut Assembly<'b>,
     state: &'a State,
     params: &'a Params,
     to_world: DAffine3,
-    /// What its colour is multiplied with.
+    /// Factor on its colour.
     scale: f64,
 }
 
@@ -85,7 +86,7 @@ impl Light<'_, '_> {
         Ok(self.scene.frame.balanced(found.unwrap_or(Spectrum::WHITE)))
     }
 
-    /// A number above 0.
+    /// A parameter that is greater than 0.
     fn positive(&self, name: &'static str) -> Option<f64> {
         self.params.float(name).filter(|v| *v > 0.0)
     }
@@ -121,7 +122,7 @@ impl Light<'_, '_> {
         self.cone([cone, 0.0], DVec3::ZERO, DVec3::Z)
     }
 
-    /// A spot light of a cone and the width of its edge, degrees.
+    /// A spot light with the half angle of its cone and the width of its edge, degrees.
     fn cone(&mut self, [cone, delta]: [f64; 2], from: DVec3, to: DVec3) -> Result<Option<LightDesc>, Fault> {
         let color = self.color("I")?;
         let cone = cone.clamp(1e-3, MAX_CONE);
@@ -199,22 +200,22 @@ impl Light<'_, '_> {
     }
 }
 
-/// A strength that a scene may have.
+/// A strength within the limits of a scene.
 pub(super) fn sound(v: f64) -> f64 {
     if v.is_finite() { v.clamp(0.0, 1e30) } else { 0.0 }
 }
 
-/// What a surface emits.
+/// The emission of a surface.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Emission {
     pub(super) color: Spectrum,
-    /// Radiance, as a factor of the colour.
+    /// Radiance, as a factor on the colour.
     pub(super) radiance: f64,
     pub(super) two_sided: bool,
 }
 
-/// A shape that shines but is not there (its alpha is 0): rays pass it, its light is sampled. A whole sphere becomes a light of its own kind; other
-/// shapes are reported.
+/// An emissive shape with alpha 0: invisible to rays, but its light is sampled. A full sphere becomes a sphere
+/// light; other shapes are reported.
 pub(super) fn unseen(
     scene: &mut Assembly<'_>,
     state: &State,
@@ -237,7 +238,7 @@ pub(super) fn unseen(
         return Ok(());
     }
     scene.report.approximated(place, "an invisible area light (alpha 0): replaced by a sphere light");
-    // As strong as its radiance times the disk that it is seen as.
+    // A sphere of radiance L and radius r has the intensity L · π r².
     let light = SphereLightDesc {
         center: to_world.transform_point3(DVec3::ZERO),
         radius,
@@ -251,7 +252,7 @@ pub(super) fn unseen(
     Ok(())
 }
 
-/// The emission of a shape whose parts have so much surface each, on average.
+/// The emission of a shape. `part_area` is the mean area of its parts.
 pub(super) fn area(
     scene: &mut Assembly<'_>,
     state: &State,

@@ -1,5 +1,6 @@
-//! Materials. Those that shapes use are made when all has been read, for names may be used before they are defined; one for each way in
-//! which shapes use it: with light, with holes, with a medium inside.
+//! Materials. They are made after everything is read, because a name may be used before its definition. A
+//! material becomes one [`MaterialDesc`] per way in which shapes use it: with emission, alpha or a medium
+//! inside.
 
 use std::collections::BTreeMap;
 
@@ -19,10 +20,10 @@ use crate::scene_import::single_scattering;
 /// Most materials.
 const MAX_MATERIALS: usize = 1 << 22;
 
-/// A material as it was written.
+/// A material as the file describes it.
 struct Slot {
     name: Option<String>,
-    /// Its type and parameters; `None` while a name was used that is not defined yet.
+    /// Type, parameters and colour space; `None` for a name that is used but not defined yet.
     written: Option<(String, Params, ColorSpace)>,
     place: Place,
 }
@@ -41,12 +42,12 @@ pub(super) struct Materials {
     slots: Vec<Slot>,
     named: BTreeMap<String, usize>,
     wanted: BTreeMap<(usize, String), MaterialId>,
-    /// What each [`MaterialId`] is to be.
+    /// Slot and use of each [`MaterialId`].
     list: Vec<(usize, Use)>,
 }
 
 impl Materials {
-    /// The material of shapes before any is said: diffuse.
+    /// The material of shapes before the first `Material`: diffuse.
     pub(super) fn default_slot(&mut self) -> usize {
         self.slots.push(Slot {
             name: None,
@@ -56,7 +57,7 @@ impl Materials {
         self.slots.len() - 1
     }
 
-    /// A material as written.
+    /// Adds the description of a material.
     pub(super) fn add(
         &mut self,
         name: Option<String>,
@@ -98,7 +99,7 @@ impl Materials {
         self.slots.len() - 1
     }
 
-    /// The material of a slot for a use.
+    /// The id of a slot's material for a use.
     pub(super) fn wanted(&mut self, slot: usize, usage: Use) -> MaterialId {
         let key = (slot, if usage == Use::default() { String::new() } else { format!("{usage:?}") });
         let next = MaterialId(self.list.len() as u32);
@@ -114,18 +115,18 @@ impl Materials {
         self.list.iter().any(|(_, usage)| usage.interior == Some(medium))
     }
 
-    /// Whether a slot is no surface, as far as is known.
+    /// Whether a slot is an interface without a surface, as far as it is defined.
     pub(super) fn is_interface(&self, slot: usize) -> bool {
         let kind = self.slots.get(slot).and_then(|s| s.written.as_ref()).map(|w| w.0.as_str());
         matches!(kind, Some("interface" | "none" | ""))
     }
 }
 
-/// Makes the materials that are used.
+/// Makes all materials that are in use.
 pub(super) fn finish(scene: &mut Assembly<'_>) -> Result<Vec<Named<MaterialDesc>>, Fault> {
     let mut made = Vec::new();
     let mut next = 0;
-    // Mixes want more of them.
+    // A mix adds its parts to the list.
     while let Some((slot, usage)) = scene.materials.list.get(next).cloned() {
         next += 1;
         let Some(entry) = scene.materials.slots.get_mut(slot) else { continue };
@@ -167,7 +168,7 @@ fn make(
         "interface" | "none" | "" => {
             params.finish(&what, &mut maker.scene.report);
             if usage.emission.is_none() {
-                return Ok(MaterialDesc::Boundary(InterfaceMaterial { interior: usage.interior }));
+                return Ok(MaterialDesc::Interface(InterfaceMaterial { interior: usage.interior }));
             }
             maker.scene.report.approximated(
                 params.place,

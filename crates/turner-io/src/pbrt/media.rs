@@ -15,7 +15,7 @@ use super::spectra::{Role, color};
 use super::state::State;
 use crate::assets::printable;
 
-/// Absorption and scattering per millimetre of what pbrt knows by name (Jensen et al. 2001; Narasimhan et al. 2006).
+/// Name, σs and σa per millimetre of pbrt's named media (Jensen et al. 2001; Narasimhan et al. 2006).
 const NAMED: &[(&str, [f64; 3], [f64; 3])] = &[
     ("Apple", [2.29, 2.39, 1.97], [0.003, 0.0034, 0.046]),
     ("Chicken1", [0.15, 0.21, 0.38], [0.015, 0.077, 0.19]),
@@ -31,7 +31,7 @@ const NAMED: &[(&str, [f64; 3], [f64; 3])] = &[
     ("Wholemilk", [2.55, 3.21, 3.77], [0.0011, 0.0024, 0.014]),
 ];
 
-/// Absorption and scattering per millimetre by name.
+/// σa and σs of a named medium, per millimetre.
 pub(super) fn named(name: &str) -> Option<(Spectrum, Spectrum)> {
     let (_, scattering, absorption) = NAMED.iter().find(|(n, ..)| *n == name)?;
     let band = |v: &[f64; 3]| Spectrum::new(v[0] as f32, v[1] as f32, v[2] as f32);
@@ -74,7 +74,7 @@ pub(super) fn define(
     let anisotropy = params.float("g").unwrap_or(0.0).clamp(-0.999, 0.999);
     let size = ["nx", "ny", "nz"].map(|n| params.integer(n).unwrap_or(1).max(0) as u32);
     let density = params.floats("density");
-    // Emission comes with absorption, as pbrt has it.
+    // pbrt multiplies emission by absorption.
     let emission = emission * absorption;
     let medium = match kind.as_str() {
         "homogeneous" => homogeneous(scale, absorption, scattering, anisotropy, emission),
@@ -156,7 +156,7 @@ fn homogeneous(
     })
 }
 
-/// Light of media as the film takes it, which may be said after them.
+/// Applies white balance and exposure of the film, which may follow the media, to their emission.
 pub(super) fn expose(media: &mut [Named<MediumDesc>], frame: &Frame) {
     for medium in media {
         let emission = match &mut medium.value {

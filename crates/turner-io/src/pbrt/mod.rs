@@ -1,8 +1,10 @@
-//! pbrt-v4 scenes (Pharr, Jakob and Humphreys, "Physically Based Rendering", 4th edition; format: pbrt.org/fileformat-v4).
+//! pbrt-v4 scenes (Pharr, Jakob and Humphreys, "Physically Based Rendering", 4th edition, 2023; format:
+//! pbrt.org/fileformat-v4).
 //!
-//! [`source`] moves over the bytes of a file, [`lexer`] makes words and numbers of them, [`reader`] follows the directives, and a file per
-//! kind of thing maps it onto what there is here, into an [`assembly`]. Lists of numbers go straight from the text into the arrays of the scene. What
-//! is not known is reported at its place.
+//! [`source`] is a window over the bytes of a file, [`lexer`] splits them into tokens, and [`reader`] executes
+//! the directives. One module per kind of object (camera, lights, materials, shapes, …) translates it to
+//! Turner's descriptions, which an [`assembly`] collects. Lists of numbers go directly from the text into the
+//! arrays of the scene. Unknown parameters are reported with their position.
 
 mod assembly;
 mod camera;
@@ -41,12 +43,12 @@ use crate::gzip;
 use crate::import::ImportOptions;
 use crate::scene_import::{CommonParts, fill_open, report};
 
-/// Most bytes of the file itself.
+/// Largest scene file, bytes.
 const MAX_FILE: u64 = 64 << 30;
-/// Most bytes that a compressed text becomes.
+/// Most bytes of decompressed text.
 const MAX_TEXT: usize = 4 << 30;
 
-/// Reads a scene: with its camera, its film and its integrator. `uri` is its name relative to the root of `assets`.
+/// Imports a scene with its camera, film and integrator. `uri` is its path from the root of `assets`.
 pub(crate) fn import(
     uri: &str,
     assets: &dyn AssetSource,
@@ -56,7 +58,7 @@ pub(crate) fn import(
     import_from(bytes, uri, assets, options)
 }
 
-/// The same with the bytes of the file itself from elsewhere.
+/// The same from an open file.
 pub(crate) fn import_from<'a>(
     bytes: Box<dyn Read + 'a>,
     uri: &str,
@@ -82,7 +84,7 @@ fn opened<'a>(mut bytes: Box<dyn Read + 'a>, name: &str, left: u64) -> Result<Bo
         return Ok(Box::new(std::io::Cursor::new(head).chain(bytes)));
     }
     bytes.take(MAX_TEXT as u64).read_to_end(&mut head).map_err(|e| fault(format!("cannot be read: {e}")))?;
-    // Once as it grows, once as it moves.
+    // Half: a growing buffer exists twice while it moves.
     let left = usize::try_from(left / 2).unwrap_or(usize::MAX);
     let limit = head.len().saturating_mul(64).saturating_add(1 << 20).min(MAX_TEXT).min(left);
     let text = gzip::decompress(&head, limit).map_err(fault)?;
@@ -106,7 +108,7 @@ fn finish(
         ("objects", count(assembly.groups.len())),
         ("media", count(assembly.medium_list.len())),
     ];
-    // What the camera stands in and no shape encloses is everywhere in the open.
+    // A medium around the camera that no shape encloses fills the open space.
     let around = assembly.media.get(&assembly.frame.medium).filter(|_| assembly.frame.shows_media).copied();
     let around = around.filter(|id| !assembly.materials.encloses(*id));
     let Assembly { frame, stock, .. } = assembly;

@@ -1,5 +1,5 @@
-//! Lists of parameters: `"float fov" [ 45 ]`. Who takes a parameter asks for it by name; what nobody asks for is reported, with the
-//! nearest name that was asked for.
+//! Parameter lists such as `"float fov" [ 45 ]`. The importer asks for parameters by name; [`Params::finish`]
+//! reports those that nobody asked for, with the nearest known name.
 
 use std::cell::{Cell, RefCell};
 
@@ -35,7 +35,7 @@ pub(super) enum Type {
     Spectrum,
 }
 
-/// Every word for a type; those of pbrt-v3 last.
+/// The names of all types; the last ones are pbrt-v3's.
 const TYPES: &[(&str, Type)] = &[
     ("bool", Type::Bool),
     ("integer", Type::Integer),
@@ -56,7 +56,7 @@ const TYPES: &[(&str, Type)] = &[
     ("color", Type::Rgb),
 ];
 
-/// What stands after the name.
+/// The value of a parameter.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) enum Value {
     Numbers(Vec<f64>),
@@ -68,7 +68,7 @@ pub(super) enum Value {
 }
 
 impl Value {
-    /// About how many numbers and letters it takes, and something for itself.
+    /// Approximate size: numbers and letters, plus a constant.
     pub(super) fn cost(&self) -> usize {
         let letters = match self {
             Value::Strings(v) => v.iter().map(String::len).sum(),
@@ -99,14 +99,14 @@ pub(super) struct Param {
     used: Cell<bool>,
 }
 
-/// A list of parameters, of what stands at `place`.
+/// The parameters of the directive at `place`.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Params {
     pub(super) place: Place,
     list: Vec<Param>,
     /// Names that were asked for.
     asked: RefCell<Vec<&'static str>>,
-    /// Parameters that were asked for as another type.
+    /// Parameters that have another type than the one asked for, by index, with the expected type.
     mistyped: RefCell<Vec<(usize, &'static str)>>,
 }
 
@@ -144,11 +144,11 @@ impl Params {
         Ok(params)
     }
 
-    /// Adds defaults: what is given here goes before them.
+    /// Adds default parameters; those of the list win.
     pub(super) fn with_defaults(mut self, defaults: &[Param]) -> Params {
         for d in defaults {
             if !self.list.iter().any(|p| p.name == d.name) {
-                // Defaults are for many things, which do not all have them.
+                // Defaults apply to objects of many types, so that an unused one is no mistake.
                 self.list.push(Param { used: Cell::new(true), ..d.clone() });
             }
         }
@@ -174,22 +174,22 @@ impl Params {
             }
             return None;
         }
-        // Asked for as one type after the other.
+        // Some callers try one type after the other.
         self.mistyped.borrow_mut().retain(|(j, _)| *j != i);
         Some(param)
     }
 
-    /// Whether there is a parameter of this name; it is not used by that.
+    /// Whether there is a parameter of this name. This does not count as use.
     pub(super) fn has(&self, name: &str) -> bool {
         self.list.iter().any(|p| p.name == name)
     }
 
-    /// Where a parameter stands, or the whole list.
+    /// The position of a parameter, or of the list.
     pub(super) fn place_of(&self, name: &str) -> Place {
         self.list.iter().find(|p| p.name == name).map_or(self.place, |p| p.place)
     }
 
-    /// Whether a parameter is of a type, if there is one of that name.
+    /// Whether there is a parameter of this name and type.
     pub(super) fn is(&self, name: &str, kind: Type) -> bool {
         self.list.iter().any(|p| p.name == name && p.kind == kind)
     }
@@ -252,7 +252,7 @@ impl Params {
         }
     }
 
-    /// A point or vector in space.
+    /// A 3D point or vector.
     pub(super) fn vector(&self, name: &'static str) -> Option<DVec3> {
         match &self.find(name, &[Type::Point3, Type::Vector3, Type::Normal], "point3")?.value {
             Value::Triples(v) => v.first().map(|v| DVec3::from(v.map(f64::from))),
@@ -260,7 +260,7 @@ impl Params {
         }
     }
 
-    /// Points, vectors or normals, taken out of the list.
+    /// Points, vectors or normals; removes them from the list.
     pub(super) fn take_triples(&mut self, name: &'static str) -> Vec<[f32; 3]> {
         self.find(name, &[Type::Point3, Type::Vector3, Type::Normal], "point3");
         match self.list.iter_mut().find(|p| p.name == name).map(|p| &mut p.value) {
@@ -269,7 +269,7 @@ impl Params {
         }
     }
 
-    /// Points of the plane, taken out of the list.
+    /// 2D points; removes them from the list.
     pub(super) fn take_pairs(&mut self, name: &'static str) -> Vec<[f32; 2]> {
         self.find(name, &[Type::Point2, Type::Vector2], "point2");
         match self.list.iter_mut().find(|p| p.name == name).map(|p| &mut p.value) {
@@ -283,7 +283,7 @@ impl Params {
         self.find(name, &[Type::Rgb, Type::Blackbody, Type::Spectrum], "rgb or spectrum")
     }
 
-    /// Names that are known, but change nothing in the picture of a renderer that is exact in the limit.
+    /// Accepts parameters that do not change the picture of a converged renderer.
     pub(super) fn pass(&self, names: &[&'static str]) {
         for name in names {
             self.asked.borrow_mut().push(name);
@@ -291,7 +291,7 @@ impl Params {
         }
     }
 
-    /// A parameter that is known, but that has no effect here though it should.
+    /// Reports parameters that should change the picture but are not supported.
     pub(super) fn refuse(&self, names: &[&'static str], what: &str, report: &mut Report) {
         for name in names {
             self.asked.borrow_mut().push(name);
@@ -302,7 +302,7 @@ impl Params {
         }
     }
 
-    /// Reports what nobody asked for, or what was of another type; `what` has the list, e.g. `the shape "sphere"`.
+    /// Reports unknown parameters and those of a wrong type; `what` is their owner, e.g. `the shape "sphere"`.
     pub(super) fn finish(&self, what: &str, report: &mut Report) {
         for (i, expected) in self.mistyped.borrow().iter() {
             let Some(p) = self.list.get(*i) else { continue };
@@ -328,7 +328,7 @@ impl Params {
     }
 }
 
-/// The value of a parameter: one, or several in brackets.
+/// Reads the value of a parameter: one element, or several in brackets.
 fn read_value(lexer: &mut Lexer<'_>, kind: Type, name: &str) -> Result<Value, Fault> {
     let mut next = lexer.next()?;
     let bracketed = next == Next::Open;
@@ -403,7 +403,7 @@ fn read_value(lexer: &mut Lexer<'_>, kind: Type, name: &str) -> Result<Value, Fa
     checked(value, kind, name, lexer)
 }
 
-/// Strings are no numbers, and old files write `"bool b" "true"`.
+/// Checks a value against its type. Old files write `"bool b" "true"`.
 fn checked(value: Value, kind: Type, name: &str, lexer: &mut Lexer<'_>) -> Result<Value, Fault> {
     match (value, kind) {
         (Value::Strings(list), Type::Bool) => {
@@ -420,7 +420,7 @@ fn checked(value: Value, kind: Type, name: &str, lexer: &mut Lexer<'_>) -> Resul
         (value @ Value::Strings(_), Type::String | Type::Texture | Type::Spectrum) => Ok(value),
         (Value::Strings(_), _) => Err(wrong(name, "numbers, not strings", lexer)),
         (_, Type::String | Type::Texture) => Err(wrong(name, "a string in quotes", lexer)),
-        // One group without brackets is not written so; a single number is.
+        // A single point needs brackets; a single number does not.
         (Value::Numbers(_), Type::Point2 | Type::Vector2 | Type::Point3 | Type::Vector3 | Type::Normal) => {
             Err(wrong(name, "[ x y … ] in brackets", lexer))
         }

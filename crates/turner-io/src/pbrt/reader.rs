@@ -1,4 +1,4 @@
-//! Directives: one after the other, from the file and from those it includes.
+//! Executes the directives of a file and of the files that it includes.
 
 use super::assembly::Assembly;
 use super::lexer::{Lexer, Next};
@@ -14,39 +14,39 @@ use turner::math::{DAffine3, DVec3};
 use turner::schema::ErrorCode;
 use turner::schema::GroupId;
 
-/// Most files that include one another in a chain.
+/// Longest chain of includes.
 const MAX_CHAIN: usize = 64;
 /// Most files of a scene.
 const MAX_FILES: usize = 4096;
-/// Most bytes of one file: 64 GiB; they are not held in memory.
+/// Largest file: 64 GiB. Files are read as streams.
 const MAX_FILE: u64 = 64 << 30;
-/// Most attributes that are open at a time.
+/// Most open attribute blocks.
 const MAX_OPEN: usize = 1 << 12;
 
-/// What `AttributeEnd` and `ObjectEnd` go back to, and where its begin stands.
+/// The state that `AttributeEnd`, `TransformEnd` or `ObjectEnd` restores, and the position of its begin.
 pub(super) struct Open {
     state: State,
     place: Place,
     begin: &'static str,
 }
 
-/// An object that is being defined, or was.
+/// An object between `ObjectBegin` and `ObjectEnd`.
 pub(super) struct Object {
     name: String,
     first: usize,
 }
 
-/// A file on the way from the scene to what is being read.
+/// An open file in the chain of includes.
 pub(super) struct File<'a> {
     lexer: Lexer<'a>,
     uri: String,
-    /// How many attributes were open where it began.
+    /// Number of open blocks where it began.
     open: usize,
-    /// What goes on after an `Import`.
+    /// The state to restore after an `Import`.
     after: Option<State>,
 }
 
-/// The state of reading.
+/// The state of the import.
 pub(super) struct Reader<'a> {
     pub(super) assets: &'a dyn AssetSource,
     pub(super) files: Vec<File<'a>>,
@@ -57,13 +57,13 @@ pub(super) struct Reader<'a> {
     pub(super) objects: BTreeMap<String, GroupId>,
     pub(super) defining: Option<Object>,
     pub(super) in_world: bool,
-    /// The camera as written, until all is said that comes before the world.
+    /// The camera as written; it is made at `WorldBegin`.
     pub(super) camera: Option<(State, String, Params)>,
     pub(super) scene: Assembly<'a>,
 }
 
 impl<'a> Reader<'a> {
-    /// Begins with a file whose bytes come from `start`.
+    /// Starts with a file whose bytes come from `start`.
     pub(super) fn new(
         assets: &'a dyn AssetSource,
         uri: &str,
@@ -106,7 +106,7 @@ impl<'a> Reader<'a> {
         &mut self.scene.report
     }
 
-    /// Reads all.
+    /// Reads everything.
     pub(super) fn read(&mut self) -> Result<(), Fault> {
         loop {
             let next = self.lexer()?.next()?;
@@ -144,7 +144,7 @@ impl<'a> Reader<'a> {
         }
     }
 
-    /// Makes the camera that is written.
+    /// Makes the camera, if there is one.
     pub(super) fn take_camera(&mut self) -> Result<(), Fault> {
         match self.camera.take() {
             Some((state, name, params)) => camera::define(&mut self.scene, &state, &name, params),
@@ -227,7 +227,7 @@ impl<'a> Reader<'a> {
 
     pub(super) fn medium_interface(&mut self) -> Result<(), Fault> {
         let inside = self.name()?;
-        // One name is that of both.
+        // A single name is both.
         let outside = match self.lexer()?.next()? {
             Next::Quote => self.lexer()?.string()?,
             _ => inside.clone(),
@@ -241,7 +241,7 @@ impl<'a> Reader<'a> {
         let root = self.files.first().map_or_else(String::new, |f| f.uri.clone());
         let from = self.files.last().map_or_else(String::new, |f| f.uri.clone());
         let fault = |e: crate::assets::AssetError| Fault::from_scene(place, e.to_scene_error());
-        // Names are relative to the scene; some tools write them relative to the file that includes.
+        // Names are relative to the scene; some exporters write them relative to the including file.
         let uri = self.assets.resolve(&root, &name).map_err(fault)?;
         if self.files.iter().any(|f| f.uri == uri) {
             let message = format!("cyclic include: {}", printable(&uri));

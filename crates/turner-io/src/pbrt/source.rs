@@ -1,34 +1,34 @@
-//! The bytes of one file as a window that moves over them, so that a text of any length is read in little memory.
+//! The bytes of a file through a moving window: a text of any length takes little memory.
 
 pub(super) use crate::scene_import::Place;
 use std::io::Read;
 
-/// Bytes that are read at a time.
+/// Bytes read at a time.
 const CHUNK: usize = 1 << 18;
 
-/// Bytes that are at hand wherever a token begins, if the file has so many left: more than any number takes.
+/// Bytes available wherever a token begins, unless the file ends: more than any number has.
 const AHEAD: usize = 512;
 
 /// A file that is being read.
 pub(super) struct Source<'a> {
     reader: Box<dyn Read + 'a>,
     window: Vec<u8>,
-    /// Where in the window reading goes on.
+    /// Position in the window.
     at: usize,
-    /// Whether the reader has no more.
+    /// Whether the reader is at its end.
     ended: bool,
-    /// The last place that was asked for: index in the window and what is there.
+    /// The last position asked for: index in the window, line and column.
     mark: (usize, Place),
 }
 
 impl<'a> Source<'a> {
-    /// Reads from `reader`; `file` is its number in places.
+    /// Reads from `reader`; `file` is its index in positions.
     pub(super) fn new(reader: Box<dyn Read + 'a>, file: u32) -> Source<'a> {
         let start = Place { file, line: 1, column: 1 };
         Source { reader, window: Vec::new(), at: 0, ended: false, mark: (0, start) }
     }
 
-    /// The bytes from here on that are at hand: at least [`AHEAD`], or all that are left.
+    /// The available bytes from here on: at least [`AHEAD`], or all that are left.
     #[inline]
     pub(super) fn rest(&mut self) -> std::io::Result<&[u8]> {
         if self.window.len() - self.at < AHEAD && !self.ended {
@@ -37,13 +37,13 @@ impl<'a> Source<'a> {
         Ok(self.window.get(self.at..).unwrap_or_default())
     }
 
-    /// Goes on by `count` bytes of [`Source::rest`].
+    /// Skips `count` bytes of [`Source::rest`].
     #[inline]
     pub(super) fn skip(&mut self, count: usize) {
         self.at = (self.at + count).min(self.window.len());
     }
 
-    /// Where reading goes on. Places are asked for in the order of the file; each byte is looked at once for them.
+    /// The current line and column. Calls follow the order of the file, so that each byte is counted once.
     pub(super) fn place(&mut self) -> Place {
         let (from, place) = &mut self.mark;
         let passed = self.window.get(*from..self.at).unwrap_or_default();

@@ -1,4 +1,4 @@
-//! Colours of parameters: `rgb`, `blackbody`, and spectra by name, by file or by wavelength.
+//! Colours of parameters: `rgb`, `blackbody`, and spectra by name, from a file or by wavelength.
 
 use turner::color::Spectrum;
 use turner::schema::ErrorCode;
@@ -11,26 +11,26 @@ use super::state::ColorSpace;
 use crate::assets::printable;
 use crate::spectral::{self, Sampled};
 
-/// Most bytes of a file of a spectrum.
+/// Largest spectrum file, bytes.
 const MAX_SPD: u64 = 1 << 24;
 
-/// What a colour is for.
+/// What a colour is used for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Role {
-    /// A share of light, 0 to 1.
+    /// A fraction of light, 0 to 1.
     Albedo,
-    /// A number of any size.
+    /// A coefficient of any size.
     Unbounded,
-    /// Light. Spectra get the luminance 1, whatever their size; strength is said otherwise.
+    /// Light. Spectra are scaled to luminance 1; other parameters give the strength.
     Light,
 }
 
-/// A spectrum as the file gives it.
+/// A spectrum as the file describes it.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) enum Curve {
     Rgb(Spectrum),
     Blackbody(f64),
-    /// One of pbrt's own, by name.
+    /// One of pbrt's named spectra.
     Named(String),
     Sampled(Sampled),
 }
@@ -48,7 +48,7 @@ pub(super) fn color(
     to_color(&curve, role).map(Some).map_err(|f| f.or_at(param.place))
 }
 
-/// What a parameter says, by wavelength where it does.
+/// The spectrum of a parameter.
 pub(super) fn curve(
     scene: &mut Assembly<'_>,
     space: ColorSpace,
@@ -102,7 +102,7 @@ pub(super) fn curve(
     }
 }
 
-/// As a colour.
+/// The colour of a spectrum.
 pub(super) fn to_color(curve: &Curve, role: Role) -> Result<Spectrum, Fault> {
     Ok(match (curve, role) {
         (Curve::Rgb(c), _) => *c,
@@ -118,7 +118,7 @@ pub(super) fn to_color(curve: &Curve, role: Role) -> Result<Spectrum, Fault> {
     })
 }
 
-/// The glass that a spectrum is the index of refraction of.
+/// The glass of a named index of refraction.
 pub(super) fn glass_of(name: &str) -> Option<spectral::Glass> {
     spectral::glass(name.strip_prefix("glass-")?)
 }

@@ -1,16 +1,16 @@
-//! What holds until it is changed: transforms, material, light, media, defaults of parameters.
+//! The graphics state: transforms, material, area light, media, default parameters.
 
 use super::params::{Param, Params};
 use std::rc::Rc;
 use turner::math::DAffine3;
 
-/// The transforms at the beginning and the end of the motion.
+/// The current transformation matrix at the start and the end of the motion.
 pub(super) type Ctm = [DAffine3; 2];
 
-/// Neither moves.
+/// No transformation.
 pub(super) const IDENTITY: Ctm = [DAffine3::IDENTITY; 2];
 
-/// For which kinds of things `Attribute` gives defaults.
+/// The kinds of objects for which `Attribute` sets defaults.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Target {
     Shape,
@@ -48,12 +48,12 @@ impl ColorSpace {
         ("aces2065-1", ColorSpace::Aces),
     ];
 
-    /// To linear Rec. 709, white being white.
+    /// To linear Rec. 709; white stays white.
     pub(super) fn to_rec709(self, [r, g, b]: [f64; 3]) -> [f64; 3] {
         let by = |m: [[f64; 3]; 3]| m.map(|row| row[0] * r + row[1] * g + row[2] * b);
         match self {
             ColorSpace::Srgb => [r, g, b],
-            // With the white of D65.
+            // With the white point D65.
             ColorSpace::DciP3 => by([
                 [1.224_940, -0.224_940, 0.0],
                 [-0.042_057, 1.042_057, 0.0],
@@ -64,7 +64,7 @@ impl ColorSpace {
                 [-0.124_550, 1.132_900, -0.008_349],
                 [-0.018_151, -0.100_579, 1.118_730],
             ]),
-            // Adapted from the white of ACES.
+            // Adapted from the ACES white point.
             ColorSpace::Aces => by([
                 [2.521_686, -1.134_131, -0.387_555],
                 [-0.276_480, 1.372_719, -0.096_239],
@@ -78,16 +78,16 @@ impl ColorSpace {
 #[derive(Clone, Debug)]
 pub(super) struct State {
     pub(super) ctm: Ctm,
-    /// Which of the two are changed.
+    /// Which of the two transforms directives change.
     pub(super) active: [bool; 2],
     pub(super) reverse: bool,
-    /// The slot of the material.
+    /// Index of the material's slot.
     pub(super) material: usize,
     pub(super) area_light: Option<Rc<Params>>,
     /// Names of the media inside and outside; empty for none.
     pub(super) media: [String; 2],
     pub(super) color_space: ColorSpace,
-    /// Defaults of parameters; mostly none.
+    /// Default parameters; usually none.
     pub(super) defaults: Rc<Vec<(Target, Param)>>,
 }
 
@@ -105,7 +105,7 @@ impl State {
         }
     }
 
-    /// Multiplies from the right: what is written last comes first.
+    /// Multiplies the active transforms from the right.
     pub(super) fn concat(&mut self, by: DAffine3) {
         for (ctm, active) in self.ctm.iter_mut().zip(self.active) {
             if active {
@@ -123,7 +123,7 @@ impl State {
         }
     }
 
-    /// The defaults for one kind of things.
+    /// `params` with the defaults for one kind of object.
     pub(super) fn with_defaults(&self, params: Params, target: Target) -> Params {
         if self.defaults.is_empty() {
             return params;

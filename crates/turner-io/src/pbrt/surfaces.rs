@@ -1,4 +1,4 @@
-//! What each type of material is here, from its parameters.
+//! pbrt's material types as Turner's principled material (OpenPBR).
 
 use turner::color::Spectrum;
 use turner::material::metals::{MetalColors, colors_of_index};
@@ -19,12 +19,12 @@ use crate::assets::printable;
 use crate::scene_import::{Through, inner_reflectance, map_values};
 use crate::spectral::metal_of_index;
 
-/// The same for all colours.
+/// A grey colour.
 pub(super) fn grey(v: f64) -> ColorSource {
     ColorSource::Constant(Spectrum::grey(v as f32))
 }
 
-/// What a metal reflects.
+/// The reflectance of a conductor.
 #[derive(Clone, Copy)]
 enum Metal {
     Constant(MetalColors),
@@ -46,7 +46,7 @@ impl Metal {
     }
 }
 
-/// Makes one material of its parameters.
+/// Makes one material from its parameters.
 pub(super) struct Maker<'a, 'b> {
     pub(super) scene: &'a mut Assembly<'b>,
     pub(super) params: &'a Params,
@@ -76,8 +76,8 @@ impl Maker<'_, '_> {
         Ok(self.params.float(name).map(grey))
     }
 
-    /// The width of the lobe as roughness and anisotropy here: pbrt's distribution has the width α = √roughness, or the roughness itself if it is
-    /// not remapped; here it is the square of the roughness.
+    /// Roughness and anisotropy. pbrt's GGX has α = √roughness, or α = roughness if it is not remapped;
+    /// Turner's α is roughness².
     fn roughness(&mut self, names: [&'static str; 3], surface: &mut PrincipledMaterial) -> Result<(), Fault> {
         let remap = self.params.bool("remaproughness").unwrap_or(true);
         let through = Through::Roughness { remap };
@@ -104,14 +104,14 @@ impl Maker<'_, '_> {
             return Ok(());
         }
         let ratio = short / long;
-        // OpenPBR: the longer width is r²·√(2 / (1 + ratio²)).
+        // OpenPBR: the longer α is r²·√(2 / (1 + ratio²)).
         surface.specular_roughness = grey((long / (2.0 / (1.0 + ratio * ratio)).sqrt()).sqrt().min(1.0));
         surface.specular_roughness_anisotropy = grey(1.0 - ratio);
         surface.anisotropy_rotation = if u >= v { 0.0 } else { 90.0 };
         Ok(())
     }
 
-    /// An index of refraction, with the dispersion of a glass that is named.
+    /// An index of refraction; a named glass has its dispersion.
     pub(super) fn with_index(
         &mut self,
         name: &'static str,
@@ -152,11 +152,11 @@ impl Maker<'_, '_> {
         Ok(glass)
     }
 
-    /// The colours of a metal by its spectra or its reflectance, under what has the index `outer`.
+    /// The colours of a conductor by its spectra or its reflectance, below a medium with the IOR `outer`.
     fn metal(&mut self, [eta, k, reflectance]: [&'static str; 3], outer: f64) -> Result<Metal, Fault> {
         let by = (1.0 / outer) as f32;
         if self.params.has(reflectance) {
-            // pbrt takes η = 1 and the k that reflects so much head-on.
+            // pbrt: η = 1, and the k with this reflectance at normal incidence.
             let color = self.color(reflectance, 0.5)?;
             let ColorSource::Constant(f0) = color else { return Ok(Metal::Texture(color)) };
             let index = f0.map(|r| {
@@ -195,7 +195,7 @@ impl Maker<'_, '_> {
         Ok(surface)
     }
 
-    /// The clear layer of a coated material: its index and its roughness, and what is known of it where it is the same everywhere.
+    /// The layer of a coated material: IOR, roughness, and a [`Layer`] if both are constant.
     fn layer(
         &mut self,
         names: [&'static str; 3],
@@ -237,7 +237,7 @@ impl Maker<'_, '_> {
             ColorSource::Constant(r) if ior >= 1.0 => Some(Layer {
                 alpha: f64::from(r.g * r.g),
                 ior,
-                // What scatters gives back what it takes.
+                // Scattered light is not absorbed.
                 thickness: if absorbs { 0.0 } else { thickness.unwrap_or(0.01).clamp(0.0, 1e3) },
                 depth,
             }),
@@ -246,9 +246,10 @@ impl Maker<'_, '_> {
         Ok((ior, rough.specular_roughness, layer))
     }
 
-    /// A diffuse base under a clear layer. Light that comes back from the base is reflected at the layer's inner side, and so on: of a base of
-    /// reflectance ρ, ρ (1 − R) / (1 − ρ R) gets out, R being what the inner side reflects of diffuse light. With that as its colour a dielectric here,
-    /// whose base has what the layer lets in, is the same; less of it where the layer absorbs or is rough ([`Layer`]).
+    /// A diffuse base under a dielectric layer. The layer's inner side reflects light back to the base: of a
+    /// base reflectance ρ, ρ (1 − R) / (1 − ρ R) leaves, with R the inner side's diffuse reflectance. With this
+    /// as its base colour, Turner's dielectric reflects the same, since its base receives what the layer
+    /// transmits. Rough and absorbing layers pass less ([`Layer`]).
     pub(super) fn coated_diffuse(&mut self) -> Result<PrincipledMaterial, Fault> {
         let color = self.color("reflectance", 0.5)?;
         let (ior, roughness, layer) =
@@ -266,7 +267,7 @@ impl Maker<'_, '_> {
         })
     }
 
-    /// A metal under a clear layer: OpenPBR's coat, with a colour that leaves as much light as gets out in pbrt.
+    /// A conductor under a dielectric layer: OpenPBR's coat, with a colour that reflects as much light as pbrt's.
     pub(super) fn coated_conductor(&mut self) -> Result<PrincipledMaterial, Fault> {
         let names = ["interface.roughness", "interface.uroughness", "interface.vroughness"];
         let (ior, roughness, layer) = self.layer(names, "interface.eta", "interface.thickness")?;
@@ -290,14 +291,15 @@ impl Maker<'_, '_> {
                 }
                 _ => None,
             };
-            // A coat's colour is what is left after the ways in and out, head-on.
+            // A coat's colour is its transmittance in and out at normal incidence.
             let absorbed = Spectrum::grey(exp(-2.0 * layer.thickness) as f32);
             surface.coat_color = ColorSource::Constant(known.unwrap_or(absorbed));
         }
         Ok(surface)
     }
 
-    /// A thin wall that reflects R and lets T through, both diffuse: with the share w of a translucent part of colour S, T = w·S and R = (1 − w)·C.
+    /// A thin wall with diffuse reflectance R and transmittance T. With a subsurface weight w, T = w·S for the
+    /// subsurface colour S and R = (1 − w)·C for the base colour C.
     pub(super) fn diffuse_transmission(&mut self) -> Result<PrincipledMaterial, Fault> {
         let scale = self.params.float("scale").unwrap_or(1.0).clamp(0.0, 1e6);
         let sources = [self.color("reflectance", 0.25)?, self.color("transmittance", 0.25)?];
@@ -306,7 +308,7 @@ impl Maker<'_, '_> {
             ColorSource::Constant(c) => Some(f64::from(c.max_component()) * scale),
             ColorSource::Texture(_) => None,
         };
-        // What leaves room for both; of textures, which may be of any brightness, halves.
+        // A weight with which both colours are at most 1. Textures may have any brightness: half each.
         let share = match sources.map(most) {
             [Some(r), Some(t)] if r + t > 0.0 => t / (r + t),
             [Some(_), Some(_)] => 0.0,
@@ -360,7 +362,7 @@ impl Maker<'_, '_> {
                 let scattering = s[i] * (1.0 - g);
                 let extinction = a[i] + scattering;
                 let albedo = if extinction > 0.0 { scattering / extinction } else { 0.0 };
-                // Diffuse reflectance of a half-space under its boundary (the dipole: Jensen et al. 2001, eq. 15).
+                // Diffuse reflectance of a half-space with a boundary (dipole: Jensen et al. 2001, eq. 15).
                 let inner = inner_reflectance(surface.specular_ior);
                 let (a, q) =
                     ((1.0 + inner) / (1.0 - inner), (3.0 * (1.0 - f64::from(albedo)).max(0.0)).sqrt());
@@ -439,7 +441,7 @@ impl Maker<'_, '_> {
         Ok(MaterialDesc::Mix(MixMaterial { materials: ids.to_vec(), weights: vec![amount] }))
     }
 
-    /// What every surface may have: a texture of heights or a picture of normals.
+    /// What every material may have: a displacement texture (used as a bump map) or a normal map.
     pub(super) fn details(&mut self, surface: &mut PrincipledMaterial) -> Result<(), Fault> {
         if self.params.is("displacement", Type::Texture) {
             let heights = self.texture("displacement")?;

@@ -1,4 +1,4 @@
-//! What files say and what becomes of it.
+//! Tests of the import.
 
 use turner::color::Spectrum;
 use turner::description::{ObjectContent, SceneDesc};
@@ -31,7 +31,7 @@ fn refused(text: &str) -> SceneError {
     read_with(text, &[]).expect_err("refused")
 }
 
-/// In a world.
+/// A scene with this world block.
 fn world(text: &str) -> SceneDesc {
     read(&format!("WorldBegin\n{text}"))
 }
@@ -86,7 +86,7 @@ fn normals_decide_which_side_is_outside() {
 
 #[test]
 fn roughness_is_remapped_unless_it_is_not() {
-    // α = √r, and here the roughness is √α.
+    // α = √r, and Turner's roughness is √α.
     let m = material(
         "Material \"conductor\" \"float roughness\" 0.0625 \"spectrum eta\" \"metal-Au-eta\" \"spectrum k\" \"metal-Au-k\"",
     );
@@ -109,7 +109,7 @@ fn roughness_is_remapped_unless_it_is_not() {
 
 #[test]
 fn metals_have_the_colours_of_pbrt() {
-    // From pbrt-v4's η and k at each nanometre, under D65; red, 1.022, beyond what Rec. 709 has is cut.
+    // From pbrt-v4's η and k at each nanometre under D65. Red, 1.022, lies outside Rec. 709 and is clipped.
     let m =
         material("Material \"conductor\" \"spectrum eta\" \"metal-Au-eta\" \"spectrum k\" \"metal-Au-k\"");
     let ColorSource::Constant(gold) = m.base_color else { panic!("a colour") };
@@ -128,7 +128,7 @@ fn layers_take_light() {
         f64::from(value(m.base_color))
     };
     let clear = base("\"float thickness\" 0");
-    // What gets out of a smooth clear layer: ρ (1 − R) / (1 − ρ R), R = 0.5963.
+    // A smooth clear layer: ρ (1 − R) / (1 − ρ R), R = 0.5963.
     assert!((clear - 0.5 * 0.4037 / (1.0 - 0.5 * 0.5963)).abs() < 2e-3, "{clear}");
     let (plain, thick, rough) = (base(""), base("\"float thickness\" 0.1"), base("\"float roughness\" 0.2"));
     assert!(thick < plain && plain < clear && rough < 0.8 * plain, "{thick} {plain} {clear} {rough}");
@@ -147,7 +147,7 @@ fn a_grid_around_the_camera_is_a_box() {
     let ObjectContent::Shape(ShapeDesc::Box(bounds)) = &smoke.content else { panic!("{smoke:?}") };
     assert_eq!(bounds.min, Some(DVec3::new(0.0, 0.0, 2.0)));
     let material = &scene.materials[smoke.material.unwrap().index()].value;
-    let MaterialDesc::Boundary(boundary) = material else { panic!("{material:?}") };
+    let MaterialDesc::Interface(boundary) = material else { panic!("{material:?}") };
     let MediumDesc::Grid(grid) = &scene.media[boundary.interior.unwrap().index()].value else { panic!() };
     assert_eq!(grid.border, GridBorder::Fade);
 }
@@ -172,7 +172,7 @@ fn integrators_without_media_show_none() {
         ))
     };
     let inside = |scene: &SceneDesc| match &scene.materials[0].value {
-        MaterialDesc::Boundary(b) => b.interior,
+        MaterialDesc::Interface(b) => b.interior,
         other => panic!("{other:?}"),
     };
     let (with, without) = (scene("volpath"), scene("path"));
@@ -209,7 +209,7 @@ fn lights_have_the_strength_of_pbrt() {
     assert_eq!((d.direction, d.intensity), (Some(DVec3::NEG_Y), 3.0));
     let LightDesc::Environment(e) = light("LightSource \"infinite\" \"rgb L\" [.4 .45 .5]") else { panic!() };
     assert_eq!((e.tint, e.strength), (Spectrum::new(0.4, 0.45, 0.5), 1.0));
-    // The film's sensitivity and the time of exposure make all light brighter.
+    // ISO and exposure time scale all light.
     let scene = read(
         "Film \"rgb\" \"float iso\" 200\nCamera \"perspective\" \"float shutterclose\" 0.25\nWorldBegin LightSource \"point\"",
     );
@@ -230,7 +230,7 @@ fn lights_that_are_not_seen_shine() {
     );
     let LightDesc::Sphere(light) = &scene.lights[0].value else { panic!("{:?}", scene.lights) };
     assert_eq!((light.center, light.radius), (DVec3::new(1.0, 2.0, 3.0), 1.0));
-    // Radiance times the disk that it is seen as.
+    // Radiance times the area of the disk that the sphere appears as.
     assert!((light.intensity - 5.0 * std::f64::consts::PI).abs() < 1e-9);
     assert!(scene.objects.is_empty());
     let scene = world("AreaLightSource \"diffuse\" Shape \"disk\" \"float alpha\" 0");
@@ -293,7 +293,7 @@ fn names_may_be_used_before_they_are_defined() {
          MakeNamedMaterial \"a\" \"string type\" \"diffuse\" MakeNamedMaterial \"b\" \"string type\" \"dielectric\"",
     );
     let MaterialDesc::Mix(mix) = &scene.materials[0].value else { panic!("a mix") };
-    // The amount is the share of the second.
+    // `amount` is the weight of the second material.
     assert_eq!((mix.materials.len(), &mix.weights[..]), (2, &[grey(0.25)][..]));
     let circle = world(
         "MakeNamedMaterial \"m\" \"string type\" \"mix\" \"string materials\" [\"m\" \"m\"] NamedMaterial \"m\" Shape \"sphere\"",
@@ -324,7 +324,7 @@ fn noise_is_pbrts_own_and_stands_in_the_world() {
     let found = scene("fbm");
     let TextureDesc::Perlin(p) = &found.textures[0].value else { panic!("noise") };
     assert_eq!((p.kind, p.octaves, p.mapping), (PerlinKind::Fbm, 3, Mapping::World));
-    // The transform when the texture was defined, whatever the shape's.
+    // The transform at the definition of the texture, not that of the shape.
     assert_eq!(p.transform.0, DAffine3::from_translation(DVec3::new(0.0, 0.0, 5.0)));
     assert!(found.warnings.is_empty(), "{:?}", found.warnings);
     for (class, kind) in [("wrinkled", PerlinKind::Wrinkled), ("dots", PerlinKind::Dots)] {
@@ -348,7 +348,7 @@ fn textures_are_pictures_boards_and_mixes() {
     let at = c.transform.0.inverse().transform_point3(DVec3::new(2.0 * 0.3 - 1.0, 0.0, 0.0));
     assert!((at.x - 2.4).abs() < 1e-9 && (at.y - 2.0).abs() < 1e-9);
     assert!(
-        matches!(board.textures[1].value, TextureDesc::Product(_))
+        matches!(board.textures[1].value, TextureDesc::Multiply(_))
             && matches!(board.textures[2].value, TextureDesc::Mix(_))
     );
 }
@@ -362,7 +362,7 @@ fn includes_are_read_and_circles_refused() {
     ];
     let scene = read_with(main, files).unwrap();
     assert_eq!(scene.objects.len(), 3);
-    // What an Import leaves open or changes ends with it; an Include changes what follows.
+    // An `Import` restores the state after it; an `Include` changes what follows.
     assert_eq!(scene.objects[2].transform.0, DAffine3::from_translation(DVec3::X));
     let circle = read_with("Include \"a.pbrt\"", &[("a.pbrt", b"Include \"scene.pbrt\"")]).unwrap_err();
     assert_eq!(circle.code, ErrorCode::Cycle);

@@ -1,4 +1,4 @@
-//! Textures.
+//! pbrt's textures as Turner's.
 
 use turner::color::Spectrum;
 use turner::image::{Image, Pixels};
@@ -19,7 +19,7 @@ use super::transform::is_sound;
 use crate::assets::printable;
 use crate::scene_import::{mix, product};
 
-/// The texture of a name.
+/// A texture by its name.
 pub(super) fn source_named(scene: &mut Assembly<'_>, name: &str, place: Place) -> Result<ColorSource, Fault> {
     match scene.textures.get(name) {
         Some(texture) => Ok(texture.source),
@@ -30,7 +30,7 @@ pub(super) fn source_named(scene: &mut Assembly<'_>, name: &str, place: Place) -
     }
 }
 
-/// A picture of normals.
+/// A normal map.
 pub(super) fn normal_picture(scene: &mut Assembly<'_>, file: &str, place: Place) -> Option<ColorSource> {
     let image = scene.image(file, place)?;
     let desc = ImageDesc { encoding: Encoding::Linear, ..picture(image) };
@@ -52,7 +52,7 @@ pub(super) fn define(
     let is_float = match kind {
         "float" => true,
         "spectrum" => false,
-        // As pbrt-v3 has it.
+        // The name in pbrt-v3.
         "color" => false,
         other => {
             return Err(super::reader::unknown("type of texture", other, &["float", "spectrum"]).or_at(place));
@@ -82,7 +82,7 @@ pub(super) fn define(
             let _ = maker.planar();
             match maker.squares() {
                 Some(transform) => {
-                    // pbrt-v4 shows the colour that it calls inside around the dots, and so do its scenes.
+                    // pbrt-v4 shows `outside` in the dots and `inside` around them; scenes rely on it.
                     let (low, high) = (inside, outside);
                     let dots = perlin(PerlinKind::Dots);
                     let desc = PerlinDesc { low, high, mapping: Mapping::Uv, transform, ..dots };
@@ -144,7 +144,7 @@ pub(super) fn define(
     Ok(())
 }
 
-/// Noise in the world, as pbrt has it.
+/// Noise in world space, as in pbrt.
 fn perlin(kind: PerlinKind) -> PerlinDesc {
     PerlinDesc { kind, mapping: Mapping::World, ..PerlinDesc::default() }
 }
@@ -177,7 +177,7 @@ impl Maker<'_, '_> {
         Ok(grey(self.params.float(name).unwrap_or(or)))
     }
 
-    /// Scales and shifts of (u, v).
+    /// Scales and offsets of (u, v).
     fn uv(&self) -> [f64; 4] {
         let float = |name, or| self.params.float(name).filter(|v: &f64| v.is_finite()).unwrap_or(or);
         let mapping = self.params.string("mapping").unwrap_or("uv");
@@ -187,7 +187,7 @@ impl Maker<'_, '_> {
         [float("uscale", 1.0), float("vscale", 1.0), float("udelta", 0.0), float("vdelta", 0.0)]
     }
 
-    /// From the squares of s·u + d to the texture coordinates here, 2u − 1; `None` if there are no squares.
+    /// Maps the squares of s·u + d to Turner's texture coordinates 2u − 1; `None` if a scale is 0.
     fn squares(&self) -> Option<Transform> {
         let [su, sv, du, dv] = self.uv();
         let to_squares = DAffine3::from_mat3_translation(
@@ -197,7 +197,7 @@ impl Maker<'_, '_> {
         is_sound(&to_squares).then(|| Transform(to_squares.inverse()))
     }
 
-    /// Whether the texture lies by (u, v); if not, the projection of the plane in the world, or what is reported.
+    /// The transform of a planar mapping in world space; `None` for (u, v) and for mappings that are not supported.
     fn planar(&mut self) -> Option<Transform> {
         let mapping = self.params.string("mapping").unwrap_or("uv").to_owned();
         let place = self.params.place_of("mapping");
@@ -207,7 +207,7 @@ impl Maker<'_, '_> {
                 let [_, _, du, dv] = self.uv();
                 let v1 = self.params.vector("v1").unwrap_or(DVec3::X);
                 let v2 = self.params.vector("v2").unwrap_or(DVec3::Y);
-                // Rows: 2(v·p + d) − 1, for a picture covers −1 to 1.
+                // Rows: 2(v·p + d) − 1, because an image covers −1 to 1.
                 let rows = DMat3::from_cols(2.0 * v1, 2.0 * v2, v1.cross(v2)).transpose();
                 let shift = DVec3::new(2.0 * du - 1.0, 2.0 * dv - 1.0, 0.0);
                 let to_texture = DAffine3::from_mat3_translation(rows, shift);
@@ -262,7 +262,7 @@ impl Maker<'_, '_> {
         let invert = self.params.bool("invert").unwrap_or(false);
         self.params.pass(&["maxanisotropy", "trilinear"]);
         let Some(file) = self.scene.image(&name, place) else { return Ok(grey(0.5)) };
-        // A number from a picture with alpha is its alpha.
+        // A float texture reads the alpha channel, if the image has one.
         let has_alpha = self.scene.images.get(file.index()).is_some_and(|i| i.data.channels == 4);
         let channel = if self.is_float && has_alpha { ImageChannel::A } else { ImageChannel::Rgb };
         let plain = [su, sv, du, dv] == [1.0, 1.0, 0.0, 0.0];
@@ -301,7 +301,7 @@ impl Maker<'_, '_> {
         Ok(self.scene.texture(TextureDesc::Checkerboard(desc)))
     }
 
-    /// Four colours at the corners of (u, v), as a small picture.
+    /// Four colours at the corners of (u, v), as a small image.
     fn bilerp(&mut self) -> Result<ColorSource, Fault> {
         const SIDE: u32 = 32;
         let mut corners = [Spectrum::BLACK; 4];

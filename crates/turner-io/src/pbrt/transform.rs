@@ -1,11 +1,12 @@
-//! Transforms as directives write them. Matrices stand in the file column by column; points are columns.
+//! Transforms of directives. A matrix is written by columns; points are column vectors.
 
 pub(super) use crate::scene_import::is_sound;
 use turner::math::elementary::tan;
 use turner::math::{DAffine3, DMat3, DVec3, radians};
 use turner::schema::transform::rotation;
 
-/// From sixteen numbers, and whether their last row is that of an affine map; else it is left out. `None` if it ends with 0.
+/// The affine map of sixteen numbers, and whether the last row is 0 0 0 1 (otherwise it is ignored). `None` if
+/// the last number is 0.
 pub(super) fn of_numbers(m: &[f64; 16]) -> Option<(DAffine3, bool)> {
     let column = |i: usize| DVec3::new(m[i], m[i + 1], m[i + 2]) / m[15];
     let is_affine = [m[3], m[7], m[11]].iter().all(|v| v.abs() <= 1e-6 * m[15].abs());
@@ -18,7 +19,7 @@ pub(super) fn rotate(degrees: f64, axis: DVec3) -> Option<DAffine3> {
     Some(DAffine3::from_mat3(rotation(axis.try_normalize()?, degrees)))
 }
 
-/// To the space of a camera that looks along +z, y upwards, x to the right (left-handed).
+/// World to camera space; the camera looks along +z, y is up, x to the right (left-handed).
 pub(super) fn look_at(eye: DVec3, look: DVec3, up: DVec3) -> Option<DAffine3> {
     let forward = (look - eye).try_normalize()?;
     let right = up.cross(forward).try_normalize()?;
@@ -27,7 +28,7 @@ pub(super) fn look_at(eye: DVec3, look: DVec3, up: DVec3) -> Option<DAffine3> {
     Some(camera.inverse())
 }
 
-/// Half the height of a screen at distance 1, of a field of view in degrees.
+/// Half the height of the screen at distance 1, for a field of view in degrees.
 pub(super) fn half_height(fov: f64) -> f64 {
     tan(radians(fov.clamp(1e-6, 179.999)) / 2.0)
 }
@@ -53,7 +54,7 @@ mod tests {
     #[test]
     fn cameras_look_along_z() {
         let t = look_at(DVec3::new(0.0, 0.0, 5.0), DVec3::ZERO, DVec3::Y).unwrap();
-        // From +z towards −z, +x lies to the left of a left-handed camera's +x.
+        // The camera looks along −z with y up; left-handed, its x is the world's −x.
         assert!((t.transform_point3(DVec3::ZERO) - DVec3::new(0.0, 0.0, 5.0)).length() < 1e-12);
         assert!((t.transform_vector3(DVec3::X) - DVec3::NEG_X).length() < 1e-12);
         assert_eq!(look_at(DVec3::ZERO, DVec3::ZERO, DVec3::Y), None);

@@ -1,4 +1,4 @@
-//! Errors of loading: what `turner` found, together with the texts it was found in.
+//! Errors of loading, with the texts that they refer to.
 
 use turner::schema::{ErrorCode, SceneError};
 
@@ -24,12 +24,12 @@ impl LoadError {
         self.error.code.as_str()
     }
 
-    /// Where it is, if it is at a place in a text.
+    /// The position of the error, if it has one.
     pub fn location(&self) -> Option<Location<'_>> {
         self.error.span.and_then(|span| self.sources.locate(span))
     }
 
-    /// The file, or the argument of the command line.
+    /// The file, or the command-line argument.
     pub fn file(&self) -> Option<&str> {
         let id = self.error.span?.file;
         self.sources.get(id).map(|file| file.name.as_str())
@@ -73,7 +73,7 @@ impl std::error::Error for LoadError {
     }
 }
 
-/// Splits `what is wrong\n  remedy`, the form of this crate's own errors.
+/// Splits `problem\n  remedy`, the form of this crate's own errors.
 pub(crate) fn two_lines(code: ErrorCode, text: &str) -> SceneError {
     match text.split_once("\n  ") {
         Some((message, help)) => SceneError::new(code, message).help(help),

@@ -1,4 +1,4 @@
-//! The files that a scene names: each is read, hashed and decoded once.
+//! The files that a scene names. Each is read, hashed and decoded once.
 
 use std::collections::HashMap;
 use std::io::Read;
@@ -21,12 +21,12 @@ use crate::image::{ColorOrData, DecodeLimits, decode, to_fit};
 use crate::import::{ImportOptions, import};
 use crate::mesh;
 
-/// Most bytes of one picture or mesh file: 4 GiB.
+/// Largest image or mesh file: 4 GiB.
 pub(super) const MAX_FILE: u64 = 4 << 30;
-/// Most bytes of samples of all pictures together: 16 GiB.
+/// Most bytes of decoded pixels of all images together: 16 GiB.
 const MAX_DECODED: u64 = 16 << 30;
 
-/// Pictures and meshes through an [`AssetSource`]: the [`SceneAssets`] of files.
+/// The [`SceneAssets`] of files: loads images, meshes, light profiles, grids and models through an [`AssetSource`].
 pub struct SceneFiles<'a> {
     assets: &'a dyn AssetSource,
     sources: &'a Sources,
@@ -35,17 +35,17 @@ pub struct SceneFiles<'a> {
     meshes: HashMap<String, Arc<MeshData>>,
     profiles: HashMap<String, Arc<LightProfile>>,
     grids: HashMap<String, Arc<GridData>>,
-    /// By path and options.
+    /// By path and import options.
     models: HashMap<(String, String), Arc<SceneDesc>>,
     decoded: u64,
     warnings: Vec<Warning>,
-    /// How the scene is loaded.
+    /// The options that the scene is loaded with.
     pub(super) options: LoadOptions,
-    /// A file that was read already: the one that the user named.
+    /// The file that the user named, if it is already in memory.
     pub(super) given: Option<Given>,
 }
 
-/// A file that was read already.
+/// A file that is already in memory.
 pub(super) struct Given {
     /// Its path.
     pub(super) path: String,
@@ -53,7 +53,7 @@ pub(super) struct Given {
     pub(super) bytes: Vec<u8>,
 }
 
-/// How a model is imported: as the scene says, unless something else is asked for.
+/// The import options of a model: the model's own keys, unless the load options replace them.
 fn import_options(asked: &LoadOptions, model: Option<&ModelDesc>) -> ImportOptions {
     ImportOptions {
         time: asked.models.time.or(model.map(|m| m.time)).unwrap_or(0.0),
@@ -69,7 +69,7 @@ fn import_options(asked: &LoadOptions, model: Option<&ModelDesc>) -> ImportOptio
     }
 }
 
-/// Reads a scene of another renderer bit by bit. Names and hashes of all its files come with it.
+/// Imports a scene of another renderer, read as a stream. Also returns the names and hashes of all files read.
 pub(super) fn import_whole(
     path: &str,
     assets: &dyn AssetSource,
@@ -88,7 +88,7 @@ impl<'a> SceneFiles<'a> {
         Self::with_hash(assets, sources, SceneHash::new())
     }
 
-    /// With a hash that goes on from what was read before.
+    /// Continues a hash over what was read before.
     pub(super) fn with_hash(assets: &'a dyn AssetSource, sources: &'a Sources, hash: SceneHash) -> Self {
         let (images, meshes) = (HashMap::new(), HashMap::new());
         SceneFiles {
@@ -107,7 +107,7 @@ impl<'a> SceneFiles<'a> {
         }
     }
 
-    /// What was ignored, and the hash over all that was read.
+    /// The warnings, and the hash over everything read.
     pub(super) fn finish(self) -> (Vec<Warning>, SceneHash) {
         (self.warnings, self.hash)
     }
@@ -152,7 +152,7 @@ impl SceneAssets for SceneFiles<'_> {
         let image = decode(&bytes, &path, &limits).and_then(fit).map_err(|e| e.to_scene_error())?;
         self.decoded += image.memory() as u64;
         let image = Arc::new(image);
-        // What was made smaller is no longer what the file has.
+        // A downscaled image no longer has the pixels of its file.
         if let (Some(kept), None) = (&self.options.kept_pictures, self.options.max_texture_size) {
             kept.keep(&image, &path, bytes);
         }
@@ -231,10 +231,10 @@ impl SceneAssets for SceneFiles<'_> {
     }
 }
 
-/// Files that a model names: each is hashed as it is read.
+/// An asset source that hashes each file as it is read.
 struct HashedAssets<'a> {
     inner: &'a dyn AssetSource,
-    /// Names and hashes, in the order of reading.
+    /// Names and hashes in reading order.
     read: Mutex<Vec<String>>,
 }
 
@@ -268,7 +268,7 @@ impl AssetSource for HashedAssets<'_> {
     }
 }
 
-/// Bytes of a block that is hashed at once: reads of any size give the same hash.
+/// Bytes hashed at a time. Blocks of a fixed size make the hash independent of the sizes of the reads.
 const HASH_BLOCK: usize = 1 << 16;
 
 /// A file that is hashed as it is read.

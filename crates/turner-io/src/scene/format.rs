@@ -1,4 +1,4 @@
-//! The formats of scenes and meshes: one table for extensions, listings and messages.
+//! The file formats of scenes and models: one table for extensions, listings and messages.
 
 use std::path::Path;
 
@@ -6,7 +6,7 @@ use turner::schema::{ErrorCode, SceneError};
 
 use crate::assets::{nearest, printable};
 
-/// One line of the table.
+/// One row of the table.
 struct Row {
     format: SceneFormat,
     name: &'static str,
@@ -15,23 +15,23 @@ struct Row {
     holds: Holds,
 }
 
-/// What a file of a format is used for.
+/// What a file of a format contains.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Holds {
-    /// A scene in Turner's own language.
+    /// A scene in Turner's own format.
     Scene,
-    /// A model: a scene of another program.
+    /// A model of another program, without render settings.
     Model,
     /// A model that is one mesh.
     Mesh,
-    /// A scene of another renderer, which says by itself how it is to be rendered: with its own camera, film and integrator.
+    /// A scene of another renderer, with its own camera, film and integrator.
     Whole,
 }
 
-/// The table of formats: each entry is a variant and its line.
+/// The table of formats: each entry becomes an enum variant and a row.
 macro_rules! formats {
     ($($(#[doc = $doc:literal])+ $variant:ident { $($line:tt)+ })+) => {
-        /// A file format that describes geometry or a whole scene.
+        /// A file format of scenes or models.
         #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
         pub enum SceneFormat { $($(#[doc = $doc])+ $variant,)+ }
 
@@ -44,54 +44,54 @@ formats! {
     Toml {
         name: "TOML",
         extensions: &["toml"],
-        description: "a scene: text that a person writes",
+        description: "a Turner scene: text, written by hand",
         holds: Holds::Scene,
     }
-    /// glTF 2.0, as text or in one file.
+    /// glTF 2.0, as text (`.gltf`) or binary (`.glb`).
     Gltf {
         name: "glTF 2.0",
         extensions: &["glb", "gltf"],
-        description: "a model: nodes, meshes, skins, animations, physical materials, lights, cameras",
+        description: "a model: nodes, meshes, skins, animations, PBR materials, lights, cameras",
         holds: Holds::Model,
     }
     /// Wavefront OBJ: a mesh.
     Obj {
         name: "Wavefront OBJ",
         extensions: &["obj"],
-        description: "a model of one mesh: polygons, normals, texture coordinates, materials of its MTL files",
+        description: "a mesh: polygons, normals, texture coordinates, materials from MTL files",
         holds: Holds::Mesh,
     }
-    /// Stanford PLY: a mesh or a cloud of points.
+    /// Stanford PLY: a mesh or a point cloud.
     Ply {
         name: "Stanford PLY",
         extensions: &["ply"],
-        description: "a model of one mesh or a cloud of points: polygons, normals, texture coordinates, colours; ASCII and binary",
+        description: "a mesh or a point cloud: polygons, normals, texture coordinates, colours; ASCII and binary",
         holds: Holds::Mesh,
     }
     /// STL: a mesh.
     Stl {
         name: "STL",
         extensions: &["stl"],
-        description: "a model of one mesh: triangles; ASCII and binary; z is taken for up",
+        description: "a mesh: triangles; ASCII and binary; z is up",
         holds: Holds::Mesh,
     }
     /// pbrt-v4: a scene of another renderer.
     Pbrt {
         name: "pbrt-v4",
         extensions: &["pbrt"],
-        description: "a scene of another renderer, with its camera, film, materials, lights and media",
+        description: "a scene with its camera, film, materials, lights and media",
         holds: Holds::Whole,
     }
     /// Mitsuba 3's XML: a scene of another renderer.
     Mitsuba {
         name: "Mitsuba",
         extensions: &["xml"],
-        description: "a scene of another renderer, with its sensor, film, BSDFs, emitters and media; XML of Mitsuba 3, 2 and 0.6",
+        description: "a scene with its sensor, film, BSDFs, emitters and media; XML of Mitsuba 3, 2 and 0.6",
         holds: Holds::Whole,
     }
 }
 
-/// Extensions of files that people try and that are not read as scenes.
+/// Extensions that users try but that Turner does not read as scenes.
 const FOREIGN: &[(&[&str], &str)] = &[
     (&["json", "yaml", "yml"], "a JSON or YAML file"),
     (&["blend"], "a Blender file"),
@@ -99,7 +99,7 @@ const FOREIGN: &[(&[&str], &str)] = &[
     (&["fbx", "dae", "3ds", "abc", "max"], "a scene of a modelling program"),
     (&["off", "mtl"], "a model file"),
     (&["pov"], "a POV-Ray scene"),
-    (&["png", "jpg", "jpeg", "exr", "hdr", "tif", "tiff", "gif", "bmp", "webp", "tga"], "a picture"),
+    (&["png", "jpg", "jpeg", "exr", "hdr", "tif", "tiff", "gif", "bmp", "webp", "tga"], "an image"),
     (&["zip", "gz", "zst", "7z", "tar"], "an archive"),
 ];
 
@@ -123,27 +123,27 @@ impl SceneFormat {
         self.row().extensions
     }
 
-    /// What it holds, in a few words.
+    /// Its contents in a few words.
     pub fn description(self) -> &'static str {
         self.row().description
     }
 
-    /// Whether it is a scene in Turner's own language, rather than a model.
+    /// Whether it is Turner's own scene format.
     pub fn is_scene(self) -> bool {
         self.row().holds == Holds::Scene
     }
 
-    /// Whether it is a model of another program, which can be placed in a scene or rendered by itself.
+    /// Whether it is a file of another program, which can be placed in a scene or rendered on its own.
     pub fn is_model(self) -> bool {
         !self.is_scene()
     }
 
-    /// Whether it says by itself how it is to be rendered: with its own camera, film and integrator.
+    /// Whether it brings its own camera, film and integrator.
     pub(crate) fn is_whole(self) -> bool {
         self.row().holds == Holds::Whole
     }
 
-    /// The format that a name asks for by its extension, in upper or lower case.
+    /// The format of a path, by its extension in upper or lower case.
     pub fn of_path(path: &Path) -> Option<Self> {
         let extension = path.extension()?.to_string_lossy().to_lowercase();
         TABLE.iter().find(|row| row.extensions.contains(&extension.as_str())).map(|row| row.format)
@@ -170,7 +170,8 @@ fn list(wanted: impl Fn(&Row) -> bool) -> String {
     rows.map(|row| format!("{} (.{})", row.name, row.extensions[0])).collect::<Vec<_>>().join(", ")
 }
 
-/// The format of a path by its extension; an unknown one or none is taken for TOML, that of other programs refused.
+/// The format of a path by its extension. A missing or unknown extension means TOML; a known foreign format is
+/// an error.
 pub(super) fn check_scene(path: &Path) -> Result<SceneFormat, SceneError> {
     if let Some(format) = SceneFormat::of_path(path) {
         return Ok(format);
@@ -184,7 +185,7 @@ pub(super) fn check_scene(path: &Path) -> Result<SceneFormat, SceneError> {
         .help(format!("models are read from {}", SceneFormat::model_listing())))
 }
 
-/// The nearest extension of a mesh, as `; the nearest is .ply`, or nothing.
+/// The most similar mesh extension as `; the nearest is .ply`, or an empty string.
 pub(crate) fn nearest_mesh_extension(extension: &str) -> String {
     let every =
         TABLE.iter().filter(|row| row.holds == Holds::Mesh).flat_map(|row| row.extensions.iter().copied());

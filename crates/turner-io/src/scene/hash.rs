@@ -1,6 +1,7 @@
-//! A hash that names what a picture was made from. Stable over machines and versions; not for secrets.
+//! The hash that identifies the inputs of a picture. It is stable across machines and versions, and not
+//! cryptographic.
 
-/// 128 bits over blobs of bytes; their lengths and borders count.
+/// A 128-bit hash over a sequence of byte blobs. The boundaries between blobs count.
 #[derive(Clone, Debug)]
 pub(crate) struct SceneHash {
     a: u64,
@@ -21,12 +22,12 @@ impl SceneHash {
     }
 
     fn mix(&mut self, x: u64, y: u64) {
-        // The rotated old state stays in, so that no block can erase what was before it.
+        // The rotated old state stays in, so that no block can cancel what came before it.
         self.a = fold(self.a ^ x ^ K[1], y ^ K[2]) ^ self.a.rotate_left(29);
         self.b = fold(self.b ^ y ^ K[3], x ^ K[0]).wrapping_add(self.b.rotate_left(37)) ^ K[2];
     }
 
-    /// Adds one blob; `kind` tells texts, overrides, pictures and meshes apart.
+    /// Adds one blob; `kind` distinguishes texts, overrides, images and meshes.
     pub(crate) fn add(&mut self, kind: u8, bytes: &[u8]) {
         self.mix(u64::from(kind) ^ 0x7475_726e_6572, bytes.len() as u64);
         let mut blocks = bytes.chunks_exact(16);

@@ -1,4 +1,4 @@
-//! `include`: other files whose sections are read first.
+//! `include`: other scene files that are read before the including one.
 
 use std::collections::{HashMap, HashSet};
 use std::path::Path;
@@ -10,14 +10,14 @@ use super::sources::{SourceFile, Sources};
 use super::{MAX_TEXT, SceneFormat, model, text};
 use crate::assets::{AssetSource, printable};
 
-/// Most files that include each other in a chain, the scene itself counted.
+/// Longest chain of includes, counting the scene itself.
 const MAX_CHAIN: usize = 64;
-/// Most files of a scene.
+/// Most files of one scene.
 const MAX_FILES: usize = 4096;
-/// Most bytes of all texts of a scene.
+/// Most bytes of all texts of one scene.
 const MAX_TEXTS: u64 = 2 << 30;
 
-/// The merged table of a scene and of all it includes.
+/// Reads a scene with everything it includes and returns the merged table.
 pub(super) fn read(
     root: SourceFile,
     folder: &str,
@@ -26,7 +26,7 @@ pub(super) fn read(
     limits: &Limits,
 ) -> Result<Value, SceneError> {
     let mut seen = HashSet::new();
-    // The scene's own name in the form in which others would name it.
+    // The scene's own URI, as an include of it would resolve.
     let uri = assets.resolve(&root.uri, last_part(&root.uri)).unwrap_or_else(|_| root.uri.clone());
     seen.insert(uri.clone());
     let bytes = root.text.len() as u64;
@@ -39,13 +39,13 @@ fn last_part(uri: &str) -> &str {
 }
 
 struct Reader<'a> {
-    /// What stands before a file's path in messages.
+    /// Prefix of file paths in messages.
     folder: &'a str,
     assets: &'a dyn AssetSource,
     sources: &'a mut Sources,
     /// Files read so far.
     seen: HashSet<String>,
-    /// The files on the way from the scene to the one that is being read.
+    /// The files from the scene to the one being read: an include of one of them is a cycle.
     chain: Vec<String>,
     bytes: u64,
     limits: &'a Limits,
@@ -79,7 +79,7 @@ impl Reader<'_> {
         Ok(value)
     }
 
-    /// The merged table of an included file; `None` if it has been read before.
+    /// The merged table of an included file; `None` if that file was read already.
     fn include(&mut self, uri: &str, span: Span) -> Result<Option<Value>, SceneError> {
         let from = self.chain.last().map_or("", String::as_str);
         let uri = self.assets.resolve(from, uri).map_err(|e| e.to_scene_error().or_at(Some(span)))?;
@@ -89,7 +89,7 @@ impl Reader<'_> {
             if chain.len() > 8 {
                 chain.splice(4..chain.len() - 3, ["…".to_owned()]);
             }
-            let message = format!("files include each other in a circle: {}", chain.join(" -> "));
+            let message = format!("cyclic include: {}", chain.join(" -> "));
             return Err(SceneError::at(ErrorCode::Cycle, span, message).help("remove one of these includes"));
         }
         if self.chain.len() >= MAX_CHAIN {
@@ -134,7 +134,7 @@ impl Reader<'_> {
     }
 }
 
-/// The names in `include = …` and their places.
+/// The names in `include = …` with their spans.
 fn names<'a>(value: &'a Value) -> Result<Vec<(&'a str, Span)>, SceneError> {
     let expected = "the name of a scene file, or a list of names";
     let items = match &value.data {
@@ -148,10 +148,10 @@ fn names<'a>(value: &'a Value) -> Result<Vec<(&'a str, Span)>, SceneError> {
     items.iter().map(name).collect()
 }
 
-/// Puts `over` on top of `base`: tables key by key, lists of objects and lights one after the other, all else
-/// replaced. `path` is where these tables stand.
+/// Merges `over` into `base`: tables key by key; lists of objects, lights and views are appended; any other
+/// value is replaced. `path` is the key path of these tables.
 fn merge(base: &mut Table, over: Table, path: &mut Vec<String>) {
-    // By name where there are many keys: a scene may have a hundred thousand materials.
+    // With many keys, look them up by name: a scene may have a hundred thousand materials.
     let many = over.entries.len() > 8;
     let entries = base.entries.iter().enumerate().filter(|_| many);
     let index: HashMap<String, usize> = entries.map(|(i, e)| (e.key.clone(), i)).collect();

@@ -1,15 +1,26 @@
-//! Text scenes to [`SceneDesc`]s: files, includes, overrides, the files they name, and errors with their place.
+//! Loads scenes: files, includes, overrides and imported formats become a [`SceneDesc`]; errors have source
+//! positions.
 //!
 //! ```text
-//! scene.toml ── text ──> Value ── include ── overrides ──> Value ── turner::description::read_scene ──> SceneDesc
-//! scene.pbrt, scene.xml ── import ──> SceneDesc ── overrides: SceneDesc::edit ──> SceneDesc
-//! model.glb, .obj, .ply, .stl ── import, on a stage ──> SceneDesc ── overrides: SceneDesc::edit ──> SceneDesc
+//! scene.toml ── parse ──► Value ── include ──► Value ── overrides ──► Value ── read_scene ──► SceneDesc
+//! scene.pbrt, scene.xml ── import ─────────────────────► SceneDesc ── overrides (SceneDesc::edit) ──► SceneDesc
+//! model.glb, .obj, .ply, .stl ── import into the default studio ─► SceneDesc ── overrides (edit) ──► SceneDesc
 //! ```
 //!
-//! `include = ["parts.toml"]` at the top of a file reads other files first. Tables are merged key by key and the
-//! including file wins; the lists `[[object]]`, `[[light]]` and `[[group.NAME.object]]` are appended, included ones
-//! first. Paths are relative to the file they stand in and stay inside the folder of the scene. A file that is
-//! reached on several ways is read once, where it comes first.
+//! A TOML scene is parsed to a tree of values in which each key and value has its span (`text`); `nesting`
+//! bounds the depth before that. `include = ["parts.toml"]` at the top of a file reads other files first
+//! (`include`). Tables are merged key by key and the including file wins; the lists `[[object]]`,
+//! `[[light]]`, `[[view]]` and `[[group.NAME.object]]` are appended, included entries first. A file that is
+//! included more than once is read once, at its first include.
+//!
+//! Overrides (`-D key=value`, `overrides`) replace values of the merged tree by key path. Then
+//! `turner::description::read_scene` reads the tree and asks [`SceneFiles`] for the images, meshes and models
+//! that it names. Each file is read once and enters the hash of the scene.
+//!
+//! A model is one `[[object]]` in the default studio. A scene of another renderer keeps its own camera, film
+//! and integrator (`model`). Overrides edit both by the same key paths.
+//!
+//! Paths are relative to the file that contains them and must stay inside the folder of the scene.
 
 mod error;
 mod files;
@@ -43,58 +54,58 @@ use crate::image::KeptPictures;
 /// Most bytes of one text: 1 GiB.
 pub const MAX_TEXT: u64 = 1 << 30;
 
-/// Deepest nesting of tables and arrays.
+/// Deepest nesting of tables and lists.
 pub const MAX_DEPTH: usize = 64;
 
-/// How to load a scene.
+/// Options of [`load`].
 #[derive(Clone, Debug, Default)]
 pub struct LoadOptions {
-    /// Longest side that pictures may have; larger ones are halved until they fit.
+    /// Longest side of a texture in pixels; larger images are halved until they fit.
     pub max_texture_size: Option<u32>,
-    /// What is asked of all models in it.
+    /// Import settings that apply to all models of the scene.
     pub models: ModelOverrides,
-    /// Threads for decoding; 0 takes all there are. The scene is the same for any number.
+    /// Threads for decoding; 0 uses all cores. The scene does not depend on it.
     pub threads: usize,
-    /// Values for the `$names` of Mitsuba scenes.
+    /// Values for the `$name` parameters of Mitsuba scenes.
     pub defines: Vec<(String, String)>,
-    /// The type of integrator that takes the place of the scene's. Keys that it does not know are dropped.
+    /// An integrator type that replaces the scene's. Keys that it does not have are dropped.
     pub integrator: Option<String>,
-    /// Values that replace those of the files, applied in order.
+    /// Overrides of single keys, applied in order.
     pub overrides: Vec<Override>,
-    /// Whether the scene may name files outside its folder. For scenes that the user trusts.
+    /// Whether the scene may read files outside its folder. Only for trusted scenes.
     pub allow_outside: bool,
-    /// Folders beside its own from which the scene may read.
+    /// Further folders that the scene may read from.
     pub allow_paths: Vec<PathBuf>,
-    /// What the scene may take.
+    /// Limits of memory and size.
     pub limits: Limits,
-    /// Where pictures are kept as their files have them, for who writes them again.
+    /// Where the bytes of image files are kept, for programs that write them again.
     pub kept_pictures: Option<KeptPictures>,
 }
 
-/// What takes the place of keys of every model in a scene.
+/// Import settings that replace those of every model in a scene.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct ModelOverrides {
-    /// Seconds into the animation.
+    /// Time in the animation, seconds.
     pub time: Option<f64>,
-    /// Which animation.
+    /// The animation to apply.
     pub animation: Option<String>,
-    /// Which variant of materials.
+    /// The material variant.
     pub variant: Option<String>,
 }
 
-/// A scene that was read.
+/// A loaded scene.
 #[derive(Clone, Debug)]
 pub struct Loaded {
     /// The scene.
     pub desc: SceneDesc,
-    /// The texts, to find the place of later errors.
+    /// The texts, to locate later errors.
     pub sources: Sources,
-    /// 32 hexadecimal digits over all texts, overrides and bytes of pictures and meshes, in the order of reading.
+    /// Hash over all texts, overrides and file contents in reading order: 32 hexadecimal digits.
     pub hash: String,
 }
 
-/// Reads a scene file, or standard input for `-`. The files it names are relative to its folder (the current one
-/// for standard input).
+/// Loads a scene file, or standard input for `-`. Paths in it are relative to its folder (for standard input:
+/// the current folder).
 pub fn load(path: &Path, options: &LoadOptions) -> Result<Loaded, LoadError> {
     let bare = |error| LoadError { error, sources: Sources::default() };
     if path == Path::new("-") {
@@ -113,7 +124,7 @@ pub fn load(path: &Path, options: &LoadOptions) -> Result<Loaded, LoadError> {
         let message = format!("{}: expected the name of a file in UTF-8", printable(&name));
         return Err(bare(SceneError::new(ErrorCode::File, message).help("rename it or name a file")));
     };
-    // The user named this file: a link may lead anywhere. Its clone shares the budget.
+    // The user named this file: a link may lead anywhere. The clone shares the budget of bytes.
     let named = assets.clone().allow_outside(true);
     if format.is_whole() {
         return model::load_whole(&name, file, (&named, &assets), options);
@@ -127,7 +138,7 @@ pub fn load(path: &Path, options: &LoadOptions) -> Result<Loaded, LoadError> {
     load_named(text, &name, file, &assets, options)
 }
 
-/// The hash of a scene to which something was added that its files do not name.
+/// Extends a scene's hash by data that its files do not contain.
 pub fn hash_with(hash: &str, bytes: &[u8]) -> String {
     let mut sum = hash::SceneHash::new();
     sum.add(b'h', hash.as_bytes());
@@ -135,8 +146,8 @@ pub fn hash_with(hash: &str, bytes: &[u8]) -> String {
     sum.hex()
 }
 
-/// Reads a scene from text. `name` is for messages and, as a path relative to the root of `assets`, what the paths
-/// in it are relative to.
+/// Loads a scene from text. `name` appears in messages. Paths in the text are relative to `name`, which is
+/// itself a path from the root of `assets`.
 pub fn load_text(
     text: String,
     name: &str,
@@ -151,7 +162,7 @@ fn folder(path: &Path, options: &LoadOptions) -> Result<FolderAssets, SceneError
     open_to(assets, options).map_err(|e| e.to_scene_error())
 }
 
-/// The assets of a folder with what `options` allow and limit.
+/// Applies the access rules and limits of `options` to the assets of a folder.
 pub fn open_to(assets: FolderAssets, options: &LoadOptions) -> Result<FolderAssets, AssetError> {
     let assets = assets.allow_outside(options.allow_outside).with_limits(options.limits.clone());
     assets.allow_paths(&options.allow_paths)

@@ -1,4 +1,5 @@
-//! Files of other programs as scenes: a model on a stage, a scene of another renderer as it stands.
+//! Files of other programs as scenes: a model in the default studio, or a scene of another renderer with its
+//! own settings.
 
 use std::io::Read;
 
@@ -17,10 +18,11 @@ use super::sources::{SourceFile, Sources};
 use super::{LoadError, LoadOptions, Loaded, SceneFormat, overrides};
 use crate::assets::{AssetError, AssetSource, printable};
 
-/// Integrators whose pixels hold data: without being asked nobody wants the mean of a depth and of the background behind it.
+/// Integrators whose pixels hold data: their values are averaged only on request, because the mean of a depth and of the
+/// background behind it means nothing.
 const DATA: [&str; 5] = ["depth", "ids", "normals", "position", "uv"];
 
-/// A scene that shows a model: on a stage, in physical light, unless another integrator is asked for.
+/// The scene around a single model: the default studio, path traced unless another integrator is asked for.
 fn showing(integrator: Option<&str>) -> SceneDesc {
     let scene = SceneDesc::default();
     let film = match integrator {
@@ -40,7 +42,7 @@ fn studio(ground: Option<bool>, lights: bool) -> StudioDesc {
     StudioDesc { camera: None, fov: FOV, ground, lights, rotation: 0.0, strength: 1.0 }
 }
 
-/// The object that is a model.
+/// The `[[object]]` table of a model file.
 pub(super) fn object(file: &str, format: SceneFormat) -> Value {
     let mut table = Table::default();
     table.push("type", Data::String(ModelDesc::DOC.name.to_owned()));
@@ -58,7 +60,7 @@ pub(super) fn object(file: &str, format: SceneFormat) -> Value {
     Value::new(Data::Table(table))
 }
 
-/// Gives a value and all in it a place in a file, so that names in it are relative to that.
+/// Assigns a value and everything in it to a file, so that paths in it are relative to that file.
 pub(super) fn stand_in(value: &mut Value, file: FileId) {
     value.span = Span { file, start: 0, end: 0 };
     match &mut value.data {
@@ -73,8 +75,9 @@ pub(super) fn stand_in(value: &mut Value, file: FileId) {
     }
 }
 
-/// Loads a scene of another renderer, with its own camera, film and integrator; `name` is the path as the user wrote it, `uri` its last part. The file itself is
-/// read through the first of the assets, what it names through the second.
+/// Loads a scene of another renderer with its own camera, film and integrator. `name` is the path as the user
+/// wrote it, `uri` its last component. The file itself is read through `named`, the files it names through
+/// `assets`.
 pub(super) fn load_whole(
     name: &str,
     uri: &str,
@@ -86,7 +89,7 @@ pub(super) fn load_whole(
         import_whole(&path, &Named { named, assets, path: &path }, options)
     };
     let (scene, hashes) = import().map_err(|error| LoadError { error, sources: Sources::default() })?;
-    // Nothing is added to it: what it does not light is dark.
+    // Nothing is added to the scene: without lights it is dark.
     let scene = SceneDesc { studio: Some(studio(Some(false), false)), ..scene };
     changed(scene, (name, uri), assets, options, |files, edits| {
         files.add_hashes(&hashes);
@@ -94,7 +97,7 @@ pub(super) fn load_whole(
     })
 }
 
-/// The file that the user named may be a link to anywhere; what it names may not.
+/// The file that the user named may be a link to anywhere; the files it names may not.
 struct Named<'a> {
     named: &'a dyn AssetSource,
     assets: &'a dyn AssetSource,
@@ -122,7 +125,7 @@ impl AssetSource for Named<'_> {
     }
 }
 
-/// As a string of TOML.
+/// `text` as a TOML string in quotes.
 pub(crate) fn quoted(text: &str) -> String {
     let mut out = String::from("\"");
     for c in text.chars() {
@@ -136,7 +139,8 @@ pub(crate) fn quoted(text: &str) -> String {
     out
 }
 
-/// Loads a model whose bytes were read; `name` is the path as the user wrote it, `uri` its last part. Its one object is `object.0`.
+/// Loads a model from its bytes; `name` is the path as the user wrote it, `uri` its last component. The model
+/// is `object.0`.
 pub(super) fn load(
     bytes: Vec<u8>,
     format: SceneFormat,
@@ -152,7 +156,7 @@ pub(super) fn load(
     })
 }
 
-/// A scene with what the options set in it; `prepare` makes ready the files that it may name, and the edits.
+/// Applies the overrides of `options` to a scene. `prepare` adds what was read to the files and may add edits.
 fn changed(
     mut desc: SceneDesc,
     (name, uri): (&str, &str),
@@ -161,7 +165,7 @@ fn changed(
     prepare: impl FnOnce(&mut SceneFiles<'_>, Vec<KeyEdit>) -> Result<Vec<KeyEdit>, SceneError>,
 ) -> Result<Loaded, LoadError> {
     let mut sources = Sources::default();
-    // Its text, if it is one, is in no language that places of errors are shown in.
+    // An empty text: no error has a position in this file.
     let text = String::new();
     sources.add(SourceFile { name: printable(name), uri: uri.to_owned(), text, is_argument: false });
     let mut hash = SceneHash::new();

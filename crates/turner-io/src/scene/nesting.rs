@@ -1,7 +1,7 @@
-//! A look at a text before it is parsed: how deep it nests and how many parts it has.
+//! A check before parsing: how deeply a text nests and how many tokens it has.
 //!
-//! The parser bounds brackets but not dotted keys, and a table a million levels deep overflows the stack when it is
-//! merely dropped. So the same lexer runs over the text once and refuses such files.
+//! The parser bounds brackets but not dotted keys, and merely dropping a table that is a million levels deep
+//! overflows the stack. So the parser's lexer scans the text once and such files are refused.
 
 use toml_parser::Source;
 use toml_parser::lexer::TokenKind;
@@ -10,17 +10,17 @@ use turner::schema::{ErrorCode, SceneError};
 
 use super::MAX_DEPTH;
 
-/// Most tokens of one text, about 2 million objects. A scene has one per 3 to 5 bytes, blanks included; parsing
-/// takes some 100 bytes of memory for each.
+/// Most tokens of one text, enough for about 2 million objects. A scene has one token per 3 to 5 bytes,
+/// whitespace included; parsing takes some 100 bytes of memory per token.
 const MAX_TOKENS: usize = 64_000_000;
 
-/// Refuses a text that nests deeper than [`MAX_DEPTH`] or has too many parts.
+/// Refuses a text that nests deeper than [`MAX_DEPTH`] or has too many tokens.
 pub(super) fn check(text: &str, file: FileId) -> Result<(), SceneError> {
     check_with(text, file, MAX_TOKENS)
 }
 
 fn check_with(text: &str, file: FileId, max_tokens: usize) -> Result<(), SceneError> {
-    // Dots of the last header, then of each bracket that is open.
+    // Dots of the last table header; then dots of the current key, for the line and for each open bracket.
     let mut header = 0;
     let mut open: Vec<usize> = vec![0];
     let (mut depth, mut is_header, mut line_is_blank) = (0, false, true);
@@ -29,11 +29,11 @@ fn check_with(text: &str, file: FileId, max_tokens: usize) -> Result<(), SceneEr
     for (count, token) in Source::new(text).lex().enumerate() {
         let span = || Span { file, start: token.span().start() as u32, end: token.span().end() as u32 };
         if count >= max_tokens {
-            let message = format!("the scene has more than {max_tokens} keys, values and signs");
+            let message = format!("the scene has more than {max_tokens} tokens");
             return Err(SceneError::at(ErrorCode::TooLarge, span(), message)
                 .help("keep large data in mesh files, which are read faster"));
         }
-        // Everything since the bracket (or comma) that holds this token.
+        // Index of the innermost open bracket; 0 is the line itself.
         let top = open.len() - 1;
         match token.kind() {
             TokenKind::Dot => {
@@ -42,7 +42,7 @@ fn check_with(text: &str, file: FileId, max_tokens: usize) -> Result<(), SceneEr
             }
             TokenKind::LeftSquareBracket | TokenKind::LeftCurlyBracket => {
                 is_header |= line_is_blank && top == 0;
-                // Brackets of a header do not nest; its dots belong to the line.
+                // Brackets of a header do not nest; its dots count for the line.
                 if !is_header {
                     open.push(0);
                     depth += 1;
@@ -56,7 +56,7 @@ fn check_with(text: &str, file: FileId, max_tokens: usize) -> Result<(), SceneEr
                 depth -= open[top];
                 open[top] = 0;
             }
-            // Within brackets, a key whose value is still to come may go on over a line break.
+            // Inside brackets a key without its value continues over a line break.
             TokenKind::Newline if top > 0 && !(has_equals && has_value) => {}
             TokenKind::Newline => {
                 depth -= open[top];
@@ -82,7 +82,7 @@ fn check_with(text: &str, file: FileId, max_tokens: usize) -> Result<(), SceneEr
         if header + depth > MAX_DEPTH {
             let message = format!("tables and arrays nest deeper than {MAX_DEPTH}");
             return Err(SceneError::at(ErrorCode::TooLarge, span(), message)
-                .help("a scene needs less than 10; is a bracket not closed?"));
+                .help("a scene needs fewer than 10 levels; is a bracket not closed?"));
         }
     }
     Ok(())

@@ -1,4 +1,4 @@
-//! Values from the command line that replace those of the files: `-D integrator.max_depth=3`.
+//! Overrides of single keys from the command line: `-D integrator.max_depth=3`.
 
 use turner::description::drop_foreign_keys;
 use turner::schema::value::{Data, Entry, FileId, Span, Value};
@@ -10,8 +10,9 @@ use super::sources::{SourceFile, Sources};
 use super::{LoadOptions, text};
 use crate::assets::printable;
 
-/// One `key.path=value`, e.g. `film.width=640` or `object.0.radius=2`. Numbers in the path are places in a list,
-/// from 0. The value is TOML, or else text as it stands: `material.ball.color=red` needs no quotes.
+/// One override `key.path=value`, e.g. `film.width=640` or `object.0.radius=2`. Numbers in the path are indices
+/// of lists, from 0. The value is TOML; if it is not valid TOML, it is text: `material.ball.color=red` needs no
+/// quotes.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Override {
     /// The key path, before the first `=`.
@@ -38,18 +39,18 @@ impl Override {
         Err(SceneError::new(ErrorCode::Syntax, message).help("for example -D film.width=640"))
     }
 
-    /// Another type of integrator, by its name.
+    /// Replaces the type of the integrator.
     pub fn integrator(name: &str) -> Override {
         Override { path: "integrator.type".to_owned(), value: quoted(name) }
     }
 
-    /// As it was written.
+    /// The override as it was written.
     pub fn text(&self) -> String {
         format!("{}={}", self.path, self.value)
     }
 }
 
-/// All that `options` set in a scene, in order; `uri` is the scene's, which paths in the values are relative to.
+/// All edits that `options` ask for, in order. Paths in the values are relative to `uri`, the scene.
 pub(super) fn edits(
     options: &LoadOptions,
     uri: &str,
@@ -72,7 +73,7 @@ fn edit(change: &Override, uri: &str, sources: &mut Sources) -> Result<KeyEdit, 
     old_names::update_path(&mut path);
     let value = value(change, file)?;
     if path.first().is_some_and(|p| p.key == "include") {
-        let message = "`include` cannot be set here: files are included before values are";
+        let message = "`include` cannot be overridden: files are included before overrides apply";
         return Err(
             SceneError::at(ErrorCode::Conflict, path[0].span, message).help("set it in the scene file")
         );
@@ -80,7 +81,8 @@ fn edit(change: &Override, uri: &str, sources: &mut Sources) -> Result<KeyEdit, 
     Ok(KeyEdit { path, value })
 }
 
-/// Makes the edits of [`edits`] in the table of a text. An integrator that was asked for drops the keys that it does not know.
+/// Applies [`edits`] to the table of a TOML scene. An integrator type from the options drops the keys that it
+/// does not have.
 pub(super) fn apply(edits: Vec<KeyEdit>, has_integrator: bool, root: &mut Value) -> Result<(), SceneError> {
     for (i, edit) in edits.into_iter().enumerate() {
         root.set(&edit.path, edit.value)?;
@@ -93,12 +95,12 @@ pub(super) fn apply(edits: Vec<KeyEdit>, has_integrator: bool, root: &mut Value)
     Ok(())
 }
 
-/// The parts of a path, read as a TOML key, so that quotes mean the same.
+/// The parts of a key path, parsed as a TOML key so that quotes mean the same.
 fn parts(change: &Override, file: FileId) -> Result<Vec<KeyPart>, SceneError> {
     let span = Span { file, start: 0, end: change.path.len() as u32 };
     let wrong = || {
         SceneError::at(ErrorCode::Syntax, span, "expected a key such as film.width before `=`")
-            .help("parts are letters, digits, _ and -; others stand in quotes")
+            .help("a part has letters, digits, _ and -; put any other part in quotes")
     };
     if change.path.contains(['\n', '\r', '[', '{', '#', '=']) && !change.path.contains(['"', '\'']) {
         return Err(wrong());
@@ -126,7 +128,7 @@ fn value(change: &Override, file: FileId) -> Result<Value, SceneError> {
     };
     match text::parse_value(trimmed, file, start) {
         Ok(value) => Ok(value),
-        // What begins like a list, table or quoted text was meant as one.
+        // A value that begins like a list, a table or a quoted string was meant as one.
         Err(error) if trimmed.starts_with(['[', '{', '"', '\'']) => Err(error),
         Err(error) if error.code == ErrorCode::OutOfRange => Err(error),
         Err(_) => Ok(bare()),

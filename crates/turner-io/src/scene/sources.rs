@@ -1,13 +1,13 @@
-//! The texts a scene was read from, and where in them a span lies.
+//! The texts of a scene, and the positions of spans in them.
 
 use turner::schema::value::{FileId, Span};
 
 use crate::assets::printable;
 
-/// Most characters of a line that an excerpt shows.
+/// Most characters of an excerpt.
 const EXCERPT: usize = 160;
 
-/// Names and texts of all files of a scene, by [`FileId`]; overrides from the command line count as files too.
+/// Names and texts of all files of a scene, by [`FileId`]. Each override from the command line counts as a file.
 #[derive(Clone, Debug, Default)]
 pub struct Sources {
     files: Vec<SourceFile>,
@@ -16,9 +16,9 @@ pub struct Sources {
 /// One text.
 #[derive(Clone, Debug)]
 pub struct SourceFile {
-    /// What to call it in messages: a path, or `-D key=value`.
+    /// Its name in messages: a path, or `-D key=value`.
     pub name: String,
-    /// Its path relative to the scene's folder: what paths written in it are relative to.
+    /// Its path relative to the scene's folder. Paths in the text are relative to it.
     pub uri: String,
     /// Its text.
     pub text: String,
@@ -26,7 +26,7 @@ pub struct SourceFile {
     pub is_argument: bool,
 }
 
-/// Where a span lies, for people.
+/// The position of a span, for messages.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Location<'a> {
     /// Name of the file.
@@ -37,7 +37,7 @@ pub struct Location<'a> {
     pub column: usize,
     /// Characters from `column` to the end of the span, at least 1, within the line.
     pub length: usize,
-    /// The line without its line break, control characters escaped; long lines are cut around the column.
+    /// The line without its line break, with control characters escaped; a long line is cut around the column.
     pub excerpt: String,
     /// Column of the span's start within `excerpt`, from 1.
     pub excerpt_column: usize,
@@ -62,7 +62,7 @@ impl Sources {
         &self.files
     }
 
-    /// Where `span` lies; `None` if it belongs to none of these files.
+    /// The position of `span`; `None` if its file is not one of these.
     pub fn locate(&self, span: Span) -> Option<Location<'_>> {
         let file = self.get(span.file)?;
         let text = file.text.as_str();
@@ -71,7 +71,7 @@ impl Sources {
         let line_start = text[..start].rfind('\n').map_or(0, |i| i + 1);
         let line_end = text[start..].find('\n').map_or(text.len(), |i| start + i);
         let line = text[..line_start].bytes().filter(|&b| b == b'\n').count() + 1;
-        // A byte order mark is no column.
+        // A byte order mark is not a column.
         let visible = line_start + if text[line_start..].starts_with('\u{feff}') { 3 } else { 0 };
         let content = text[visible..line_end.max(visible)].trim_end_matches('\r');
         let column = text[visible.min(start)..start].chars().count() + 1;
@@ -100,7 +100,7 @@ fn excerpt(line: &str, column: usize) -> (String, usize) {
         if i + 1 == column {
             at = out.chars().count() + 1;
         }
-        // A tab as one space keeps the marker under its character.
+        // One space for a tab keeps the marker under its character.
         if c == '\t' { out.push(' ') } else { out += &printable(c.encode_utf8(&mut [0; 4])) }
     }
     if column > first + line.chars().skip(first).take(EXCERPT).count() {

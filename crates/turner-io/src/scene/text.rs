@@ -1,4 +1,4 @@
-//! TOML 1.1 text to a tree of values with the place of each.
+//! Parses TOML 1.1 into a tree of values with spans.
 
 use std::ops::Range;
 
@@ -9,13 +9,13 @@ use turner::schema::{ErrorCode, SceneError};
 use super::{MAX_TEXT, nesting};
 use crate::assets::printable;
 
-/// Most digits of a number: enough for any exact decimal, and parsing stays fast.
+/// Most digits of a number: enough for the exact decimal of any f64, few enough to parse fast.
 const MAX_DIGITS: usize = 1100;
 
-/// Bytes of memory for each byte of a text while it is parsed, measured on lists of numbers and of objects.
+/// Memory for parsing, in bytes per byte of text; measured with lists of numbers and of objects.
 pub(super) const PER_BYTE: u64 = 32;
 
-/// The text of a file. What is no UTF-8 is an error with the place of the first bad byte.
+/// Decodes a file as UTF-8; the error names the first invalid byte.
 pub(super) fn utf8(bytes: Vec<u8>, name: &str) -> Result<String, SceneError> {
     String::from_utf8(bytes).map_err(|e| {
         let at = e.utf8_error().valid_up_to();
@@ -28,7 +28,7 @@ pub(super) fn utf8(bytes: Vec<u8>, name: &str) -> Result<String, SceneError> {
     })
 }
 
-/// The table of a whole file.
+/// Parses a file into its top-level table.
 pub fn parse(text: &str, file: FileId) -> Result<Value, SceneError> {
     check_size(text)?;
     nesting::check(text, file)?;
@@ -37,7 +37,7 @@ pub fn parse(text: &str, file: FileId) -> Result<Value, SceneError> {
     Ok(Value { data: Data::Table(walk.table(table.into_inner())?), span: walk.span(0..text.len()) })
 }
 
-/// One value, as after `=`; it begins at byte `offset` of the file.
+/// Parses one value, as after `=`. It begins at byte `offset` of the file.
 pub(super) fn parse_value(text: &str, file: FileId, offset: usize) -> Result<Value, SceneError> {
     check_size(text)?;
     nesting::check(text, file)?;
@@ -59,15 +59,15 @@ fn syntax(error: &toml::de::Error, file: FileId, offset: usize, len: usize) -> S
     let message = printable(error.message());
     let help = match message.as_str() {
         m if m.starts_with("duplicate key") => {
-            "each key and each [table] may stand once; several objects are [[object]]"
+            "each key and each [table] may appear once; write several objects as [[object]]"
         }
-        m if m.contains("quoted") || m.contains("string") => "text stands in quotes: color = \"red\"",
+        m if m.contains("quoted") || m.contains("string") => "put text in quotes: color = \"red\"",
         _ => "a scene is TOML 1.1: lines `key = value` below a `[section]`",
     };
     SceneError::at(ErrorCode::Syntax, Walk { file, offset }.span(span), message).help(help)
 }
 
-/// Converts what the parser gives. Its depth is bounded: see [`nesting`].
+/// Converts the tree of the parser. Its depth is bounded: see [`nesting`].
 struct Walk {
     file: FileId,
     offset: usize,
@@ -86,7 +86,7 @@ impl Walk {
             let value = self.value(value.into_inner(), span)?;
             entries.push(Entry { key: key.into_inner().into_owned(), key_span, value });
         }
-        // The parser sorts by name; a scene keeps the order of the file.
+        // The parser sorts keys by name; a scene keeps the order of its file.
         entries.sort_by_key(|e| e.key_span.start);
         Ok(Table { entries })
     }
@@ -107,9 +107,8 @@ impl Walk {
                 _ if f.as_str().len() > MAX_DIGITS => {
                     let message =
                         format!("a number of {} digits; expected at most {MAX_DIGITS}", f.as_str().len());
-                    return Err(
-                        SceneError::at(ErrorCode::OutOfRange, span, message).help("17 digits are exact")
-                    );
+                    return Err(SceneError::at(ErrorCode::OutOfRange, span, message)
+                        .help("17 digits are enough for any value"));
                 }
                 Ok(v) if v.is_finite() || !f.as_str().contains(|c: char| c.is_ascii_digit()) => {
                     Data::Number(v)

@@ -1,4 +1,4 @@
-//! A scene in the making: lists that importers add to, and files that the scene names.
+//! The scene under construction: the lists that every importer fills, and the files that a scene names.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -17,18 +17,18 @@ use crate::assets::{AssetSource, printable};
 use crate::image::{DecodeLimits, decode};
 use crate::import::ImportOptions;
 
-/// Most bytes of a picture in its file.
+/// Largest image file, bytes.
 const MAX_PICTURE: u64 = 1 << 30;
-/// Most bytes of all pictures, decoded.
+/// Most bytes of all decoded images.
 const MAX_DECODED: u64 = 16 << 30;
-/// Most objects, that of the renderer.
+/// Most objects: the renderer's limit.
 const MAX_OBJECTS: usize = 1 << 24;
 
-/// Adds to a list of at most `limit` elements; an error in words where there is no memory.
+/// Appends to a list of at most `limit` elements; the error is the problem in words.
 pub(crate) fn push<T>(list: &mut Vec<T>, value: T, limit: usize) -> Result<(), &'static str> {
     if list.len() == list.capacity() {
         if list.len() >= limit {
-            return Err("the list is longer than the limit of a file");
+            return Err("the list exceeds the limit for a file");
         }
         let more = list.len().clamp(4, limit.max(4));
         list.try_reserve(more).map_err(|_| "not enough memory for the list")?;
@@ -37,13 +37,13 @@ pub(crate) fn push<T>(list: &mut Vec<T>, value: T, limit: usize) -> Result<(), &
     Ok(())
 }
 
-/// The scene in the making.
+/// The scene under construction.
 pub(crate) struct CommonParts<'a> {
     pub(crate) assets: &'a dyn AssetSource,
     /// The scene file; names in it are relative to its folder.
     pub(crate) uri: String,
     pub(crate) options: &'a ImportOptions,
-    /// Names of the files read, for places.
+    /// Names of the files read. A [`Place`] refers to them by index.
     pub(crate) files: Vec<String>,
     pub(crate) report: Report,
     pub(crate) texture_list: Vec<Named<TextureDesc>>,
@@ -56,12 +56,13 @@ pub(crate) struct CommonParts<'a> {
     pub(crate) groups: Vec<Named<GroupDesc>>,
     pub(crate) objects: Vec<ObjectDesc>,
     pub(crate) lights: Vec<SceneLight>,
-    /// Textures whose values went through a function, by texture and function.
+    /// Textures whose values were mapped by a function, by texture and function.
     pub(crate) mapped: BTreeMap<(TextureId, String), ColorSource>,
     decoded: u64,
-    /// Bytes of pictures that may still be copied.
+    /// Bytes of images that may still be derived from others.
     copies: u64,
-    /// Elements that may still be made from few bytes: of subdivided, swept and divided surfaces.
+    /// Vertices that subdivided, swept and tessellated shapes may still take: a few bytes of a file must not
+    /// make unbounded geometry.
     made: u64,
     pub(crate) shapes: u64,
 }
@@ -91,7 +92,8 @@ impl<'a> CommonParts<'a> {
         }
     }
 
-    /// Takes room for so many vertices that a surface is divided into. Each shape in the file is worth some.
+    /// Takes `vertices` from the budget of subdivided shapes. Each call adds 256 to it, so that many small
+    /// shapes fit.
     pub(crate) fn divide(&mut self, vertices: u64, place: Place) -> Result<(), Fault> {
         self.made = self.made.saturating_add(256);
         match self.made.checked_sub(vertices) {
@@ -106,7 +108,7 @@ impl<'a> CommonParts<'a> {
         }
     }
 
-    /// Adds an object at a transform.
+    /// Adds an object with its transforms at the start and the end of the motion.
     pub(crate) fn place_at(
         &mut self,
         content: ObjectContent,
@@ -130,7 +132,7 @@ impl<'a> CommonParts<'a> {
         push(&mut self.objects, object, MAX_OBJECTS).map_err(|p| Fault::at(place, ErrorCode::TooLarge, p))
     }
 
-    /// The objects from `first` on as a group.
+    /// Moves the objects from index `first` on into a group.
     pub(crate) fn group(&mut self, name: &str, first: usize, place: Place) -> Result<GroupId, Fault> {
         let objects = self.objects.split_off(first.min(self.objects.len()));
         let group = Named { name: Some(name.to_owned()), span: None, value: GroupDesc { objects } };
@@ -144,9 +146,9 @@ impl<'a> CommonParts<'a> {
         MeshId(self.meshes.len() as u32 - 1)
     }
 
-    /// One more texture; equal ones are shared.
+    /// Adds a texture, or finds an equal one.
     pub(crate) fn texture(&mut self, desc: TextureDesc) -> ColorSource {
-        // Those that follow one another are often equal.
+        // Equal textures often follow one another: the last 16 are compared.
         let recent = self.texture_list.iter().enumerate().rev().take(16);
         let known = recent.filter(|(_, t)| t.value == desc).map(|(i, _)| i).next();
         let index = known.unwrap_or_else(|| {
@@ -156,7 +158,7 @@ impl<'a> CommonParts<'a> {
         ColorSource::Texture(TextureId(index as u32))
     }
 
-    /// What a texture is made of, if a source is one.
+    /// The description of a source that is a texture.
     pub(crate) fn texture_desc(&self, source: ColorSource) -> Option<&TextureDesc> {
         match source {
             ColorSource::Texture(id) => self.texture_list.get(id.index()).map(|t| &t.value),
@@ -164,7 +166,7 @@ impl<'a> CommonParts<'a> {
         }
     }
 
-    /// The bytes of a file that the scene names, and its path. Names are relative to the scene's folder.
+    /// Reads a file that the scene names; returns its path and bytes. Names are relative to the scene's folder.
     pub(crate) fn read(&self, name: &str, limit: u64, place: Place) -> Result<(String, Vec<u8>), Fault> {
         let fault = |e: crate::assets::AssetError| Fault::from_scene(place, e.to_scene_error());
         let path = self.assets.resolve(&self.uri, name).map_err(fault)?;
@@ -172,7 +174,7 @@ impl<'a> CommonParts<'a> {
         Ok((path, bytes))
     }
 
-    /// A picture, read and decoded once; `None` if it cannot be, which is reported.
+    /// An image, read and decoded once; `None` if that fails, which is reported.
     pub(crate) fn image(&mut self, name: &str, place: Place) -> Option<ImageId> {
         if let Some(known) = self.image_ids.get(name) {
             return *known;
@@ -195,15 +197,16 @@ impl<'a> CommonParts<'a> {
         id
     }
 
-    /// Whether so many bytes of pictures may be made of others: a few times what these have.
+    /// Takes `bytes` from the budget of derived images, which is a few times the size of those in files. False
+    /// if it is spent.
     pub(crate) fn may_copy(&mut self, bytes: u64) -> bool {
         let left = self.copies.checked_sub(bytes);
         self.copies = left.unwrap_or(self.copies);
         left.is_some()
     }
 
-    /// How many times as many rows and columns a picture of the surroundings gets that is looked up again: small ones so many that
-    /// little of them is lost between the new pixels.
+    /// Factor for the resolution of an environment map that is resampled. A map with fewer than 256 rows gets
+    /// at least that many, so that resampling loses little.
     pub(crate) fn finer(&mut self, rows: u32) -> u32 {
         const FINE: u32 = 256;
         let finer = FINE.div_ceil(rows.max(1)).min(FINE);
@@ -211,7 +214,7 @@ impl<'a> CommonParts<'a> {
         if finer > 1 && self.may_copy(bytes) { finer } else { 1 }
     }
 
-    /// Adds a picture that was made.
+    /// Adds a computed image.
     pub(crate) fn add_image(&mut self, name: &str, image: Image) -> ImageId {
         self.decoded = self.decoded.saturating_add(image.memory() as u64);
         self.images.push(Asset { uri: printable(name), data: Arc::new(image) });
@@ -235,7 +238,7 @@ impl<'a> CommonParts<'a> {
     }
 }
 
-/// Whether a transform can be undone, as scenes need it.
+/// Whether a transform is invertible, as scenes require.
 pub(crate) fn is_sound(m: &DAffine3) -> bool {
     let inverse = m.inverse();
     let round_trip = (m.matrix3 * inverse.matrix3 - DMat3::IDENTITY).to_cols_array();

@@ -1,4 +1,4 @@
-//! Light from all around: pictures in the mappings of other renderers, looked up again in the world's directions.
+//! Environment maps of other renderers, resampled to equirectangular maps of world directions.
 
 use std::f64::consts::PI;
 
@@ -9,21 +9,22 @@ use turner::schema::ImageId;
 
 use super::{CommonParts, Place};
 
-/// Looks per pixel along either side.
+/// Samples per pixel along each side.
 const LOOKS: u32 = 2;
-/// Most threads that look.
+/// Most threads that resample.
 const MAX_THREADS: usize = 64;
-/// The most rows of a picture that is made.
+/// Most rows of a resampled map.
 const MAX_ROWS: u32 = 8192;
 
-/// The same light from everywhere: a picture of white.
+/// The environment map of a constant light: white.
 pub(crate) fn white(stock: &mut CommonParts<'_>) -> ImageId {
     let image = Image { width: 2, height: 1, channels: 3, pixels: Pixels::F32(vec![1.0; 6]) };
     stock.add_image("", image)
 }
 
-/// An equirectangular picture of about `size` (columns, rows; small ones larger) of what `light` says of directions in the light's own space; `None`, which is
-/// reported, where its transform cannot be undone or there is no memory.
+/// An equirectangular environment map of about `size` (columns, rows; small maps are enlarged). `light` is the
+/// radiance from a direction in the light's own space. `None`, which is reported, if the transform is not
+/// invertible or memory is short.
 pub(crate) fn equirectangular(
     stock: &mut CommonParts<'_>,
     size: [u32; 2],
@@ -73,7 +74,7 @@ pub(crate) fn equirectangular(
     Some(Image { width: columns, height: rows, channels: 3, pixels: Pixels::F32(pixels) })
 }
 
-/// The direction in the world of a place in an equirectangular picture, as environments here have it.
+/// The world direction at (u, v) of an equirectangular map: the centre is −z, u grows towards +x, v = 0 is +y.
 fn direction(u: f64, v: f64) -> DVec3 {
     let (sin_theta, cos_theta) = sin_cos(PI * v);
     let (sin_phi, cos_phi) = sin_cos_turns(u - 0.5);

@@ -1,10 +1,11 @@
-//! Clear layers.
+//! The inner side of clear layers.
 
-/// What the inner side of a surface reflects of diffuse light, by its index of refraction: 1 − (1 − R) / η² with what the outer side does.
+/// Fraction of diffuse light that the inner side of a smooth dielectric reflects: 1 − (1 − R) / η², where R is
+/// what the outer side reflects and η the IOR.
 pub(crate) fn inner_reflectance(ior: f64) -> f64 {
     const STEPS: u32 = 256;
     let ior = ior.clamp(1.0, 100.0);
-    // ∫ F(μ) 2μ dμ, the square of μ going in even steps.
+    // R = ∫ F(μ) 2μ dμ in equal steps of μ².
     let outer: f64 = (0..STEPS)
         .map(|i| {
             let cos = ((f64::from(i) + 0.5) / f64::from(STEPS)).sqrt();

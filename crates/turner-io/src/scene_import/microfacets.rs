@@ -1,4 +1,4 @@
-//! Rough boundaries, by their microfacets (GGX): what one reflection or refraction makes of light.
+//! Single scattering at rough boundaries with GGX microfacets: how much one reflection or refraction passes on.
 
 use turner::color::Spectrum;
 use turner::material::PrincipledMaterial;
@@ -6,18 +6,18 @@ use turner::math::DVec3;
 use turner::math::elementary::{cos, sin};
 use turner::schema::ColorSource;
 
-/// Microfacet normals per direction are the square of this; Mitsuba's sums depend on it.
+/// Microfacet normals per direction: this number squared. The results for Mitsuba depend on it.
 const NORMALS: usize = 32;
-/// The same where nothing depends on it.
+/// The same for pbrt, whose results do not depend on it.
 const FEW_NORMALS: usize = 16;
-/// Boundaries narrower than this are smooth.
+/// Boundaries with a smaller α are smooth.
 const SMOOTH: f64 = 1e-3;
 
-/// Microfacets of a width, as a renderer counts them that follows light to one of them alone.
+/// A boundary of GGX microfacets with isotropic α. As in pbrt and Mitsuba, light meets one microfacet per reflection.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Microfacets {
     alpha: f64,
-    /// Whether heights along both directions go together (Smith's shadowing, as in pbrt); in Mitsuba each direction is shadowed for itself.
+    /// Whether masking and shadowing are height-correlated (pbrt) or separable (Mitsuba), both after Smith.
     correlated: bool,
 }
 
@@ -26,7 +26,8 @@ impl Microfacets {
         Microfacets { alpha: alpha.clamp(0.0, 1.0), correlated }
     }
 
-    /// The mean over the microfacets that are visible from a direction of cosine `mu` (Heitz, "Sampling the GGX distribution of visible normals", 2018).
+    /// The average of `f(wi, m)` over the microfacet normals `m` visible from a direction of cosine `mu` (Heitz
+    /// 2018, "Sampling the GGX distribution of visible normals").
     pub(crate) fn mean(self, mu: f64, f: impl Fn(DVec3, DVec3) -> f64) -> f64 {
         let wi = incoming(mu);
         if self.alpha < SMOOTH {
@@ -43,7 +44,7 @@ impl Microfacets {
         sum / (normals * normals) as f64
     }
 
-    /// The normal of a facet that is visible from a direction without y.
+    /// Samples a visible normal for a direction in the xz plane (Heitz 2018).
     pub(crate) fn normal(self, wi: DVec3, u: [f64; 2]) -> DVec3 {
         if self.alpha < SMOOTH {
             return DVec3::Z;
@@ -58,7 +59,8 @@ impl Microfacets {
         DVec3::new(self.alpha * n.x, self.alpha * n.y, n.z.max(1e-9)).normalize()
     }
 
-    /// Share of the light that a facet sends from `wi` to the upright side of `wo` which other facets do not catch.
+    /// Fraction of the light from `wi` to `wo` by the facet `m` that other facets do not shadow; 0 if `wo`
+    /// leaves on the wrong side.
     fn free(self, wi: DVec3, wo: DVec3, m: DVec3) -> f64 {
         if self.alpha < SMOOTH {
             return 1.0;
@@ -76,19 +78,19 @@ impl Microfacets {
         }
     }
 
-    /// Share of light from `wi` that a mirror's facet sends back, and the cosine of where it goes.
+    /// Fraction of the light from `wi` that a mirroring facet sends back, and the cosine of its direction.
     pub(crate) fn mirrored(self, wi: DVec3, m: DVec3) -> (f64, f64) {
         let wo = 2.0 * wi.dot(m) * m - wi;
         if wo.z > 0.0 { (self.free(wi, wo, m), wo.z) } else { (0.0, 1.0) }
     }
 
-    /// The same of a dielectric; `eta` is the index beyond over that here.
+    /// The same for a dielectric facet; `eta` is the relative IOR of the far side.
     pub(crate) fn back(self, wi: DVec3, m: DVec3, eta: f64) -> (f64, f64) {
         let (share, mu) = self.mirrored(wi, m);
         (fresnel(wi.dot(m), eta).0 * share, mu)
     }
 
-    /// Share of light from `wi` that a facet lets through, and the cosine beyond.
+    /// Fraction of the light from `wi` that a dielectric facet transmits, and its cosine on the far side.
     pub(crate) fn through(self, wi: DVec3, m: DVec3, eta: f64) -> (f64, f64) {
         let d = wi.dot(m);
         let (f, t) = fresnel(d, eta);
@@ -97,12 +99,13 @@ impl Microfacets {
     }
 }
 
-/// The direction of a cosine that has no y.
+/// The direction of cosine `mu` in the xz plane.
 pub(crate) fn incoming(mu: f64) -> DVec3 {
     DVec3::new((1.0 - mu * mu).max(0.0).sqrt(), 0.0, mu)
 }
 
-/// Fresnel's reflectance and the cosine beyond the boundary; `eta` is the index there over that here.
+/// Fresnel reflectance of a dielectric for unpolarized light, and the cosine on the far side; `eta` is the
+/// relative IOR of that side.
 fn fresnel(c: f64, eta: f64) -> (f64, f64) {
     let c = c.clamp(0.0, 1.0);
     let s2 = (1.0 - c * c) / (eta * eta);
@@ -114,10 +117,10 @@ fn fresnel(c: f64, eta: f64) -> (f64, f64) {
     (0.5 * (s * s + p * p), t)
 }
 
-/// Makes rough metal and glass as dark as renderers show them that follow light to one microfacet alone.
+/// Turns multiple scattering off for rough metal and glass: renderers without it show them darker.
 pub(crate) fn single_scattering(surface: &mut PrincipledMaterial) {
     let some = |source: ColorSource| source != ColorSource::Constant(Spectrum::BLACK);
-    // A rough coat makes what is below it rough.
+    // A rough coat broadens what is below it.
     let rough =
         some(surface.specular_roughness) || (some(surface.coat_weight) && some(surface.coat_roughness));
     if rough && (some(surface.base_metalness) || some(surface.transmission_weight)) {

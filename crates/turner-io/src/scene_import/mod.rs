@@ -1,4 +1,5 @@
-//! What importers of whole scenes of other renderers have in common: lists in the making, remarks with their places, values of textures.
+//! What the importers of pbrt and Mitsuba share: the scene under construction, reports with source positions,
+//! texture values.
 
 mod common_parts;
 pub(crate) mod environment_light;

@@ -1,4 +1,4 @@
-//! The medium that the camera stands in.
+//! The medium that surrounds the camera.
 
 use turner::description::{ObjectContent, ObjectDesc, SceneDesc};
 use turner::material::{InterfaceMaterial, MaterialDesc};
@@ -6,8 +6,9 @@ use turner::medium::MediumDesc;
 use turner::schema::{MaterialId, MediumId, Named, Transform};
 use turner::shape::{BoxDesc, ShapeDesc};
 
-/// Fills the open with a medium that no shape of a finished scene encloses: one that is the same everywhere is that of the background; one on a grid ends
-/// with its box, which becomes an object.
+/// Adds the medium around the camera, which no shape of the finished scene encloses. A homogeneous medium
+/// becomes that of the background. A grid ends at its bounding box, which becomes an object with an interface
+/// material.
 pub(crate) fn fill_open(scene: &mut SceneDesc, around: Option<MediumId>) {
     let Some(id) = around else { return };
     let Some(MediumDesc::Grid(grid)) = scene.media.get(id.index()).map(|m| &m.value) else {
@@ -15,7 +16,7 @@ pub(crate) fn fill_open(scene: &mut SceneDesc, around: Option<MediumId>) {
         return;
     };
     let shape = BoxDesc { min: Some(grid.min), max: Some(grid.max), center: None, size: None };
-    let material = MaterialDesc::Boundary(InterfaceMaterial { interior: around });
+    let material = MaterialDesc::Interface(InterfaceMaterial { interior: around });
     let material_id = MaterialId(scene.materials.len() as u32);
     scene.materials.push(Named { name: None, span: None, value: material });
     scene.objects.push(ObjectDesc {

@@ -1,10 +1,10 @@
-//! Which side of a triangle is the outer one.
+//! The orientation of triangles.
 
 use turner::math::DVec3;
 use turner::schema::MeshData;
 
-/// Turns each triangle so that its normal lies on the side of its vertices' normals, or, where there are none, to the other side if the
-/// orientation is reversed. Vertices' normals are turned around with it.
+/// Orients each triangle so that its geometric normal lies on the side of its shading normals. `reverse` flips
+/// the shading normals first. A mesh without shading normals is flipped if `reverse` is set.
 pub(crate) fn orient(data: &mut MeshData, reverse: bool) {
     if data.normals.is_empty() {
         if reverse {

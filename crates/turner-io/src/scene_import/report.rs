@@ -1,4 +1,4 @@
-//! What is wrong with a file, and what is shown otherwise than it says.
+//! Errors and remarks of an import, with their positions in the file.
 
 use std::collections::BTreeMap;
 
@@ -6,19 +6,19 @@ use turner::schema::{ErrorCode, Remedy, SceneError, Warning, WarningKind};
 
 use crate::assets::{nearest, printable};
 
-/// A place in a file, for people: line and column in characters, from 1.
+/// A position in a file: line and column in characters, from 1.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(crate) struct Place {
-    /// Which of the files read.
+    /// Index of the file among those read.
     pub(crate) file: u32,
     pub(crate) line: u32,
     pub(crate) column: u32,
 }
 
-/// Most different remarks; what comes beyond is counted.
+/// Most different remarks; further ones are only counted.
 const MAX_REMARKS: usize = 200;
 
-/// Why a file cannot be read.
+/// Why an import fails.
 #[derive(Debug)]
 pub(crate) struct Fault {
     place: Option<Place>,
@@ -52,7 +52,7 @@ impl Fault {
         self
     }
 
-    /// From an error of another part, at a place of this file.
+    /// An error of another part, at a position of this file.
     pub(crate) fn from_scene(place: Place, error: SceneError) -> Fault {
         Fault { place: Some(place), ..error.into() }
     }
@@ -80,14 +80,14 @@ impl Fault {
 }
 
 impl From<SceneError> for Fault {
-    /// Without its place.
+    /// Without its position.
     fn from(error: SceneError) -> Fault {
         let SceneError { code, message, help, remedy, .. } = error;
         Fault { place: None, code, problem: message, help, remedy: remedy.map(|r| *r) }
     }
 }
 
-/// A name that does not exist, with the nearest one.
+/// The error for an unknown name, with the nearest known one.
 pub(crate) fn unknown(what: &str, name: &str, names: &[&str]) -> Fault {
     let message = format!("unknown {what} \"{}\"", printable(name));
     let fault = Fault::new(ErrorCode::UnknownName, message);
@@ -108,7 +108,7 @@ fn shown(place: Place, files: &[String]) -> String {
     format!("{name}:{}:{}", place.line, place.column)
 }
 
-/// Remarks, each once, with its first place and how often it would have been made.
+/// Remarks without repetition, each with its first position and its count.
 #[derive(Debug, Default)]
 pub(crate) struct Report {
     remarks: BTreeMap<(WarningKind, String), (usize, Option<Place>, u64)>,
@@ -125,37 +125,37 @@ impl Report {
         self.remarks.entry((kind, message)).or_insert((order, place, 0)).2 += 1;
     }
 
-    /// Something that has no effect on the picture though it should.
+    /// Something that should affect the picture but is ignored.
     pub(crate) fn ignored(&mut self, place: Place, message: impl Into<String>) {
         self.add(WarningKind::Ignored, Some(place), message.into());
     }
 
-    /// The same of something that stands in no file.
+    /// The same without a position.
     pub(crate) fn ignored_anywhere(&mut self, message: impl Into<String>) {
         self.add(WarningKind::Ignored, None, message.into());
     }
 
-    /// Something that is shown, but not exactly so.
+    /// Something that is rendered only approximately.
     pub(crate) fn approximated(&mut self, place: Place, message: impl Into<String>) {
         self.add(WarningKind::Approximated, Some(place), message.into());
     }
 
-    /// Something that is hardly meant.
+    /// Something that is probably a mistake.
     pub(crate) fn doubtful(&mut self, place: Place, message: impl Into<String>) {
         self.add(WarningKind::Doubtful, Some(place), message.into());
     }
 
-    /// Something that was chosen.
+    /// A choice of the importer.
     pub(crate) fn note(&mut self, message: impl Into<String>) {
         self.add(WarningKind::Note, None, message.into());
     }
 
-    /// A remark of another part, which names its file by itself.
+    /// A remark of another part, whose message names its file.
     pub(crate) fn remark(&mut self, warning: Warning) {
         self.add(warning.kind, None, warning.message);
     }
 
-    /// In the order in which they were made first.
+    /// In the order of their first positions.
     pub(crate) fn into_warnings(self, files: &[String]) -> Vec<Warning> {
         let mut list: Vec<_> = self.remarks.into_iter().collect();
         list.sort_by_key(|(_, (order, _, _))| *order);

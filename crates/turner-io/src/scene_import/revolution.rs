@@ -1,14 +1,14 @@
-//! Spheres, disks and cylinders about z, as triangles.
+//! Spheres, disks and cylinders about the z axis as triangle meshes.
 
 use turner::math::elementary::sin_cos;
 use turner::math::{DAffine3, DMat3, DVec3};
 use turner::schema::MeshData;
 
-/// Steps around a whole turn, and from one pole or end to the other.
+/// Quads around the axis, and along the profile.
 pub(crate) const AROUND: u32 = 72;
 pub(crate) const ALONG: u32 = 36;
 
-/// From the space of a shape here, whose axis is y and whose u begins at −z, to that of others, whose axis is z and whose u begins at x.
+/// Maps the space of Turner's shapes (axis y, u = 0 at −z) to that of pbrt's and Mitsuba's (axis z, u = 0 at +x).
 pub(crate) fn upright() -> DAffine3 {
     DAffine3::from_mat3(DMat3::from_cols(DVec3::NEG_Y, DVec3::Z, DVec3::NEG_X))
 }
@@ -16,7 +16,7 @@ pub(crate) fn upright() -> DAffine3 {
 /// Surfaces of revolution about z.
 #[derive(Debug)]
 pub(crate) enum Surface {
-    /// Angles from the north pole at v = 0 and 1.
+    /// Polar angles at v = 0 and 1, radians.
     Sphere {
         radius: f64,
         from: f64,
@@ -35,7 +35,7 @@ pub(crate) enum Surface {
 }
 
 impl Surface {
-    /// Place and normal at an angle about the axis, and at v.
+    /// Position and normal at (sine, cosine) of the azimuth and at v.
     fn at(&self, (sin, cos): (f64, f64), v: f64) -> (DVec3, DVec3) {
         match *self {
             Surface::Sphere { radius, from, to } => {
@@ -54,7 +54,7 @@ impl Surface {
         }
     }
 
-    /// In triangles, with normals and (u, v).
+    /// The surface over azimuths from 0 to `phi` radians, with normals and (u, v).
     pub(crate) fn cut(&self, phi: f64) -> MeshData {
         let mut data = MeshData::default();
         let single = |v: DVec3| v.as_vec3().to_array();

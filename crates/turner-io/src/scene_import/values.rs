@@ -1,4 +1,4 @@
-//! Sources of colour: multiplied, mixed, and through functions.
+//! Colour sources: products, mixes, and values mapped by a function.
 
 use turner::color::{Spectrum, srgb_decode, srgb_encode};
 use turner::image::{Image, Pixels};
@@ -9,7 +9,7 @@ use turner::texture::{CheckerboardDesc, Encoding, ImageDesc, MixDesc, MultiplyDe
 use super::common_parts::CommonParts;
 use super::report::Place;
 
-/// Two sources multiplied.
+/// The product of two sources.
 pub(crate) fn product(scene: &mut CommonParts<'_>, a: ColorSource, b: ColorSource) -> ColorSource {
     match (a, b) {
         (ColorSource::Constant(a), ColorSource::Constant(b)) => ColorSource::Constant(a * b),
@@ -22,14 +22,14 @@ pub(crate) fn product(scene: &mut CommonParts<'_>, a: ColorSource, b: ColorSourc
                     let desc = ImageDesc { tint: image.tint * c, offset: image.offset * c, ..image.clone() };
                     scene.texture(TextureDesc::Image(desc))
                 }
-                _ => scene.texture(TextureDesc::Product(MultiplyDesc { a, b })),
+                _ => scene.texture(TextureDesc::Multiply(MultiplyDesc { a, b })),
             }
         }
-        _ => scene.texture(TextureDesc::Product(MultiplyDesc { a, b })),
+        _ => scene.texture(TextureDesc::Multiply(MultiplyDesc { a, b })),
     }
 }
 
-/// The first where the amount is 0, the second where it is 1.
+/// `a` where `amount` is 0, `b` where it is 1.
 pub(crate) fn mix(
     scene: &mut CommonParts<'_>,
     a: ColorSource,
@@ -46,22 +46,23 @@ pub(crate) fn mix(
     }
 }
 
-/// What values of a texture go through.
+/// A function of the values of a texture.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Through {
-    /// From pbrt's roughness, remapped or not, to the one here.
+    /// From pbrt's roughness, remapped or not, to Turner's √α.
     Roughness { remap: bool },
-    /// From the reflectance of a base to what gets out of a clear layer, whose inner side reflects so much: times `gain` (1 − `inner` of smooth layers)
-    /// over 1 − ρ · `inner`, if light comes to the base as often as it will; `turns` is how often it is followed there.
+    /// From the reflectance ρ of a diffuse base to what leaves the clear layer above it: ρ · `gain` / (1 − ρ ·
+    /// `inner`). `inner` is what the layer's inner side reflects of diffuse light; `gain` is 1 − `inner` for
+    /// smooth layers. `max_bounces` bounds the reflections at the base.
     Layer { gain: f64, inner: f64, turns: Option<u32> },
-    /// Times a factor, at most 1.
+    /// Multiplied by a factor, at most 1.
     Scale(f64),
-    /// What is left of 1.
+    /// 1 − v.
     Rest,
 }
 
 impl Through {
-    /// The value for a value.
+    /// The function at `v`.
     pub(crate) fn of(self, v: f64) -> f64 {
         let unit = v.clamp(0.0, 1.0);
         match self {
@@ -78,11 +79,11 @@ impl Through {
     }
 }
 
-/// How deep textures are looked into.
+/// Deepest nesting of textures.
 const MAX_DEPTH: u32 = 32;
 
-/// A source whose values go through a function: that of numbers, or of a picture's texels, which are copied. Others are left as they are, and
-/// that is reported.
+/// A source with its values mapped: constants directly, images by a copy of their texels. Procedural textures
+/// stay as they are, which is reported.
 pub(crate) fn map_values(
     scene: &mut CommonParts<'_>,
     source: ColorSource,
@@ -155,7 +156,7 @@ fn mapped_texture(
             let (even, odd) = (inner(scene, board.even), inner(scene, board.odd));
             TextureDesc::Checkerboard(CheckerboardDesc { even, odd, ..board })
         }
-        // Of a mix the values at both ends are right.
+        // Exact at both ends of a mix, not between them.
         TextureDesc::Mix(mix) => {
             let (a, b) = (inner(scene, mix.a), inner(scene, mix.b));
             TextureDesc::Mix(MixDesc { a, b, ..mix })
@@ -165,7 +166,7 @@ fn mapped_texture(
     Some(scene.texture(desc))
 }
 
-/// A picture whose values, by channel, go through a function; one of bytes stays one. `None` where there is no memory.
+/// An image with its values mapped by channel; 8-bit images stay 8-bit. `None` if memory is short.
 fn mapped_picture(old: &Image, is_encoded: bool, value: &dyn Fn(f32, usize) -> f32) -> Option<Image> {
     let count = (old.width as usize).checked_mul(old.height as usize)?.checked_mul(3)?;
     let rgb = |i: usize| old.rgb((i % old.width as usize) as u32, (i / old.width as usize) as u32);

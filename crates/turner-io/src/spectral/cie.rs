@@ -1,13 +1,13 @@
-//! The CIE 1931 observer and the illuminant D65 (CIE 15), every ten nanometres.
+//! The CIE 1931 standard observer and the illuminant D65 (CIE 15), every 10 nm.
 
-/// The first wavelength, nanometres.
+/// First wavelength, nm.
 pub(super) const FIRST: f64 = 380.0;
-/// From one to the next.
+/// Step, nm.
 pub(super) const STEP: f64 = 10.0;
-/// How many there are.
+/// Number of wavelengths.
 const COUNT: usize = 41;
 
-/// x̄, ȳ, z̄.
+/// Colour matching functions x̄, ȳ, z̄.
 pub(super) const OBSERVER: [[f64; 3]; COUNT] = [
     [0.0014, 0.0000, 0.0065],
     [0.0042, 0.0001, 0.0201],
@@ -52,7 +52,7 @@ pub(super) const OBSERVER: [[f64; 3]; COUNT] = [
     [0.0000, 0.0000, 0.0000],
 ];
 
-/// Relative power of D65.
+/// Relative spectral power of D65.
 pub(super) const D65: [f64; COUNT] = [
     49.9755, 54.6482, 82.7549, 91.486, 93.4318, 86.6823, 104.865, 117.008, 117.812, 114.861, 115.923,
     108.811, 109.354, 107.802, 104.79, 107.689, 104.405, 104.046, 100.0, 96.3342, 95.788, 88.6856, 90.0062,

@@ -1,14 +1,14 @@
-//! Indices of refraction of the metals that pbrt-v4 knows by name, from 380 to 780 nm in steps of 20.
+//! Indices of refraction that pbrt-v4 knows by name, from 380 to 780 nm in steps of 20 nm.
 //!
-//! The figures are those that pbrt takes for them (from handbooks of optical constants), so that its scenes have its colours: other measurements of the
-//! same metals differ by several percent, see [`turner::material::metals`].
+//! The values are pbrt's (from handbooks of optical constants), so that its scenes keep their colours. Other
+//! measurements of the same metals differ by several percent: see [`turner::material::metals`].
 
-/// Wavelength of the first number in nanometres, and the step.
+/// First wavelength and step, nm.
 pub(super) const FIRST: f64 = 380.0;
 pub(super) const STEP: f64 = 20.0;
 const COUNT: usize = 21;
 
-/// A metal's symbol, η and k.
+/// A chemical symbol with its η and k.
 pub(super) struct Index {
     pub(super) symbol: &'static str,
     pub(super) eta: [f32; COUNT],

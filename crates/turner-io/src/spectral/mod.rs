@@ -1,6 +1,18 @@
-//! Spectra as colours: what scenes of spectral renderers say by wavelength becomes linear Rec. 709 here.
+//! Spectra to RGB: pbrt and Mitsuba give colours by wavelength, Turner renders in linear Rec. 709.
 //!
-//! Reflectances are lit by CIE D65, lights are seen as they are; both by the CIE 1931 observer.
+//! A spectrum is weighted by the CIE 1931 colour matching functions x̄, ȳ, z̄ at 41 wavelengths ([`cie`]) and
+//! summed to XYZ, which a matrix turns into Rec. 709. Reflectances are seen under daylight (D65), lights
+//! directly:
+//!
+//! ```text
+//! reflectance r(λ):   X = X_D65 · Σ r x̄ D65 / Σ x̄ D65      and so Y, Z: r = 1 is white
+//! light s(λ):         X = Σ s x̄ / Σ s ȳ                    and so Y, Z: luminance 1
+//! ```
+//!
+//! Colours outside Rec. 709 are clipped at 0 and keep their luminance. A metal's reflectance follows from
+//! Fresnel's equations per wavelength before it is summed: the colour of a mean IOR differs. Black bodies
+//! follow Planck's law, daylight of other temperatures the CIE D series. Products of spectra along a path
+//! become products of RGB colours, which is the approximation of every RGB renderer.
 
 mod cie;
 mod metals;
@@ -13,15 +25,16 @@ use turner::color::Spectrum;
 use turner::material::metals::{MetalColors, colors_of_index};
 use turner::math::elementary::{exp, pow_int};
 
-/// Values by wavelength in nanometres, straight lines between them; 0 beyond both ends for light, the values of the ends for the rest.
+/// A sampled spectrum: linear between ascending wavelengths in nm. Beyond both ends lights are 0, other spectra
+/// keep the end values.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Sampled {
-    /// Ascending wavelengths with their values; at least one.
+    /// (wavelength, value) in ascending order; at least one.
     points: Vec<(f64, f64)>,
 }
 
 impl Sampled {
-    /// From wavelengths and values in turns; `None` if they are not pairs in ascending order of finite numbers.
+    /// From alternating wavelengths and values; `None` unless these are pairs of finite numbers in ascending order.
     pub(crate) fn of_pairs(numbers: &[f64]) -> Option<Sampled> {
         let (pairs, rest) = numbers.as_chunks::<2>();
         if pairs.is_empty() || !rest.is_empty() || !numbers.iter().all(|v| v.is_finite()) {
@@ -31,13 +44,13 @@ impl Sampled {
         points.is_sorted_by(|a, b| a.0 < b.0).then_some(Sampled { points })
     }
 
-    /// Values at even steps of wavelength.
+    /// From values at equal steps of wavelength.
     fn of_steps(first: f64, step: f64, values: &[f32]) -> Sampled {
         let at = |(i, v): (usize, &f32)| (first + step * i as f64, f64::from(*v));
         Sampled { points: values.iter().enumerate().map(at).collect() }
     }
 
-    /// From the text of a .spd file: a wavelength and a value in each line, `#` before comments.
+    /// From the text of an .spd file: a wavelength and a value per line, comments after `#`.
     pub(crate) fn of_text(text: &str) -> Option<Sampled> {
         let mut numbers = Vec::new();
         for line in text.lines() {
@@ -49,13 +62,13 @@ impl Sampled {
         Sampled::of_pairs(&numbers)
     }
 
-    /// The same value everywhere, as far as one is seen.
+    /// The value, if all samples have the same.
     fn constant(&self) -> Option<f64> {
         let first = self.points.first()?.1;
         self.points.iter().all(|p| p.1 == first).then_some(first)
     }
 
-    /// The value at a wavelength; beyond the ends that of the end, or 0 for light.
+    /// The value at a wavelength; beyond the ends that of the end, or 0 for lights.
     fn at(&self, nm: f64, is_light: bool) -> f64 {
         let after = self.points.partition_point(|p| p.0 <= nm);
         let below = after.checked_sub(1).and_then(|i| self.points.get(i));
@@ -67,7 +80,7 @@ impl Sampled {
         }
     }
 
-    /// The colour of a surface of this reflectance in daylight, or of a coefficient that light meets.
+    /// The colour of a surface with this reflectance under D65, or of a coefficient of a medium.
     pub(crate) fn reflectance(&self) -> Spectrum {
         if let Some(v) = self.constant() {
             return Spectrum::grey(v as f32);
@@ -75,12 +88,12 @@ impl Sampled {
         seen_in_daylight(|nm| self.at(nm, false))
     }
 
-    /// The colour of this light, of luminance 1; black if there is none.
+    /// The colour of this light with luminance 1; black if it emits nothing visible.
     pub(crate) fn light(&self) -> Spectrum {
         of_light(|nm| self.at(nm, true))
     }
 
-    /// How strong this light is: the mean of its power as the eye weighs it.
+    /// The mean power of this light, weighted by ȳ.
     pub(crate) fn power(&self) -> f64 {
         let (mut sum, mut weight) = (0.0, 0.0);
         for (nm, [_, y, _], _) in bins() {
@@ -90,7 +103,7 @@ impl Sampled {
         sum / weight
     }
 
-    /// One number for all wavelengths: the mean as the eye weighs them.
+    /// The mean over all wavelengths, weighted by ȳ.
     pub(crate) fn mean(&self) -> f64 {
         let (mut sum, mut weight) = (0.0, 0.0);
         for (nm, [_, y, _], _) in bins() {
@@ -101,9 +114,9 @@ impl Sampled {
     }
 }
 
-/// A metal of the index of refraction `eta` + i·`k` by wavelength, under what has the index `outer`.
+/// The colours of a metal with the complex IOR `eta` + i·`k`, below a medium with the IOR `outer`.
 pub(crate) fn metal_of_index(eta: &Sampled, k: &Sampled, outer: f64) -> MetalColors {
-    // Fresnel's equations at each wavelength, head-on and at 82°.
+    // Fresnel's equations per wavelength at normal incidence and at 82° (cos θ = 1/7).
     let at = |nm: f64| {
         let index = |s: &Sampled| Spectrum::grey((s.at(nm, false) / outer).clamp(0.0, 1e6) as f32);
         let c = colors_of_index(index(eta), index(k));
@@ -121,12 +134,12 @@ pub(crate) fn metal_of_index(eta: &Sampled, k: &Sampled, outer: f64) -> MetalCol
     MetalColors { f0: f0.map(|v| v.clamp(0.0, 1.0)), tint }
 }
 
-/// The light of a black body, of luminance 1. `kelvin` is its temperature.
+/// The colour of a black body at `kelvin`, with luminance 1.
 pub(crate) fn blackbody(kelvin: f64) -> Spectrum {
-    // Planck's law, without its constant factor; the second radiation constant in nm·K.
+    // Planck's law without its constant factor; the second radiation constant in nm·K.
     const C2: f64 = 1.438_776_877e7;
     let kelvin = kelvin.clamp(100.0, 1e7);
-    // Relative to the middle of what is seen: the numbers stay in range for the coldest bodies.
+    // Relative to 560 nm: the values stay in range for the coldest bodies.
     let planck = |nm: f64| {
         let (x, x0) = (C2 / (nm * kelvin), C2 / (560.0 * kelvin));
         let ratio = if x > 1.0 {
@@ -139,9 +152,9 @@ pub(crate) fn blackbody(kelvin: f64) -> Spectrum {
     of_light(planck)
 }
 
-/// The light of a phase of day, of luminance 1: CIE's D series (CIE 15), below 4000 K a black body.
+/// The colour of CIE daylight (D series, CIE 15) at `kelvin`, with luminance 1; below 4000 K a black body.
 pub(crate) fn daylight(kelvin: f64) -> Spectrum {
-    // The second radiation constant has changed since.
+    // The D series was defined with a second radiation constant of 1.438e-2 m·K.
     let kelvin = kelvin.clamp(100.0, 25_000.0) * 1.4388 / 1.438;
     if kelvin < 4000.0 {
         return blackbody(kelvin);
@@ -155,9 +168,9 @@ pub(crate) fn daylight(kelvin: f64) -> Spectrum {
     of_chromaticity(x, x * (2.87 - 3.0 * x) - 0.275)
 }
 
-/// The strength of a black body's light: watts per square metre, steradian and nanometre, the mean as the eye weighs them.
+/// The mean radiance of a black body, weighted by ȳ, in W/(m²·sr·nm).
 pub(crate) fn blackbody_power(kelvin: f64) -> f64 {
-    // 2hc², for wavelengths in nanometres; the second radiation constant in nm·K.
+    // 2hc² for wavelengths in nm; the second radiation constant in nm·K.
     const C1: f64 = 1.191_042_972e20;
     const C2: f64 = 1.438_776_877e7;
     let kelvin = kelvin.clamp(100.0, 1e7);
@@ -169,7 +182,7 @@ pub(crate) fn blackbody_power(kelvin: f64) -> f64 {
     sum / weight
 }
 
-/// Wavelength, observer and D65 every ten nanometres.
+/// Wavelength, colour matching functions and D65, every 10 nm.
 fn bins() -> impl Iterator<Item = (f64, [f64; 3], f64)> {
     OBSERVER.iter().zip(&D65).enumerate().map(|(i, (seen, light))| (FIRST + STEP * i as f64, *seen, *light))
 }
@@ -183,7 +196,7 @@ fn seen_in_daylight(value: impl Fn(f64) -> f64) -> Spectrum {
             *w += c * light;
         }
     }
-    // Relative to white, so that a surface that reflects all light is white to the last digit.
+    // Relative to white, so that a surface that reflects all light is exactly white.
     let d65 = [0.950_470, 1.0, 1.088_830];
     let mut xyz = [0.0; 3];
     for (i, v) in xyz.iter_mut().enumerate() {
@@ -204,12 +217,12 @@ fn of_light(power: impl Fn(f64) -> f64) -> Spectrum {
     rgb(xyz.map(|v| v / xyz[1]))
 }
 
-/// From a chromaticity, of luminance 1.
+/// The colour of a chromaticity, with luminance 1.
 fn of_chromaticity(x: f64, y: f64) -> Spectrum {
     rgb([x / y, 1.0, (1.0 - x - y) / y])
 }
 
-/// Linear Rec. 709 of CIE XYZ; colours outside it lose what is below 0, but not their luminance.
+/// CIE XYZ to linear Rec. 709. Colours outside it are clipped at 0 and scaled to keep their luminance.
 fn rgb([x, y, z]: [f64; 3]) -> Spectrum {
     let v = [
         3.240_454_2 * x - 1.537_138_5 * y - 0.498_531_4 * z,

@@ -1,17 +1,17 @@
-//! Spectra that scenes name: metals, glasses, illuminants.
+//! Spectra with names: metals, glasses, illuminants.
 
 use super::metals::{self, METALS};
 use super::{Sampled, of_chromaticity};
 use turner::color::Spectrum;
 
-/// A glass: index of refraction at 587.6 nm and Abbe number.
+/// A glass: IOR at 587.6 nm and Abbe number.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Glass {
     pub(crate) ior: f64,
     pub(crate) abbe: f64,
 }
 
-/// Glasses by their names in catalogues.
+/// Glasses by their catalogue names.
 const GLASSES: &[(&str, Glass)] = &[
     ("BK7", Glass { ior: 1.5168, abbe: 64.17 }),
     ("BAF10", Glass { ior: 1.67003, abbe: 47.11 }),
@@ -25,7 +25,7 @@ const GLASSES: &[(&str, Glass)] = &[
     ("SF11", Glass { ior: 1.78472, abbe: 25.68 }),
 ];
 
-/// Chromaticities of illuminants (CIE 15) and of the ACES white.
+/// Chromaticities (x, y) of illuminants (CIE 15) and of the ACES white point.
 const ILLUMINANTS: &[(&str, [f64; 2])] = &[
     ("stdillum-A", [0.44757, 0.40745]),
     ("stdillum-D50", [0.34567, 0.3585]),
@@ -50,7 +50,7 @@ pub(crate) fn glass(name: &str) -> Option<Glass> {
     GLASSES.iter().find(|(n, _)| *n == name).map(|(_, g)| *g)
 }
 
-/// The colour of an illuminant, of luminance 1. A standard illuminant that is white here is exactly so.
+/// The colour of an illuminant with luminance 1; D65 is exactly white.
 pub(crate) fn illuminant(name: &str) -> Option<Spectrum> {
     if name == "stdillum-D65" {
         return Some(Spectrum::WHITE);
@@ -58,7 +58,7 @@ pub(crate) fn illuminant(name: &str) -> Option<Spectrum> {
     ILLUMINANTS.iter().find(|(n, _)| *n == name).map(|(_, [x, y])| of_chromaticity(*x, *y))
 }
 
-/// The index of refraction of a metal by its chemical symbol: η and k.
+/// The complex index of refraction of a metal by its chemical symbol: η and k.
 pub(crate) fn metal(symbol: &str) -> Option<[Sampled; 2]> {
     let found = METALS.iter().find(|m| m.symbol == symbol)?;
     Some([found.eta, found.k].map(|values| Sampled::of_steps(metals::FIRST, metals::STEP, &values)))

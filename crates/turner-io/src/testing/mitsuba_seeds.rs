@@ -1,4 +1,4 @@
-//! Seeds of the formats of Mitsuba: a scene, its meshes and its volumes.
+//! Seeds of Mitsuba's formats: a scene, a serialized mesh and a volume.
 
 use super::seeds::Seed;
 
@@ -40,7 +40,7 @@ const CLOUD: &str = r#"<scene version="3.0.0"><shape type="cube"><bsdf type="nul
 <volume name="sigma_t" type="gridvolume"><string name="filename" value="cloud.vol"/></volume></medium></shape>
 <emitter type="constant"/></scene>"#;
 
-/// A file of one triangle.
+/// A serialized mesh of one triangle.
 fn serialized() -> Vec<u8> {
     let mut mesh = Vec::new();
     mesh.extend(0u32.to_le_bytes());
@@ -56,7 +56,7 @@ fn serialized() -> Vec<u8> {
     out
 }
 
-/// A grid of two densities along each side.
+/// A grid of 2 x 2 x 2 densities.
 fn volume() -> Vec<u8> {
     let mut out = b"VOL\x03".to_vec();
     [1i32, 2, 2, 2, 1].iter().for_each(|v| out.extend(v.to_le_bytes()));

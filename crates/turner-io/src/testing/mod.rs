@@ -1,4 +1,5 @@
-//! Files of test scenes that are made, not kept: the mesh and the sky of `scenes/peers/s4.toml`, as other renderers were given them.
+//! Generated test files: the mesh and the environment map of `scenes/peers/s4.toml`, which other renderers get
+//! as well, and one seed file per format.
 
 mod mitsuba_seeds;
 mod noisy_sphere;

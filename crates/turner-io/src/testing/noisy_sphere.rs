@@ -1,4 +1,4 @@
-//! A geodesic sphere with noise: a mesh of any size that is the same on every machine.
+//! A geodesic sphere with noise: a mesh of any size that has the same bytes on every machine.
 
 use std::collections::HashMap;
 
@@ -7,10 +7,10 @@ use turner::math::elementary::sin;
 
 use super::waves::WAVES;
 
-/// How far the waves move the surface, as a share of the radius.
+/// Amplitude of the noise as a fraction of the radius.
 const HEIGHT: f64 = 0.35;
 
-/// Corners and faces of the icosahedron.
+/// Vertices and faces of the icosahedron.
 const GOLDEN: f64 = 1.618_033_988_749_895;
 const CORNERS: [[f64; 3]; 12] = [
     [-1.0, GOLDEN, 0.0],
@@ -49,12 +49,13 @@ const FACES: [[usize; 3]; 20] = [
     [9, 8, 1],
 ];
 
-/// A binary PLY of 20 n² triangles (n = 200 for scene S4): an icosahedron, each face divided into n² triangles, its corners moved onto the unit
-/// sphere and then outwards by a sum of waves; it rests on y = 0. n is at most 1000.
+/// A binary PLY of 20 n² triangles (n = 200 for scene S4, at most 1000). Each face of an icosahedron is divided
+/// into n² triangles; their vertices are projected onto the unit sphere and displaced radially by a sum of sine
+/// waves. The lowest vertex has y = 0.
 pub fn noisy_sphere_ply(n: u32) -> Vec<u8> {
     let n = n.clamp(1, 1000);
     let (mut points, mut triangles) = (Vec::new(), Vec::new());
-    // Points on edges belong to several faces: the same to seven digits are one.
+    // Faces share the vertices on their edges: positions that agree to seven digits are one vertex.
     let mut known: HashMap<[i64; 3], u32> = HashMap::new();
     for [a, b, c] in FACES.map(|face| face.map(|i| DVec3::from(CORNERS[i]).normalize())) {
         let mut at = |i: u32, j: u32| {
@@ -82,8 +83,8 @@ pub fn noisy_sphere_ply(n: u32) -> Vec<u8> {
 fn moved(p: DVec3) -> DVec3 {
     let (mut height, mut frequency, mut amplitude) = (0.0, 2.0, 1.0);
     for octave in &WAVES {
-        let batch = |[x, y, z, phase]: &[f64; 4]| sin(frequency * p.dot(DVec3::new(*x, *y, *z)) + phase);
-        height += amplitude * octave.iter().map(batch).sum::<f64>() / octave.len() as f64;
+        let wave = |[x, y, z, phase]: &[f64; 4]| sin(frequency * p.dot(DVec3::new(*x, *y, *z)) + phase);
+        height += amplitude * octave.iter().map(wave).sum::<f64>() / octave.len() as f64;
         frequency *= 2.3;
         amplitude *= 0.5;
     }

@@ -1,5 +1,10 @@
-//! One small file of each format that is read, and a scene that shows it: what hostile files are made of, and what fuzzers begin
-//! with.
+//! Seeds: one small valid file per format that Turner reads, with a scene that shows it.
+//!
+//! They have two uses. Tests of damaged files change the bytes of each seed and expect an error or a picture,
+//! never a panic or a hang. Fuzzers begin with them, so that they reach the parsers behind magic numbers and
+//! headers. An image, a mesh or a light profile is not a scene, so its seed comes with one that names it; files
+//! that seeds name in turn are [`companions`]. All seeds are tiny: a corrupted count must exceed what the file
+//! can hold. A format without a seed fails `every_format_has_a_seed`.
 
 use crate::image::{Display, ImageFormat, Metadata, OutputImage, Transfer, encode};
 
@@ -8,9 +13,9 @@ use crate::image::{Display, ImageFormat, Metadata, OutputImage, Transfer, encode
 pub struct Seed {
     /// Its name.
     pub name: &'static str,
-    /// What it holds.
+    /// Its bytes.
     pub bytes: Vec<u8>,
-    /// A scene that names it, as its name and its text; `None` for what is shown by itself.
+    /// Name and text of a scene that shows it; `None` if the file is a scene or a model itself.
     pub scene: Option<(&'static str, String)>,
 }
 
@@ -58,7 +63,7 @@ pub fn seeds() -> Vec<Seed> {
             metadata: &metadata,
             threads: 1,
         };
-        // Each of these formats takes this picture.
+        // Each of these formats accepts this image.
         let Ok(bytes) = encode(&image, format) else { continue };
         all.push(shown(name, bytes, texture(name)));
     }
@@ -78,7 +83,7 @@ pub fn seeds() -> Vec<Seed> {
     all
 }
 
-/// Files that seeds name.
+/// Files that the seeds name.
 pub fn companions() -> Vec<(&'static str, Vec<u8>)> {
     vec![
         ("cube.obj", format!("mtllib model.mtl\nusemtl red\n{OBJ}").into_bytes()),
@@ -86,7 +91,7 @@ pub fn companions() -> Vec<(&'static str, Vec<u8>)> {
     ]
 }
 
-/// A picture on a rectangle.
+/// An image as texture of a rectangle and as environment map.
 fn texture(file: &str) -> String {
     format!(
         "[integrator]\ntype = \"path\"\n[texture.t]\ntype = \"image\"\nfile = \"{file}\"\n[[object]]\ntype = \"rectangle\"\n\
@@ -111,7 +116,7 @@ fn cloud() -> String {
 }
 
 const SCENE: &str = "include = \"part.toml\"\n[film]\nwidth = 16\nheight = 0x0c\n[camera]\nposition = [0, 1.5, 6]\n\
-look_at = [0, 1, 0]\n[texture.a]\ntype = \"chessboard\"\n[material.m]\ncolor = 'a'\nk_reflect = 0.3\n[[object]]\n\
+look_at = [0, 1, 0]\n[texture.a]\ntype = \"checkerboard\"\n[material.m]\ncolor = 'a'\nk_reflect = 0.3\n[[object]]\n\
 type = \"sphere\"\nmaterial = \"m\"\ntransform = [{ scale = 2 }, { rotate = { axis = [0, 1, 0], angle = 30 } },]\n\
 [[group.g.object]]\ntype = \"box\"\nmin = [0, 0, 0]\nmax = [1, 1, 1]\n\"material\" = \"grey\" # \u{e9}\n\
 [[object]]\ntype = \"instance\"\ngroup = \"g\"\ntransform = [{ translate = [1e0, 0, -1] }]\n\
@@ -169,7 +174,7 @@ Material \"conductor\" \"spectrum eta\" \"metal.spd\" \"spectrum k\" \"metal.spd
 const IES: &str = "IESNA:LM-63-2002\n[TEST] by hand\nTILT=NONE\n1 1000 1 3 2 1 2 0 0 0\n1 1 50\n0 45 90\n0 90\n\
 100 80 10\n100 70 5\n";
 
-/// Bytes packed by gzip.
+/// `data` compressed with gzip.
 pub fn gzip(data: &[u8]) -> Vec<u8> {
     let mut out = vec![0x1f, 0x8b, 8, 0, 0, 0, 0, 0, 0, 0xff];
     out.extend(miniz_oxide::deflate::compress_to_vec(data, 6));
@@ -178,7 +183,7 @@ pub fn gzip(data: &[u8]) -> Vec<u8> {
     out
 }
 
-/// The numbers of a model: three corners, three indices, a matrix.
+/// The binary buffer of a glTF model: three positions, three indices, padding.
 fn buffer() -> Vec<u8> {
     let mut bytes = Vec::new();
     [0f32, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0].iter().for_each(|v| bytes.extend(v.to_le_bytes()));
@@ -186,7 +191,7 @@ fn buffer() -> Vec<u8> {
     bytes
 }
 
-/// A document around its buffer.
+/// A glTF document with this description of its buffer.
 fn document(buffer: &str) -> String {
     format!(
         r#"{{"asset":{{"version":"2.0"}},"scene":0,"scenes":[{{"nodes":[0,2]}}],
@@ -219,7 +224,7 @@ fn glb() -> Vec<u8> {
     glb_of(&document(""), &buffer())
 }
 
-/// A binary file of a document and its chunk.
+/// A GLB file from its JSON and binary chunks.
 pub fn glb_of(json: &str, chunk: &[u8]) -> Vec<u8> {
     let mut json = json.as_bytes().to_vec();
     json.resize(json.len().next_multiple_of(4), b' ');
@@ -241,7 +246,7 @@ mod tests {
     use crate::assets::MemoryAssets;
     use crate::scene::{LoadOptions, SceneFormat, load_text};
 
-    /// What has a seed is among the files that are damaged on purpose.
+    /// Formats without a seed are not tested with damaged files.
     #[test]
     fn every_format_has_a_seed() {
         let pictures = ImageFormat::all().map(|f| (f.name(), f.extensions()));

@@ -1,4 +1,4 @@
-//! A clear sky with a soft sun, as a formula and as a picture of it.
+//! A clear sky with a soft sun: its radiance and its environment map.
 
 use turner::math::DVec3;
 use turner::math::elementary::{exp, sin_cos};
@@ -12,15 +12,15 @@ const SUN: DVec3 = DVec3::new(60.0, 48.0, 32.0);
 const TO_SUN: DVec3 = DVec3::new(0.48, 0.6, 0.64);
 const SHARPNESS: f64 = 400.0;
 
-/// Radiance from the unit direction `d`: from horizon to zenith with the root of the height, the ground below, and a sun of
-/// exp(400 (cos − 1)).
+/// Radiance from the unit direction `d`: from horizon to zenith by the square root of the height, the ground
+/// below, and a sun of the shape exp(400 (cos θ − 1)).
 fn radiance(d: DVec3) -> DVec3 {
     let sky = if d.y >= 0.0 { HORIZON.lerp(ZENITH, d.y.sqrt()) } else { GROUND };
     sky + SUN * exp(SHARPNESS * (d.dot(TO_SUN) - 1.0))
 }
 
-/// The sky as an equirectangular EXR of twice as many columns as rows (1024 for scene S4), each pixel the radiance at its centre: what the
-/// other renderers were given.
+/// The sky as an equirectangular EXR with `rows` rows and twice as many columns (1024 rows for scene S4). Each
+/// pixel is the radiance at its centre.
 pub fn sky_exr(rows: u32) -> Result<Vec<u8>, ImageError> {
     let rows = rows.clamp(1, 4096);
     let mut pixels = Vec::new();
@@ -28,7 +28,7 @@ pub fn sky_exr(rows: u32) -> Result<Vec<u8>, ImageError> {
         let (sin_theta, cos_theta) = sin_cos(std::f64::consts::PI * (f64::from(y) + 0.5) / f64::from(rows));
         for x in 0..2 * rows {
             let (sin_phi, cos_phi) = sin_cos(std::f64::consts::PI * (f64::from(x) + 0.5) / f64::from(rows));
-            // The middle of the picture lies along −z, what is right of it along +x.
+            // The centre of the map is −z; +x lies to the right of it.
             let d = DVec3::new(-sin_phi * sin_theta, cos_theta, cos_phi * sin_theta);
             let [r, g, b] = radiance(d).to_array().map(|v| v as f32);
             pixels.push([r, g, b, 1.0]);

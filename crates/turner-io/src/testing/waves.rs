@@ -1,6 +1,7 @@
-//! The waves of the noisy sphere: five octaves of six waves, each a direction and a phase (NumPy's `RandomState(7)`).
+//! The waves of the noisy sphere: five octaves of six sine waves, each with a direction and a phase (NumPy's
+//! `RandomState(7)`).
 
-/// (x, y, z) of the unit direction and the phase in radians.
+/// Unit direction (x, y, z) and phase in radians.
 #[rustfmt::skip]
 pub(super) const WAVES: [[[f64; 4]; 6]; 5] = [
     [

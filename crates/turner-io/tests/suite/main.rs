@@ -1,4 +1,4 @@
-//! Scenes and files from text to pictures: one program for all of these tests, which is linked once.
+//! Tests of scenes and files, from text to pictures, linked into one program.
 #![allow(
     clippy::disallowed_methods,
     reason = "expected values are independent of the renderer's own functions"

@@ -3,14 +3,15 @@
 //! Contract of every lobe:
 //!
 //! - Directions are unit vectors in the local frame, whose +z is the shading normal on wo's side. They point away from
-//!   the surface: `wo` to where light leaves, `wi` to where it comes from.
+//!   the surface: `wo` is the direction in which light leaves, `wi` the direction from which it arrives.
 //! - `f` is without the cosine. A pdf is per solid angle. The path weight is f·|wi.z| / pdf.
 //! - [`sample`](Bsdf::sample) takes three random numbers in 0..1. Its `f` and `pdf` are sums over all lobes, equal to
-//!   [`eval_pdf`](Bsdf::eval_pdf). `None` is no sample: the remaining light is absorbed and the path ends.
+//!   [`eval_pdf`](Bsdf::eval_pdf). `None` means no sample: the remaining light is absorbed and the path ends.
 //! - Delta lobes return 0 from [`eval`](Bsdf::eval) and [`pdf`](Bsdf::pdf). Of their samples only the quotient f / pdf
 //!   has a meaning.
-//! - Radiance is transported: transmission into a medium of `eta` times the index divides by eta² (Walter et al. 2007).
-//!   So f(wo, wi) = f(wi, wo) on one side, and f(wo, wi) · eta² = f(wi, wo) across the surface.
+//! - Radiance is transported, so transmission is divided by eta², where eta is the index of refraction on wi's side
+//!   over that on wo's (Veach 1997, chapter 5). Hence f(wo, wi) = f(wi, wo) on one side, and f(wo, wi) · eta² = f(wi,
+//!   wo) across the surface.
 //! - Where `wo` is not above the surface, f and pdf are 0 and there is no sample.
 //!
 //! A [`Bsdf`] is layered after OpenPBR 1.1:
@@ -26,15 +27,15 @@
 //!            *               diffuse    EON reflection, transmission (thin walls), subsurface entry
 //! ```
 //!
-//! The lobes have no closed form together, so each is attenuated by what the layers above it let through, their
-//! transmittance T(µ) = 1 − directional albedo (module `albedo`). The factors are symmetric, so the sum stays
-//! reciprocal and creates no energy:
+//! The layers together have no closed form. Instead each lobe is attenuated by the transmittance of the layers above
+//! it, T(µ) = 1 − directional albedo (module `albedo`). The factors are symmetric, so the sum is reciprocal, and it
+//! creates no energy:
 //!
 //! - Diffuse lobes: T(µo) T(µi) / T̄, T̄ the cosine-weighted mean (Kelemen and Szirmay-Kalos 2001). A Lambertian lobe
 //!   keeps exactly T(µo); rough diffuse lobes keep a little less.
 //! - Specular lobes under coat and fuzz: min(T(µo), T(µi)), which loses a little at grazing angles.
-//! - The colours of metal, coat and fuzz absorb. The dielectric's `specular_color` takes from the diffuse lobe what its
-//!   strongest band reflects.
+//! - The colours of metal, coat and fuzz absorb. Under a dielectric with a `specular_color`, all bands of the diffuse
+//!   lobe are attenuated by the reflection of the strongest band.
 //!
 //! Sampling chooses one lobe in proportion to its approximate albedo seen from wo, then a direction: cosine-weighted
 //! (diffuse), visible normals (coat, interface), uniform (fuzz), near grazing (multiple scattering between facets).
@@ -219,7 +220,7 @@ impl Bsdf {
     }
 
     /// The BSDF with a separate coat normal `n`, a unit vector above the surface. The coat's lobe uses the cosine to
-    /// that normal, which keeps its energy but makes it non-reciprocal.
+    /// that normal, which preserves its energy but makes it non-reciprocal.
     pub fn with_coat_normal(mut self, n: DVec3) -> Bsdf {
         let n = self.to_aniso(n);
         if self.coat.is_some() && n.z > 0.0 && n.z < 1.0 - 1e-12 {
@@ -244,7 +245,7 @@ impl Bsdf {
             && !self.inside;
         let interface = self.interface.as_ref().filter(|_| only_interface)?;
         let color = interface.rough_mirror()?;
-        // The probability as the lobe selection computes it, to the last bit.
+        // The same bits as the probability in the lobe selection.
         let sum = color.element_sum();
         let probability = sum * (1.0 / sum);
         let black = spectrum(color).is_black() || sum <= f64::MIN_POSITIVE;
@@ -271,7 +272,7 @@ impl Bsdf {
         self.eval_pdf(wo, wi).1
     }
 
-    /// Both at once, for little more than the cost of one.
+    /// [`eval`](Bsdf::eval) and [`pdf`](Bsdf::pdf) together, for little more than the cost of one.
     pub fn eval_pdf(&self, wo: DVec3, wi: DVec3) -> (Spectrum, f64) {
         self.towards(wo).eval_pdf(wi)
     }
@@ -338,7 +339,7 @@ impl Bsdf {
     }
 }
 
-/// The BSDF seen from a fixed wo, with the layers above and the lobe probabilities computed once.
+/// The BSDF seen from a fixed wo. The transmittance of the layers and the lobe probabilities are computed once.
 #[derive(Clone, Copy)]
 pub struct BsdfFromWo<'a> {
     bsdf: &'a Bsdf,
@@ -362,8 +363,8 @@ impl BsdfFromWo<'_> {
         (spectrum(f), pdf)
     }
 
-    /// Fraction of light from behind that passes straight through a thin smooth wall: the mean over the samples that
-    /// pass straight.
+    /// Fraction of light from behind that passes straight through a thin smooth wall: the mean weight of the samples
+    /// that pass straight.
     pub fn straight(&self) -> Spectrum {
         self.bsdf.straight(self.wo)
     }

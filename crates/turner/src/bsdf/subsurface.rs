@@ -36,7 +36,7 @@ pub struct Entry {
 impl Bsdf {
     /// Whether light that enters is scattered by a random walk inside.
     #[inline]
-    pub fn has_walk(&self) -> bool {
+    pub fn has_subsurface(&self) -> bool {
         self.diffuse.enter != Rgb::ZERO
     }
 
@@ -97,7 +97,7 @@ impl BsdfFromWo<'_> {
     /// The entry, if `u[0]` selects the subsurface lobe; [`BsdfFromWo::sample`] returns no sample then.
     #[inline]
     pub fn enter(&self, u: [f64; 3]) -> Option<Entry> {
-        if !self.bsdf.has_walk() { None } else { self.sample_entry(u) }
+        if !self.bsdf.has_subsurface() { None } else { self.sample_entry(u) }
     }
 
     fn sample_entry(&self, u: [f64; 3]) -> Option<Entry> {

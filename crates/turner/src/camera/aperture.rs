@@ -1,4 +1,4 @@
-//! The opening of a lens: a circle, or the polygon that its blades leave.
+//! The aperture of a lens: a circle, or a regular polygon formed by blades.
 
 use std::f64::consts::TAU;
 
@@ -7,41 +7,42 @@ use crate::math::{DVec2, radians};
 use crate::sampler::concentric_disk;
 use crate::schema::{ErrorCode, SceneError};
 
-/// An opening of radius 1.
+/// An aperture of radius 1.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Aperture {
     Circle,
     /// A regular polygon.
     Polygon {
-        /// Blades: edges.
+        /// Number of edges, one per blade.
         edges: f64,
-        /// The direction of the first corner: turns from the right, against the clock.
+        /// Direction of the first corner, in turns counter-clockwise from the right.
         first: f64,
     },
 }
 
 impl Aperture {
-    /// Of a number of blades, 0 for a circle; the first corner is straight up, turned by `rotation` degrees to the left.
+    /// From a number of blades, 0 for a circle. The first corner is at the top, rotated counter-clockwise by
+    /// `rotation` degrees.
     pub(super) fn new(blades: u32, rotation: f64) -> Result<Aperture, SceneError> {
         match blades {
             0 => Ok(Aperture::Circle),
             1 | 2 => {
-                let message = format!("a lens has 0 blades, for a round opening, or 3 or more, not {blades}");
+                let message = format!("a lens has 0 blades (a round aperture) or at least 3, not {blades}");
                 Err(SceneError::new(ErrorCode::OutOfRange, message))
             }
             _ => {
-                // Whole turns change nothing: what is left is a number of ordinary size.
+                // Full turns change nothing; the remainder is a moderate number.
                 let first = (0.25 + radians(rotation % 360.0) / TAU).rem_euclid(1.0);
                 Ok(Aperture::Polygon { edges: f64::from(blades), first })
             }
         }
     }
 
-    /// The unit square onto the opening, areas kept.
+    /// Maps the unit square to the aperture, preserving area.
     #[inline]
     pub(super) fn point(&self, u: DVec2) -> DVec2 {
         let &Aperture::Polygon { edges, first } = self else { return concentric_disk(u) };
-        // The triangle between the middle and one edge, then the place in it: the farther out, the wider.
+        // Choose the triangle between the centre and one edge, then a point in it: its width grows with the distance.
         let edge = (u.x * edges).floor().min(edges - 1.0);
         let along = (u.x * edges - edge).clamp(0.0, 1.0);
         let corner = |i: f64| {
@@ -69,7 +70,7 @@ mod tests {
             for rotation in [0.0, 17.0, -1e6] {
                 let aperture = Aperture::new(blades, rotation).unwrap();
                 let n = f64::from(blades);
-                // The distance of an edge from the middle, and the polygon's area.
+                // The distance of an edge from the centre, and the polygon's area.
                 let inner = cos(std::f64::consts::PI / n);
                 let area = 0.5 * n * sin(TAU / n);
                 let (mut count, mut near, mut moment) = (0.0, 0.0, 0.0);
@@ -94,14 +95,14 @@ mod tests {
     #[test]
     fn blades_stand_where_they_should() {
         let square = Aperture::new(4, 0.0).unwrap();
-        // The first corner is up, the next to the left.
+        // The first corner is at the top, the next to the left.
         assert!((square.point(DVec2::new(0.0, 1.0)) - DVec2::Y).length() < 1e-12);
         assert!((square.point(DVec2::new(0.25, 1.0)) - DVec2::NEG_X).length() < 1e-12);
         let turned = Aperture::new(4, 45.0).unwrap();
         for p in points(&turned) {
             assert!(p.abs().max_element() <= 0.5f64.sqrt() + 1e-12, "{p}");
         }
-        // Many blades make a circle.
+        // A polygon of many blades approaches a circle.
         let many: f64 =
             points(&Aperture::new(512, 0.0).unwrap()).map(|p| p.length_squared()).sum::<f64>() / 90_000.0;
         assert!((many - 0.5).abs() < 1e-4, "{many}");

@@ -1,4 +1,4 @@
-//! The equirectangular panorama: all directions in one picture.
+//! The equirectangular panorama: all directions in one picture (latitude-longitude map).
 
 use std::f64::consts::{FRAC_PI_2, PI};
 
@@ -8,19 +8,20 @@ use crate::math::{DVec2, DVec3, Ray};
 use crate::schema::{Range, SceneError, params};
 
 params! {
-    /// All directions around a point in one picture, twice as wide as high: columns are longitudes, rows latitudes, evenly spaced. Its middle lies in the direction of
-    /// view, its left and right edges behind, its upper edge is straight up. With look_at along −z and y up the picture is an environment light
-    /// for another scene as it stands. A picture of another shape is stretched.
+    /// A panorama of all directions around a point. Columns are longitudes and rows latitudes, evenly spaced. The
+    /// centre of the picture is the viewing direction, the left and right edges are behind the camera, the upper edge
+    /// is straight up. Use a picture twice as wide as high; other aspect ratios are stretched. With the camera
+    /// looking along −z and y up, the picture can be used unchanged as the environment map of another scene.
     pub struct EquirectangularDesc as "equirectangular" {
-        /// The eye.
+        /// Position of the camera.
         position: DVec3 = DVec3::new(0.0, 0.0, 5.0);
-        /// A point in the middle of the picture.
+        /// The point at the centre of the picture.
         look_at: DVec3 = DVec3::ZERO;
-        /// Upwards in the picture; the poles lie along it as far as it is at right angles to the direction of view.
+        /// Up direction in the picture. The poles are along its component perpendicular to the viewing direction.
         up: DVec3 = DVec3::Y;
-        /// Which hand the axes follow.
+        /// Handedness of the axes.
         handedness: Handedness = Handedness::Right;
-        /// Nothing nearer than this to the eye counts.
+        /// Surfaces nearer to the camera than this, in scene units, are invisible.
         near: f64 = 0.0, in Range::NON_NEGATIVE;
     }
     example r#"[camera]
@@ -34,7 +35,7 @@ height = 32
 "#
 }
 
-/// An equirectangular camera, prepared.
+/// A prepared equirectangular camera.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Equirectangular {
     pub(super) frame: CameraFrame,
@@ -42,7 +43,7 @@ pub struct Equirectangular {
 }
 
 impl EquirectangularDesc {
-    /// Makes it ready.
+    /// Prepares it.
     pub fn prepare(&self) -> Result<Equirectangular, SceneError> {
         let frame = CameraFrame::new(self.position, self.look_at, self.up, self.handedness)?;
         Ok(Equirectangular { frame, near: self.near })
@@ -50,7 +51,8 @@ impl EquirectangularDesc {
 }
 
 impl Equirectangular {
-    /// The ray through a point of the screen, of unit direction. Beyond the upper and lower edges the picture goes on over the pole.
+    /// The ray through a screen position, of unit direction. Positions above or below the screen continue across the
+    /// pole.
     #[inline]
     pub(super) fn ray(&self, at: DVec2) -> Ray {
         let f = &self.frame;

@@ -1,14 +1,14 @@
-//! Where a camera stands and how it is turned.
+//! Position and orientation of a camera.
 
 use crate::math::DVec3;
 use crate::schema::{ErrorCode, SceneError, choice};
 
 choice! {
-    /// Which hand the camera's axes (right, up, backward or forward) follow.
+    /// Handedness of the camera's axes.
     pub enum Handedness {
-        /// Right = forward × up: looking along −z with y up, x is to the right.
+        /// right = forward × up: if the camera looks along −z with y up, x is to the right.
         Right = "right",
-        /// Right = up × forward: looking along +z with y up, x is to the right.
+        /// right = up × forward: if the camera looks along +z with y up, x is to the right.
         Left = "left",
     }
 }
@@ -16,19 +16,19 @@ choice! {
 /// Position and unit axes of a camera.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CameraFrame {
-    /// The eye.
+    /// Position of the camera.
     pub position: DVec3,
     /// To the right in the picture.
     pub right: DVec3,
     /// Upwards in the picture.
     pub up: DVec3,
-    /// Into the picture.
+    /// Into the picture: the viewing direction.
     pub forward: DVec3,
 }
 
 impl CameraFrame {
-    /// A camera at `position` that looks at `target`, with `up` upwards in the picture, or the reason why there
-    /// is none.
+    /// A camera at `position` that looks at `target`, with `up` upwards in the picture. An error if they do not
+    /// define an orientation.
     pub fn new(
         position: DVec3,
         target: DVec3,
@@ -50,7 +50,7 @@ impl CameraFrame {
         };
         if right.length().is_nan() || right.length() <= 1e-9 {
             return error(
-                "the camera's `up` is parallel to its direction of view",
+                "the camera's `up` is parallel to its viewing direction",
                 "choose another `up`, e.g. [0, 0, 1] when looking straight down",
             );
         }

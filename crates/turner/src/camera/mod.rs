@@ -1,19 +1,32 @@
-//! Cameras: from a point of the picture to a ray. One file each; [`CameraDesc`] is the table of their names in a scene.
+//! Cameras: they map positions in the picture to rays. Each camera has its own file; [`CameraDesc`] lists their names
+//! in a scene.
 //!
-//! The contract, which every [`Camera`] keeps:
+//! ```text
+//!                 (-1, 1) +-------------+ (1, 1)
+//!                         |   screen    |
+//!      camera  o----------|------+------|---->  forward
+//!                         |             |
+//!                (-1, -1) +-------------+ (1, -1)
+//! ```
 //!
-//! - Places on the screen run from (−1, −1), its lower left corner, to (1, 1), its upper right one, whatever the shape of the picture; the film's rows run downwards from the top.
-//!   Filters may ask a little beyond.
-//! - [`Camera::ray`] is in world space. Its direction leads from the eye to the screen, or to the plane in focus; its length is the one in which the classic documents form it.
-//!   [`camera_rays`] makes eight rays of unit direction and returns those lengths beside them.
-//! - Rays begin at `near`, which is measured along the direction of view: `t_min` says where that is on the ray. They have no end (`t_max` is infinite).
-//! - Where a camera shows nothing (beyond a fisheye's circle) there is a ray all the same, which ends before it begins: `t_max` below 0. It meets nothing,
-//!   and the renderer makes the sample black, transparent where the background is. [`Camera::leaves_out`] says whether that may happen.
-//! - `lens` is a point of the unit square, spread evenly: it chooses the place on the lens. Cameras without a lens ignore it ([`Camera::has_lens`]). A ray depends on these numbers alone.
-//! - Every ray carries the same weight: importance is not a factor of the camera but the spread of its rays.
-//! - `project` goes the other way, from a point to its place in the picture, for light paths; its density is in pixels per area at right angles to the camera ray. `None` is a
-//!   point that the camera does not see.
-//! - A moment is not the camera's: the view gives it to the ray.
+//! Every [`Camera`] keeps this contract:
+//!
+//! - Screen positions run from (−1, −1), the lower left corner, to (1, 1), the upper right corner, for any aspect
+//!   ratio. The film's rows run downwards from the top. Filters may ask for positions slightly outside.
+//! - [`Camera::ray`] returns a ray in world space. Its direction goes from the camera to the screen or to the plane
+//!   of focus and is not normalized: its length is that of the classic documents. [`camera_rays`] makes eight rays of
+//!   unit direction and returns those lengths in addition.
+//! - `t_min` is where the ray crosses the `near` distance, which flat screens measure along the viewing direction.
+//!   `t_max` is infinite.
+//! - Where a camera has no picture (outside a fisheye's circle) the ray is empty: `t_max` is negative and it hits
+//!   nothing. The renderer makes the sample black, or transparent if the background is. [`Camera::is_outside_field`] says
+//!   whether that can happen.
+//! - `lens` is a uniform random point of the unit square that chooses the point on the lens. Cameras without a lens
+//!   ignore it ([`Camera::has_lens`]). A ray depends on its arguments only.
+//! - Every ray has the same weight: the camera's importance is in the density of its rays, not in a factor.
+//! - `project` is the inverse: from a point to its position in the picture, for light paths. Its density is in pixels
+//!   per area perpendicular to the camera ray. `None` means that the camera does not see the point.
+//! - Time is not a matter of the camera: the view sets it on the ray.
 
 mod aperture;
 mod equirectangular;
@@ -39,7 +52,7 @@ pub use thin_lens::{ThinLens, ThinLensDesc};
 use crate::schema::family;
 
 family! {
-    /// Cameras: `[camera]`. The `type` is "pinhole" unless given.
+    /// Cameras: the section `[camera]`. The default `type` is "pinhole".
     pub enum CameraDesc as "camera", "cameras" {
         Pinhole(PinholeDesc),
         Orthographic(OrthographicDesc),
@@ -52,7 +65,7 @@ family! {
 use crate::math::{Bounds, DVec2, DVec3, Ray, elementary::sin, radians};
 use crate::schema::SceneError;
 
-/// A camera ready to make rays.
+/// A prepared camera, which generates rays.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Camera {
     /// Pinhole.
@@ -63,12 +76,12 @@ pub enum Camera {
     ThinLens(thin_lens::ThinLens),
     /// Panorama of all directions.
     Equirectangular(equirectangular::Equirectangular),
-    /// Panorama in a circle.
+    /// Circular panorama.
     Fisheye(fisheye::Fisheye),
 }
 
 impl CameraDesc {
-    /// Makes it ready for a picture of the given aspect (width over height).
+    /// Prepares it for a picture of the given aspect ratio (width over height).
     pub fn prepare(&self, aspect: f64) -> Result<Camera, SceneError> {
         Ok(match self {
             CameraDesc::Pinhole(c) => Camera::Pinhole(c.prepare(aspect)?),
@@ -79,7 +92,7 @@ impl CameraDesc {
         })
     }
 
-    /// Position, the point looked at, and what is up: to move it with what it belongs to.
+    /// Position, look-at point and up direction, for moving the camera with the object it belongs to.
     pub fn placement_mut(&mut self) -> [&mut DVec3; 3] {
         match self {
             CameraDesc::Pinhole(c) => [&mut c.position, &mut c.look_at, &mut c.up],
@@ -90,7 +103,7 @@ impl CameraDesc {
         }
     }
 
-    /// A camera that shows all of a box from slightly above its front (+z), for scenes without one.
+    /// The default camera for scenes without one: it shows the complete box from slightly above its front (+z).
     pub fn framing(bounds: &Bounds, aspect: f64) -> CameraDesc {
         let fov = 40.0;
         let finite = !bounds.is_empty() && bounds.is_finite();
@@ -120,9 +133,9 @@ impl Camera {
         }
     }
 
-    /// Whether parts of the picture show nothing, see [`Camera::ray`].
+    /// Whether parts of the picture may have no ray, see [`Camera::ray`].
     #[inline]
-    pub fn leaves_out(&self) -> bool {
+    pub fn is_outside_field(&self) -> bool {
         match self {
             Camera::Fisheye(_) => true,
             Camera::Pinhole(_)
@@ -132,10 +145,10 @@ impl Camera {
         }
     }
 
-    /// The ray through a point of the screen, (−1, −1) its lower left and (1, 1) its upper right corner; `lens` is
-    /// a point of the unit square that chooses the point on the lens, if there is one. The direction leads to
-    /// the screen (the plane in focus, for a lens), as the documents form it: it has no particular length. Where the camera
-    /// shows nothing the ray ends before it begins (`t_max` below 0).
+    /// The ray through a screen position, (−1, −1) the lower left and (1, 1) the upper right corner. `lens` is a
+    /// point of the unit square that chooses the point on the lens, if the camera has one. The direction leads to the
+    /// screen, or to the plane of focus for a lens; it is not normalized. Where the camera has no picture the ray is
+    /// empty (`t_max` < 0).
     #[inline]
     pub fn ray(&self, at: DVec2, lens: DVec2) -> Ray {
         match self {

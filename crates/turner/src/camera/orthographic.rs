@@ -5,19 +5,19 @@ use crate::math::{DVec2, DVec3, Ray};
 use crate::schema::{Range, SceneError, params};
 
 params! {
-    /// An orthographic camera: all rays are parallel, and distance does not shrink.
+    /// An orthographic camera: all rays are parallel, so objects keep their size at any distance.
     pub struct OrthographicDesc as "orthographic" {
-        /// The middle of the screen, where rays begin.
+        /// Centre of the screen, where rays start.
         position: DVec3 = DVec3::new(0.0, 0.0, 5.0);
-        /// A point in the middle of the picture.
+        /// The point at the centre of the picture.
         look_at: DVec3 = DVec3::ZERO;
-        /// Upwards in the picture.
+        /// Up direction in the picture.
         up: DVec3 = DVec3::Y;
-        /// Which hand the axes follow.
+        /// Handedness of the axes.
         handedness: Handedness = Handedness::Right;
-        /// Width and height of the screen in scene units, or its height alone, with square pixels.
+        /// Size of the screen in scene units: `[width, height]`, or the height alone for square pixels.
         viewport: Viewport = Viewport::Height(4.0);
-        /// Nothing nearer than this to the screen counts.
+        /// Surfaces nearer to the screen than this, in scene units, are invisible.
         near: f64 = 0.0, in Range::NON_NEGATIVE;
     }
     example r#"[camera]
@@ -27,7 +27,7 @@ viewport = 4
 "#
 }
 
-/// An orthographic camera, prepared.
+/// A prepared orthographic camera.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Orthographic {
     pub(super) frame: CameraFrame,
@@ -36,7 +36,7 @@ pub struct Orthographic {
 }
 
 impl OrthographicDesc {
-    /// Makes it ready for a picture of the given aspect.
+    /// Prepares it for a picture of the given aspect ratio (width over height).
     pub fn prepare(&self, aspect: f64) -> Result<Orthographic, SceneError> {
         let frame = CameraFrame::new(self.position, self.look_at, self.up, self.handedness)?;
         Ok(Orthographic { frame, half: 0.5 * self.viewport.size(aspect), near: self.near })
@@ -49,7 +49,7 @@ impl Orthographic {
         self.half
     }
 
-    /// The ray from a point of the screen.
+    /// The ray from a screen position.
     #[inline]
     pub(super) fn ray(&self, at: DVec2) -> Ray {
         let f = &self.frame;

@@ -1,4 +1,4 @@
-//! The pinhole camera, by field of view or by the documents' viewport.
+//! The pinhole camera, given by a field of view or by the viewport of the classic documents.
 
 use turner_bvh::lanes::{F64x8, Simd, Vec3x8};
 
@@ -9,26 +9,29 @@ use crate::schema::value::{Data, Value};
 use crate::schema::{ErrorCode, ParamType, Range, ReadContext, SceneError, WriteContext, params, wrong_type};
 
 params! {
-    /// A pinhole camera. What it sees is given by `fov`, or by the size of a `viewport` at a `distance` from the eye, as in the classic documents.
+    /// A pinhole (perspective) camera. The angle of view is given by `fov`, or by the size of a `viewport` at a
+    /// `distance` from the camera, as in the classic documents.
     pub struct PinholeDesc as "pinhole" {
-        /// The eye.
+        /// Position of the camera.
         position: DVec3 = DVec3::new(0.0, 0.0, 5.0);
-        /// The point in the middle of the picture.
+        /// The point at the centre of the picture (unless `shift` moves it).
         look_at: DVec3 = DVec3::ZERO;
-        /// Upwards in the picture.
+        /// Up direction in the picture.
         up: DVec3 = DVec3::Y;
-        /// Which hand the axes follow: with "left", a camera that looks along +z has x to its right.
+        /// Handedness of the axes: with "left", a camera that looks along +z has x to its right.
         handedness: Handedness = Handedness::Right;
-        /// Vertical field of view, degrees; 40 if neither it nor a viewport is given.
+        /// Vertical field of view in degrees; 40 if neither `fov` nor `viewport` is given.
         fov: Option<f64> = None, in Range::open(0.0, 180.0);
-        /// Instead of `fov`: width and height of the screen, `[width, height]`, stretched over the picture whatever its shape, or the height alone, with square pixels.
+        /// Instead of `fov`: size of the screen in scene units. `[width, height]` is stretched over the picture
+        /// whatever its aspect ratio; the height alone gives square pixels.
         viewport: Option<Viewport> = None;
-        /// Distance of the viewport from the eye; without it the viewport lies at `look_at`.
+        /// Distance of the viewport from the camera, in scene units. By default the viewport is at `look_at`.
         distance: Option<f64> = None, in Range::POSITIVE;
-        /// Moves the screen sideways, [right, up], as shares of the picture's width and height, without turning the camera: with [0, 0.5] the point looked at lies at the lower edge. Upright lines stay
-        /// parallel, as with the shift of a view camera.
+        /// Shifts the screen without rotating the camera, as the shift of a view camera does: [right, up], as
+        /// fractions of the picture's width and height. With [0, 0.5] the look-at point is at the lower edge.
+        /// Vertical lines stay parallel.
         shift: DVec2 = DVec2::ZERO;
-        /// Nothing nearer than this counts, measured along the direction of view.
+        /// Surfaces nearer than this, in scene units along the viewing direction, are invisible.
         near: f64 = 0.0, in Range::NON_NEGATIVE;
     }
     example r#"[camera]
@@ -38,10 +41,10 @@ fov = 35
 "#
 }
 
-/// The size of the screen in scene units.
+/// Size of the screen in scene units.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Viewport {
-    /// Its height; its width follows the picture's shape.
+    /// Its height; its width follows from the aspect ratio.
     Height(f64),
     /// Width and height.
     Size(DVec2),
@@ -78,7 +81,7 @@ impl ParamType for Viewport {
 }
 
 impl Viewport {
-    /// Width and height for a picture of the given aspect (width over height).
+    /// Width and height for a picture of the given aspect ratio (width over height).
     pub fn size(self, aspect: f64) -> DVec2 {
         match self {
             Viewport::Height(h) => DVec2::new(h * aspect, h),
@@ -87,7 +90,8 @@ impl Viewport {
     }
 }
 
-/// The screen of a perspective camera: `half` its half size, `distance` from the eye, its middle `shift` half sizes to the right and above the direction of view.
+/// The screen of a perspective camera: half its size, its distance from the camera, and the offset of its centre from
+/// the viewing direction in half sizes, to the right and up.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Screen {
     pub(super) half: DVec2,
@@ -95,11 +99,11 @@ pub(super) struct Screen {
     pub(super) shift: DVec2,
 }
 
-/// Most that a screen may be shifted, in pictures.
+/// Largest shift of a screen, in picture sizes.
 pub const MAX_SHIFT: f64 = 1000.0;
 
 impl Screen {
-    /// From the eye to a point of the screen, (−1, −1) its lower left, (1, 1) its upper right corner.
+    /// From the camera to a screen position, (−1, −1) the lower left and (1, 1) the upper right corner.
     #[inline]
     pub(super) fn direction(&self, f: &CameraFrame, at: DVec2) -> DVec3 {
         let at = at + self.shift;
@@ -107,7 +111,7 @@ impl Screen {
     }
 }
 
-/// The screen from the two ways to give it.
+/// The screen given by a field of view or by a viewport.
 pub(super) fn screen(
     fov: Option<f64>,
     viewport: Option<Viewport>,
@@ -125,7 +129,7 @@ pub(super) fn screen(
     match (fov, viewport) {
         (Some(_), Some(_)) => Err(SceneError::new(
             ErrorCode::Conflict,
-            "`fov` and `viewport` are two ways to say the same: give one of them",
+            "`fov` and `viewport` exclude each other: give one of them",
         )),
         (None, Some(viewport)) => {
             Ok(Screen { half: 0.5 * viewport.size(aspect), distance: distance.unwrap_or(to_target), shift })
@@ -138,7 +142,7 @@ pub(super) fn screen(
     }
 }
 
-/// A pinhole camera, prepared.
+/// A prepared pinhole camera.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Pinhole {
     pub(super) frame: CameraFrame,
@@ -147,7 +151,7 @@ pub struct Pinhole {
 }
 
 impl PinholeDesc {
-    /// Makes it ready for a picture of the given aspect.
+    /// Prepares it for a picture of the given aspect ratio (width over height).
     pub fn prepare(&self, aspect: f64) -> Result<Pinhole, SceneError> {
         let frame = CameraFrame::new(self.position, self.look_at, self.up, self.handedness)?;
         let to_target = (self.look_at - self.position).length();
@@ -157,18 +161,18 @@ impl PinholeDesc {
 }
 
 impl Pinhole {
-    /// Half the size of the screen, which directions lead to.
+    /// Half the size of the screen.
     pub(super) fn half_screen(&self) -> DVec2 {
         self.screen.half
     }
 
-    /// The eye.
+    /// Position of the camera.
     #[inline]
     pub(super) fn position(&self) -> DVec3 {
         self.frame.position
     }
 
-    /// As [`Pinhole::ray`], eight at a time: the directions, and what `t_min` is for all of them.
+    /// As [`Pinhole::ray`] for eight screen positions: the directions, and the common `t_min`.
     #[inline(always)]
     pub(super) fn directions<S: Simd>(&self, simd: S, x: F64x8<S>, y: F64x8<S>) -> (Vec3x8<S>, f64) {
         let f = &self.frame;
@@ -180,8 +184,8 @@ impl Pinhole {
         (d, self.near / self.screen.distance)
     }
 
-    /// The ray through a point of the screen, (−1, −1) its lower left, (1, 1) its upper right corner. The
-    /// direction leads from the eye to the screen.
+    /// The ray through a screen position, (−1, −1) the lower left and (1, 1) the upper right corner. The direction
+    /// leads from the camera to the screen.
     #[inline]
     pub(super) fn ray(&self, at: DVec2) -> Ray {
         let f = &self.frame;

@@ -1,35 +1,40 @@
-//! The cone of a camera ray: as wide as the part of a pixel that one sample stands for.
+//! The ray cone of a camera ray: as wide as the part of a pixel that one sample represents.
+//!
+//! With n samples per pixel a sample represents 1/n of the pixel's area, so its cone is 1/√n of a pixel wide, but at
+//! least 1/8. On a flat screen the corners are farther from the camera than the centre: the same pixel width then is
+//! a smaller angle.
 
 use super::Camera;
 use crate::film::FilmDesc;
 use crate::math::{DVec2, RayCone};
 
-/// The cones of a picture's camera rays.
+/// The ray cones of a picture's camera rays.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PixelCone {
-    /// Diameter where the ray begins.
+    /// Diameter at the start of the ray, in scene units.
     width: f64,
-    /// Growth per unit of length; of a flat screen, per length of the vector from eye to screen.
+    /// Growth per unit of length; for a flat screen, multiplied by the length of the vector from camera to screen.
     spread: f64,
-    /// Whether the screen is flat: its corners are farther from the eye than its middle.
+    /// Whether the screen is flat.
     flat: bool,
-    /// What samples beside it in the pixel leave of a cone, 1/8 to 1.
+    /// Width of a sample's cone as a fraction of a pixel, 1/8 to 1.
     pub share: f32,
 }
 
-/// Cones are at least so many pixels wide, however many samples a pixel has: textures keep a minimum of filtering.
-const LEAST_SHARE: f64 = 0.125;
+/// Least width in pixels for any number of samples: textures keep some filtering.
+const MIN_FRACTION: f64 = 0.125;
 
 impl PixelCone {
-    /// The cones of a camera and a film: a pixel wide with one sample per pixel, narrower by the square root of their number with more, down to an eighth.
+    /// The ray cones for a camera and a film: one pixel wide with one sample per pixel, narrower by the square root
+    /// of the number of samples, at least an eighth.
     pub fn new(camera: &Camera, film: &FilmDesc) -> PixelCone {
-        let share = (1.0 / f64::from(film.samples_per_pixel().max(1)).sqrt()).max(LEAST_SHARE);
+        let share = (1.0 / f64::from(film.samples_per_pixel().max(1)).sqrt()).max(MIN_FRACTION);
         let size = DVec2::new(f64::from(film.width.max(1)), f64::from(film.height.max(1)));
         let (width, spread, flat) = camera.pixel(size);
         PixelCone { width: share * width, spread: share * spread, flat, share: share as f32 }
     }
 
-    /// The cone of a ray whose direction had a length as the camera formed it.
+    /// The cone of a ray, given the length of the direction that [`Camera::ray`] returned.
     #[inline]
     pub fn cone(&self, length: f64) -> RayCone {
         let spread = if self.flat { self.spread / length } else { self.spread };
@@ -38,7 +43,8 @@ impl PixelCone {
 }
 
 impl Camera {
-    /// The size of a pixel of a picture of `size` pixels: where its rays begin, on the way (see [`PixelCone`]), and whether that is on a flat screen.
+    /// The extent of a pixel, for pictures of `size` pixels: diameter at the start of the ray, growth (see
+    /// [`PixelCone`]), and whether the screen is flat.
     fn pixel(&self, size: DVec2) -> (f64, f64, bool) {
         use std::f64::consts::{PI, TAU};
         match self {
@@ -79,7 +85,7 @@ mod tests {
         }
     }
 
-    /// A camera of some type and a film, as a scene without more has them.
+    /// A camera of a type with its example film.
     fn described(camera: &str) -> (CameraDesc, FilmDesc) {
         const NOWHERE: Span = Span { file: FileId(0), start: 0, end: 0 };
         let value = |data| Value { data, span: NOWHERE };
@@ -103,7 +109,7 @@ mod tests {
                 let screen = DVec2::new(2.0 * x / 200.0 - 1.0, 1.0 - 2.0 * y / 100.0);
                 camera.ray(screen, DVec2::splat(0.5))
             };
-            // Near the middle of the picture.
+            // Near the centre of the picture.
             let (a, b) = (ray(100.0, 50.0), ray(101.0, 50.0));
             let cone = cones.cone(a.direction.length());
             for t in [0.0, 1.0, 17.0] {

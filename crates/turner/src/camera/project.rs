@@ -1,4 +1,17 @@
-//! From a point of the scene to its place in the picture: what light that comes from the other end needs.
+//! Projection of scene points to picture positions, for light paths that connect to the camera.
+//!
+//! A light path that reaches a point p contributes to the pixel in which the camera sees p. The contribution needs
+//! the density of camera rays at p: one ray per pixel, per area perpendicular to the ray. For a flat screen at unit
+//! distance with half sizes hx, hy and W × H pixels, rays have a density per solid angle of W H / (4 hx hy cos³ θ),
+//! and a density per area smaller by the squared distance:
+//!
+//! ```text
+//!                     screen
+//!                    |    _,-o p           density = rays per solid angle / |p − camera|²
+//!                    |_,-'
+//!      camera  o_,-' ) θ
+//!               -----+---------> forward
+//! ```
 
 use std::f64::consts::{FRAC_2_PI, PI};
 
@@ -9,21 +22,21 @@ use crate::film::FilmDesc;
 use crate::math::elementary::{acos, asin, atan2, sin};
 use crate::math::{DVec2, DVec3};
 
-/// Where a camera sees a point.
+/// Where the camera sees a point.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Projection {
-    /// The place in the picture, in pixels from its top left corner.
+    /// Position in the picture, in pixels from its top left corner.
     pub place: DVec2,
-    /// From the point to where the camera ray begins that leads to it.
+    /// From the point to the origin of the camera ray through it.
     pub to_camera: DVec3,
-    /// How much of that way is beyond the camera's `near`, 0..=1: only there the view may be blocked.
+    /// Fraction of that segment beyond the camera's `near` distance, 0..=1: only there can the view be blocked.
     pub free: f64,
-    /// Pixels per area at right angles to the camera ray at the point: the density of camera rays there, one per pixel.
+    /// Density of camera rays at the point: pixels per area perpendicular to the ray.
     pub density: f64,
 }
 
-/// What every kind of camera answers: the place on the screen, (−1, −1) its lower left and (1, 1) its upper right corner; the way to the camera,
-/// and its share beyond `near`.
+/// What each camera computes: the screen position, (−1, −1) the lower left and (1, 1) the upper right corner; the
+/// vector to the camera; its fraction beyond `near`.
 struct OnScreen {
     at: DVec2,
     to_camera: DVec3,
@@ -31,7 +44,8 @@ struct OnScreen {
 }
 
 impl Camera {
-    /// Camera rays, one per pixel, per solid angle around a unit direction; for parallel ones per area at right angles to them, and `false`.
+    /// The density of camera rays, one per pixel, per solid angle around a unit direction. For parallel rays it is
+    /// per perpendicular area, and the second value is `false`.
     pub fn ray_density(&self, film: &FilmDesc, direction: DVec3) -> (f64, bool) {
         let flat = |frame: &CameraFrame, half: DVec2| {
             let cos = direction.dot(frame.forward);
@@ -55,8 +69,9 @@ impl Camera {
         (0.25 * f64::from(film.width) * f64::from(film.height) * screens, angular)
     }
 
-    /// Where the camera sees `p`, by a point `lens` of the unit square on its lens; `None` if it does not, or from beyond its picture's edge alone.
-    /// Blockers on the way are not looked for.
+    /// Where the camera sees `p`, through the point of its lens given by `lens` in the unit square. `None` if `p` is
+    /// behind the camera or not visible in its projection; the position may be outside the picture. Occlusion is not
+    /// tested.
     pub fn project(&self, film: &FilmDesc, p: DVec3, lens: DVec2) -> Option<Projection> {
         let s = match self {
             Camera::Pinhole(c) => flat(&c.frame, &c.screen, c.near, DVec3::ZERO, f64::INFINITY, p)?,
@@ -101,7 +116,7 @@ impl Camera {
     }
 }
 
-/// The vector to a point, its direction by (right, up, forward), and its length.
+/// The vector to a point, its direction in (right, up, forward), and its length.
 fn seen_from(frame: &CameraFrame, p: DVec3) -> Option<(DVec3, DVec3, f64)> {
     let v = p - frame.position;
     let distance = v.length();
@@ -109,7 +124,7 @@ fn seen_from(frame: &CameraFrame, p: DVec3) -> Option<(DVec3, DVec3, f64)> {
     d.is_finite().then_some((v, d, distance))
 }
 
-/// A camera with a flat screen, from a place `offset` beside its middle, in focus at a depth.
+/// Projection for a flat screen, from a lens point `offset` from its centre, with the plane of focus at a depth.
 fn flat(
     frame: &CameraFrame,
     screen: &Screen,
@@ -123,7 +138,7 @@ fn flat(
     if depth.is_nan() || depth <= near {
         return None;
     }
-    // Where the ray meets the plane in focus, per its distance.
+    // The direction to the point at which the ray crosses the plane of focus, per unit of depth.
     let direction = v / depth + offset / focus;
     let half = screen.half / screen.distance;
     let at = DVec2::new(direction.dot(frame.right), direction.dot(frame.up)) / half - screen.shift;
@@ -184,7 +199,8 @@ mod tests {
         descs.iter().map(|c| c.prepare(1.5).unwrap()).collect()
     }
 
-    /// What a camera ray meets is seen where the ray came from, and the density is that of the rays beside it.
+    /// The hit point of a camera ray projects back to the ray's screen position, and the density is that of
+    /// neighbouring rays.
     #[test]
     fn points_of_camera_rays_project_back() {
         let film = FilmDesc { width: 300, height: 200, ..crate::description::SceneDesc::default().film };
@@ -194,7 +210,7 @@ mod tests {
                 let ray = |x: f64, y: f64| camera.ray(DVec2::new(x / 150.0 - 1.0, 1.0 - y / 100.0), lens);
                 let (r, t) = (ray(x, y), 7.3);
                 if r.t_max < 0.0 {
-                    // Beyond a fisheye's circle.
+                    // Outside the fisheye's circle.
                     continue;
                 }
                 let unit = r.direction.normalize();
@@ -204,17 +220,19 @@ mod tests {
                 assert!((s.to_camera + t * unit).length() < 1e-9);
                 let near = r.t_min * r.direction.length() / t;
                 assert!((1.0 - s.free - near).abs() < 1e-9, "{camera:?} {} {near}", s.free);
-                // Where neighbouring rays meet the plane at right angles.
-                let meet = |x: f64, y: f64| {
+                // Where neighbouring rays hit the perpendicular plane.
+                let hit_plane = |x: f64, y: f64| {
                     let n = ray(x, y);
                     n.origin + n.direction * ((p - n.origin).dot(unit) / n.direction.dot(unit))
                 };
                 let h = 1e-3;
-                let area = (meet(x + h, y) - meet(x - h, y)).cross(meet(x, y + h) - meet(x, y - h)).length()
+                let area = (hit_plane(x + h, y) - hit_plane(x - h, y))
+                    .cross(hit_plane(x, y + h) - hit_plane(x, y - h))
+                    .length()
                     / (4.0 * h * h);
                 assert!((area * s.density - 1.0).abs() < 1e-4, "{camera:?}: {} {}", 1.0 / area, s.density);
             }
-            // Behind those that look one way.
+            // Behind cameras with a limited field of view.
             let behind = camera.project(&film, DVec3::new(1.3, 2.5, 9.0), DVec2::splat(0.5));
             assert_eq!(behind.is_some(), matches!(camera, Camera::Equirectangular(_)), "{camera:?}");
         }

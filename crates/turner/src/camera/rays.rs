@@ -1,4 +1,4 @@
-//! The rays of many points of the picture.
+//! Camera rays for eight picture positions at a time.
 
 use turner_bvh::lanes::{Block, F64x8, LANES, Simd, Vec3x8, Work, dispatch};
 use turner_bvh::{InstructionSet, RayBlock};
@@ -8,8 +8,9 @@ use super::pinhole::Pinhole;
 use crate::film::FilmDesc;
 use crate::math::DVec2;
 
-/// The camera rays through eight points of the picture, `x` and `y` in pixels from its top left corner: of unit
-/// direction, and the length the directions had. Fills the lanes of `rays` where `x` is a number. `lens` gives a lane's place on the lens, if there is one.
+/// The camera rays through eight picture positions, `x` and `y` in pixels from the top left corner, with unit
+/// directions. Fills the lanes of `rays` where `x` is not NaN, and returns the lengths of the original directions.
+/// `lens` gives a lane's point on the lens, if there is one.
 #[inline]
 pub fn camera_rays(
     set: InstructionSet,
@@ -45,14 +46,14 @@ struct PinholeRays<'a> {
 }
 
 impl Work for PinholeRays<'_> {
-    /// The lengths.
+    /// The lengths of the original directions.
     type Output = Block;
 
     #[inline(always)]
     fn run<S: Simd>(self, simd: S) -> Block {
         let splat = |v: f64| F64x8::splat(simd, v);
-        let place = F64x8::load(simd, self.x);
-        let x = splat(2.0) * place / splat(self.size[0]) - splat(1.0);
+        let pixel_x = F64x8::load(simd, self.x);
+        let x = splat(2.0) * pixel_x / splat(self.size[0]) - splat(1.0);
         let y = splat(1.0) - splat(2.0) * F64x8::load(simd, self.y) / splat(self.size[1]);
         let (d, t_min) = self.pinhole.directions(simd, x, y);
         let length = d.dot(d).sqrt();
@@ -60,7 +61,7 @@ impl Work for PinholeRays<'_> {
         Vec3x8::splat(simd, self.pinhole.position().to_array()).store(&mut rays.origin);
         (d * (splat(1.0) / length)).store(&mut rays.direction);
         (splat(t_min) * length).store(&mut rays.t_min);
-        place.is_nan().select(place, splat(f64::INFINITY)).store(&mut rays.t_max);
+        pixel_x.is_nan().select(pixel_x, splat(f64::INFINITY)).store(&mut rays.t_max);
         length.store(&mut lengths);
         lengths
     }

@@ -1,4 +1,4 @@
-//! Where cameras look.
+//! Tests of the cameras' ray directions.
 
 use std::f64::consts::{FRAC_PI_2, PI};
 
@@ -25,14 +25,14 @@ fn fisheye(angle: f64, aspect: f64) -> Camera {
     CameraDesc::Fisheye(desc).prepare(aspect).unwrap()
 }
 
-fn looks(camera: &Camera, x: f64, y: f64) -> DVec3 {
+fn direction_at(camera: &Camera, x: f64, y: f64) -> DVec3 {
     camera.ray(DVec2::new(x, y), DVec2::ZERO).direction
 }
 
-/// The solid angle of a small square of the screen around a point, over its area.
+/// The solid angle of a small square of the screen around a position, divided by its area.
 fn solid_angle(camera: &Camera, at: DVec2) -> f64 {
     let e = 1e-4;
-    let d = |x: f64, y: f64| looks(camera, at.x + x, at.y + y);
+    let d = |x: f64, y: f64| direction_at(camera, at.x + x, at.y + y);
     (d(e, 0.0) - d(-e, 0.0)).cross(d(0.0, e) - d(0.0, -e)).length() / (4.0 * e * e)
 }
 
@@ -51,7 +51,7 @@ fn a_panorama_shows_everything_once() {
         (-0.8, -1.0, DVec3::NEG_Y),
         (0.0, 0.5, DVec3::new(0.0, 1.0, -1.0).normalize()),
     ] {
-        assert!((looks(&camera, x, y) - expected).length() < 1e-15, "{x} {y}");
+        assert!((direction_at(&camera, x, y) - expected).length() < 1e-15, "{x} {y}");
     }
     // dω = cos(latitude) dlat dlon: π²/2 · cos over the square screen.
     for (x, y) in [(0.1, 0.2), (-0.7, 0.0), (0.9, -0.8)] {
@@ -67,20 +67,20 @@ fn a_fisheye_keeps_angles_from_its_axis() {
         let camera = fisheye(angle, aspect);
         let nearer = DVec2::new(1.0 / aspect.max(1.0), aspect.min(1.0));
         for i in 0..=20 {
-            let share = f64::from(i) / 20.0;
+            let fraction = f64::from(i) / 20.0;
             for side in [DVec2::X, DVec2::NEG_X, DVec2::Y, DVec2::NEG_Y] {
-                let at = side * nearer * share * (1.0 - 1e-12);
-                let d = looks(&camera, at.x, at.y);
+                let at = side * nearer * fraction * (1.0 - 1e-12);
+                let d = direction_at(&camera, at.x, at.y);
                 assert!((d.length() - 1.0).abs() < 1e-12);
                 let from_axis = atan2(d.cross(DVec3::NEG_Z).length(), -d.z);
-                let expected = radians(0.5 * angle) * share;
+                let expected = radians(0.5 * angle) * fraction;
                 assert!((from_axis - expected).abs() < 1e-7 * (1.0 + expected), "{from_axis} {expected}");
-                // On the side of the picture where it is.
+                // On the correct side of the picture.
                 let flat = DVec2::new(d.x, d.y);
-                assert!(share == 0.0 || share == 1.0 || flat.normalize().dot(side) > 1.0 - 1e-9);
+                assert!(fraction == 0.0 || fraction == 1.0 || flat.normalize().dot(side) > 1.0 - 1e-9);
             }
         }
-        // Nothing is seen beyond the circle.
+        // There are no rays outside the circle.
         let rays = [DVec2::new(1.0, 1.0), DVec2::new(-1.0, 1.0)].map(|at| camera.ray(at, DVec2::ZERO));
         assert!(rays.iter().all(|ray| ray.t_max < 0.0 && ray.direction.is_finite()));
         // dω = sin θ dθ dφ; θ = rim · r.
@@ -121,7 +121,7 @@ fn a_lens_with_blades_is_in_focus_where_a_round_one_is() {
 }
 
 #[test]
-fn a_shifted_screen_shows_what_lies_beside() {
+fn a_shifted_screen_shows_the_adjacent_view() {
     let (position, look_at) = (DVec3::new(1.0, 2.0, 3.0), DVec3::new(0.0, 1.0, -4.0));
     let (up, handedness) = (DVec3::Y, Handedness::Right);
     let (fov, viewport, distance, near) = (Some(50.0), None, None, 0.0);
@@ -162,10 +162,10 @@ fn a_shifted_screen_shows_what_lies_beside() {
             assert!((a.direction - b.direction).length() < 1e-12 && a.origin == b.origin, "{a:?} {b:?}");
         }
     }
-    // The left edge is the direction of view.
-    let ahead = looks(&pinhole(DVec2::new(0.5, 0.0)), -1.0, 0.0).normalize();
+    // The left edge is the viewing direction.
+    let ahead = direction_at(&pinhole(DVec2::new(0.5, 0.0)), -1.0, 0.0).normalize();
     assert!((ahead - (look_at - position).normalize()).length() < 1e-12);
-    // Many rays at a time are the same.
+    // Eight rays at a time give the same.
     let film =
         crate::film::FilmDesc { width: 30, height: 20, ..crate::description::SceneDesc::default().film };
     let (mut x, mut y) = (Block([f64::NAN; LANES]), Block([f64::NAN; LANES]));
@@ -174,7 +174,7 @@ fn a_shifted_screen_shows_what_lies_beside() {
     camera_rays(InstructionSet::best(), &pinhole(shift), &film, &x, &y, |_| DVec2::ZERO, &mut rays);
     for lane in 0..2 {
         let at = DVec2::new(2.0 * x.0[lane] / 30.0 - 1.0, 1.0 - 2.0 * y.0[lane] / 20.0);
-        let expected = looks(&pinhole(shift), at.x, at.y).normalize();
+        let expected = direction_at(&pinhole(shift), at.x, at.y).normalize();
         let found =
             DVec3::new(rays.direction[0].0[lane], rays.direction[1].0[lane], rays.direction[2].0[lane]);
         assert!((found - expected).length() < 1e-12, "{found} {expected}");

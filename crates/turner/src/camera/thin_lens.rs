@@ -1,4 +1,16 @@
 //! The thin-lens camera: a pinhole camera with depth of field.
+//!
+//! All rays of a screen position pass the same point q of the plane of focus, and start at different points of the
+//! lens. Objects at q are sharp; others are spread over the projected lens, the circle of confusion (pbrt § 5.2.3).
+//!
+//! ```text
+//!       lens              plane of focus
+//!     l  o--__                  |
+//!        |    ``--__            |        c   centre of the lens
+//!        |          ``--__      |        l   sampled point of the lens
+//!     c  o----------------``----o q      q   where the pinhole ray from c crosses the plane
+//!        |                      |
+//! ```
 
 use super::aperture::Aperture;
 use super::pinhole::{Screen, screen};
@@ -7,33 +19,36 @@ use crate::math::{DVec2, DVec3, Ray};
 use crate::schema::{Range, SceneError, params};
 
 params! {
-    /// A camera with a lens: what is not at the distance of focus is blurred. Needs several samples per pixel.
+    /// A perspective camera with a lens: objects away from the plane of focus are blurred. Needs many samples per
+    /// pixel.
     pub struct ThinLensDesc as "thin-lens" {
-        /// The middle of the lens.
+        /// Centre of the lens.
         position: DVec3 = DVec3::new(0.0, 0.0, 5.0);
-        /// The point in the middle of the picture.
+        /// The point at the centre of the picture (unless `shift` moves it).
         look_at: DVec3 = DVec3::ZERO;
-        /// Upwards in the picture.
+        /// Up direction in the picture.
         up: DVec3 = DVec3::Y;
-        /// Which hand the axes follow.
+        /// Handedness of the axes.
         handedness: Handedness = Handedness::Right;
-        /// Vertical field of view, degrees; 40 if neither it nor a viewport is given.
+        /// Vertical field of view in degrees; 40 if neither `fov` nor `viewport` is given.
         fov: Option<f64> = None, in Range::open(0.0, 180.0);
         /// Instead of `fov`: size of the screen, as for the pinhole camera.
         viewport: Option<Viewport> = None;
-        /// Distance of the viewport from the eye; without it the viewport lies at `look_at`.
+        /// Distance of the viewport from the camera, in scene units. By default the viewport is at `look_at`.
         distance: Option<f64> = None, in Range::POSITIVE;
-        /// Moves the screen sideways, as for the pinhole camera.
+        /// Shifts the screen without rotating the camera, as for the pinhole camera.
         shift: DVec2 = DVec2::ZERO;
-        /// Radius of the lens, scene units; 0 is a pinhole.
+        /// Radius of the lens in scene units; 0 is a pinhole.
         lens_radius: f64 = 0.05, in Range::NON_NEGATIVE;
-        /// Blades of the aperture: what is out of focus shows its polygon, of so many corners on the circle of `lens_radius`. 0 is a round opening; else 3 or more.
+        /// Number of aperture blades. Out-of-focus highlights take the shape of the polygon, whose corners are on the
+        /// circle of `lens_radius`. 0 is a round aperture; otherwise at least 3.
         blades: u32 = 0, in Range::closed(0.0, 1024.0);
-        /// Degrees by which the blades are turned, against the clock as the camera sees it; at 0 a corner is straight up.
+        /// Rotation of the blades in degrees, counter-clockwise as seen by the camera; at 0 a corner is at the top.
         blade_rotation: f64 = 0.0;
-        /// Distance of the plane in focus, along the direction of view; without it `look_at` is in focus.
+        /// Distance of the plane of focus along the viewing direction, in scene units. By default `look_at` is in
+        /// focus.
         focus_distance: Option<f64> = None, in Range::POSITIVE;
-        /// Nothing nearer than this counts, measured along the direction of view.
+        /// Surfaces nearer than this, in scene units along the viewing direction, are invisible.
         near: f64 = 0.0, in Range::NON_NEGATIVE;
     }
     example r#"[camera]
@@ -50,7 +65,7 @@ samples = 64
 "#
 }
 
-/// A thin-lens camera, prepared.
+/// A prepared thin-lens camera.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ThinLens {
     pub(super) frame: CameraFrame,
@@ -62,7 +77,7 @@ pub struct ThinLens {
 }
 
 impl ThinLensDesc {
-    /// Makes it ready for a picture of the given aspect.
+    /// Prepares it for a picture of the given aspect ratio (width over height).
     pub fn prepare(&self, aspect: f64) -> Result<ThinLens, SceneError> {
         let frame = CameraFrame::new(self.position, self.look_at, self.up, self.handedness)?;
         let to_target = (self.look_at - self.position).length();
@@ -81,18 +96,18 @@ impl ThinLensDesc {
 }
 
 impl ThinLens {
-    /// Half the size of what is seen of the plane in focus, which directions lead to.
+    /// Half the size of the visible part of the plane of focus.
     pub(super) fn half_focus(&self) -> DVec2 {
         self.screen.half * (self.focus_distance / self.screen.distance)
     }
 
-    /// From the middle of the lens to its point at `lens` in the unit square.
+    /// From the centre of the lens to its point given by `lens` in the unit square.
     pub(super) fn offset(&self, lens: DVec2) -> DVec3 {
         let l = self.aperture.point(lens) * self.lens_radius;
         self.frame.right * l.x + self.frame.up * l.y
     }
 
-    /// The ray through a point of the screen and a point `lens` of the unit square, mapped onto the lens.
+    /// The ray through a screen position, from the point of the lens given by `lens` in the unit square.
     pub(super) fn ray(&self, at: DVec2, lens: DVec2) -> Ray {
         let f = &self.frame;
         let d = self.screen.direction(f, at);

@@ -1,8 +1,8 @@
 //! A colour map for values from 0 to 1: black, violet, magenta, orange, pale yellow.
 //!
-//! It is "magma" by S. van der Walt and N. Smith (2015, in the public domain by CC0): lightness rises evenly, so that equal steps of the
-//! value look equal, in grey and to colour-blind eyes, too. Every eighth of its 256 colours is kept; what lies between is
-//! interpolated, to 0.005 of the original.
+//! It is "magma" by S. van der Walt and N. Smith (2015, CC0). Its lightness rises evenly, so that equal steps look
+//! equal, also in greyscale and to colour-blind viewers. Every eighth of its 256 colours is stored and the others are
+//! interpolated, to within 0.005 of the original.
 
 use super::{Spectrum, from_rgb24};
 
@@ -14,7 +14,7 @@ const STEPS: [u32; 33] = [
     0xf5695c, 0xf9785d, 0xfb8761, 0xfd9668, 0xfea571, 0xfeb47b, 0xfec387, 0xfed194, 0xfde0a2, 0xfceeb0, 0xfcfdbf,
 ];
 
-/// The display colour (sRGB, 0..=1) of a value; values outside 0..=1 and NaN have those of the ends.
+/// The display colour (sRGB, 0..=1) of a value. Values outside 0..=1 are clamped; NaN counts as 0.
 pub fn heat(value: f32) -> Spectrum {
     let at = if value > 0.0 { value.min(1.0) } else { 0.0 } * 32.0;
     let i = (at as usize).min(31);

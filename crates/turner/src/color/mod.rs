@@ -1,4 +1,4 @@
-//! Colours: the working spectrum, tone mapping, transfer curves, names, a map from values to colours.
+//! Colours: the spectrum type, tone mapping, transfer curves, colour names and a colour map.
 
 mod heat;
 mod names;

@@ -1,4 +1,4 @@
-//! The colour names of CSS Color Module Level 4, as display values 0xrrggbb, sorted by name.
+//! The colour names of CSS Color Module Level 4, with sRGB display values 0xrrggbb, sorted by name.
 
 use super::Spectrum;
 
@@ -44,7 +44,7 @@ pub const NAMES: &[(&str, u32)] = &[
     ("white", 0xffffff), ("whitesmoke", 0xf5f5f5), ("yellow", 0xffff00), ("yellowgreen", 0x9acd32),
 ];
 
-/// The display colour (0..=1) of a name, in any case; `None` if there is no such name.
+/// The display colour (0..=1) of a name, ignoring case; `None` for an unknown name.
 pub fn named(name: &str) -> Option<Spectrum> {
     let name = name.to_ascii_lowercase();
     let i = NAMES.binary_search_by(|(n, _)| (*n).cmp(name.as_str())).ok()?;

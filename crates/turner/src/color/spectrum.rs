@@ -1,8 +1,8 @@
-//! Light per colour band.
+//! Radiance and reflectance as RGB.
 
 use std::ops::{Add, AddAssign, Mul, MulAssign, Sub};
 
-/// Linear Rec. 709 RGB (or display values in a display-referred scene). The one type to change for spectral
+/// Linear Rec. 709 RGB (display values in a display-referred scene). This is the type to replace for spectral
 /// rendering.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Spectrum {
@@ -20,12 +20,12 @@ impl Spectrum {
     /// One in every band.
     pub const WHITE: Spectrum = Spectrum::grey(1.0);
 
-    /// From three bands.
+    /// From red, green and blue.
     pub const fn new(r: f32, g: f32, b: f32) -> Spectrum {
         Spectrum { r, g, b }
     }
 
-    /// The same in every band.
+    /// The same value in every band.
     pub const fn grey(v: f32) -> Spectrum {
         Spectrum { r: v, g: v, b: v }
     }
@@ -45,7 +45,7 @@ impl Spectrum {
         self == Spectrum::BLACK
     }
 
-    /// The largest band.
+    /// The largest component.
     pub fn max_component(self) -> f32 {
         self.r.max(self.g).max(self.b)
     }

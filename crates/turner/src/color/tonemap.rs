@@ -1,44 +1,44 @@
-//! Tone mapping: from scene light to what a display can show.
+//! Tone mapping: from scene radiance to what a display can show.
 //!
-//! Each curve takes linear Rec. 709 light (0.18 a middle grey, 1 a white surface in full light) and gives linear
-//! display light in 0..=1, which the transfer curve then encodes.
+//! Each curve maps linear Rec. 709 values (0.18 is middle grey, 1 a fully lit white surface) to linear display values
+//! in 0..=1, which the transfer curve then encodes.
 
 use super::Spectrum;
 use crate::choice::choice;
 use crate::math::elementary::{ln, pow};
 
 choice! {
-    /// How light of any strength becomes what a display can show.
+    /// How scene radiance becomes display values.
     pub enum Tonemap {
-        /// Not at all: what is above 1 is clipped.
+        /// No tone mapping: values above 1 are clipped.
         None = "none",
-        /// Khronos PBR Neutral: colours of surfaces stay as they are, only highlights are compressed. For products.
+        /// Khronos PBR Neutral: keeps surface colours and compresses only highlights. For product pictures.
         Neutral = "neutral",
-        /// AgX, its base look: strong light goes to white as on film, contrast is soft. For interiors and landscapes.
+        /// AgX, base look: strong light fades to white as on film, with soft contrast. For interiors and landscapes.
         Agx = "agx",
-        /// The filmic curve of the Academy (ACES 1, as fitted by S. Hill): strong contrast, darker middle tones.
+        /// The filmic curve of ACES 1, as fitted by S. Hill: strong contrast, darker mid-tones.
         Aces = "aces",
     }
 }
 
 impl Tonemap {
-    /// Display light for scene light. Bands below 0 and NaN count as 0, infinite ones as the largest number.
+    /// Maps scene radiance to display values. Negative and NaN components count as 0, infinite ones as the largest f32.
     pub fn map(self, color: Spectrum) -> Spectrum {
         let light = color.to_array().map(|v| if v > 0.0 { f64::from(v.min(f32::MAX)) } else { 0.0 });
-        let shown = match self {
+        let mapped = match self {
             Tonemap::None => light,
             Tonemap::Neutral => neutral(light),
             Tonemap::Agx => agx(light),
             Tonemap::Aces => aces(light),
         };
-        Spectrum::from(shown.map(|v| v.clamp(0.0, 1.0) as f32))
+        Spectrum::from(mapped.map(|v| v.clamp(0.0, 1.0) as f32))
     }
 }
 
-/// Khronos PBR Neutral (specification of 2024, "Khronos PBR Neutral Tone Mapper"). First the light that every
-/// dielectric reflects, F90 = 0.04, is taken away, with a parabola at the toe; so a colour that glTF calls 0.5 is shown
-/// as 0.5 under white light of 1. Above K_s = 0.8 − 0.04 the largest band is compressed by a hyperbola towards 1
-/// and the colour loses saturation at the rate K_d = 0.15.
+/// Khronos PBR Neutral ("Khronos PBR Neutral Tone Mapper" specification, 2024). First it subtracts the reflection
+/// that every dielectric adds, F90 = 0.04, with a parabola at the toe: a glTF colour of 0.5 is shown as 0.5 under
+/// white light of 1. Above K_s = 0.8 − 0.04, a hyperbola compresses the largest component towards 1, and the colour
+/// loses saturation at the rate K_d = 0.15.
 fn neutral(color: [f64; 3]) -> [f64; 3] {
     const F90: f64 = 0.04;
     const START: f64 = 0.8 - F90;
@@ -50,8 +50,8 @@ fn neutral(color: [f64; 3]) -> [f64; 3] {
     if peak <= START {
         return color;
     }
-    let room = 1.0 - START;
-    let compressed = 1.0 - room * room / (peak - START + room);
+    let headroom = 1.0 - START;
+    let compressed = 1.0 - headroom * headroom / (peak - START + headroom);
     let whiteness = 1.0 - 1.0 / (DESATURATION * (peak - compressed) + 1.0);
     color.map(|v| v / peak * compressed * (1.0 - whiteness) + compressed * whiteness)
 }
@@ -63,8 +63,8 @@ fn multiply(m: &Matrix, v: [f64; 3]) -> [f64; 3] {
 }
 
 /// AgX (T. Sobotka 2022) with the matrices and the polynomial of B. Wrensch, "Minimal AgX Implementation" (2024):
-/// primaries moved inwards, a logarithm over 16.5 stops, a sigmoid, primaries moved out again, and the display's power
-/// of 2.2 undone.
+/// inset the primaries, take a logarithm over 16.5 stops, apply a sigmoid, outset the primaries, and undo the
+/// display's power of 2.2.
 fn agx(color: [f64; 3]) -> [f64; 3] {
     const INSET: Matrix = [
         [0.842_479_062_253_094, 0.078_433_599_999_999_2, 0.079_223_745_147_764_3],
@@ -76,9 +76,9 @@ fn agx(color: [f64; 3]) -> [f64; 3] {
         [-0.052_896_851_757_456_2, 1.151_903_129_904_17, -0.098_961_176_844_843_3],
         [-0.052_971_635_514_443_8, -0.098_043_450_117_124_1, 1.151_073_672_641_16],
     ];
-    /// Stops of the darkest and the brightest that are told apart.
+    /// Range of the logarithm, in stops: the darkest and the brightest value it distinguishes.
     const STOPS: [f64; 2] = [-12.473_93, 4.026_069];
-    /// The sigmoid's coefficients, of x⁶ first.
+    /// Coefficients of the sigmoid polynomial, from x⁶ down.
     const SIGMOID: [f64; 7] = [15.5, -40.14, 31.96, -6.868, 0.4298, 0.1191, -0.002_32];
     let curved = multiply(&INSET, color).map(|v| {
         let stops = ln(v) * std::f64::consts::LOG2_E;
@@ -89,8 +89,8 @@ fn agx(color: [f64; 3]) -> [f64; 3] {
     multiply(&OUTSET, curved).map(|v| pow(v.max(0.0), 2.2))
 }
 
-/// Reference rendering and display transforms of ACES 1 as fitted by S. Hill (BakingLab, "ACES.hlsl", 2016): Rec. 709
-/// to the working primaries with their desaturation, a rational curve, and back.
+/// The reference rendering and display transforms of ACES 1 as fitted by S. Hill (BakingLab, "ACES.hlsl", 2016): Rec.
+/// 709 to working primaries with desaturation, a rational curve, and back.
 fn aces(color: [f64; 3]) -> [f64; 3] {
     const INPUT: Matrix =
         [[0.597_19, 0.354_58, 0.048_23], [0.076, 0.908_34, 0.015_66], [0.0284, 0.133_83, 0.837_77]];
@@ -118,12 +118,12 @@ mod tests {
         assert!(close, "{tonemap:?} of {color:?}: {found:?}, expected {expected:?}");
     }
 
-    /// By hand from the specification: 1 − 0.24² / (0.96 − 0.76 + 0.24), and so on.
+    /// Computed by hand from the specification: 1 − 0.24² / (0.96 − 0.76 + 0.24), and so on.
     #[test]
     fn neutral_is_as_specified() {
         near(Neutral, [0.5, 0.2, 0.1], [0.46, 0.16, 0.06], 1e-7);
         near(Neutral, [0.8, 0.5, 0.3], [0.76, 0.46, 0.26], 1e-7);
-        // In the toe the least band becomes x² / 0.16.
+        // In the toe the smallest component becomes x² / 0.16.
         near(Neutral, [0.5, 0.3, 0.04], [0.47, 0.27, 0.01], 1e-7);
         near(Neutral, [0.6, 0.2, 0.0], [0.6, 0.2, 0.0], 1e-7);
         near(Neutral, [1.0, 1.0, 1.0], [0.869_090_909; 3], 1e-7);
@@ -137,14 +137,14 @@ mod tests {
         for i in 0..1000_u16 {
             let mix = |k: u16| 0.08 + 0.72 * f32::from(i.wrapping_mul(k) % 997) / 997.0;
             let color = Spectrum::new(mix(7), mix(131), mix(613));
-            let shown = Neutral.map(color);
-            for (shown, v) in shown.to_array().iter().zip(color.to_array()) {
-                assert!((shown - (v - 0.04)).abs() < 1e-6, "{color:?}: {shown:?}");
+            let mapped = Neutral.map(color);
+            for (mapped, v) in mapped.to_array().iter().zip(color.to_array()) {
+                assert!((mapped - (v - 0.04)).abs() < 1e-6, "{color:?}: {mapped:?}");
             }
         }
     }
 
-    /// Values of the published shaders, computed apart in double precision.
+    /// Values of the published shaders, computed separately in double precision.
     #[test]
     fn agx_and_aces_are_the_published_curves() {
         near(Agx, [0.18, 0.18, 0.18], AGX[0], 1e-6);
@@ -184,15 +184,15 @@ mod tests {
     }
 
     #[test]
-    fn any_number_becomes_a_number() {
+    fn any_input_gives_finite_output() {
         let odd =
             [f32::NAN, f32::INFINITY, f32::NEG_INFINITY, f32::MAX, f32::MIN, -1.0, 0.0, -0.0, 1e-45, 1e30];
         for tonemap in [Tonemap::None, Neutral, Agx, Aces] {
             for i in 0..odd.len().pow(3) {
                 let [r, g, b] = [i, i / odd.len(), i / odd.len() / odd.len()].map(|i| odd[i % odd.len()]);
-                let shown = tonemap.map(Spectrum::new(r, g, b));
-                let inside = shown.to_array().iter().all(|v| (0.0..=1.0).contains(v));
-                assert!(inside, "{tonemap:?} of {r}, {g}, {b}: {shown:?}");
+                let mapped = tonemap.map(Spectrum::new(r, g, b));
+                let inside = mapped.to_array().iter().all(|v| (0.0..=1.0).contains(v));
+                assert!(inside, "{tonemap:?} of {r}, {g}, {b}: {mapped:?}");
             }
             assert!(tonemap.map(Spectrum::grey(f32::INFINITY)).max_component() > 0.99);
         }

@@ -5,18 +5,18 @@ use crate::choice::choice;
 use crate::math::elementary::pow;
 
 choice! {
-    /// How scene values become the numbers of an 8-bit picture, and how `#rrggbb`, colour names and 8-bit
-    /// textures become scene values.
+    /// The curve between scene values and the values of 8-bit images. It also applies to `#rrggbb`, colour names and
+    /// 8-bit textures.
     pub enum Transfer {
-        /// Display-referred: values are written as they are, clamped to 0..1. What the classic documents do.
+        /// No curve: values are written unchanged, clamped to 0..1, as in the classic documents.
         None = "none",
-        /// Scene values are linear light; pictures and hex colours carry the sRGB curve (IEC 61966-2-1).
+        /// Scene values are linear; pictures, hex colours and 8-bit textures are sRGB-encoded (IEC 61966-2-1).
         Srgb = "srgb",
     }
 }
 
 impl Transfer {
-    /// A scene value (0..=1 shown, the rest clamped; NaN shown as 0) to a display value in 0..=1.
+    /// From a scene value to a display value in 0..=1; the scene value is clamped to 0..=1, NaN becomes 0.
     pub fn encode(self, v: f32) -> f32 {
         let v = if v > 0.0 { v.min(1.0) } else { 0.0 };
         match self {
@@ -25,7 +25,7 @@ impl Transfer {
         }
     }
 
-    /// A display value in 0..=1 to a scene value.
+    /// From a display value in 0..=1 to a scene value.
     pub fn decode(self, v: f32) -> f32 {
         match self {
             Transfer::None => v,
@@ -33,18 +33,18 @@ impl Transfer {
         }
     }
 
-    /// A display colour to a scene colour.
+    /// From a display colour to a scene colour.
     pub fn decode_color(self, c: Spectrum) -> Spectrum {
         c.map(|v| self.decode(v))
     }
 }
 
-/// Linear 0..=1 to sRGB-encoded 0..=1.
+/// Linear 0..=1 to sRGB 0..=1.
 pub fn srgb_encode(v: f32) -> f32 {
     if v <= 0.003_130_8 { 12.92 * v } else { (1.055 * pow(f64::from(v), 1.0 / 2.4) - 0.055) as f32 }
 }
 
-/// sRGB-encoded 0..=1 to linear 0..=1.
+/// sRGB 0..=1 to linear 0..=1.
 pub fn srgb_decode(v: f32) -> f32 {
     if v <= 0.040_45 { v / 12.92 } else { pow((f64::from(v) + 0.055) / 1.055, 2.4) as f32 }
 }

@@ -1,8 +1,8 @@
-//! Absolute differences |a − b| of the pictures' own numbers, over colours times alpha and, where there is any, alpha.
+//! Absolute differences |a − b| of the stored values: of colours times alpha, and of alpha if there is any.
 
 use super::{Measured, Pair};
 
-/// The largest of all channels and pixels.
+/// The largest over all channels and pixels.
 pub fn max(pair: &Pair) -> Measured {
     let found = Measured::new(pair, 0.0, map(pair));
     Measured { value: f64::from(found.worst.value), ..found }
@@ -16,7 +16,7 @@ pub fn mean(pair: &Pair) -> Measured {
     Measured::new(pair, sum / count.max(1) as f64, map(pair))
 }
 
-/// Each pixel's largest.
+/// The largest of each pixel.
 pub(super) fn map(pair: &Pair) -> Vec<f32> {
     let n = pair.channels();
     pair.both().map(|(p, q)| (0..n).map(|c| distance(p[c], q[c])).fold(0.0, f64::max) as f32).collect()

@@ -1,16 +1,16 @@
-//! Filters that are products of one in x and one in y, on strips of rows.
+//! Separable filters on strips of rows.
 
-/// What stands beyond the edges of a picture.
+/// How an image continues beyond its edges.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Border {
     /// The nearest pixel of the edge.
     Clamp,
-    /// The picture, mirrored at its edge: c b a | a b c | c b a.
+    /// The image, mirrored at its edge: c b a | a b c | c b a.
     Mirror,
 }
 
 impl Border {
-    /// The place within 0..n that stands for any place; n is at least 1.
+    /// The index within 0..n for any index; n is at least 1.
     pub(super) fn place(self, i: isize, n: usize) -> usize {
         let n = n.max(1) as isize;
         let place = match self {
@@ -35,13 +35,13 @@ impl Kernel {
         Kernel((-r..=r).map(|i| f(i as f64)).collect())
     }
 
-    /// Scaled to a sum of 1.
+    /// Scaled so that the sum is 1.
     pub(super) fn normalised(self) -> Kernel {
         let sum: f64 = self.0.iter().sum();
         Kernel(self.0.into_iter().map(|w| w / sum).collect())
     }
 
-    /// Positive weights scaled to a sum of 1, negative ones to −1.
+    /// Positive weights scaled so that their sum is 1, negative ones to −1.
     pub(super) fn balanced(self) -> Kernel {
         let up: f64 = self.0.iter().filter(|w| **w > 0.0).sum();
         let down: f64 = self.0.iter().filter(|w| **w < 0.0).sum();
@@ -58,7 +58,7 @@ impl Kernel {
     }
 }
 
-/// Rows of numbers.
+/// Rows of values.
 #[derive(Clone, Debug)]
 pub(super) struct Plane {
     pub(super) width: usize,
@@ -66,8 +66,8 @@ pub(super) struct Plane {
 }
 
 impl Plane {
-    /// The rows from `first − halo` to `last + halo` (`last` excluded, rows beyond the picture by `border`) of a picture whose pixel in
-    /// column x and row y is `at(x, y)`.
+    /// The rows `first − halo` to `last + halo` (`last` excluded) of an image with the value `at(x, y)` in
+    /// column x and row y. `border` gives rows beyond the image.
     pub(super) fn new(
         (width, height): (usize, usize),
         rows: std::ops::Range<usize>,
@@ -82,12 +82,12 @@ impl Plane {
         Plane { width, values }
     }
 
-    /// Each number changed.
+    /// A function of each value.
     pub(super) fn map(&self, f: impl Fn(f64) -> f64) -> Plane {
         Plane { width: self.width, values: self.values.iter().map(|v| f(*v)).collect() }
     }
 
-    /// Filtered along x; as many rows as before.
+    /// Filtered along x; the number of rows stays.
     pub(super) fn along_x(&self, kernel: &Kernel, border: Border) -> Plane {
         let (w, r) = (self.width, kernel.radius());
         let mut values = vec![0.0; self.values.len()];
@@ -103,7 +103,7 @@ impl Plane {
         Plane { width: w, values }
     }
 
-    /// Filtered along y; `halo` rows fewer at the top and at the bottom, at least the kernel's radius.
+    /// Filtered along y; `halo` rows fewer at the top and at the bottom. `halo` is at least the kernel's radius.
     pub(super) fn along_y(&self, kernel: &Kernel, halo: usize) -> Plane {
         let w = self.width.max(1);
         let rows = (self.values.len() / w).saturating_sub(2 * halo);
@@ -141,7 +141,7 @@ mod tests {
         let whole = of(0..9);
         assert_eq!(whole.len(), 54);
         assert_eq!([of(0..4), of(4..9)].concat(), whole);
-        // In the middle, by hand.
+        // At the centre, by hand.
         let weight = |i: i32| (1.0 + f64::from(i)) / 5.0;
         let mut sum = 0.0;
         for dy in -2..=2i32 {

@@ -1,21 +1,23 @@
-//! How far two pictures are from each other, in the field's measures.
+//! Differences between two images, in the usual metrics.
 //!
 //! ```text
 //! Image ── Canvas::new ──┐
-//!                        ├─ Pair::new ── Metric::measure ──> Measured: one number, the worst pixel, a number for each pixel
-//! Image ── Canvas::new ──┘    sizes, alpha, numbers that are none
+//!                        ├─ Pair::new ── Metric::measure ──> Measured: one value, the worst pixel, one value
+//!                        per pixel
+//! Image ── Canvas::new ──┘  checks size, alpha, non-finite pixels
 //! ```
 //!
-//! The first picture is the reference. Pictures hold either linear light (EXR, HDR) or display values (PNG, JPEG): `max`, `mean`, `rmse`
-//! and `relmse` take the numbers as they are; `psnr`, `ssim` and `flip` are about what is seen.
+//! The first image is the reference. Images hold either linear light (EXR, HDR) or display values (PNG, JPEG).
+//! `max`, `mean`, `rmse` and `relmse` compare the stored values; `psnr`, `ssim` and `flip` compare what a
+//! display shows.
 //!
 //! | metric | what | in |
 //! |---|---|---|
 //! | `max` `mean` | largest and mean absolute difference | [`mod@absolute`] |
-//! | `rmse` `psnr` | root of the mean square; the same in decibels below white, of display values | [`mod@square`] |
-//! | `relmse` | mean square relative to the reference | [`mod@relative`] |
+//! | `rmse` `psnr` | root mean square difference; the same in decibels, of display values | [`mod@square`] |
+//! | `relmse` | mean square difference relative to the reference | [`mod@relative`] |
 //! | `ssim` | structural similarity, Wang et al. 2004 | [`mod@ssim`] |
-//! | `flip` | what an observer notices who alternates the pictures: Andersson et al. 2020, and 2021 for linear light | [`mod@flip`] |
+//! | `flip` | visible differences, Andersson et al. 2020, and 2021 for linear light | [`mod@flip`] |
 //!
 //! ```
 //! use turner::compare::{Canvas, Metric, Pair};
@@ -41,10 +43,10 @@ mod strips;
 pub use pair::{Canvas, Mismatch, NonFinite, Pair};
 pub use relative::relative_mse;
 
-/// What is measured.
+/// A metric.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Metric {
-    /// Largest absolute difference of a channel, in the pictures' own numbers.
+    /// Largest absolute difference of a channel, in the stored values.
     Max,
     /// Mean absolute difference of all channels.
     Mean,
@@ -52,20 +54,20 @@ pub enum Metric {
     Rmse,
     /// Mean square difference relative to the reference's square: see [`relative_mse`].
     RelMse,
-    /// Peak signal-to-noise ratio of display values in decibels; infinite for equal pictures.
+    /// Peak signal-to-noise ratio of display values in decibels; infinite for equal images.
     Psnr,
-    /// Structural similarity of display values: 1 for equal pictures, 0 or less for unrelated ones.
+    /// Structural similarity of display values: 1 for equal images, 0 or less for unrelated ones.
     Ssim,
-    /// FLIP: 0 for equal pictures, 1 for black against white.
+    /// FLIP: 0 for equal images, 1 for the largest visible difference.
     Flip,
 }
 
 impl Metric {
-    /// All there are.
+    /// All metrics.
     pub const ALL: [Metric; 7] =
         [Metric::Max, Metric::Mean, Metric::Rmse, Metric::RelMse, Metric::Psnr, Metric::Ssim, Metric::Flip];
 
-    /// Its name for programs.
+    /// Its name in commands and JSON.
     pub fn word(self) -> &'static str {
         match self {
             Metric::Max => "max",
@@ -78,7 +80,7 @@ impl Metric {
         }
     }
 
-    /// Its name for people.
+    /// Its name in text.
     pub fn title(self) -> &'static str {
         match self {
             Metric::Max => "maximum",
@@ -91,17 +93,17 @@ impl Metric {
         }
     }
 
-    /// Whether larger numbers mean that the pictures are more alike.
+    /// Whether larger values mean more similar images.
     pub fn is_similarity(self) -> bool {
         matches!(self, Metric::Psnr | Metric::Ssim)
     }
 
-    /// Whether a value is as good as `tolerance` or better: at most that, at least that for similarities.
+    /// Whether a value is at least as good as `tolerance`: at most that, or at least that for similarities.
     pub fn is_within(self, value: f64, tolerance: f64) -> bool {
         if self.is_similarity() { value >= tolerance } else { value <= tolerance }
     }
 
-    /// Measures a pair on `threads` threads (at least one); the result does not depend on their number.
+    /// Measures a pair on `threads` threads (at least one). The result does not depend on their number.
     pub fn measure(self, pair: &Pair, threads: usize) -> Measured {
         match self {
             Metric::Max => absolute::max(pair),
@@ -122,18 +124,18 @@ pub struct Worst {
     pub x: u32,
     /// Row.
     pub y: u32,
-    /// Its number in the map; the first of equal ones in reading order.
+    /// Its value in the map; of equal ones the first in reading order.
     pub value: f32,
 }
 
-/// What a metric found.
+/// The result of a metric.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Measured {
-    /// For the pictures as a whole.
+    /// For the entire image.
     pub value: f64,
     /// The pixel that differs most.
     pub worst: Worst,
-    /// One number of 0 or more per pixel, row by row; larger is worse. For `ssim` it is 1 − SSIM.
+    /// One value of at least 0 per pixel, row by row; larger is worse. For `ssim` it is 1 − SSIM.
     pub map: Vec<f32>,
 }
 

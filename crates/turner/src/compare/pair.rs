@@ -1,25 +1,26 @@
-//! Two pictures made ready to be compared, or why they cannot be.
+//! Two images prepared for comparison, or the reason why they cannot be compared.
 
 use crate::color::srgb_encode;
 use crate::image::Image;
 
-/// A picture as it is compared.
+/// An image prepared for comparison.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Canvas {
     /// Columns, at least 1.
     pub width: u32,
     /// Rows, at least 1.
     pub height: u32,
-    /// Colour times alpha, and alpha; row by row from the top.
+    /// Colours multiplied by alpha, and alpha; row by row from the top.
     pub pixels: Vec<[f32; 4]>,
-    /// Whether a pixel's alpha is other than 1.
+    /// Whether a pixel has an alpha other than 1.
     pub has_alpha: bool,
     /// Whether colours are linear light rather than display values.
     pub is_linear: bool,
 }
 
 impl Canvas {
-    /// Of a picture; grey is taken as equal red, green and blue. `associated` says that its colours are already multiplied by alpha.
+    /// From an image; grey becomes equal red, green and blue. `associated` means that its colours are already
+    /// multiplied by alpha.
     pub fn new(image: &Image, associated: bool) -> Canvas {
         let places = (0..image.height).flat_map(|y| (0..image.width).map(move |x| (x, y)));
         let pixels: Vec<[f32; 4]> = places
@@ -35,27 +36,27 @@ impl Canvas {
     }
 }
 
-/// Why two pictures cannot be compared.
+/// Why two images cannot be compared.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum Mismatch {
-    /// They have not the same size.
+    /// Their sizes differ.
     #[error("{}x{} pixels against {}x{}", .0.0, .0.1, .1.0, .1.1)]
     Size((u32, u32), (u32, u32)),
-    /// One is transparent somewhere, the other has no such pixels.
+    /// Only one of them has transparent pixels.
     #[error("{} is transparent in places, {} nowhere", ["the first", "the second"][usize::from(!.first)], ["the first", "the second"][usize::from(*.first)])]
     Alpha {
-        /// Whether it is the first that is transparent.
+        /// Whether the first one is transparent.
         first: bool,
     },
     /// One holds linear light, the other display values.
     #[error("{} holds linear light, {} display values", ["the first", "the second"][usize::from(!.first)], ["the first", "the second"][usize::from(*.first)])]
     Encoding {
-        /// Whether it is the first that is linear.
+        /// Whether the first one is linear.
         first: bool,
     },
 }
 
-/// Pixels that are infinite or no numbers.
+/// Pixels that are NaN or infinite.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct NonFinite {
     /// How many.
@@ -71,11 +72,11 @@ impl NonFinite {
     }
 }
 
-/// Two pictures of one size and kind.
+/// Two images of the same size and encoding.
 ///
-/// A pixel that is not finite in either is black in both for all metrics, and is counted: such a pixel has no difference that
-/// could be added to others. Those that are not the same in both pictures are counted apart, in `unlike`: whoever judges should take any
-/// of them for a failure.
+/// A pixel that is non-finite in either image is black in both for all metrics, because its difference would
+/// make every sum non-finite. Such pixels are counted. Those that differ between the images are counted in
+/// `unlike` as well; a test should treat any of them as a failure.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Pair {
     /// Columns.
@@ -86,11 +87,12 @@ pub struct Pair {
     pub has_alpha: bool,
     /// Whether colours are linear light rather than display values.
     pub is_linear: bool,
-    /// Pixels that are not finite, in the first and in the second picture.
+    /// Non-finite pixels of the first and of the second image.
     pub non_finite: [NonFinite; 2],
-    /// Pixels that are not finite in one, and not the same (a NaN, or an infinity of one sign, in the same channels) in the other.
+    /// Pixels that are non-finite in one image and not the same in the other (NaN, or an infinity of the same
+    /// sign, in the same channels).
     pub unlike: NonFinite,
-    /// The reference, and what is compared with it.
+    /// The reference, and the image that is compared with it.
     pub(super) pixels: [Vec<[f32; 4]>; 2],
 }
 
@@ -126,35 +128,35 @@ impl Pair {
         Ok(Pair { width, height, has_alpha, is_linear, non_finite, unlike, pixels })
     }
 
-    /// The channels of each pixel: colours, and alpha if there is any.
+    /// Channels per pixel: three colours, and alpha if there is any.
     pub(super) fn channels(&self) -> usize {
         if self.has_alpha { 4 } else { 3 }
     }
 
-    /// Both pictures, pixel by pixel: the reference first.
+    /// Both images, pixel by pixel: the reference first.
     pub(super) fn both(&self) -> impl Iterator<Item = (&[f32; 4], &[f32; 4])> {
         self.pixels[0].iter().zip(&self.pixels[1])
     }
 
-    /// The greys that transparent pictures are seen on.
+    /// The grey backgrounds on which transparent images are compared.
     pub(super) fn backgrounds(&self) -> &'static [f32] {
         if self.has_alpha { &[0.0, 1.0] } else { &[0.0] }
     }
 
-    /// A pixel of one of the pictures on a background, in the picture's own values.
+    /// A pixel of one of the images on a background, in stored values.
     pub(super) fn on(&self, picture: usize, index: usize, background: f32) -> [f32; 3] {
         let [r, g, b, a] = self.pixels[picture].get(index).copied().unwrap_or([0.0, 0.0, 0.0, 1.0]);
         [r, g, b].map(|v| if a == 1.0 { v } else { v + background * (1.0 - a) })
     }
 
-    /// As [`on`](Self::on), in display values from 0 to 1: linear light is clamped and given the sRGB curve.
+    /// [`on`](Self::on) in display values from 0 to 1: linear light is clamped and encoded as sRGB.
     pub(super) fn shown(&self, picture: usize, index: usize, background: f32) -> [f32; 3] {
         let clamped = self.on(picture, index, background).map(|v| v.clamp(0.0, 1.0));
         if self.is_linear { clamped.map(srgb_encode) } else { clamped }
     }
 }
 
-/// Equal, or the same kind of no number.
+/// Equal, both NaN, or both finite.
 fn same(v: f32, w: f32) -> bool {
     v == w || (v.is_nan() && w.is_nan()) || (v.is_finite() && w.is_finite())
 }

@@ -1,9 +1,10 @@
-//! Squares of differences relative to the reference: dark and bright parts count alike. The usual measure of noise (Rousselle, Knaus and
-//! Zwicker, "Adaptive Sampling and Reconstruction using Greedy Error Minimization", 2011, section 6).
+//! Square differences relative to the reference, so that dark and bright regions count alike: the usual measure
+//! of noise (Rousselle, Knaus and Zwicker, "Adaptive Sampling and Reconstruction using Greedy Error
+//! Minimization", 2011, section 6).
 
 use super::{Measured, Pair, mean_of};
 
-/// What is added to the square of the reference, so that black has an error, too.
+/// Added to the square of the reference, so that errors in black regions are finite.
 const EPSILON: f64 = 0.01;
 
 /// (x − r)² / (r² + 0.01).
@@ -11,15 +12,16 @@ fn of_one(x: f64, r: f64) -> f64 {
     (x - r) * (x - r) / (r * r + EPSILON)
 }
 
-/// mean((x − r)² / (r² + 0.01)) over pixels and bands, x the picture and r the reference, which have the same number of pixels. A
-/// reference's own noise adds to it.
+/// mean((x − r)² / (r² + 0.01)) over pixels and channels of the picture x and the reference r, which have the
+/// same number of pixels. Noise in the reference adds to the result.
 pub fn relative_mse(picture: &[[f64; 3]], reference: &[[f64; 3]]) -> f64 {
     let pairs = picture.iter().flatten().zip(reference.iter().flatten());
     let sum: f64 = pairs.map(|(x, r)| of_one(*x, *r)).sum();
     sum / (3 * picture.len().min(reference.len())).max(1) as f64
 }
 
-/// The same of a pair, over colours times alpha and, where there is any, alpha; the map holds the means of each pixel's channels.
+/// The same for a pair: over colours times alpha, and alpha if there is any. The map holds the mean over each
+/// pixel's channels.
 pub fn relmse(pair: &Pair) -> Measured {
     let n = pair.channels();
     let of_pixel = |(r, x): (&[f32; 4], &[f32; 4])| {

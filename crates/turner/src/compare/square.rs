@@ -1,9 +1,9 @@
-//! Mean squares of differences.
+//! Mean square differences.
 
 use super::{Measured, Pair, absolute};
 use crate::math::elementary::ln;
 
-/// √(mean((a − b)²)) of the pictures' own numbers: over pixels and channels, colours times alpha and, where there is any, alpha.
+/// √(mean((a − b)²)) of the stored values, over pixels and channels: colours times alpha, and alpha if there is any.
 pub fn rmse(pair: &Pair) -> Measured {
     let n = pair.channels();
     let square = |(p, q): (&[f32; 4], &[f32; 4])| (0..n).map(|c| squared(p[c], q[c])).sum::<f64>();
@@ -12,8 +12,9 @@ pub fn rmse(pair: &Pair) -> Measured {
     Measured::new(pair, mean.sqrt(), absolute::map(pair))
 }
 
-/// −10·log₁₀(mean((a − b)²)) of display values from 0 to 1 in decibels, the peak being 1: about 50 where hardly anything can be seen, 30
-/// where much can. Infinite for equal pictures. Transparent pictures are seen on black and on white.
+/// −10·log₁₀(mean((a − b)²)) in decibels, of display values from 0 to 1: about 50 for hardly visible
+/// differences, 30 for clearly visible ones; infinite for equal images. Transparent images are compared on
+/// black and on white.
 pub fn psnr(pair: &Pair) -> Measured {
     let pixels = pair.width as usize * pair.height as usize;
     let (mut sum, mut map) = (0.0, vec![0.0f32; pixels]);
@@ -45,7 +46,7 @@ mod tests {
     #[test]
     fn roots_of_mean_squares() {
         let pair = pair(2, 2, true, |_, _| [3.0; 3], |x, _| [3.0 + x as f32, 3.0, 3.0]);
-        // Two of twelve numbers are off by one.
+        // Two of twelve values are off by one.
         assert!((rmse(&pair).value - (2.0f64 / 12.0).sqrt()).abs() < 1e-15);
         assert_eq!(rmse(&pair).worst.x, 1);
     }
@@ -57,7 +58,7 @@ mod tests {
         assert!((psnr(&off).value - 18.061_799_739_838_87).abs() < 1e-9);
         let equal = pair(4, 4, false, |_, _| [0.25; 3], |_, _| [0.25; 3]);
         assert_eq!(psnr(&equal).value, f64::INFINITY);
-        // Of light, it is what is shown that counts: 0.25 becomes 0.537, 0.375 becomes 0.6461; above 1 nothing differs.
+        // Linear light is compared as displayed: 0.25 becomes 0.537, 0.375 becomes 0.6461; values above 1 are equal.
         let light = pair(4, 4, true, |_, _| [0.25; 3], |_, _| [0.375; 3]);
         assert!((psnr(&light).value - 19.25).abs() < 0.05, "{}", psnr(&light).value);
         let bright = pair(4, 4, true, |_, _| [1.5; 3], |_, _| [7.0; 3]);
@@ -66,7 +67,7 @@ mod tests {
 
     #[test]
     fn transparency_is_seen_on_black_and_on_white() {
-        // White at half and at full coverage: on white they are the same, on black they differ by a half.
+        // White with two coverages: equal on white, different by a quarter on black.
         let half = |a: f32| {
             let c = canvas(1, 1, |_, _| [a; 3]);
             Canvas { pixels: vec![[a; 4]], has_alpha: true, ..c }

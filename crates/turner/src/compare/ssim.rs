@@ -1,15 +1,22 @@
-//! Structural similarity: Wang, Bovik, Sheikh and Simoncelli, "Image Quality Assessment: From Error Visibility to Structural Similarity", IEEE
-//! Transactions on Image Processing 13 (4), 2004, equation 13.
+//! Structural similarity: Wang, Bovik, Sheikh and Simoncelli, "Image Quality Assessment: From Error Visibility
+//! to Structural Similarity", IEEE Transactions on Image Processing 13 (4), 2004, equation 13.
 //!
-//! With μ, σ² and σ_ab the means, variances and covariance under a Gaussian window of 11 × 11 pixels with a standard deviation of 1.5,
+//! SSIM compares neighbourhoods instead of single pixels. Two windows are similar if their means (luminance),
+//! their variances (contrast) and their correlation (structure) agree. Noise lowers it even where the mean is
+//! right, while a small change of brightness hardly matters.
+//!
+//! With μ, σ² and σ_ab the means, variances and covariance under a Gaussian window of 11 x 11 pixels with a
+//! standard deviation of 1.5,
 //!
 //! ```text
 //! SSIM = (2 μ_a μ_b + C₁)(2 σ_ab + C₂) / ((μ_a² + μ_b² + C₁)(σ_a² + σ_b² + C₂)),   C₁ = 0.01², C₂ = 0.03²
 //! ```
 //!
-//! of display values from 0 to 1 (see `Pair`), for red, green and blue apart, the mean of which is the pixel's. The picture's is the mean
-//! over all pixels whose window lies within it; where none does, because a side has fewer than 11 pixels, over all pixels. Beyond its edges the picture is
-//! mirrored. Transparent pictures are seen on black and on white; the lower value counts.
+//! of display values from 0 to 1. A pixel has the mean over red, green and blue. The image has the mean over
+//! all pixels whose window lies inside it, or over all pixels if a side has fewer than 11. Beyond its edges the
+//! image is mirrored. Transparent images are compared on black and on white, and the lower value counts. The
+//! constants C₁ and C₂ avoid a division by zero in dark or flat windows. All means under the window are
+//! separable convolutions, so that a pixel costs 22 products per mean.
 
 use super::kernel::{Border, Kernel, Plane};
 use super::{Measured, Pair, strips};
@@ -51,7 +58,7 @@ pub fn ssim(pair: &Pair, threads: usize) -> Measured {
     Measured::new(pair, 1.0 - sum / count.max(1) as f64, map)
 }
 
-/// Adds the similarity of one band in a strip.
+/// Adds the similarity of one colour channel in a strip.
 fn add(a: &Plane, b: &Plane, window: &Kernel, out: &mut [f64]) {
     let mean = |p: &Plane| p.along_x(window, Border::Mirror).along_y(window, RADIUS).values;
     let product = |p: &Plane, q: &Plane| Plane {
@@ -82,7 +89,7 @@ mod tests {
         assert!(ssim(&negative, 2).value < -0.5);
     }
 
-    /// Without structure only the means are left: (2 a b + C₁) / (a² + b² + C₁).
+    /// Without structure only the means remain: (2 a b + C₁) / (a² + b² + C₁).
     #[test]
     fn flat_pictures_by_formula() {
         for (w, h) in [(12, 12), (3, 200), (1, 1)] {

@@ -1,11 +1,12 @@
-//! A map made in strips of rows, by several threads: what is needed meanwhile stays small, and strips do not know of each other.
+//! Fills a map in independent strips of rows on several threads; temporary memory is needed per strip only.
 
 use std::sync::Mutex;
 
 /// Rows of a strip.
 const ROWS: usize = 64;
 
-/// A map of `width` × `height` zeros that `work` fills, a strip at a time: it is given the strip's first row and its values.
+/// A map of `width` x `height` zeros, filled by `work` one strip at a time; it gets the strip's first row and
+/// its values.
 pub(super) fn map(
     (width, height): (u32, u32),
     threads: usize,

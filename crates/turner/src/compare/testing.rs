@@ -1,4 +1,4 @@
-//! Small pictures for the tests of metrics.
+//! Small images for the tests of metrics.
 
 use super::{Canvas, Pair};
 

@@ -1,4 +1,5 @@
-//! Pictures, meshes and other data of a scene while a part of it is written and read back: they stay what they are.
+//! Hands images, meshes and other data through while a part of a scene is written and read back, without files or
+//! copies.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -10,7 +11,7 @@ use crate::schema::{
     Asset, GridData, GridFile, ImageId, LightProfile, MeshData, MeshId, ProfileFile, SceneError,
 };
 
-/// What parts that were written refer to, by the names they were given.
+/// The data that the written parts refer to, by name.
 #[derive(Default)]
 pub(super) struct BorrowedAssets {
     images: BTreeMap<String, Arc<Image>>,
@@ -19,7 +20,7 @@ pub(super) struct BorrowedAssets {
     grids: BTreeMap<String, Arc<GridData>>,
 }
 
-/// The name under which data is lent: its own, unless other data has it.
+/// Registers data and returns its name: its URI, with `'` appended while other data has that name.
 fn lend<T>(lent: &mut BTreeMap<String, Arc<T>>, uri: &str, data: &Arc<T>) -> String {
     let mut name = uri.to_owned();
     while lent.get(&name).is_some_and(|other| !Arc::ptr_eq(other, data)) {
@@ -44,13 +45,13 @@ impl SceneAssetWriter for BorrowedAssets {
     }
 }
 
-/// Files, and before them what was lent: that is what values without a place refer to.
+/// Assets for reading the parts back. Values without a position refer to borrowed data, all others to files.
 pub(super) struct WithBorrowed<'a> {
     pub(super) lent: &'a BorrowedAssets,
     pub(super) files: &'a mut dyn SceneAssets,
 }
 
-/// What was lent under a name.
+/// The data borrowed under a name.
 fn find<T>(lent: &BTreeMap<String, Arc<T>>, uri: &str, from: FileId) -> Option<Arc<T>> {
     lent.get(uri).filter(|_| from == Span::NONE.file).cloned()
 }

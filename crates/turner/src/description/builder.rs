@@ -1,4 +1,4 @@
-//! A scene to build upon in a program.
+//! Conversions for building scenes in a program.
 
 use crate::description::{ObjectContent, ObjectDesc, SceneLight};
 use crate::light::LightDesc;
@@ -6,7 +6,7 @@ use crate::schema::Named;
 use crate::shape::ShapeDesc;
 
 impl ObjectDesc {
-    /// A shape where it is described, of the default material.
+    /// A shape with the default material and no transform.
     pub fn new(shape: ShapeDesc) -> ObjectDesc {
         ObjectDesc { content: ObjectContent::Shape(shape), ..ObjectDesc::default() }
     }
@@ -20,7 +20,7 @@ impl<T> From<T> for Named<T> {
 }
 
 impl From<LightDesc> for SceneLight {
-    /// Without a name or group.
+    /// Without a name or light group.
     fn from(value: LightDesc) -> SceneLight {
         SceneLight { value, ..SceneLight::default() }
     }

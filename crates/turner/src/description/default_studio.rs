@@ -1,4 +1,17 @@
-//! The stage: what a model needs to be a picture and does not bring with it — a camera, light, a floor.
+//! The default studio: the camera, lights and floor that Turner adds to a scene or model without them.
+//!
+//! An orbit camera looks at the centre of the scene's bounding box from a direction given by two angles:
+//!
+//! ```text
+//!    from above                         from the side
+//!
+//!    centre ●────────► +x                         camera
+//!           │╲                                  ╱
+//!           │ ╲  azimuth                      ╱  elevation
+//!           │  camera                centre ●──────────── horizontal plane
+//!           ▼
+//!          +z (front)
+//! ```
 
 use crate::camera::{CameraDesc, PinholeDesc};
 use crate::math::elementary::{cos, sin, tan};
@@ -6,26 +19,29 @@ use crate::math::{Bounds, DVec3, radians};
 use crate::schema::error::escape;
 use crate::schema::{Range, params};
 
-/// Vertical field of view of an orbiting camera, degrees.
+/// Vertical field of view of an orbit camera, degrees.
 pub const FOV: f64 = 38.0;
 
 params! {
-    /// What a model needs to be a picture: a camera, light, a floor. Each is added only where the scene has none of its own. A model that is
-    /// rendered by itself (`turner model.glb`) stands on this stage.
+    /// The default studio: a camera, lights and a floor. Each is added only if the scene has none of its own. A model
+    /// that is rendered without a scene file (`turner model.glb`) is shown in this studio.
     pub struct StudioDesc as "studio" {
-        /// The camera: the name or number of one that a model brings, or "orbit:azimuth,elevation" or "orbit:azimuth,elevation,distance": a look at the middle of
-        /// everything from that many degrees to the right of the front (+z) and above, from a distance in radii of the sphere around it. Without it the scene's own
-        /// camera, or the first one of a model, or "orbit:35,22".
+        /// The camera: the name or index of a camera of the scene's models and `[[view]]` sections, or
+        /// "orbit:azimuth,elevation" or "orbit:azimuth,elevation,distance". An orbit camera looks at the centre of the
+        /// scene, from `azimuth` degrees to the right of the front (+z) and `elevation` degrees above the horizon, at a
+        /// distance in radii of the bounding sphere. Without this key: the scene's own camera, else the first camera of
+        /// a model, else "orbit:35,22".
         camera: Option<String> = None;
-        /// Vertical field of view of an orbiting camera, degrees; in pictures higher than wide, the horizontal one.
+        /// Vertical field of view of an orbit camera, degrees. In portrait format it is the horizontal field of view.
         fov: f64 = FOV, in Range::open(0.0, 180.0);
-        /// A floor under everything. Without it where the scene brings no camera and the background is not transparent.
+        /// Whether to add a floor below the scene. Without this key, a floor is added if the scene has no camera and
+        /// the background is not transparent.
         ground: Option<bool> = None;
-        /// Whether the built-in studio lights scenes without light.
+        /// Whether the built-in studio environment lights a scene without lights.
         lights: bool = true;
-        /// Turns the studio about the vertical, degrees.
+        /// Rotation of the studio environment about the vertical axis, degrees.
         rotation: f64 = 0.0;
-        /// Factor of its light.
+        /// Factor of the radiance of the studio environment.
         strength: f64 = 1.0, in Range::NON_NEGATIVE;
     }
     example r##"[studio]
@@ -37,22 +53,25 @@ file = "model.obj"
 "##
 }
 
-/// How an orbiting camera stands.
+/// An orbit camera.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Orbit {
     /// Degrees to the right of +z.
     pub azimuth: f64,
     /// Degrees above the horizon.
     pub elevation: f64,
-    /// In radii of the sphere around everything; so that all of it fits if not given.
+    /// Distance from the centre, in radii of the bounding sphere. `None` chooses a distance that shows the complete
+    /// scene.
     pub distance: Option<f64>,
 }
 
 impl Orbit {
-    /// From the right of the front and above: three sides of a box are seen.
+    /// From the front right and above, so that three sides of a box are visible.
     pub const DEFAULT: Orbit = Orbit { azimuth: 35.0, elevation: 22.0, distance: None };
 
-    /// From `orbit:azimuth,elevation[,distance]`; `None` for another word.
+    /// Parses `orbit:azimuth,elevation[,distance]`; `None` for other text.
+    ///
+    /// Errors: numbers that are missing, non-finite, or a distance that is not positive.
     pub fn parse(text: &str) -> Option<Result<Orbit, String>> {
         let numbers = text.strip_prefix("orbit")?;
         let Some(numbers) = numbers.strip_prefix(':') else {
@@ -75,16 +94,16 @@ impl Orbit {
         })
     }
 
-    /// The camera that shows all of a box. `aspect` is width over height.
+    /// The camera that shows the box `bounds`. `fov` is in degrees, `aspect` is width over height.
     pub fn camera(&self, bounds: &Bounds, fov: f64, aspect: f64) -> CameraDesc {
         let finite = !bounds.is_empty() && bounds.is_finite();
         let (center, radius) =
             if finite { (bounds.center(), 0.5 * bounds.size().length()) } else { (DVec3::ZERO, 1.0) };
-        // A point has no size to be framed by.
+        // A bounding box of size 0 gets a small radius.
         let radius = if radius > 0.0 { radius } else { 1e-3 * (1.0 + center.abs().max_element()) };
         let (azimuth, elevation) = (radians(self.azimuth), radians(self.elevation));
         let back = DVec3::new(sin(azimuth) * cos(elevation), sin(elevation), cos(azimuth) * cos(elevation));
-        // Looking straight up or down, the front is at the lower edge of the picture.
+        // If the camera looks straight up or down, the front is at the lower edge of the picture.
         let up = if cos(elevation).abs() > 1e-6 { DVec3::Y } else { -sin(elevation).signum() * DVec3::Z };
         let up = if cos(elevation) < -1e-6 { -up } else { up };
         let half_height = if aspect >= 1.0 {
@@ -107,7 +126,8 @@ impl Orbit {
     }
 }
 
-/// The least distance at which the corners of a box are seen with a margin of 8 %, but no nearer than the sphere around it.
+/// The smallest distance at which all corners of the box are visible with a margin of 8 %, and at least 1.05 radii of
+/// the bounding sphere.
 fn fitting_distance(
     bounds: &Bounds,
     center: DVec3,
@@ -165,7 +185,7 @@ mod tests {
                     let CameraDesc::Pinhole(desc) = desc else { panic!("an orbit is a pinhole camera") };
                     let ray = |x, y| camera.ray(DVec2::new(x, y), DVec2::ZERO).direction;
                     let forward = ray(0.0, 0.0).normalize();
-                    // The picture's edges as planes through the eye.
+                    // The picture's edges as planes through the camera position.
                     let (right, up) = (ray(1.0, 0.0) - ray(-1.0, 0.0), ray(0.0, 1.0) - ray(0.0, -1.0));
                     let scale = ray(0.0, 0.0).length();
                     for corner in bounds.corners() {

@@ -1,4 +1,4 @@
-//! `Default` says what a file means that says nothing.
+//! `Default` of each type equals what an empty table of a scene file reads as.
 
 use std::fmt::Debug;
 use std::sync::Arc;
@@ -22,7 +22,7 @@ use crate::schema::{
 use crate::shape::{ShapeDesc, SphereDesc};
 use crate::texture::TextureDesc;
 
-/// Where there are none.
+/// Assets without any files.
 struct NoFiles;
 
 fn refuse<T>() -> Result<T, SceneError> {
@@ -72,7 +72,7 @@ fn parts_of_an_empty_table_are_the_default_ones() {
     assert_eq!(section("group", named()).groups[0].value, GroupDesc::default());
 }
 
-/// A scene with a picture and a mesh, for what refers to one.
+/// A scene with an image and a mesh, for types that refer to one.
 fn scene() -> SceneDesc {
     let pixels = Pixels::U8(vec![255; 3]);
     let image = Image { width: 1, height: 1, channels: 3, pixels };
@@ -90,7 +90,8 @@ fn scene() -> SceneDesc {
     }
 }
 
-/// What a file must say of each kind beside its `type` is what its documentation says; it reads back as the default, and prepares, but for those in `incomplete`.
+/// Checks every type of a family: the keys that a file must give are those documented as required, the type reads back
+/// as its default, and it can be prepared, except for those in `incomplete`.
 fn check<T: Clone + Debug>(
     doc: &FamilyDoc,
     of_type: fn(&str) -> Option<T>,
@@ -131,7 +132,7 @@ fn every_kind_has_its_defaults() {
     let texture = |desc: &mut SceneDesc, texture: TextureDesc| desc.textures = vec![texture.into()];
     check(&TextureDesc::DOC, TextureDesc::of_type, TextureDesc::write, texture, &[]);
     let material = |desc: &mut SceneDesc, material: MaterialDesc| desc.materials = vec![material.into()];
-    // A mix is of two materials at least.
+    // A mix needs at least two materials.
     check(&MaterialDesc::DOC, MaterialDesc::of_type, MaterialDesc::write, material, &["mix"]);
     let medium = |desc: &mut SceneDesc, medium: MediumDesc| {
         desc.media = vec![medium.into()];
@@ -139,7 +140,7 @@ fn every_kind_has_its_defaults() {
     };
     check(&MediumDesc::DOC, MediumDesc::of_type, MediumDesc::write, medium, &[]);
     let light = |desc: &mut SceneDesc, light: LightDesc| desc.lights = vec![light.into()];
-    // A directional light says `from` or `direction`.
+    // A directional light needs `from` or `direction`.
     check(&LightDesc::DOC, LightDesc::of_type, LightDesc::write, light, &["directional"]);
     let camera = |desc: &mut SceneDesc, camera: CameraDesc| desc.camera = Some(camera.into());
     check(&CameraDesc::DOC, CameraDesc::of_type, CameraDesc::write, camera, &[]);
@@ -174,7 +175,7 @@ fn scenes_are_built_by_struct_update() {
     assert_eq!((spot.position, spot.look_at, spot.penumbra), (DVec3::new(0.0, 5.0, 0.0), DVec3::ZERO, 5.0));
 }
 
-/// The film that a file with this integrator and these keys has, and what it is written as.
+/// The film of a file with this integrator and these film keys, and the keys that it is written with.
 fn film(integrator: &str, keys: &[(&str, Data)]) -> (FilmDesc, Vec<String>) {
     let (mut top, mut own, mut film) = (Table::default(), Table::default(), Table::default());
     own.push("type", Data::String(integrator.into()));
@@ -205,7 +206,7 @@ fn film_defaults_follow_the_integrator() {
         let expected = FilmDesc { antialias, transfer, samples, ..FilmDesc::default() };
         assert_eq!((read, written.len()), (expected, 0), "{}", entry.name);
     }
-    // Keys that are given win, and are written where they are not the integrator's default.
+    // Given keys win. They are written if they differ from the integrator's default.
     let given = [("transfer", Data::String("none".into())), ("samples", Data::Integer(16))];
     let (read, written) = film("path", &given);
     assert_eq!((read.antialias, read.transfer, read.samples), (Antialias::MonteCarlo, Transfer::None, 16));
@@ -219,7 +220,7 @@ fn edits_keep_the_film_that_a_description_has() {
     let path = KeyEdit::new("integrator.type", Data::String("path".into()));
     desc.edit(&[path, KeyEdit::new("film.width", Data::Integer(8))], &mut NoFiles).unwrap();
     assert_eq!(desc.film, FilmDesc { width: 8, ..FilmDesc::default() });
-    // All of it replaced, it is that of a new file.
+    // An edit that replaces all of it gives the film of a new file.
     desc.edit(&[KeyEdit::new("film", Data::Table(Table::default()))], &mut NoFiles).unwrap();
     assert_eq!(desc.film, FilmDesc::default_for("path"));
 }

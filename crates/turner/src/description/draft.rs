@@ -1,4 +1,14 @@
-//! The parts of a scene that edits name, as a tree of values: each is written when the first edit comes to it.
+//! The parts of a scene that edits name, as a tree of values (step 1 of [`super::edit`]).
+//!
+//! The tree has the structure of a scene file but starts empty. Before an edit is applied, [`Draft::touch`] writes the
+//! parts on its path that the tree lacks:
+//!
+//! - sections without items, such as `film` and `camera`, entirely,
+//! - lists (`object`, `light`, `view`) with a placeholder for each item, which is an integer with the span [`KEPT`],
+//! - of the items and named parts, only those on the path.
+//!
+//! So an edit of `object.7.radius` writes one object, and the list around it as integers. [`Value::set`] then sets the
+//! value, by the same rules as in a tree that was read from a file.
 
 use super::edit::drop_foreign_keys;
 use super::write::{Writer, with_name, write_light, write_object};
@@ -6,10 +16,10 @@ use crate::description::{ObjectDesc, SceneAssetWriter, SceneDesc};
 use crate::schema::value::{Data, Entry, FileId, Span, Table, Value};
 use crate::schema::{KeyEdit, KeyPart, SceneError, wrong_type};
 
-/// Where items of lists stand that no edit came to: their value is their number.
+/// The span of placeholders for list items that no edit changes. Their value is the item's index.
 const KEPT: Span = Span { file: FileId(u32::MAX), start: u32::MAX, end: u32::MAX };
 
-/// The number of an item that no edit came to.
+/// The index of an item that no edit changes.
 pub(super) fn kept(value: &Value) -> Option<usize> {
     match value.data {
         Data::Integer(i) if value.span == KEPT => usize::try_from(i).ok(),
@@ -21,7 +31,7 @@ fn kept_items(count: usize) -> Data {
     Data::Array((0..count as i64).map(|i| Value { data: Data::Integer(i), span: KEPT }).collect())
 }
 
-/// The names of things, as paths and references have them.
+/// The names of textures, materials, media and groups in key paths and references.
 #[derive(Default)]
 pub(super) struct Names {
     pub(super) textures: Vec<String>,
@@ -30,15 +40,16 @@ pub(super) struct Names {
     pub(super) groups: Vec<String>,
 }
 
-/// What edits make of the parts that they name.
+/// The tree under construction.
 pub(super) struct Draft<'a> {
     cx: Writer<'a>,
     root: Value,
 }
 
 impl<'a> Draft<'a> {
-    /// Applies all edits in order. The tree holds the sections that were touched: whole tables, lists whose other items are
-    /// [`kept`], named things that were touched.
+    /// Applies all edits in order. Returns the tree and the names that references in it use.
+    ///
+    /// Errors: a path that does not exist, at the part concerned.
     pub(super) fn apply(
         desc: &'a SceneDesc,
         edits: &[KeyEdit],
@@ -50,12 +61,12 @@ impl<'a> Draft<'a> {
             draft.touch(&edit.path)?;
             draft.root.set(&edit.path, edit.value.clone())?;
         }
-        edits.iter().for_each(|edit| draft.forget(edit, edits));
+        edits.iter().for_each(|edit| draft.drop_keys_of_old_type(edit, edits));
         let Writer { textures, materials, media, groups, .. } = draft.cx;
         Ok((draft.root, Names { textures, materials, media, groups }))
     }
 
-    /// Writes what a path leads through and is not in the tree.
+    /// Writes the parts on a path that the tree lacks.
     fn touch(&mut self, path: &[KeyPart]) -> Result<(), SceneError> {
         let cx = &mut self.cx;
         let desc = cx.desc;
@@ -63,7 +74,7 @@ impl<'a> Draft<'a> {
         let Some((&section, rest)) = keys.split_first() else { return Ok(()) };
         let root = table(&mut self.root)?;
         if root.get(section).is_none()
-            && let Some(value) = whole_section(section, cx)?
+            && let Some(value) = write_section(section, cx)?
         {
             push(root, section, value);
         }
@@ -71,11 +82,11 @@ impl<'a> Draft<'a> {
         match (section, rest) {
             ("view", [index, _, ..]) => touch_item(value, index, |i| {
                 let camera = &desc.cameras[i];
-                Ok(placed(with_name(camera.value.write(cx)?, &camera.name), camera.span))
+                Ok(value_at(with_name(camera.value.write(cx)?, &camera.name), camera.span))
             }),
             ("light", [index, _, ..]) => touch_item(value, index, |i| {
                 let light = &desc.lights[i];
-                Ok(placed(write_light(light, cx)?, light.span))
+                Ok(value_at(write_light(light, cx)?, light.span))
             }),
             ("object", [index, _, ..]) => touch_item(value, index, |i| object(&desc.objects[i], cx)),
             ("texture" | "material" | "medium", [name, _, ..]) => touch_named(value, section, name, cx),
@@ -95,19 +106,19 @@ impl<'a> Draft<'a> {
         }
     }
 
-    /// Where an edit changes the type of a thing, the thing forgets what was said of the old type alone, but for what edits say.
-    fn forget(&mut self, edit: &KeyEdit, edits: &[KeyEdit]) {
+    /// If an edit changes a `type`, drops the keys that only the old type has, unless edits set them.
+    fn drop_keys_of_old_type(&mut self, edit: &KeyEdit, edits: &[KeyEdit]) {
         let Some((last, part)) = edit.path.split_last().filter(|(last, _)| last.key == "type") else {
             return;
         };
         let same =
             |a: &[KeyPart], b: &[KeyPart]| a.len() == b.len() && a.iter().zip(b).all(|(a, b)| a.key == b.key);
-        // Who says the whole says what is in it.
-        let said_whole = |e: &KeyEdit| e.path.len() <= part.len() && same(&e.path, &part[..e.path.len()]);
-        if edits.iter().any(said_whole) {
+        // An edit that replaces the complete part decides itself which keys the part has.
+        let replaces_part = |e: &KeyEdit| e.path.len() <= part.len() && same(&e.path, &part[..e.path.len()]);
+        if edits.iter().any(replaces_part) {
             return;
         }
-        let said = |key: &str| {
+        let is_set = |key: &str| {
             let is = |e: &KeyEdit| {
                 e.path.len() > part.len()
                     && same(&e.path[..part.len()], part)
@@ -131,12 +142,12 @@ impl<'a> Draft<'a> {
             [] => return,
         };
         if let Data::Table(table) = &mut at.data {
-            drop_foreign_keys(family, table, &said);
+            drop_foreign_keys(family, table, &is_set);
         }
     }
 }
 
-/// The table that a value is.
+/// The value as a table.
 fn table(value: &mut Value) -> Result<&mut Table, SceneError> {
     let wrong = wrong_type(value, "a table { key = value, … }");
     match &mut value.data {
@@ -149,19 +160,19 @@ fn push(table: &mut Table, key: &str, value: Value) {
     table.entries.push(Entry { key: key.to_owned(), key_span: Span::NONE, value });
 }
 
-fn placed(table: Table, span: Option<Span>) -> Value {
+fn value_at(table: Table, span: Option<Span>) -> Value {
     Value { data: Data::Table(table), span: span.unwrap_or(Span::NONE) }
 }
 
 fn object(object: &ObjectDesc, cx: &mut Writer<'_>) -> Result<Value, SceneError> {
-    Ok(placed(write_object(object, cx)?, object.span))
+    Ok(value_at(write_object(object, cx)?, object.span))
 }
 
-/// A section as it is before any of its things are written; `None` where there is nothing.
-fn whole_section(section: &str, cx: &mut Writer<'_>) -> Result<Option<Value>, SceneError> {
+/// Writes a section, with placeholders for its items; `None` if the scene does not have it.
+fn write_section(section: &str, cx: &mut Writer<'_>) -> Result<Option<Value>, SceneError> {
     let desc = cx.desc;
     let data = match section {
-        // With the keys whose default depends on the integrator: an edit may change it.
+        // Includes the keys whose default depends on the integrator, because an edit may change the integrator.
         "film" => Data::Table(desc.film.write_for(None, cx)?),
         "integrator" => Data::Table(desc.integrator.write(cx)?),
         "background" => Data::Table(desc.background.write(cx)?),
@@ -171,7 +182,7 @@ fn whole_section(section: &str, cx: &mut Writer<'_>) -> Result<Option<Value>, Sc
         },
         "camera" => match &desc.camera {
             Some(camera) => {
-                return Ok(Some(placed(with_name(camera.value.write(cx)?, &camera.name), camera.span)));
+                return Ok(Some(value_at(with_name(camera.value.write(cx)?, &camera.name), camera.span)));
             }
             None => return Ok(None),
         },
@@ -184,7 +195,7 @@ fn whole_section(section: &str, cx: &mut Writer<'_>) -> Result<Option<Value>, Sc
     Ok(Some(Value::new(data)))
 }
 
-/// Writes an item of a list, unless it was written before. What is no number of an item is for [`Value::set`] to refuse.
+/// Writes an item of a list, unless it was written before. [`Value::set`] reports an `index` that does not exist.
 fn touch_item(
     list: &mut Value,
     index: &str,
@@ -200,7 +211,7 @@ fn touch_item(
     Ok(())
 }
 
-/// Writes a named thing, unless it was written before or there is none of that name.
+/// Writes a named part, unless it was written before or does not exist.
 fn touch_named(section: &mut Value, kind: &str, name: &str, cx: &mut Writer<'_>) -> Result<(), SceneError> {
     let section = table(section)?;
     if section.get(name).is_some() {
@@ -210,22 +221,22 @@ fn touch_named(section: &mut Value, kind: &str, name: &str, cx: &mut Writer<'_>)
     let number = |names: &[String]| names.iter().position(|own| own == name);
     let value = match kind {
         "texture" => match number(&cx.textures) {
-            Some(i) => placed(desc.textures[i].value.write(cx)?, desc.textures[i].span),
+            Some(i) => value_at(desc.textures[i].value.write(cx)?, desc.textures[i].span),
             None => return Ok(()),
         },
         "material" => match number(&cx.materials) {
-            Some(i) => placed(desc.materials[i].value.write(cx)?, desc.materials[i].span),
+            Some(i) => value_at(desc.materials[i].value.write(cx)?, desc.materials[i].span),
             None => return Ok(()),
         },
         "medium" => match number(&cx.media) {
-            Some(i) => placed(desc.media[i].value.write(cx)?, desc.media[i].span),
+            Some(i) => value_at(desc.media[i].value.write(cx)?, desc.media[i].span),
             None => return Ok(()),
         },
         _ => match number(&cx.groups) {
             Some(i) => {
                 let mut group = Table::default();
                 group.push("object", kept_items(desc.groups[i].value.objects.len()));
-                placed(group, desc.groups[i].span)
+                value_at(group, desc.groups[i].span)
             }
             None => return Ok(()),
         },

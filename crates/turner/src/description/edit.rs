@@ -1,4 +1,20 @@
-//! Edits by paths of keys, as `-D film.samples=64` makes them: the parts of a description that they name are written as tables, changed, and read back.
+//! Edits of a description by key paths, as in `-D film.samples=64`.
+//!
+//! An edit names a key of the scene file, but the description is already parsed. Writing and reading the complete scene
+//! for one key would take time proportional to the size of the scene, so only the parts that the paths name are
+//! converted:
+//!
+//! ```text
+//! SceneDesc ──write named parts──► tree of values ──set──► edited tree ──read──► Changes ──commit──► SceneDesc
+//! ```
+//!
+//! 1. [`Draft`] writes the parts as values, sets the new values, and drops keys of a type that an edit replaced. Items
+//!    of lists that no path names stay placeholders with their index.
+//! 2. [`Changes::read`] reads the edited tree with the functions that read scene files, so keys, types and ranges are
+//!    checked and errors are worded as for a file. References work by the names that [`Draft`] gave to textures,
+//!    materials, media and groups. Images and meshes are not copied: [`BorrowedAssets`] hands them through.
+//! 3. [`Changes::commit`] stores the result, and only if everything could be read. Otherwise the description stays the
+//!    same.
 
 use super::borrowed_assets::{BorrowedAssets, WithBorrowed};
 use super::draft::{Draft, Names, kept};
@@ -21,16 +37,20 @@ use crate::shape::ShapeDesc;
 use crate::texture::TextureDesc;
 
 impl SceneDesc {
-    /// Sets values by their paths, in order: `film.width`, `object.0.radius`, `material.gold.specular_roughness`. Paths and keys are those of scene files
-    /// ([`write_scene`](super::write_scene)), so that what has no name is found by its kind and number, e.g. `material-3`. What is not named stays what it is. A new type
-    /// (`integrator.type`) drops the keys of the old one that it does not know; the film keeps its values, whatever integrator they came from. Only an edit that replaces
-    /// all of `film` gets the film's defaults for the integrator. `assets` reads the files that new values name.
+    /// Sets values by their key paths, in order: `film.width`, `object.0.radius`, `material.gold.specular_roughness`.
+    /// Paths are those of the scene file that [`write_scene`](super::write_scene) writes. A part without a name has its
+    /// kind and number as its name there, e.g. `material-3`. Parts that no path names do not change.
     ///
-    /// Errors: those of reading such a scene, at the part of the path or at the value that is wrong. The description is then as it was.
+    /// A new type (`integrator.type`) drops the keys of the old type that the new one does not have. The film keeps its
+    /// values if the integrator changes; only an edit that replaces all of `film` sets the film's defaults for the
+    /// integrator. `assets` reads the files that new values name.
+    ///
+    /// Errors: those of reading a scene, at the part of the path or the value concerned. The description then stays the
+    /// same.
     pub fn edit(&mut self, edits: &[KeyEdit], assets: &mut dyn SceneAssets) -> Result<(), SceneError> {
         let mut lent = BorrowedAssets::default();
         self.edit_with(edits, assets, &mut lent).map_err(|mut error| {
-            // No place is better than one that is in no file.
+            // Positions that are in no file are of no use to the caller.
             error.span = error.span.filter(|span| span.file != Span::NONE.file);
             error
         })
@@ -62,7 +82,7 @@ impl SceneDesc {
         self.media = cx.media.into_iter().flatten().collect();
         (self.images, self.meshes) = (cx.images, cx.meshes);
         changes?.commit(self);
-        // What models brought.
+        // Groups, lights and cameras of models that the edits placed.
         self.groups.append(&mut cx.more_groups);
         self.lights.append(&mut cx.model_lights);
         self.cameras.append(&mut cx.cameras);
@@ -71,7 +91,8 @@ impl SceneDesc {
         Ok(())
     }
 
-    /// Gives the reader the lists that it may add to. Their lengths: textures, materials, media, images, meshes.
+    /// Moves the lists that reading may extend into the reader. Returns their lengths: textures, materials, media,
+    /// images, meshes.
     fn lend_lists(&mut self, cx: &mut Reader<'_>, names: &Names) -> [usize; 5] {
         fn numbered<T>(names: &[String], id: impl Fn(u32) -> T) -> impl Iterator<Item = (String, T)> {
             names.iter().enumerate().map(move |(i, name)| (name.clone(), id(i as u32)))
@@ -93,13 +114,13 @@ impl SceneDesc {
 
 /// An item of a list after edits.
 enum Item<T> {
-    /// As it was, by its number.
+    /// Unchanged; its index in the old list.
     Kept(usize),
-    /// As it is now.
+    /// Changed or new.
     Read(T),
 }
 
-/// The parts that edits touched, read.
+/// The parts that edits changed.
 #[derive(Default)]
 struct Changes {
     film: Option<FilmDesc>,
@@ -110,16 +131,16 @@ struct Changes {
     cameras: Option<Vec<Item<Named<CameraDesc>>>>,
     lights: Option<Vec<Item<SceneLight>>>,
     objects: Option<Vec<Item<ObjectDesc>>>,
-    /// By number. New ones are in the reader's lists already.
+    /// By index. New ones are already in the reader's lists.
     textures: Vec<(usize, TextureDesc)>,
     materials: Vec<(usize, MaterialDesc)>,
     media: Vec<(usize, MediumDesc)>,
-    /// By number, new ones last.
+    /// By index, new ones last.
     groups: Vec<(usize, Option<String>, Vec<Item<ObjectDesc>>)>,
 }
 
 impl Changes {
-    /// `integrator` is the type that the description has, unless an edit changes it.
+    /// Reads the edited tree. `integrator` is the description's integrator type, used unless an edit changes it.
     fn read(
         root: &Value,
         names: &Names,
@@ -150,7 +171,8 @@ impl Changes {
         Ok(changes)
     }
 
-    /// Reads things with names. All new names are known before anything is read.
+    /// Reads named textures, media, materials and groups. All new names are registered first, so that they can refer to
+    /// each other.
     fn read_named(
         &mut self,
         top: &mut TableReader<'_>,
@@ -203,7 +225,7 @@ impl Changes {
                         None => self.$list.push((number, read)),
                         Some(name) => {
                             let name = Some(name.to_owned());
-                            cx.$list[number] = Some(Named { name, span: place(value.span), value: read });
+                            cx.$list[number] = Some(Named { name, span: in_file(value.span), value: read });
                         }
                     }
                 }
@@ -224,18 +246,19 @@ impl Changes {
         Ok(())
     }
 
-    /// Puts what was read into its place.
+    /// Stores the changes in the description.
     fn commit(self, desc: &mut SceneDesc) {
-        fn set<T>(place: &mut T, value: Option<T>) {
+        fn set<T>(target: &mut T, value: Option<T>) {
             if let Some(value) = value {
-                *place = value;
+                *target = value;
             }
         }
         set(&mut desc.film, self.film);
         set(&mut desc.integrator, self.integrator);
         set(&mut desc.background, self.background);
         desc.studio = self.studio.or(desc.studio.take());
-        desc.camera = self.camera.map(|c| Named { span: c.span.and_then(place), ..c }).or(desc.camera.take());
+        desc.camera =
+            self.camera.map(|c| Named { span: c.span.and_then(in_file), ..c }).or(desc.camera.take());
         for (number, value) in self.textures {
             desc.textures[number].value = value;
         }
@@ -263,12 +286,12 @@ impl Changes {
     }
 }
 
-/// A place in a file.
-fn place(span: Span) -> Option<Span> {
+/// The span, if it is in a file.
+fn in_file(span: Span) -> Option<Span> {
     Some(span).filter(|span| span.file != Span::NONE.file)
 }
 
-/// Reads the items of a list that an edit came to.
+/// Reads the items of a list that edits changed.
 fn list<T>(
     section: Option<&Value>,
     kind: &str,
@@ -282,21 +305,21 @@ fn list<T>(
     array_of_tables(Some(section), kind)?.iter().map(item).collect::<Result<_, _>>().map(Some)
 }
 
-/// Makes a list of its items, kept and new.
+/// Rebuilds a list from unchanged and changed items.
 fn rebuild<T>(list: &mut Vec<T>, items: Vec<Item<T>>, span: impl Fn(&mut T) -> &mut Option<Span>) {
     let mut old: Vec<Option<T>> = std::mem::take(list).into_iter().map(Some).collect();
     list.extend(items.into_iter().filter_map(|item| match item {
         Item::Kept(number) => old.get_mut(number)?.take(),
         Item::Read(mut new) => {
             let at = span(&mut new);
-            *at = at.and_then(place);
+            *at = at.and_then(in_file);
             Some(new)
         }
     }));
 }
 
-/// Removes from a table of a `section` (`integrator`, `object`, …) the keys that belong to other types than its own, unless `keeps` says otherwise: what
-/// was said of a type that it no longer has. A `type` that there is not leaves all keys.
+/// Removes keys that belong to other types of the section's family (`integrator`, `object`, …) than the table's own
+/// `type`, unless `keeps` returns true for them. A table whose `type` is missing or unknown stays the same.
 pub fn drop_foreign_keys(section: &str, table: &mut Table, keeps: &dyn Fn(&str) -> bool) {
     let Some(Data::String(kind)) = table.get("type").map(|value| &value.data) else { return };
     let family: &FamilyDoc = match section {

@@ -1,4 +1,4 @@
-//! What objects, materials and lights are called in messages.
+//! Names of objects, materials and lights for messages.
 
 use std::fmt;
 
@@ -7,19 +7,20 @@ use crate::light::{Light, LightDesc};
 use crate::scene::{ListedEmitter, Scene};
 use crate::schema::MaterialId;
 
-/// What a person calls an object, a material or a light. `Display` puts names from the scene in quotes: `"bulb"`, but `the point light`.
+/// The name of an object, a material or a light for messages. `Display` puts names from the scene in quotes: `"bulb"`,
+/// but `the point light`.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Label {
-    /// The name, or what it is: `bulb`, `point light`, `sphere #4`. Not yet fit for a terminal or a page.
+    /// The name or, without one, a description: `bulb`, `point light`, `sphere #4`. Not escaped for a terminal or HTML.
     pub text: String,
-    /// Whether the scene gives this name.
+    /// Whether `text` is a name from the scene.
     pub is_name: bool,
 }
 
 impl Label {
-    fn new(name: Option<String>, otherwise: impl FnOnce() -> String) -> Label {
+    fn new(name: Option<String>, fallback: impl FnOnce() -> String) -> Label {
         let is_name = name.is_some();
-        Label { text: name.unwrap_or_else(otherwise), is_name }
+        Label { text: name.unwrap_or_else(fallback), is_name }
     }
 }
 
@@ -32,17 +33,18 @@ impl fmt::Display for Label {
     }
 }
 
-/// Names the objects, materials and lights of a scene, as its description has them: not yet fit for a terminal or a page.
+/// Names the objects, materials and lights of a scene by its description. Names are not escaped for a terminal or HTML.
 #[derive(Clone, Copy)]
 pub struct Labels<'a> {
     /// The scene.
     pub scene: &'a Scene,
-    /// What it was made from.
+    /// The description that the scene was prepared from.
     pub desc: &'a SceneDesc,
 }
 
 impl Labels<'_> {
-    /// `ball`, `tree / leaf`, or `sphere #4` for a primitive of shape `shape` without a name. The number is the ID that the integrator "ids" shows.
+    /// The name of a primitive: `ball`, `tree / leaf` in an instance, or `sphere #4` without a name. The number is the
+    /// ID that the integrator `ids` shows.
     pub fn object(&self, primitive: u32, shape: &str) -> String {
         let name = self.scene.object_name(primitive);
         let own = name.own.map_or_else(|| format!("{shape} #{primitive}"), str::to_owned);
@@ -52,17 +54,17 @@ impl Labels<'_> {
         }
     }
 
-    /// The same for a sentence.
+    /// The same as a [`Label`].
     pub fn object_label(&self, primitive: u32, shape: &str) -> Label {
         Label { text: self.object(primitive, shape), is_name: true }
     }
 
-    /// Its name, or its type: `matte material`.
+    /// The name of a material or, without one, its type: `matte material`.
     pub fn material(&self, id: MaterialId) -> String {
         self.material_label(id).text
     }
 
-    /// The same for a sentence.
+    /// The same as a [`Label`].
     pub fn material_label(&self, id: MaterialId) -> Label {
         let desc = self.desc.materials.get(id.index());
         let kind = || {
@@ -71,12 +73,13 @@ impl Labels<'_> {
         Label::new(desc.and_then(|m| m.name.clone()), kind)
     }
 
-    /// A light by its index in the prepared scene: its name, or its type, with its position where there are several of that type.
+    /// A light by its index in the prepared scene: its name or, without one, its type, with its position if several
+    /// lights have that type.
     pub fn light(&self, light: u32) -> String {
         self.light_label(light).text
     }
 
-    /// The same for a sentence.
+    /// The same as a [`Label`].
     pub fn light_label(&self, light: u32) -> Label {
         let prepared = self.scene.lights.get(light as usize);
         let own = self.scene.light_sources.get(light as usize).copied().flatten();
@@ -93,7 +96,7 @@ impl Labels<'_> {
             return Label::new(None, || kind.to_owned());
         };
         let mut label = self.light_of_description(own);
-        // A sky is two lights.
+        // A sky is prepared as two lights: the sky and the sun.
         let is_sky = matches!(self.desc.lights.get(own as usize).map(|l| &l.value), Some(LightDesc::Sky(_)));
         if is_sky && matches!(prepared, Some(Light::Directional(_))) {
             label = Label::new(None, || match label.is_name {
@@ -104,7 +107,7 @@ impl Labels<'_> {
         label
     }
 
-    /// The same for a light by its index in the description.
+    /// The same for a light given by its index in the description.
     pub fn light_of_description(&self, light: u32) -> Label {
         let Some(own) = self.desc.lights.get(light as usize) else {
             return Label::new(None, || "light".into());
@@ -133,7 +136,7 @@ impl Labels<'_> {
 /// A coordinate with at most three decimals.
 fn short(v: f64) -> f64 {
     let rounded = (v * 1e3).round() * 1e-3;
-    // Without "-0", and without the digits that rounding leaves.
+    // Adding 0 turns −0 into 0; dividing by 1e3 removes the digits that the product leaves.
     (rounded * 1e3).round() / 1e3 + 0.0
 }
 

@@ -1,4 +1,5 @@
-//! What was asked for: plain, editable data. [`SceneDesc`] holds the descriptions of all families; a scene file reads into it and is written from it.
+//! Scene descriptions: plain, editable data. [`SceneDesc`] holds the descriptions of all families. A scene file is read
+//! into it and written from it.
 
 mod borrowed_assets;
 mod builder;

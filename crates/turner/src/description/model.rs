@@ -1,4 +1,4 @@
-//! Models: files of other programs, placed in a scene as one object.
+//! Models: files in other formats, placed in a scene as one object.
 
 use std::sync::Arc;
 
@@ -16,17 +16,17 @@ use crate::schema::{
 use crate::shape::ShapeDesc;
 
 choice! {
-    /// Which axis of a model points upwards.
+    /// The axis of a model that points up.
     pub enum UpAxis {
         /// y, as in glTF and in Turner's scenes.
         Y = "y",
-        /// z, as in most programs for engineering and 3-D printing.
+        /// z, as in most CAD and 3D-printing programs.
         Z = "z",
     }
 }
 
 impl UpAxis {
-    /// From the model's axes to the scene's.
+    /// The rotation from the model's axes to the scene's.
     pub fn rotation(self) -> DAffine3 {
         match self {
             UpAxis::Y => DAffine3::IDENTITY,
@@ -36,24 +36,26 @@ impl UpAxis {
 }
 
 params! {
-    /// A file of another program, whole: glTF or GLB, OBJ with its MTL, PLY, STL. Its objects stay together as one; its lights and cameras come
-    /// with it (not in a group). A `material` of the object takes the place of all of its own.
+    /// A model file: glTF or GLB, OBJ with its MTL, PLY, STL. Its objects become one object of the scene. Its lights
+    /// and cameras are added to the scene, except in a group. A `material` of the object replaces all materials of the
+    /// model.
     pub struct ModelDesc as "model" {
-        /// The file, relative to the scene's.
+        /// The model file, as a path relative to the scene file.
         file: String, required, default String::new();
-        /// Names of nodes or groups of the file that are wanted, with all that hangs on them; all of them if not given.
+        /// The names of nodes (glTF) or groups (OBJ) to load, with everything below them. Without this key, all are
+        /// loaded.
         nodes: Vec<String> = Vec::new();
-        /// Which of the file's scenes, by name or number; the file's own choice if not given.
+        /// The scene of the file to load, by name or index. Without this key, the default scene of the file.
         scene: Option<String> = None;
-        /// Which of the file's variants of materials, by name or number.
+        /// The material variant, by name or index.
         variant: Option<String> = None;
-        /// Which of the file's animations, by name or number; the first if not given.
+        /// The animation, by name or index. Without this key, the first one.
         animation: Option<String> = None;
-        /// Seconds into the animation.
+        /// The time in the animation, seconds.
         time: f64 = 0.0;
-        /// Which axis of the file points upwards.
+        /// The axis of the file that points up.
         up: UpAxis = UpAxis::Y;
-        /// Materials that take the place of those of these names.
+        /// Materials that replace the model's materials of these names.
         materials: Option<MaterialsByName> = None;
     }
     example r##"[[object]]
@@ -64,12 +66,12 @@ materials = { paint = { type = "principled", base_color = "tomato", specular_rou
 "##
 }
 
-/// A model that is already part of the scene.
+/// A model that is already part of the scene. Further objects with the same model become instances of its group.
 pub(super) struct PlacedModel {
     model: Arc<SceneDesc>,
     material: Option<MaterialId>,
     group: GroupId,
-    /// Such a model is not taken for another one: its materials may differ.
+    /// Whether the object replaced materials by name. Its group is then not shared, because the materials may differ.
     has_own_materials: bool,
 }
 
@@ -84,7 +86,7 @@ impl Reader<'_> {
     ) -> Result<GroupId, SceneError> {
         let before = self.faults();
         let desc = ModelDesc::read(table, self)?;
-        // A file that is not named, or read with other settings, would give errors that follow from these.
+        // A missing file name or wrong options would cause further, misleading errors.
         if self.faults() > before {
             return Ok(GroupId(0));
         }
@@ -165,7 +167,9 @@ impl Reader<'_> {
     }
 }
 
-/// What takes the place of which of a model's materials.
+/// Pairs of the model's materials and their replacements.
+///
+/// Errors: a name that no material of the model has.
 fn replacements(
     model: &SceneDesc,
     overrides: &[(String, Span, MaterialId)],
@@ -187,7 +191,7 @@ fn replacements(
     Ok(out)
 }
 
-/// An object of a model as one of the scene.
+/// An object of a model, with the IDs of the scene.
 fn placed_object(
     object: &ObjectDesc,
     by: &Renumber,
@@ -218,7 +222,7 @@ fn placed_object(
     ObjectDesc { content, material, ..object.clone() }
 }
 
-/// A light moved with its model. Its strength stays what it is.
+/// A light transformed with its model. Its intensity does not change.
 fn placed_light(light: &LightDesc, by: &DAffine3) -> LightDesc {
     let mut light = light.clone();
     match &mut light {
@@ -231,7 +235,7 @@ fn placed_light(light: &LightDesc, by: &DAffine3) -> LightDesc {
             l.from = l.from.map(|v| by.transform_vector3(v));
             l.direction = l.direction.map(|v| by.transform_vector3(v));
         }
-        // Models have none of them, or they have no place.
+        // Models do not contain these, or they have no position.
         LightDesc::Ambient(_)
         | LightDesc::Rectangle(_)
         | LightDesc::Disk(_)
@@ -242,7 +246,7 @@ fn placed_light(light: &LightDesc, by: &DAffine3) -> LightDesc {
     light
 }
 
-/// A camera moved with its model.
+/// A camera transformed with its model.
 fn placed_camera(camera: &CameraDesc, by: &DAffine3) -> CameraDesc {
     let mut camera = camera.clone();
     let [position, look_at, up] = camera.placement_mut();

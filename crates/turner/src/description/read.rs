@@ -1,4 +1,4 @@
-//! From a tree of values to a description.
+//! The context that reads a tree of values into a description: names, assets, recorded errors.
 
 use std::collections::HashMap;
 use std::sync::Arc;
@@ -19,32 +19,32 @@ use crate::schema::{
 };
 use crate::texture::TextureDesc;
 
-/// Where the files come from that a scene names. Paths are relative to the file `from` that names them.
-/// Each file is read once; asking again gives the same `Arc`.
+/// Reads the files that a scene refers to. Paths are relative to the file `from` that contains them. Each file is read
+/// once; later calls return the same `Arc`.
 pub trait SceneAssets {
-    /// A decoded picture.
+    /// Reads and decodes an image.
     fn image(&mut self, uri: &str, from: FileId) -> Result<Arc<Image>, SceneError>;
-    /// A mesh.
+    /// Reads a mesh.
     fn mesh(&mut self, uri: &str, from: FileId) -> Result<Arc<MeshData>, SceneError>;
-    /// A light's measurements.
+    /// Reads an IES profile.
     fn light_profile(&mut self, uri: &str, _from: FileId) -> Result<Arc<LightProfile>, SceneError> {
-        Err(SceneError::new(ErrorCode::File, format!("{}: measured lights cannot be read here", escape(uri))))
+        Err(SceneError::new(ErrorCode::File, format!("{}: IES files cannot be read here", escape(uri))))
     }
-    /// A medium's grid.
+    /// Reads a density grid.
     fn grid(&mut self, uri: &str, _from: FileId) -> Result<Arc<GridData>, SceneError> {
         Err(SceneError::new(ErrorCode::File, format!("{}: grids cannot be read here", escape(uri))))
     }
-    /// A file of another program, as a scene.
+    /// Imports a model.
     fn model(&mut self, model: &ModelDesc, from: FileId) -> Result<Arc<SceneDesc>, SceneError>;
 }
 
-/// How deep textures and materials written in place may nest.
+/// Maximum nesting depth of textures and materials written in place.
 const MAX_NESTING: u32 = 64;
 
-/// Most errors that are collected. Each may take a search through all names of the scene for the nearest one.
+/// Maximum number of collected errors. Each may cost a search through all names of the scene for the nearest one.
 const MAX_FAULTS: usize = 100;
 
-/// What is known of a scene while it is read.
+/// The state of reading a scene.
 pub(super) struct Reader<'a> {
     /// The film's transfer curve, which `#rrggbb` and colour names follow.
     pub(super) transfer: Transfer,
@@ -59,8 +59,9 @@ pub(super) struct Reader<'a> {
     pub(super) images: Vec<Asset<Image>>,
     pub(super) meshes: Vec<Asset<MeshData>>,
     pub(super) warnings: Vec<Warning>,
-    /// Groups that models became, numbered behind the scene's own; and how many groups there are in all.
+    /// Groups made from models, numbered after the scene's own groups.
     pub(super) more_groups: Vec<Named<GroupDesc>>,
+    /// The number of all groups.
     pub(super) group_count: u32,
     pub(super) models: Vec<PlacedModel>,
     pub(super) model_lights: Vec<SceneLight>,
@@ -69,14 +70,14 @@ pub(super) struct Reader<'a> {
     /// Whether objects of a group are being read.
     pub(super) in_group: bool,
     nesting: u32,
-    /// Files that could not be read, with the error: each is tried once.
+    /// Files that could not be read, with their errors. No file is tried twice.
     failed: HashMap<(FileId, String), SceneError>,
-    /// Errors so far, where reading continues after them.
+    /// The errors recorded so far. `None` if reading stops at the first error.
     pub(super) faults: Option<Vec<SceneError>>,
 }
 
 impl<'a> Reader<'a> {
-    /// Of a scene of nothing.
+    /// The state for an empty scene.
     pub(super) fn new(assets: &'a mut dyn SceneAssets) -> Reader<'a> {
         Reader {
             transfer: Transfer::default(),
@@ -105,20 +106,20 @@ impl<'a> Reader<'a> {
     }
 }
 
-/// The value that was read; `None` if it could not be read and the error was noted.
+/// The value that was read; `None` if reading it failed and the error was recorded.
 pub(super) fn noted<T>(cx: &mut Reader<'_>, read: Result<T, SceneError>) -> Result<Option<T>, SceneError> {
     (cx as &mut dyn ReadContext).noted(read)
 }
 
 impl Reader<'_> {
-    /// The names to choose the nearest from. Of very many names only the first error gets one: sorting and comparing them takes
-    /// about a second for a million.
+    /// The valid names that an error about an unknown name lists. Sorting and comparing a million names takes about a
+    /// second, so in scenes with very many names only the first error gets them.
     pub(super) fn names<'n, T>(&self, ids: &'n HashMap<String, T>) -> Vec<&'n str> {
         const MANY: usize = 10_000;
         if ids.len() > MANY && self.faults() > 0 { Vec::new() } else { sorted_names(ids) }
     }
 
-    /// Reads a file, unless that failed before.
+    /// Reads a file. If reading it failed before, returns the same error again.
     pub(super) fn once<T>(
         &mut self,
         key: &str,
@@ -198,11 +199,11 @@ impl ReadContext for Reader<'_> {
 
     fn fault(&mut self, error: SceneError) -> Result<(), SceneError> {
         let Some(faults) = &mut self.faults else { return Err(error) };
-        // What exhausts memory or nests too deep would be met again and again.
+        // Exhausted memory and nesting that is too deep would cause the same error again and again.
         if faults.len() >= MAX_FAULTS || matches!(error.code, ErrorCode::TooLarge | ErrorCode::Cycle) {
             return Err(error);
         }
-        // One remedy for a file that several objects name.
+        // Several objects may refer to the same file. Report its error once.
         let is_file = matches!(
             error.code,
             ErrorCode::File
@@ -291,19 +292,19 @@ fn sorted_names<T>(ids: &HashMap<String, T>) -> Vec<&str> {
     names
 }
 
-/// The sections of a scene and what they hold; for messages and the documentation.
+/// The sections of a scene and their contents, for messages and the documentation.
 pub const SECTIONS: &[(&str, &str)] = &[
     ("include", "names of scene files whose sections are read first"),
-    ("camera", "where the picture is taken from"),
+    ("camera", "the camera of the picture"),
     ("view", "other cameras, for `camera` in [studio]: [[view]]"),
     ("film", "size, sampling and transfer curve of the picture"),
     ("integrator", "how light is computed"),
-    ("background", "what a ray sees that hits nothing"),
-    ("studio", "what is added to a scene without camera, light or floor"),
+    ("background", "the radiance of rays that hit nothing"),
+    ("studio", "default camera, lights and floor for a scene without them"),
     ("texture", "named textures: [texture.NAME]"),
     ("material", "named materials: [material.NAME]"),
-    ("medium", "named participating media, as fog and smoke: [medium.NAME]"),
+    ("medium", "named participating media, such as fog and smoke: [medium.NAME]"),
     ("group", "named groups of objects: [[group.NAME.object]]"),
-    ("object", "what is in the scene: [[object]]"),
+    ("object", "the objects of the scene: [[object]]"),
     ("light", "lights: [[light]]"),
 ];

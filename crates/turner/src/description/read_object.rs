@@ -1,4 +1,4 @@
-//! Objects of scene files.
+//! Reads objects of scene files.
 
 use super::read::{Reader, noted};
 use super::read_parts::{light_group, read_kind};
@@ -9,7 +9,7 @@ use crate::schema::value::{Data, Value};
 use crate::schema::{ErrorCode, GroupId, MaterialId, Named, ReadContext, SceneError, TableReader, Transform};
 use crate::shape::ShapeDesc;
 
-/// Reads an object: a shape, a group's instance or a model.
+/// Reads an object: a shape, an instance of a group, or a model.
 pub(super) fn read_object(value: &Value, cx: &mut Reader<'_>) -> Result<ObjectDesc, SceneError> {
     let mut table = TableReader::of(value, "an object")?;
     let name = table.optional::<String>("name", None, cx)?;
@@ -27,15 +27,15 @@ pub(super) fn read_object(value: &Value, cx: &mut Reader<'_>) -> Result<ObjectDe
         Some(value) if table.has("material") => {
             let message = "an object has a `material` or a `medium`, not both";
             cx.fault(SceneError::at(ErrorCode::Conflict, value.span, message).help(
-                "write `interior = …` in a material of glass; an object with `medium` has no surface",
+                "for glass, write `interior = …` in the material; an object with `medium` has no visible surface",
             ))?;
             material
         }
         Some(value) => {
             let medium = cx.medium(value);
             let interior = noted(cx, medium)?;
-            let boundary = MaterialDesc::Boundary(InterfaceMaterial { interior });
-            cx.materials.push(Some(Named { name: None, span: Some(value.span), value: boundary }));
+            let interface = MaterialDesc::Interface(InterfaceMaterial { interior });
+            cx.materials.push(Some(Named { name: None, span: Some(value.span), value: interface }));
             Some(MaterialId(cx.materials.len() as u32 - 1))
         }
         None => material,

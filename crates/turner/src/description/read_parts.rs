@@ -1,4 +1,4 @@
-//! The parts of a scene file, each from its table.
+//! Readers of the parts of a scene file, each from its table.
 
 use crate::camera::CameraDesc;
 use crate::color::named;
@@ -15,7 +15,7 @@ use crate::schema::{ErrorCode, Named, ReadContext, SceneError, TableReader, fore
 use crate::shape::ShapeDesc;
 use crate::texture::TextureDesc;
 
-/// Reads `[film]`; keys that it lacks get the defaults of the integrator.
+/// Reads `[film]`. Missing keys get the film's defaults for the integrator.
 pub(super) fn read_film(
     value: &Value,
     integrator: &str,
@@ -24,10 +24,10 @@ pub(super) fn read_film(
     FilmDesc::read_for(integrator, value, cx)
 }
 
-/// The integrator of a scene file that gives none.
+/// The integrator of a scene file without `type` in `[integrator]`.
 const DEFAULT_INTEGRATOR: &str = ClassicDesc::DOC.name;
 
-/// The `type` of an `[integrator]`. What is wrong with it is found when the section is read.
+/// The `type` of `[integrator]`. It is checked later, when the section is read.
 pub(super) fn integrator_type(section: &Value) -> &str {
     let Data::Table(table) = &section.data else { return DEFAULT_INTEGRATOR };
     match table.get("type").map(|value| &value.data) {
@@ -37,11 +37,11 @@ pub(super) fn integrator_type(section: &Value) -> &str {
 }
 
 pub(super) fn read_background(value: &Value, cx: &mut dyn ReadContext) -> Result<BackgroundDesc, SceneError> {
-    whole_table(value, "[background]", cx, BackgroundDesc::read)
+    read_table(value, "[background]", cx, BackgroundDesc::read)
 }
 
 pub(super) fn read_studio(value: &Value, cx: &mut dyn ReadContext) -> Result<StudioDesc, SceneError> {
-    whole_table(value, "[studio]", cx, StudioDesc::read)
+    read_table(value, "[studio]", cx, StudioDesc::read)
 }
 
 pub(super) fn read_integrator(value: &Value, cx: &mut dyn ReadContext) -> Result<IntegratorDesc, SceneError> {
@@ -50,7 +50,7 @@ pub(super) fn read_integrator(value: &Value, cx: &mut dyn ReadContext) -> Result
     read_kind(&mut table, "integrator", Some(DEFAULT_INTEGRATOR), cx, doc, IntegratorDesc::read)
 }
 
-/// Reads a light, its name and its group.
+/// Reads a light with its name and light group.
 pub(super) fn read_light(value: &Value, cx: &mut dyn ReadContext) -> Result<SceneLight, SceneError> {
     let mut table = TableReader::of(value, "a light")?;
     let name = table.optional::<String>("name", None, cx)?;
@@ -58,14 +58,14 @@ pub(super) fn read_light(value: &Value, cx: &mut dyn ReadContext) -> Result<Scen
     if table.has("group") && key == "group" {
         old_names::note("group", "light_group", table.span_of("group"), cx);
     }
-    // Either way both names are known to the table.
+    // Both keys count as known, whichever the table has.
     let group = light_group(&mut table, key, cx)?;
     table.take("light_group");
     let light = read_kind(&mut table, LightDesc::DOC.one, None, cx, &LightDesc::DOC, LightDesc::read)?;
     Ok(SceneLight { name, group, span: Some(value.span), value: light })
 }
 
-/// Refuses names of colours for textures.
+/// Checks that the name of a texture is not the name of a colour.
 pub(super) fn check_texture_name(name: &str, span: Span) -> Result<(), SceneError> {
     if named(name).is_none() {
         return Ok(());
@@ -74,7 +74,7 @@ pub(super) fn check_texture_name(name: &str, span: Span) -> Result<(), SceneErro
     Err(SceneError::at(ErrorCode::Conflict, span, message).help("choose another name"))
 }
 
-/// Reads a camera and its name.
+/// Reads a camera with its name.
 pub(super) fn read_camera(
     value: &Value,
     what: &str,
@@ -86,8 +86,8 @@ pub(super) fn read_camera(
     Ok(Named { name, span: Some(value.span), value: camera })
 }
 
-/// Reads a table that has no `type` and refuses unknown keys.
-fn whole_table<T>(
+/// Reads a table without `type` and reports unknown keys.
+fn read_table<T>(
     value: &Value,
     what: &str,
     cx: &mut dyn ReadContext,
@@ -99,8 +99,8 @@ fn whole_table<T>(
     Ok(read)
 }
 
-/// Reads the `type` of a table, then the keys of that type, and refuses unknown keys. A type that cannot be read gives the
-/// default; its keys are not judged then.
+/// Reads the `type` of a table and the keys of that type, and reports unknown keys. If the type is invalid, the result
+/// is the default and the keys are not checked.
 pub(super) fn read_kind<T: Default>(
     table: &mut TableReader<'_>,
     kind: &str,
@@ -178,7 +178,7 @@ pub(super) fn read_medium(value: &Value, cx: &mut dyn ReadContext) -> Result<Med
     read_kind(&mut table, "medium", Some("homogeneous"), cx, &MediumDesc::DOC, MediumDesc::read)
 }
 
-/// `[kind.NAME]` tables as (name, place of the name, value).
+/// The tables `[kind.NAME]` as (name, position of the name, value).
 pub(super) fn named_tables<'a>(
     section: Option<&'a Value>,
     kind: &str,
@@ -200,7 +200,7 @@ pub(super) fn array_of_tables<'a>(section: Option<&'a Value>, kind: &str) -> Res
     }
 }
 
-/// The name of a group of lights, which must not be empty.
+/// Reads the name of a light group, which must not be empty.
 pub(super) fn light_group(
     table: &mut TableReader<'_>,
     key: &'static str,
@@ -208,10 +208,10 @@ pub(super) fn light_group(
 ) -> Result<Option<String>, SceneError> {
     let group = table.optional::<String>(key, None, cx)?;
     if group.as_ref().is_some_and(|g| g.trim().is_empty()) {
-        let message = format!("`{key}` must be the name of a group of lights, found \"\"");
+        let message = format!("`{key}` must be the name of a light group, found \"\"");
         cx.fault(
             SceneError::at(ErrorCode::OutOfRange, table.span_of(key), message)
-                .help("name it, e.g. \"lamps\", or omit the key"),
+                .help("give it a name, e.g. \"key light\", or omit the key"),
         )?;
     }
     Ok(group)

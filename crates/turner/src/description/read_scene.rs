@@ -1,6 +1,7 @@
-//! An entire scene, from its tree of values.
+//! Reads a complete scene from its tree of values.
 //!
-//! Reading continues after an error, with the default in place of what cannot be read, so that one run finds all errors.
+//! Reading continues after an error, with the default in place of the invalid value, so that one run reports all
+//! errors.
 
 use super::read::{Reader, SECTIONS, SceneAssets, noted};
 use super::read_object::read_object;
@@ -12,10 +13,10 @@ use crate::schema::{
     ErrorCode, GroupId, MaterialId, MediumId, Named, ReadContext, SceneError, TableReader, TextureId,
 };
 
-/// Reads an entire scene. `root` is the table of the file, includes already merged.
+/// Reads a complete scene. `root` is the table of the file with its includes already merged.
 ///
-/// Errors: the first in the order of the files, with up to 99 others as [`SceneError::more`]. None of them follows from
-/// another one: what cannot be read is taken as its default.
+/// Errors: the first one in the order of the files, with up to 99 others as [`SceneError::more`]. Errors that would be
+/// consequences of others are not reported.
 pub fn read_scene(root: &Value, assets: &mut dyn SceneAssets) -> Result<SceneDesc, SceneError> {
     let mut cx = Reader::new(assets);
     cx.faults = Some(Vec::new());
@@ -37,7 +38,7 @@ pub fn read_scene(root: &Value, assets: &mut dyn SceneAssets) -> Result<SceneDes
     }
 }
 
-/// Reads a section that may be omitted; the default if it cannot be read.
+/// Reads an optional section; the default if it is invalid.
 fn section<T: Default>(
     value: &Value,
     cx: &mut Reader<'_>,
@@ -47,7 +48,7 @@ fn section<T: Default>(
     Ok(noted(cx, read)?.unwrap_or_default())
 }
 
-/// Reads the items of a list, without those that cannot be read.
+/// Reads the items of a list and skips invalid ones.
 fn items<T>(
     section: Option<&Value>,
     kind: &str,
@@ -72,14 +73,15 @@ fn named_items<'a>(
     Ok(noted(cx, named_tables(section, kind))?.unwrap_or_default())
 }
 
-/// Everything but the lists that the reader itself holds.
+/// Reads everything except the lists that the reader holds itself.
 fn read_sections(root: &Value, cx: &mut Reader<'_>) -> Result<SceneDesc, SceneError> {
     let mut top = TableReader::of(root, "the scene")?;
     for section in SECTIONS.iter().map(|(section, _)| *section).chain(["stage"]) {
         top.take(section);
     }
     top.finish(cx)?;
-    // The film first: its transfer curve defines the hex colours. Some of its defaults depend on the integrator.
+    // The film comes first, because its transfer curve decodes hex colours. Some of its defaults depend on the
+    // integrator.
     let empty = Value { data: Data::Table(Table::default()), span: root.span };
     let integrator = top.take("integrator").unwrap_or(&empty);
     let film = top.take("film").unwrap_or(&empty);
@@ -126,8 +128,8 @@ fn read_sections(root: &Value, cx: &mut Reader<'_>) -> Result<SceneDesc, SceneEr
     })
 }
 
-/// Reads what has a name: textures, media and materials into the reader's lists; gives the groups. All names are known
-/// before anything is read.
+/// Reads named textures, media and materials into the reader's lists and returns the groups. All names are registered
+/// first, so that they can refer to each other.
 fn read_named(top: &mut TableReader<'_>, cx: &mut Reader<'_>) -> Result<Vec<Named<GroupDesc>>, SceneError> {
     let textures = named_items(top, "texture", cx)?;
     let materials = named_items(top, "material", cx)?;

@@ -1,4 +1,12 @@
-//! When two descriptions are the same scene.
+//! Comparison of descriptions: whether two of them are the same scene.
+//!
+//! Two descriptions can differ in ways that do not affect the picture: file positions, the names that references use,
+//! the order of images and meshes, assets that nothing uses. A comparison field by field would report these. So both
+//! descriptions are first brought into a canonical form: spans and these names are removed, and images and meshes are
+//! numbered in the order of their first use, found by visiting the background, lights, media, textures, materials and
+//! objects in a fixed order. The canonical forms are then equal exactly if the scenes are the same, and assets are
+//! compared bit by bit in the new numbering. The cost is one clone of each description, which shares the assets, and
+//! one pass. Assets that both descriptions share (the same `Arc`) are equal without a comparison.
 
 use std::sync::Arc;
 
@@ -7,16 +15,18 @@ use crate::image::{Image, Pixels};
 use crate::schema::{Asset, MeshData, Renumber};
 
 impl SceneDesc {
-    /// Whether two descriptions are the same scene, so that they prepare and render to the same bytes.
+    /// Checks that two descriptions are the same scene, so that they render to the same bytes.
     ///
-    /// They are, if all of these are equal: camera, film, integrator, background and stage; the lists of other cameras, lights, textures, materials, media, groups and
-    /// objects, one by one in their order, with the names of cameras, lights and objects and with the groups of lights; and every picture, mesh, measured lamp
-    /// and grid that these refer to, bit by bit (as they are in memory: how a file holds them does not matter).
+    /// These must be equal: camera, film, integrator, background and studio; the lists of other cameras, lights,
+    /// textures, materials, media, groups and objects, in their order, including the names of cameras, lights and
+    /// objects and the light groups; and the decoded data of every image, mesh, IES profile and grid that these refer
+    /// to, bit by bit.
     ///
-    /// These may differ: places in files (spans); the names of textures, materials, media and groups, which say only what refers to what; the order of
-    /// pictures and meshes, ones that nothing refers to, and the names of their files; what was imported; the warnings.
+    /// These may differ: positions in files; the names of textures, materials, media and groups, which serve as
+    /// references only; the order of images and meshes, unused images and meshes, and their file names; import
+    /// summaries; warnings.
     ///
-    /// Errors: the first difference, in words.
+    /// Errors: a description of the first difference.
     pub fn same_scene(&self, other: &SceneDesc) -> Result<(), String> {
         let [a, b] = [Canonical::of(self), Canonical::of(other)];
         let (x, y) = (&a.desc, &b.desc);
@@ -83,7 +93,7 @@ fn same_image(a: &Image, b: &Image) -> bool {
 }
 
 fn same_mesh(a: &MeshData, b: &MeshData) -> bool {
-    // Named one by one, so that a list that is added is not forgotten here.
+    // Destructured, so that the compiler reports a new field that is not compared here.
     let MeshData {
         positions,
         normals,
@@ -107,7 +117,7 @@ fn same_mesh(a: &MeshData, b: &MeshData) -> bool {
         && *material_names == b.material_names
 }
 
-/// A description without what does not count, its pictures and meshes numbered in the order in which they are first referred to.
+/// A description in canonical form, with the numbering of its images and meshes.
 struct Canonical {
     desc: SceneDesc,
     by: Renumber,
@@ -131,9 +141,9 @@ impl Canonical {
         }
         macro_rules! plain {
             ($list:ident) => {
-                for thing in &mut out.$list {
-                    (thing.name, thing.span) = (None, None);
-                    thing.value.renumber(&by);
+                for item in &mut out.$list {
+                    (item.name, item.span) = (None, None);
+                    item.value.renumber(&by);
                 }
             };
         }

@@ -1,4 +1,4 @@
-//! What was asked for: plain, editable data. [`SceneDesc::prepare`] makes it renderable.
+//! The description of a scene: plain, editable data. [`SceneDesc::prepare`] prepares it for rendering.
 
 use crate::camera::CameraDesc;
 use crate::description::default_studio::StudioDesc;
@@ -13,44 +13,45 @@ use crate::schema::{Asset, GroupId, MaterialId, MeshData, Named, Transform, Warn
 use crate::shape::ShapeDesc;
 use crate::texture::TextureDesc;
 
-/// A light, in the group it belongs to.
+/// A light, with its name and light group.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct SceneLight {
     /// The name, if it has one.
     pub name: Option<String>,
-    /// The group of lights it belongs to, if any.
+    /// Its light group, if any.
     pub group: Option<String>,
-    /// Where it stands.
+    /// The position in a file, if it has one.
     pub span: Option<Span>,
     /// The light.
     pub value: LightDesc,
 }
 
-/// A shape with a material, or a group, placed in the scene; by default a unit sphere at the origin.
+/// An object: a shape with a material, or an instance of a group. By default a unit sphere at the origin.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct ObjectDesc {
-    /// The name, for reports.
+    /// The name, for messages and reports.
     pub name: Option<String>,
-    /// Where it stands.
+    /// The position in a file, if it has one.
     pub span: Option<Span>,
-    /// What is placed.
+    /// A shape or an instance.
     pub content: ObjectContent,
-    /// Its material; an object in a group without one takes the instance's, and at last the default material.
+    /// Its material. An object without one, in a group, takes the material of the instance; otherwise it has the
+    /// default material.
     pub material: Option<MaterialId>,
-    /// The group of lights it belongs to where it shines; an object in a group without one takes the instance's.
+    /// Its light group if it emits light. An object without one, in a group, takes the light group of the instance.
     pub light_group: Option<String>,
-    /// From its own space to that of the scene or group around it.
+    /// From object space to the space of the scene or of the group that contains it.
     pub transform: Transform,
-    /// Where it goes while the shutter is open: its transform at the moment 1, where `transform` is that at 0.
+    /// Motion blur: the transform at time 1 of the shutter interval. `transform` is the one at time 0.
     pub motion: Option<Transform>,
 }
 
-/// What an object is.
+/// The content of an object.
 #[derive(Clone, Debug, PartialEq)]
 pub enum ObjectContent {
-    /// A shape of its own.
+    /// A shape.
     Shape(ShapeDesc),
-    /// A group, placed.
+    /// An instance of a group.
     Instance(GroupId),
 }
 
@@ -61,24 +62,24 @@ impl Default for ObjectContent {
     }
 }
 
-/// Objects to be placed together.
+/// A named set of objects that instances place.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct GroupDesc {
     /// Its objects.
     pub objects: Vec<ObjectDesc>,
 }
 
-/// A whole scene. By default nothing, with everything as a scene file has it that says nothing: 640x480 pixels, the classic integrator, a black
-/// background, framed from the front.
+/// A complete scene. The default is that of an empty scene file: no objects, 640x480 pixels, the integrator `classic`,
+/// a black background.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct SceneDesc {
-    /// The camera; without one the scene is framed from the front.
+    /// The camera. Without one, Turner places a camera that shows the scene from the front.
     pub camera: Option<Named<CameraDesc>>,
     /// Size, sampling, transfer curve.
     pub film: FilmDesc,
-    /// How light is computed.
+    /// The integrator, which computes the radiance of camera rays.
     pub integrator: IntegratorDesc,
-    /// What a ray sees that hits nothing.
+    /// The radiance of rays that hit nothing, and the medium that fills the scene.
     pub background: BackgroundDesc,
     /// Textures, named ones first.
     pub textures: Vec<Named<TextureDesc>>,
@@ -88,21 +89,21 @@ pub struct SceneDesc {
     pub media: Vec<Named<MediumDesc>>,
     /// Groups.
     pub groups: Vec<Named<GroupDesc>>,
-    /// What is in the scene.
+    /// Objects.
     pub objects: Vec<ObjectDesc>,
     /// Lights.
     pub lights: Vec<SceneLight>,
-    /// Pictures that textures use.
+    /// Images that textures and environment lights use.
     pub images: Vec<Asset<Image>>,
     /// Meshes that objects use.
     pub meshes: Vec<Asset<MeshData>>,
-    /// Every camera that an imported file names; `camera` is the one the picture is taken with.
+    /// Other cameras: `[[view]]` sections and the cameras of imported files. `camera` is the one that renders.
     pub cameras: Vec<Named<CameraDesc>>,
-    /// What is added to a scene that has no camera, light or floor.
+    /// The default studio: the camera, lights and floor that are added to a scene without them.
     pub studio: Option<StudioDesc>,
-    /// What was imported.
+    /// Summaries of imported files.
     pub imports: Vec<ImportSummary>,
-    /// What was ignored or doubtful while reading.
+    /// Warnings from reading.
     pub warnings: Vec<Warning>,
 }
 
@@ -114,21 +115,21 @@ impl SceneDesc {
         self.objects.iter().chain(in_groups).any(moves)
     }
 
-    /// Whether any imported model has an animation. Only then do other frames or another time of the model show anything else.
+    /// Whether any imported model has an animation. Without one, all frames and times show the same.
     pub fn is_animated(&self) -> bool {
         let animations = self.imports.iter().flat_map(|import| &import.counts);
         animations.into_iter().any(|(what, count)| *what == "animations" && *count > 0)
     }
 }
 
-/// What a file of another program held.
+/// The contents of an imported file.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ImportSummary {
     /// The file.
     pub file: String,
     /// Its format, e.g. `glTF 2.0`.
     pub format: &'static str,
-    /// How many of what.
+    /// What it contains, with counts, e.g. `("triangles", 12)`.
     pub counts: Vec<(&'static str, u64)>,
     /// Names in the file that a scene can select: of animations and of material variants.
     pub names: Vec<(&'static str, Vec<String>)>,

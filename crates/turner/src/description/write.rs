@@ -1,7 +1,8 @@
-//! From a description to a tree of values: what [`read_scene`](super::read_scene) reads back as the same description.
+//! Writes a description as a tree of values that [`read_scene`](super::read_scene) reads back as the same scene.
 //!
-//! Every `params!` struct and `family!` writes itself, keys with their default left out. Textures, materials, media and groups all get names, so that their
-//! numbers stay what they are; meshes, pictures and other data go to files, which the caller writes ([`SceneAssetWriter`]).
+//! Every `params!` struct and `family!` writes itself, without keys at their default. All textures, materials, media
+//! and groups get names, so that their order stays the same. Meshes, images and other data go to files, which the
+//! caller writes ([`SceneAssetWriter`]).
 
 use super::write_names::names;
 use crate::color::named;
@@ -15,19 +16,20 @@ use crate::schema::{
 };
 use crate::shape::ShapeDesc;
 
-/// Where the data goes that a scene file does not hold itself. Each gives the name to stand in the scene, relative to its file.
+/// Writes the data that a scene file does not contain. Each method returns the file name to write in the scene,
+/// relative to the scene file.
 pub trait SceneAssetWriter {
-    /// A picture.
+    /// An image.
     fn image(&mut self, id: ImageId, image: &Asset<Image>) -> Result<String, SceneError>;
-    /// A mesh; `None` for one that shall stand in the scene itself.
+    /// A mesh; `None` to write it into the scene itself.
     fn mesh(&mut self, id: MeshId, mesh: &Asset<MeshData>) -> Result<Option<String>, SceneError>;
-    /// A light's measurements.
+    /// An IES profile.
     fn light_profile(&mut self, profile: &ProfileFile) -> Result<String, SceneError>;
-    /// A medium's grid.
+    /// A density grid.
     fn grid(&mut self, grid: &GridFile) -> Result<String, SceneError>;
 }
 
-/// The names of things, and where files go.
+/// The context of writing: the names that IDs are written as, and the writer of files.
 pub(super) struct Writer<'a> {
     pub(super) desc: &'a SceneDesc,
     assets: &'a mut dyn SceneAssetWriter,
@@ -51,7 +53,7 @@ impl WriteContext for Writer<'_> {
     }
 
     fn image(&mut self, id: ImageId) -> Result<Data, SceneError> {
-        let asset = self.desc.images.get(id.index()).ok_or_else(|| missing("picture", id.index()))?;
+        let asset = self.desc.images.get(id.index()).ok_or_else(|| missing("image", id.index()))?;
         self.assets.image(id, asset).map(Data::String)
     }
 
@@ -71,13 +73,13 @@ impl WriteContext for Writer<'_> {
 }
 
 impl<'a> Writer<'a> {
-    /// Gives all things their names.
+    /// Assigns all names.
     pub(super) fn new(desc: &'a SceneDesc, assets: &'a mut dyn SceneAssetWriter) -> Writer<'a> {
         let all = |list: Vec<Option<&str>>, kind: &str| names(&list, kind, |_| true);
         Writer {
             desc,
             assets,
-            // A colour's name means the colour.
+            // The name of a colour cannot name a texture.
             textures: names(
                 &desc.textures.iter().map(|t| t.name.as_deref()).collect::<Vec<_>>(),
                 "texture",
@@ -95,7 +97,7 @@ impl<'a> Writer<'a> {
 }
 
 fn missing(what: &str, index: usize) -> SceneError {
-    let message = format!("the description names {what} {index}, which it does not have");
+    let message = format!("the description refers to {what} {index}, which it does not have");
     SceneError::new(ErrorCode::Internal, message)
 }
 
@@ -107,9 +109,10 @@ fn string(text: &Option<String>) -> Option<Data> {
     text.clone().map(Data::String)
 }
 
-/// Writes a whole scene as the table of a file: what [`read_scene`](super::read_scene) reads as a description that [`SceneDesc::same_scene`] calls the same.
+/// Writes a complete scene as the table of a file. [`SceneDesc::same_scene`] holds for what
+/// [`read_scene`](super::read_scene) reads from it.
 ///
-/// Errors: those of `assets`; a description that names what it does not have.
+/// Errors: those of `assets`; an ID that the description does not have.
 pub fn write_scene(desc: &SceneDesc, assets: &mut dyn SceneAssetWriter) -> Result<Value, SceneError> {
     let mut cx = Writer::new(desc, assets);
     let mut top = Table::default();
@@ -131,12 +134,12 @@ pub fn write_scene(desc: &SceneDesc, assets: &mut dyn SceneAssetWriter) -> Resul
         lights.push(Data::Table(write_light(light, &mut cx)?));
     }
     push_list(&mut top, "light", lights);
-    // Tables by name, in the order of their numbers.
+    // Tables by name, in the order of their IDs.
     macro_rules! section {
         ($key:literal, $list:ident, $names:ident) => {
             let mut section = Table::default();
-            for (i, thing) in desc.$list.iter().enumerate() {
-                let table = thing.value.write(&mut cx)?;
+            for (i, item) in desc.$list.iter().enumerate() {
+                let table = item.value.write(&mut cx)?;
                 section.push(&cx.$names[i].clone(), Data::Table(table));
             }
             push_table(&mut top, $key, section);
@@ -175,7 +178,7 @@ pub(super) fn write_light(light: &SceneLight, cx: &mut Writer<'_>) -> Result<Tab
     Ok(table)
 }
 
-/// With the key `name` first.
+/// The table with the key `name` in front, if there is a name.
 pub(super) fn with_name(table: Table, name: &Option<String>) -> Table {
     let mut named = Table::default();
     named.push("name", string(name));
@@ -201,7 +204,7 @@ pub(super) fn write_object(object: &ObjectDesc, cx: &mut Writer<'_>) -> Result<T
     table.push("material", object.material.map(|m| cx.material(m)).transpose()?);
     table.push("light_group", string(&object.light_group));
     table.push("transform", object.transform.write(cx)?);
-    // An object may well move back to where things are that have no transform.
+    // A motion to the identity is written as an empty table: without the key, the object does not move.
     let motion = object.motion.map(|m| m.write(cx)).transpose()?;
     table.push("motion", motion.map(|m| m.unwrap_or_else(|| Data::Table(Table::default()))));
     Ok(table)

@@ -1,14 +1,15 @@
-//! Names for things that are referred to.
+//! Unique names for the textures, materials, media and groups of a scene file.
 
 use std::collections::BTreeSet;
 
-/// A name for each thing of a list, no two the same: its own where it has one that is allowed and not taken, else one made of it or of its kind and a number.
+/// A unique name for each item of a list: its own name if `allowed` and not yet taken, otherwise a name made from its
+/// own name or from `kind`, with a number.
 pub(super) fn names(own: &[Option<&str>], kind: &str, allowed: impl Fn(&str) -> bool) -> Vec<String> {
-    // Names that are somebody's own are not made for others.
+    // No made name equals the own name of another item.
     let mut taken: BTreeSet<String> = own.iter().flatten().map(|n| (*n).to_owned()).collect();
     let mut given: BTreeSet<&str> = BTreeSet::new();
     let mut out = Vec::with_capacity(own.len());
-    // The number to go on from, by name: a thousand things of one name are numbered at once.
+    // The next number by base name, so that numbering many items of one name takes linear time.
     let mut last = std::collections::BTreeMap::new();
     for (i, name) in own.iter().enumerate() {
         if let Some(name) = name
@@ -41,8 +42,8 @@ mod tests {
     #[test]
     fn names_are_kept_and_made_where_there_are_none() {
         let own = [Some("a"), None, Some("a"), Some("red"), Some("a-2"), None, Some(""), Some(""), Some("a")];
-        let made = names(&own, "thing", |n| n != "red");
-        assert_eq!(made, ["a", "thing-2", "a-3", "red-2", "a-2", "thing-6", "", "thing-7", "a-4"]);
+        let made = names(&own, "item", |n| n != "red");
+        assert_eq!(made, ["a", "item-2", "a-3", "red-2", "a-2", "item-6", "", "item-7", "a-4"]);
         assert_eq!(made.iter().collect::<BTreeSet<_>>().len(), own.len());
     }
 }

@@ -1,4 +1,4 @@
-//! Why a picture is black or dark: no light, weak light, settings that remove light.
+//! Rules for black and dark pictures: no light, too little light, settings that remove light.
 
 use super::evidence::Evidence;
 use super::finding::{Finding, Question, Severity, percent, rounded, short};
@@ -14,7 +14,7 @@ use crate::schema::Remedy;
 
 const BLACK: Question = Question::Black;
 
-pub(super) fn ask(e: &Evidence<'_>, out: &mut Vec<Finding>) {
+pub(super) fn check(e: &Evidence<'_>, out: &mut Vec<Finding>) {
     if e.picture.light.is_empty() || e.scene.stats.primitives == 0 {
         return;
     }
@@ -29,13 +29,13 @@ pub(super) fn ask(e: &Evidence<'_>, out: &mut Vec<Finding>) {
     }
 }
 
-/// Nothing emits light.
+/// A scene in which nothing emits light.
 fn dark(e: &Evidence<'_>) -> Option<Finding> {
     let scene = e.scene;
     let background =
         !scene.background.color.is_black() || scene.background.zenith.is_some_and(|z| !z.is_black());
-    let shapes = scene.emitter_list().len() > scene.lights.len() || e.mets().any(|(_, _, m)| m.shines);
-    let unsampled = scene.integrator.capabilities().physical && materials_shine(e);
+    let shapes = scene.emitter_list().len() > scene.lights.len() || e.hits().any(|(_, _, m)| m.emits);
+    let unsampled = scene.integrator.capabilities().physical && any_material_emits(e);
     let physical = scene.integrator.capabilities().physical;
     if shapes || unsampled || !scene.ambient.is_black() || physical && background {
         return None;
@@ -49,8 +49,8 @@ fn dark(e: &Evidence<'_>) -> Option<Finding> {
     }
     let black =
         scene.lights.iter().filter(|l| matches!(l, Light::Environment(env) if env.is_black())).count();
-    let shines = on > black || e.g.lights.iter().any(|l| l.none < l.asked);
-    if shines && !scene.lights.is_empty() {
+    let emits = on > black || e.g.lights.iter().any(|l| l.unlit < l.sampled);
+    if emits && !scene.lights.is_empty() {
         return None;
     }
     let severity = if e.is_black() { Severity::Error } else { Severity::Warning };
@@ -95,7 +95,7 @@ fn dark(e: &Evidence<'_>) -> Option<Finding> {
     )
 }
 
-/// Nothing emits light, and there are no lights that are off.
+/// The finding for a scene without any light, not even lights that are off.
 fn no_lights(e: &Evidence<'_>, severity: Severity, physical: bool) -> Finding {
     let what = match (e.desc.imports.is_empty(), physical) {
         (_, false) => "the scene has no [[light]]",
@@ -121,8 +121,8 @@ fn no_lights(e: &Evidence<'_>, severity: Severity, physical: bool) -> Finding {
     finding.set("background.color", 1.0)
 }
 
-/// A sky light whose sun is below the horizon.
-fn night(e: &Evidence<'_>, light: u32, arrives: f64) -> Option<Finding> {
+/// A sky light with the sun below the horizon.
+fn night(e: &Evidence<'_>, light: u32, irradiance: f64) -> Option<Finding> {
     let LightDesc::Sky(sky) = &e.desc.lights.get(light as usize)?.value else { return None };
     if sky.strength <= 0.0 || sky.direction.map_or(sky.elevation >= 0.0, |d| d.y >= 0.0) {
         return None;
@@ -133,13 +133,13 @@ fn night(e: &Evidence<'_>, light: u32, arrives: f64) -> Option<Finding> {
     let finding = Finding::new(BLACK, severity, "sun-below-horizon", 1.0, what)
         .why(format!(
             "the irradiance at visible surfaces is {}; a white surface needs about 3 to look white",
-            short(arrives)
+            short(irradiance)
         ))
         .remedy("raise `elevation` above 0, or the exposure")
         .set(&format!("light.{light}.elevation"), 35.0)
         .about(name.text)
         .at(e.desc.lights.get(light as usize).and_then(|l| l.span))
-        .measure("irradiance", arrives, "irradiance");
+        .measure("irradiance", irradiance, "irradiance");
     Some(if sky.direction.is_none() {
         finding.measure("elevation", sky.elevation, "degrees")
     } else {
@@ -148,13 +148,13 @@ fn night(e: &Evidence<'_>, light: u32, arrives: f64) -> Option<Finding> {
 }
 
 /// Whether any material in use emits light.
-fn materials_shine(e: &Evidence<'_>) -> bool {
+fn any_material_emits(e: &Evidence<'_>) -> bool {
     e.scene
         .primitive_materials()
-        .any(|(_, m)| materials::shines_at(e.scene, m, true) || materials::shines_at(e.scene, m, false))
+        .any(|(_, m)| materials::emits_at(e.scene, m, true) || materials::emits_at(e.scene, m, false))
 }
 
-/// The strength of a light by its values.
+/// The intensity or strength of a light, times its colour.
 fn strength(light: &LightDesc) -> Option<f64> {
     let product =
         |intensity: f64, color: crate::color::Spectrum| Some(intensity * f64::from(color.max_component()));
@@ -171,7 +171,7 @@ fn strength(light: &LightDesc) -> Option<f64> {
     }
 }
 
-/// Settings of the integrator that remove light, found by trying others.
+/// Integrator settings that remove light, found by trials.
 fn settings(e: &Evidence<'_>) -> Vec<Finding> {
     let mut out = Vec::new();
     let severity = |t: &Trial, error: f64, warning: f64| {
@@ -205,7 +205,7 @@ fn settings(e: &Evidence<'_>) -> Vec<Finding> {
     if let Some(t) = &e.g.deeper
         && let Some(severity) = severity(t, 0.5, 0.05)
     {
-        // At high depths more light is a matter of taste.
+        // At high depths the missing light is rarely a fault.
         let severity = if depth >= 8 && t.ratio < 2.0 { Severity::Note } else { severity };
         let direct = matches!(integrator, IntegratorDesc::Direct(_));
         let what = format!("`max_depth` is too low: paths end after {depth} bounces");
@@ -240,7 +240,7 @@ fn settings(e: &Evidence<'_>) -> Vec<Finding> {
             .set("integrator.max_transparent", p.max_transparent.max(16).saturating_mul(16).min(4096));
         out.push(measured(finding, t).measure("max-transparent", f64::from(p.max_transparent), "count"));
     }
-    if let Some(t) = &e.g.both_ways
+    if let Some(t) = &e.g.both_strategies
         && p.light_sampling != LightSampling::Both
         && let Some(severity) = severity(t, 0.5, 0.05)
     {
@@ -261,7 +261,7 @@ fn settings(e: &Evidence<'_>) -> Vec<Finding> {
     out
 }
 
-/// There is enough light, but the exposure is too low.
+/// Enough light, but too low an exposure.
 fn exposure(e: &Evidence<'_>) -> Option<Finding> {
     let film = e.scene.film();
     if film.exposure > -1.0 || e.is_black() && e.picture.light.iter().all(|l| *l <= 0.0 || l.is_nan()) {
@@ -293,11 +293,11 @@ fn exposure(e: &Evidence<'_>) -> Option<Finding> {
     )
 }
 
-/// The mean albedo of visible surfaces without emission, and the fraction of these that are almost black.
+/// The mean albedo of visible non-emissive surfaces, and the fraction of them that are almost black.
 fn albedo(e: &Evidence<'_>) -> Option<(f64, f64)> {
     let list: Vec<f64> = e
-        .mets()
-        .filter(|(_, _, m)| !m.shines && !materials::lets_through(e.scene, m.material))
+        .hits()
+        .filter(|(_, _, m)| !m.emits && !materials::transmits(e.scene, m.material))
         .map(|(_, _, m)| m.albedo)
         .collect();
     if list.is_empty() {
@@ -307,26 +307,26 @@ fn albedo(e: &Evidence<'_>) -> Option<(f64, f64)> {
     Some((list.iter().sum::<f64>() / n, list.iter().filter(|a| **a < 0.01).count() as f64 / n))
 }
 
-/// Light arrives, but too little of it.
+/// Light that arrives but is too weak.
 fn too_dim(e: &Evidence<'_>) -> Option<Finding> {
     if !e.is_black() {
         return None;
     }
-    let arrives: f64 = e.g.lights.iter().map(|l| l.arrives).sum();
-    let potential: f64 = e.g.lights.iter().map(|l| l.arrives + l.kept_off).sum();
+    let irradiance: f64 = e.g.lights.iter().map(|l| l.irradiance).sum();
+    let potential: f64 = e.g.lights.iter().map(|l| l.irradiance + l.blocked_irradiance).sum();
     let (albedo, _) = albedo(e).unwrap_or((0.5, 0.0));
-    // What the brightest surfaces would show with an albedo of 0.5.
-    let light = arrives * e.picture.factor * 0.5 / std::f64::consts::PI;
-    if arrives <= 0.0 || arrives < 0.02 * potential || light > 0.05 || albedo < 0.02 {
+    // The displayed radiance of diffuse surfaces with an albedo of 0.5.
+    let light = irradiance * e.picture.factor * 0.5 / std::f64::consts::PI;
+    if irradiance <= 0.0 || irradiance < 0.02 * potential || light > 0.05 || albedo < 0.02 {
         return None;
     }
-    let most = e.g.lights.iter().max_by(|a, b| a.arrives.total_cmp(&b.arrives))?;
+    let most = e.g.lights.iter().max_by(|a, b| a.irradiance.total_cmp(&b.irradiance))?;
     let brightest = quantile(e.picture.light.iter().copied(), 0.9);
     let wanted = 0.35;
     let factor = wanted / (brightest * e.picture.factor).max(1e-30);
     let stops = (ln(factor) * std::f64::consts::LOG2_E).ceil();
-    let name = e.emitter_name(most.one);
-    if let Some(finding) = e.light_number(most.one).and_then(|i| night(e, i, arrives)) {
+    let name = e.emitter_name(most.emitter);
+    if let Some(finding) = e.light_number(most.emitter).and_then(|i| night(e, i, irradiance)) {
         return Some(finding);
     }
     let far = most.distance.is_finite() && attenuates(e, most);
@@ -339,12 +339,12 @@ fn too_dim(e: &Evidence<'_>) -> Option<Finding> {
         format!(
             "light falls off with the square of the distance: 1/{} of its intensity is left. The irradiance at visible surfaces is {}; a white surface needs about 3 to look white. A scene in millimetres needs a million times the intensity of one in metres",
             short(most.distance * most.distance),
-            short(arrives)
+            short(irradiance)
         )
     } else {
         format!(
             "the irradiance at visible surfaces is {}; a white surface needs about 3 to look white",
-            short(arrives)
+            short(irradiance)
         )
     };
     let mut finding =
@@ -353,7 +353,7 @@ fn too_dim(e: &Evidence<'_>) -> Option<Finding> {
             short(factor),
             short(stops)
         ));
-    finding = match e.light_number(most.one) {
+    finding = match e.light_number(most.emitter) {
         Some(i) => match e.desc.lights.get(i as usize).and_then(|l| strength_key(&l.value)) {
             Some((key, now)) => finding.set(&format!("light.{i}.{key}"), rounded(now * factor)),
             None => finding,
@@ -368,15 +368,15 @@ fn too_dim(e: &Evidence<'_>) -> Option<Finding> {
     Some(
         finding
             .about(name.text)
-            .at(e.place_of(most.one))
-            .measure("irradiance", arrives, "irradiance")
+            .at(e.span_of(most.emitter))
+            .measure("irradiance", irradiance, "irradiance")
             .measure("distance", most.distance, "units")
             .measure("factor-needed", factor, "ratio")
             .measure("brightness", brightest, "radiance"),
     )
 }
 
-/// The key of a light's strength, and its value.
+/// The key of a light's intensity or strength, and its value.
 pub(super) fn strength_key(light: &LightDesc) -> Option<(&'static str, f64)> {
     Some(match light {
         LightDesc::Ambient(l) => ("intensity", l.intensity),
@@ -391,36 +391,36 @@ pub(super) fn strength_key(light: &LightDesc) -> Option<(&'static str, f64)> {
     })
 }
 
-/// Whether the irradiance depends on the distance.
+/// Whether the light falls off with distance.
 fn attenuates(e: &Evidence<'_>, l: &LightFacts) -> bool {
-    let light = e.light_number(l.one).and_then(|i| e.desc.lights.get(i as usize));
+    let light = e.light_number(l.emitter).and_then(|i| e.desc.lights.get(i as usize));
     let attenuation = light.and_then(|l| l.value.attenuation());
-    // The solid angle of emissive shapes shrinks with the distance.
+    // The solid angle of emissive shapes decreases with distance.
     attenuation.is_none_or(|a| a.coefficients[1] + a.coefficients[2] > 0.0)
 }
 
-/// Light arrives, but no surface reflects it.
+/// Visible surfaces that reflect almost no light.
 fn black_materials(e: &Evidence<'_>) -> Option<Finding> {
     let (mean, black) = albedo(e)?;
-    let arrives: f64 = e.g.lights.iter().map(|l| l.arrives).sum();
-    if mean > 0.02 || black < 0.8 || arrives * e.picture.factor < 1e-4 {
+    let irradiance: f64 = e.g.lights.iter().map(|l| l.irradiance).sum();
+    if mean > 0.02 || black < 0.8 || irradiance * e.picture.factor < 1e-4 {
         return None;
     }
     let severity = if e.is_black() { Severity::Error } else { Severity::Warning };
-    let (_, _, met) = e.mets().find(|(_, _, m)| m.albedo < 0.01 && !m.shines)?;
-    let name = e.labels.material_label(met.material);
+    let (_, _, hit) = e.hits().find(|(_, _, m)| m.albedo < 0.01 && !m.emits)?;
+    let name = e.labels.material_label(hit.material);
     let what = format!("the visible surfaces are black: their mean albedo is {}", short(mean));
     Some(
         Finding::new(BLACK, severity, "materials-black", 0.92, what)
             .why(format!(
                 "they receive an irradiance of {} and reflect almost none of it; {} of the pixels show a material as black as {name}",
-                short(arrives),
+                short(irradiance),
                 percent(black)
             ))
             .remedy("give the materials another `color` or `base_color`, and check that their textures were found")
             .about(name.text)
             .measure("albedo", mean, "fraction")
             .measure("black-pixels", black, "fraction")
-            .measure("irradiance", arrives, "irradiance"),
+            .measure("irradiance", irradiance, "irradiance"),
     )
 }

@@ -1,4 +1,4 @@
-//! What is broken: non-finite samples, normals, meshes inside out, lost precision, and settings that are ignored.
+//! Rules for broken scenes: non-finite samples, wrong normals, inverted meshes, lost precision, ignored settings.
 
 use std::collections::BTreeMap;
 
@@ -15,7 +15,7 @@ fn find(severity: Severity, code: &'static str, weight: f64, what: String) -> Fi
     Finding::new(Question::Broken, severity, code, weight, what)
 }
 
-pub(super) fn ask(e: &Evidence<'_>, out: &mut Vec<Finding>) {
+pub(super) fn check(e: &Evidence<'_>, out: &mut Vec<Finding>) {
     out.extend(non_finite(e));
     out.extend(normals(e));
     out.extend(inside_out(e));
@@ -36,7 +36,7 @@ pub(super) fn ask(e: &Evidence<'_>, out: &mut Vec<Finding>) {
     }
 }
 
-/// Samples with a NaN or an infinity.
+/// Samples that are NaN or infinite.
 fn non_finite(e: &Evidence<'_>) -> Option<Finding> {
     let paths = e.sum(|p| f64::from(p.samples));
     let of_paths = e.sum(|p| f64::from(p.non_finite));
@@ -54,36 +54,36 @@ fn non_finite(e: &Evidence<'_>) -> Option<Finding> {
     )
 }
 
-/// Shading normals on the wrong side.
+/// Shading normals on the other side of the surface than the geometric normal.
 fn normals(e: &Evidence<'_>) -> Option<Finding> {
-    let mets: Vec<_> = e.mets().map(|(_, _, m)| m).collect();
-    let bad: Vec<_> = mets.iter().filter(|m| !m.sound).collect();
+    let hits: Vec<_> = e.hits().map(|(_, _, m)| m).collect();
+    let bad: Vec<_> = hits.iter().filter(|m| !m.valid_normals).collect();
     let first = bad.first()?;
-    let share = bad.len() as f64 / mets.len().max(1) as f64;
-    if share < 0.01 {
+    let fraction = bad.len() as f64 / hits.len().max(1) as f64;
+    if fraction < 0.01 {
         return None;
     }
     let name = e.labels.object_label(first.primitive, first.shape);
     let what = format!(
         "{} of the visible surfaces have shading normals that point to the other side; one of them is {name}",
-        percent(share)
+        percent(fraction)
     );
     Some(
         find(Severity::Warning, "bad-normals", 0.6, what)
             .why("the normals in the mesh file disagree with the winding of its triangles: surfaces look black or torn")
             .remedy("recompute the normals in the program that the mesh comes from, or ignore them with `smooth = false`")
             .about(name.text)
-            .measure("surfaces", share, "fraction"),
+            .measure("surfaces", fraction, "fraction"),
     )
 }
 
-/// Most triangles that are checked.
-const MOST_TRIANGLES: usize = 4_000_000;
+/// Maximum number of triangles that are checked.
+const MAX_TRIANGLES: usize = 4_000_000;
 
-/// Closed meshes with reversed winding.
+/// Closed meshes with clockwise winding.
 fn inside_out(e: &Evidence<'_>) -> Vec<Finding> {
     let mut flipped: BTreeMap<u32, bool> = BTreeMap::new();
-    let mut left = MOST_TRIANGLES;
+    let mut left = MAX_TRIANGLES;
     let mut is_flipped = |index: u32, mesh: &MeshData| {
         *flipped.entry(index).or_insert_with(|| {
             left = left.saturating_sub(mesh.triangles.len());
@@ -115,9 +115,9 @@ fn flipped_mesh(e: &Evidence<'_>, object: &ObjectDesc, uri: &str, material: Opti
         .name
         .clone()
         .unwrap_or_else(|| if uri.is_empty() { "a mesh".to_owned() } else { uri.to_owned() });
-    let shines = principled.emission_luminance > 0.0;
+    let emits = principled.emission_luminance > 0.0;
     let (severity, effect) = if !principled.double_sided && !principled.is_transmissive() {
-        let effect = if shines { "emits light inwards only" } else { "is visible from inside only" };
+        let effect = if emits { "emits light inwards only" } else { "is visible from inside only" };
         (Severity::Error, effect)
     } else if principled.is_transmissive() && !principled.thin_walled {
         (Severity::Error, "refracts light like an air bubble in glass")
@@ -132,12 +132,13 @@ fn flipped_mesh(e: &Evidence<'_>, object: &ObjectDesc, uri: &str, material: Opti
         .at(object.span)
 }
 
-/// The signed volume of a closed mesh; `None` for one that is open.
+/// The signed volume of a closed mesh, negative if its normals point inwards; `None` for an open mesh. It is the sum of
+/// the signed volumes of the tetrahedra between the triangles and one point (divergence theorem).
 fn volume(mesh: &MeshData) -> Option<f64> {
     let point = |i: u32| mesh.positions.get(i as usize).copied().map(|p| DVec3::from(p.map(f64::from)));
     let (mut edges, mut sum) = (Vec::with_capacity(mesh.triangles.len() * 3), 0.0);
     let origin = point(0)?;
-    // Vertices at the same position are one, whatever their indices.
+    // Vertices at the same position count as one vertex.
     let mut order: Vec<u32> = (0..mesh.positions.len() as u32).collect();
     let bits = |i: &u32| mesh.positions.get(*i as usize).map(|p| p.map(|v| (v + 0.0).to_bits()));
     order.sort_by_key(bits);
@@ -158,7 +159,7 @@ fn volume(mesh: &MeshData) -> Option<f64> {
             edges.push((corner(t[i]), corner(t[j])));
         }
     }
-    // A closed mesh has each edge once in each direction.
+    // A closed, consistently oriented mesh has each edge once in each direction.
     let mut there = edges.clone();
     let mut back: Vec<(u32, u32)> = edges.into_iter().map(|(a, b)| (b, a)).collect();
     there.sort_unstable();
@@ -166,40 +167,43 @@ fn volume(mesh: &MeshData) -> Option<f64> {
     (there == back && !there.is_empty()).then_some(sum)
 }
 
-/// One-sided surfaces that the camera sees from the back.
+/// One-sided surfaces whose back faces the camera.
 fn backs(e: &Evidence<'_>) -> Option<Finding> {
     if !e.desc.materials.iter().any(|m| m.value.cutout(true).is_some_and(|c| c.one_sided)) {
         return None;
     }
     let mut passed: BTreeMap<u32, (u32, &'static str)> = BTreeMap::new();
-    for sight in e.g.first_hits.iter().flatten() {
-        let mut ray = sight.ray;
-        ray.t_max = sight.met.map_or(ray.t_max, |m| m.t);
+    for first_hit in e.g.first_hits.iter().flatten() {
+        let mut ray = first_hit.ray;
+        ray.t_max = first_hit.hit.map_or(ray.t_max, |m| m.t);
         for (primitive, shape) in e.scene.backs_on(&ray) {
             passed.entry(primitive).or_insert((0, shape)).0 += 1;
         }
     }
-    for (_, _, met) in e.mets() {
-        // Objects whose front is visible elsewhere are closed or curved.
-        passed.remove(&met.primitive);
+    for (_, _, hit) in e.hits() {
+        // Objects with a visible front face are closed or curved.
+        passed.remove(&hit.primitive);
     }
     let (&primitive, &(count, shape)) =
         passed.iter().max_by_key(|(i, (n, _))| (*n, std::cmp::Reverse(**i)))?;
-    let share = f64::from(count) / e.g.first_hits.iter().flatten().count().max(1) as f64;
+    let fraction = f64::from(count) / e.g.first_hits.iter().flatten().count().max(1) as f64;
     let name = e.labels.object_label(primitive, shape);
-    let severity =
-        if share > 0.2 || e.is_black() || e.met < 0.01 { Severity::Error } else { Severity::Warning };
+    let severity = if fraction > 0.2 || e.is_black() || e.hit_fraction < 0.01 {
+        Severity::Error
+    } else {
+        Severity::Warning
+    };
     let what = format!("the camera sees the back of {name}, which is invisible");
     Some(
         find(severity, "back-faces-culled", 0.94, what)
-            .why(format!("{} of the camera rays pass through it: its material has `double_sided = false`, and its normals point away from the camera", percent(share)))
+            .why(format!("{} of the camera rays pass through it: its material has `double_sided = false`, and its normals point away from the camera", percent(fraction)))
             .remedy("flip it (swap `edge_u` and `edge_v`, or reverse the winding of a mesh), or set `double_sided = true`")
             .about(name.text)
-            .measure("rays-through", share, "fraction"),
+            .measure("rays-through", fraction, "fraction"),
     )
 }
 
-/// A scene so far from the origin that coordinates lose precision.
+/// A scene that is so far from the origin that coordinates lose precision.
 fn far_away(e: &Evidence<'_>) -> Option<Finding> {
     let all = e.scene.all_bounds().map(|(_, b)| b).filter(Bounds::is_finite);
     let bounds = all.fold(Bounds::EMPTY, |a, b| a.union(&b));
@@ -222,7 +226,7 @@ fn far_away(e: &Evidence<'_>) -> Option<Finding> {
     )
 }
 
-/// Warnings of loading and preparing that have no finding of their own.
+/// Warnings from loading and preparation that have no finding of their own.
 fn warnings(e: &Evidence<'_>) -> Vec<Finding> {
     let own = crate::lint::with_findings(e.desc, &e.scene.prepared);
     let mut by: BTreeMap<(&str, &str), (u64, Option<Span>)> = BTreeMap::new();

@@ -1,4 +1,4 @@
-//! Whether the camera sees the objects.
+//! Rules for what the camera sees: crop, camera inside an object, invisible objects, direction, focus, obstructions.
 
 use std::collections::BTreeMap;
 
@@ -13,7 +13,7 @@ use crate::schema::MaterialId;
 
 const BLACK: Question = Question::Black;
 
-pub(super) fn ask(e: &Evidence<'_>, out: &mut Vec<Finding>) {
+pub(super) fn check(e: &Evidence<'_>, out: &mut Vec<Finding>) {
     let Some(view) = View::new(e) else { return };
     if let Some(finding) = crop(e) {
         out.push(finding);
@@ -30,14 +30,14 @@ pub(super) fn ask(e: &Evidence<'_>, out: &mut Vec<Finding>) {
     out.extend(near(e, &view));
 }
 
-/// Position and direction of the camera.
+/// The view of the camera.
 struct View {
-    eye: DVec3,
+    position: DVec3,
     forward: DVec3,
     target: DVec3,
-    /// Cosine of the largest angle between a camera ray and the axis.
+    /// Cosine of the largest angle between a camera ray and `forward`.
     cos_rim: f64,
-    /// Approximately the largest angle between neighbouring pixels, radians.
+    /// Approximately the largest angle between adjacent pixels, radians.
     pixel: f64,
 }
 
@@ -50,11 +50,12 @@ impl View {
         let cos_rim = rays().map(|r| r.direction.dot(forward)).fold(1.0, f64::min);
         let height = f64::from(e.scene.film().height.max(1));
         let pixel = 2.0 * acos(cos_rim.clamp(-1.0, 1.0)) / height;
-        Some(View { eye: position, forward, target: look_at, cos_rim, pixel })
+        Some(View { position, forward, target: look_at, cos_rim, pixel })
     }
 }
 
-/// The bounds of all bounded objects except those much larger than the rest, such as spheres that serve as floors, and boxes around the scene; with their number.
+/// The bounds and the number of all bounded objects except those much larger than the rest, such as spheres that serve
+/// as floors and boxes that contain the scene.
 fn subject(e: &Evidence<'_>) -> Option<(Bounds, usize)> {
     let mut all: Vec<Bounds> = e.scene.all_bounds().map(|(_, b)| b).filter(Bounds::is_finite).collect();
     let size = |b: &Bounds| b.size().length();
@@ -65,11 +66,11 @@ fn subject(e: &Evidence<'_>) -> Option<(Bounds, usize)> {
     (!bounds.is_empty()).then_some((bounds, subjects.len()))
 }
 
-/// The crop shows nothing.
+/// A crop that shows no object, or only a dark part of the picture.
 fn crop(e: &Evidence<'_>) -> Option<Finding> {
-    let [(light, met), (all, met_all)] = e.g.crop?;
+    let [(light, hit), (all, hit_all)] = e.g.crop?;
     let [x, y, width, height] = e.scene.film().crop?;
-    let empty = met == 0.0 && met_all > 0.1;
+    let empty = hit == 0.0 && hit_all > 0.1;
     let dark = light <= 0.02 * all && all > 0.0;
     if !(empty || dark) {
         return None;
@@ -87,31 +88,31 @@ fn crop(e: &Evidence<'_>) -> Option<Finding> {
         all,
         "radiance",
     );
-    Some(finding.measure("hits-in-crop", met, "fraction").measure("hits-in-picture", met_all, "fraction"))
+    Some(finding.measure("hits-in-crop", hit, "fraction").measure("hits-in-picture", hit_all, "fraction"))
 }
 
-/// The camera is inside a solid.
+/// A camera inside a solid.
 fn inside(e: &Evidence<'_>, view: &View) -> Option<Finding> {
     const DIRECTIONS: u32 = 64;
-    let mut around: BTreeMap<u32, (u32, &'static str, MaterialId)> = BTreeMap::new();
+    let mut enclosing: BTreeMap<u32, (u32, &'static str, MaterialId)> = BTreeMap::new();
     for d in directions(DIRECTIONS) {
-        if let Some(met) = first(e.scene, &Ray::new(view.eye, d)).filter(|m| !m.outside) {
-            around.entry(met.primitive).or_insert((0, met.shape, met.material)).0 += 1;
+        if let Some(hit) = first(e.scene, &Ray::new(view.position, d)).filter(|m| !m.outside) {
+            enclosing.entry(hit.primitive).or_insert((0, hit.shape, hit.material)).0 += 1;
         }
     }
     let (&primitive, &(count, shape, material)) =
-        around.iter().max_by_key(|(id, (n, ..))| (*n, std::cmp::Reverse(**id)))?;
-    let share = f64::from(count) / f64::from(DIRECTIONS);
-    // What camera rays hit; with a near plane they may start outside.
+        enclosing.iter().max_by_key(|(id, (n, ..))| (*n, std::cmp::Reverse(**id)))?;
+    let fraction = f64::from(count) / f64::from(DIRECTIONS);
+    // Also check the camera rays: with a near plane they may start outside the solid.
     let rays = e.g.first_hits.iter().flatten().count().max(1) as f64;
-    let seen = e.mets().filter(|(_, _, m)| m.primitive == primitive && !m.outside).count() as f64 / rays;
-    if share < 0.8 || seen < 0.8 {
+    let seen = e.hits().filter(|(_, _, m)| m.primitive == primitive && !m.outside).count() as f64 / rays;
+    if fraction < 0.8 || seen < 0.8 {
         return None;
     }
     let name = e.labels.object_label(primitive, shape);
     let own = e.scene.primitive_bounds(primitive)?;
     let within = |p: DVec3| (p.cmpge(own.min) & p.cmple(own.max)).all();
-    // A room contains most objects of the scene, and lights that have a position.
+    // A room contains most objects of the scene and most lights that have a position.
     let objects = e.scene.all_bounds().filter(|(id, _)| *id != primitive).map(|(_, b)| b.center());
     let lights = e.g.lights.iter().filter_map(|l| l.bounds).map(|b| b.center());
     let (mut held, mut others) = (0u64, 0u64);
@@ -120,7 +121,7 @@ fn inside(e: &Evidence<'_>, view: &View) -> Option<Finding> {
         held += u64::from(within(center));
     }
     let is_room = if others > 0 { 2 * held >= others } else { !e.is_black() };
-    let through = materials::lets_through(e.scene, material);
+    let through = materials::transmits(e.scene, material);
     let severity = match (is_room, through) {
         (true, false) if !e.is_black() => return None,
         (true, _) => return None,
@@ -131,12 +132,12 @@ fn inside(e: &Evidence<'_>, view: &View) -> Option<Finding> {
     let out = Finding::new(BLACK, severity, "camera-inside", 0.99, what)
         .why(format!(
             "{} of all directions from the camera hit its inner side first, as do {} of the camera rays; the other objects are outside",
-            percent(share),
+            percent(fraction),
             percent(seen)
         ))
-        .remedy(format!("move the camera out of it: `[camera] position` is ({})", point(view.eye)))
+        .remedy(format!("move the camera out of it: `[camera] position` is ({})", point(view.position)))
         .about(name.text)
-        .measure("directions-enclosed", share, "fraction")
+        .measure("directions-enclosed", fraction, "fraction")
         .measure("rays-enclosed", seen, "fraction");
     Some(out)
 }
@@ -145,7 +146,7 @@ fn point(p: DVec3) -> String {
     format!("{}, {}, {}", short(p.x), short(p.y), short(p.z))
 }
 
-/// Objects that camera rays pass because their material is fully transparent.
+/// Objects that are invisible because their opacity is 0.
 fn invisible(e: &Evidence<'_>) -> Option<Finding> {
     let gone = |i: usize| e.desc.materials.get(i).and_then(|m| materials::invisible(&m.value));
     let named: Vec<(usize, f64)> = (0..e.desc.materials.len()).filter_map(|i| Some((i, gone(i)?))).collect();
@@ -161,16 +162,17 @@ fn invisible(e: &Evidence<'_>) -> Option<Finding> {
         e.scene.all_bounds().filter_map(|(id, b)| Some((b, *of.get(&id)?))).take(4096).collect();
     let rays = e.g.first_hits.iter().flatten().count().max(1) as f64;
     let mut through: BTreeMap<usize, u32> = BTreeMap::new();
-    for sight in e.g.first_hits.iter().flatten() {
-        if let Some((_, i)) = boxes.iter().find(|(b, _)| enters(b, &sight.ray)) {
+    for first_hit in e.g.first_hits.iter().flatten() {
+        if let Some((_, i)) = boxes.iter().find(|(b, _)| enters(b, &first_hit.ray)) {
             *through.entry(*i).or_default() += 1;
         }
     }
     let (&i, &count) = through.iter().max_by_key(|(i, n)| (**n, std::cmp::Reverse(**i)))?;
-    let share = f64::from(count) / rays;
+    let fraction = f64::from(count) / rays;
     let opacity = gone(i)?;
     let name = e.labels.material_label(MaterialId(i as u32));
-    let severity = if e.met < 0.01 || e.is_black() || boxes.len() as u64 == e.scene.stats.primitives {
+    let severity = if e.hit_fraction < 0.01 || e.is_black() || boxes.len() as u64 == e.scene.stats.primitives
+    {
         Severity::Error
     } else {
         Severity::Warning
@@ -180,18 +182,18 @@ fn invisible(e: &Evidence<'_>) -> Option<Finding> {
         Finding::new(BLACK, severity, "objects-invisible", 0.98, what)
             .why(format!(
                 "{} of the camera rays pass through their bounding boxes and hit nothing there",
-                percent(share)
+                percent(fraction)
             ))
             .remedy(format!("raise `opacity` of {name} to 1, or remove it"))
             .set(&format!("material.{}.opacity", name.text), 1.0)
             .about(name.text)
             .at(e.desc.materials.get(i).and_then(|m| m.span))
             .measure("opacity", opacity, "fraction")
-            .measure("rays-through", share, "fraction"),
+            .measure("rays-through", fraction, "fraction"),
     )
 }
 
-/// Whether a ray enters a box.
+/// Whether a ray intersects a box (slab test).
 fn enters(b: &Bounds, ray: &Ray) -> bool {
     let inverse = ray.direction.recip();
     let (a, z) = ((b.min - ray.origin) * inverse, (b.max - ray.origin) * inverse);
@@ -199,18 +201,18 @@ fn enters(b: &Bounds, ray: &Ray) -> bool {
     near <= a.max(z).min_element().min(ray.t_max)
 }
 
-/// Camera rays that hit nothing, though there are objects.
+/// Camera rays that hit no bounded object although there are some.
 fn nothing_seen(e: &Evidence<'_>, view: &View) -> Option<Finding> {
     let (bounds, count) = subject(e)?;
-    let bounded = e.mets().filter(|(_, _, m)| !m.endless).count();
+    let bounded = e.hits().filter(|(_, _, m)| !m.unbounded).count();
     let rays = e.g.first_hits.iter().flatten().count().max(1) as f64;
-    let share = bounded as f64 / rays;
-    if bounded > 0 && !(share < 0.01 && e.is_black()) {
+    let fraction = bounded as f64 / rays;
+    if bounded > 0 && !(fraction < 0.01 && e.is_black()) {
         return None;
     }
-    let severity = if e.met < 0.01 || e.is_black() { Severity::Error } else { Severity::Warning };
+    let severity = if e.hit_fraction < 0.01 || e.is_black() { Severity::Error } else { Severity::Warning };
     let center = bounds.center();
-    let to = center - view.eye;
+    let to = center - view.position;
     let (distance, radius) = (to.length(), 0.5 * bounds.size().length());
     let cosine = to.normalize_or_zero().dot(view.forward);
     let angle = acos(cosine.clamp(-1.0, 1.0)).to_degrees();
@@ -219,7 +221,7 @@ fn nothing_seen(e: &Evidence<'_>, view: &View) -> Option<Finding> {
     let half = crate::math::elementary::asin(reach).to_degrees();
     let find = |code, weight, what: String| {
         Finding::new(BLACK, severity, code, weight, what)
-            .measure("rays-that-hit-objects", share, "fraction")
+            .measure("rays-that-hit-objects", fraction, "fraction")
             .measure("angle-off-axis", angle, "degrees")
             .measure("distance", distance, "units")
             .measure("radius-of-objects", radius, "units")
@@ -281,22 +283,22 @@ fn nothing_seen(e: &Evidence<'_>, view: &View) -> Option<Finding> {
     Some(find("objects-not-hit", 0.9, what).why(why).remedy(remedy))
 }
 
-/// A lens with nothing in focus.
+/// A thin lens with nothing in focus.
 fn blurred(e: &Evidence<'_>, view: &View) -> Option<Finding> {
     let CameraDesc::ThinLens(lens) = &e.scene.prepared.view.camera_desc else { return None };
-    let focus = lens.focus_distance.unwrap_or((view.target - view.eye).length());
-    // The diameter of the circle of confusion of points at a depth, in the plane of focus, in pixels.
+    let focus = lens.focus_distance.unwrap_or((view.target - view.position).length());
+    // The diameter of the circle of confusion of points at a depth, measured in the plane of focus, in pixels.
     let pixels = |depth: f64| {
         let circle = 2.0 * lens.lens_radius * (depth - focus).abs() / depth.max(1e-300);
         circle / (focus * view.pixel).max(1e-300)
     };
-    let depths: Vec<f64> = e.mets().map(|(_, s, m)| m.t * s.ray.direction.dot(view.forward)).collect();
+    let depths: Vec<f64> = e.hits().map(|(_, s, m)| m.t * s.ray.direction.dot(view.forward)).collect();
     if depths.len() < 8 {
         return None;
     }
     let sharpest = super::picture::quantile(depths.iter().map(|d| pixels(*d)), 0.1);
-    let share = sharpest / f64::from(e.scene.film().height.max(1));
-    if share < 0.03 {
+    let fraction = sharpest / f64::from(e.scene.film().height.max(1));
+    if fraction < 0.03 {
         return None;
     }
     let nearest = super::picture::quantile(depths.iter().copied(), 0.3);
@@ -304,13 +306,13 @@ fn blurred(e: &Evidence<'_>, view: &View) -> Option<Finding> {
         "nothing is in focus: 90 % of the visible surfaces are blurred over {} pixels or more",
         short(sharpest)
     );
-    let severity = if share > 0.1 { Severity::Error } else { Severity::Warning };
+    let severity = if fraction > 0.1 { Severity::Error } else { Severity::Warning };
     Some(
         Finding::new(Question::Broken, severity, "out-of-focus", 0.5, what)
             .why(format!("the plane of focus is {} units away, with a lens of radius {}; most visible surfaces are {} units away or more", short(focus), short(lens.lens_radius), short(nearest)))
             .remedy("set `focus_distance` of [camera] to that distance, or make `lens_radius` smaller")
             .set("camera.focus_distance", rounded(nearest))
-            .set("camera.lens_radius", rounded(lens.lens_radius * 0.02 / share))
+            .set("camera.lens_radius", rounded(lens.lens_radius * 0.02 / fraction))
             .measure("blur", sharpest, "pixels")
             .measure("focus", focus, "units")
             .measure("distance", nearest, "units"),
@@ -321,23 +323,24 @@ fn blurred(e: &Evidence<'_>, view: &View) -> Option<Finding> {
 fn near(e: &Evidence<'_>, view: &View) -> Option<Finding> {
     let rays = e.g.first_hits.iter().flatten().count();
     let mut by: BTreeMap<u32, (usize, &'static str, MaterialId, Vec<f64>)> = BTreeMap::new();
-    for (_, _, met) in e.mets() {
-        let entry = by.entry(met.primitive).or_insert((0, met.shape, met.material, Vec::new()));
+    for (_, _, hit) in e.hits() {
+        let entry = by.entry(hit.primitive).or_insert((0, hit.shape, hit.material, Vec::new()));
         entry.0 += 1;
-        entry.3.push(met.t);
+        entry.3.push(hit.t);
     }
     let (&primitive, (count, shape, material, distances)) =
         by.iter().max_by_key(|(id, (n, ..))| (*n, std::cmp::Reverse(**id)))?;
-    let share = *count as f64 / rays.max(1) as f64;
+    let fraction = *count as f64 / rays.max(1) as f64;
     let distance = super::picture::quantile(distances.iter().copied(), 0.5);
     let own = e.scene.primitive_bounds(primitive);
     let others = e.scene.all_bounds().filter(|(id, _)| *id != primitive).map(|(_, b)| b);
     let rest = others.fold(Bounds::EMPTY, |a, b| a.union(&b));
-    if share < 0.95 || rest.is_empty() || !materials::is_opaque(e.scene, *material) {
+    if fraction < 0.95 || rest.is_empty() || !materials::is_opaque(e.scene, *material) {
         return None;
     }
-    let (to_target, to_rest) = ((view.target - view.eye).length(), (rest.center() - view.eye).length());
-    // The camera looks at it, or it contains everything.
+    let (to_target, to_rest) =
+        ((view.target - view.position).length(), (rest.center() - view.position).length());
+    // No obstruction if the camera looks at the object or the object contains everything.
     let is_target = own.is_some_and(|b| {
         let grown = 1e-3 * b.size().length();
         (view.target.cmpge(b.min - grown) & view.target.cmple(b.max + grown)).all()
@@ -352,14 +355,14 @@ fn near(e: &Evidence<'_>, view: &View) -> Option<Finding> {
         Finding::new(BLACK, severity, "camera-blocked", 0.95, what)
             .why(format!(
                 "{} of the camera rays end at it, {} units away; the point that the camera looks at is {} units away",
-                percent(share),
+                percent(fraction),
                 short(distance),
                 short(to_target)
             ))
             .remedy("move the camera or the object, or clip it with `near` of [camera]")
             .set("camera.near", rounded(distance * 1.5))
             .about(name.text)
-            .measure("rays-blocked", share, "fraction")
+            .measure("rays-blocked", fraction, "fraction")
             .measure("distance", distance, "units")
             .measure("distance-to-target", to_target, "units"),
     )

@@ -1,21 +1,21 @@
-//! Findings: their severity, what they say and the measurements behind them.
+//! Findings, with their severity, text, remedies and measurements.
 
 use crate::schema::Remedy;
 use crate::schema::value::{Data, Span};
 
-/// How bad it is.
+/// The severity of a finding.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Severity {
-    /// The picture cannot be what its author wants.
+    /// The picture is not what its author wants.
     Error,
     /// Something is probably wrong, or wastes much time.
     Warning,
-    /// Good to know, but hardly a fault.
+    /// Good to know, but probably no fault.
     Note,
 }
 
 impl Severity {
-    /// The word in reports.
+    /// Its word in reports.
     pub fn word(self) -> &'static str {
         match self {
             Severity::Error => "error",
@@ -25,7 +25,7 @@ impl Severity {
     }
 }
 
-/// What a finding is about.
+/// The question that a finding answers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Question {
     /// Why the picture is black or too dark, or shows nothing.
@@ -41,7 +41,7 @@ pub enum Question {
 }
 
 impl Question {
-    /// The word in reports.
+    /// Its word in reports.
     pub fn word(self) -> &'static str {
         match self {
             Question::Black => "black",
@@ -56,38 +56,39 @@ impl Question {
 /// A measured value.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Measure {
-    /// What was measured, in kebab-case.
+    /// Its name, in kebab-case.
     pub name: &'static str,
-    /// The value; finite.
+    /// The value. Finite.
     pub value: f64,
-    /// Its unit: `fraction` (0 to 1), `count`, `stops`, `degrees`, `units` of the scene, `radiance`, `irradiance`, `pixels`, `ratio`, `relmse`.
+    /// Its unit: `share` (a fraction, 0 to 1), `count`, `stops`, `degrees`, `units` of the scene, `radiance`,
+    /// `irradiance`, `pixels`, `ratio`, `relmse`.
     pub unit: &'static str,
 }
 
 /// One finding.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Finding {
-    /// Its code. Codes stay the same from version to version.
+    /// Its code, stable across versions.
     pub code: &'static str,
-    /// How bad it is.
+    /// Its severity.
     pub severity: Severity,
     /// The question that it answers.
     pub question: Question,
-    /// How much it matters among findings of the same severity: 0 to 1.
+    /// Its importance among findings of the same severity, 0 to 1.
     pub weight: f64,
-    /// What is wrong: a sentence that names the object, light or setting.
+    /// What is wrong, with the name of the object, light or setting.
     pub what: String,
     /// Why it has this effect.
     pub why: String,
     /// What to do.
     pub remedy: String,
-    /// The remedies that a program can apply. Each is enough alone.
+    /// Remedies as data that a program can apply. Any one of them is sufficient.
     pub remedies: Vec<Remedy>,
-    /// The measurements behind it.
+    /// The measurements that support it.
     pub measured: Vec<Measure>,
-    /// The name of the object, material or light, as the scene has it; of several the first.
+    /// The name of the object, material or light in the scene; the first one if there are several.
     pub subject: Option<String>,
-    /// Where the scene file defines it.
+    /// The position of its definition in the scene file.
     pub span: Option<Span>,
 }
 
@@ -125,13 +126,13 @@ impl Finding {
         self
     }
 
-    /// A remedy as data.
+    /// Adds a remedy as data.
     pub(super) fn or(mut self, remedy: Remedy) -> Finding {
         self.remedies.push(remedy);
         self
     }
 
-    /// The remedy of one value of the scene.
+    /// Adds a remedy that sets one value of the scene.
     pub(super) fn set(self, key: &str, value: impl Into<Data>) -> Finding {
         self.or(Remedy::set(key, value))
     }
@@ -141,13 +142,13 @@ impl Finding {
         self
     }
 
-    /// Where it is in a file, if that is known.
+    /// Sets the position in the scene file, if it is known.
     pub(super) fn at(mut self, span: Option<Span>) -> Finding {
         self.span = span;
         self
     }
 
-    /// A measured value. Non-finite ones are omitted.
+    /// Adds a measurement. Non-finite values are omitted.
     pub(super) fn measure(mut self, name: &'static str, value: f64, unit: &'static str) -> Finding {
         if value.is_finite() {
             self.measured.push(Measure { name, value, unit });
@@ -156,7 +157,7 @@ impl Finding {
     }
 }
 
-/// Sorts by severity, then by weight, then by code, so that the order never varies.
+/// Sorts by severity, weight, code and text, so that the order is deterministic.
 pub(super) fn sort(findings: &mut [Finding]) {
     findings.sort_by(|a, b| {
         let order = a.severity.cmp(&b.severity).then(b.weight.total_cmp(&a.weight));
@@ -164,7 +165,7 @@ pub(super) fn sort(findings: &mut [Finding]) {
     });
 }
 
-/// A number with three significant digits.
+/// A number with about three significant digits.
 pub(super) fn short(v: f64) -> String {
     let a = v.abs();
     if v == 0.0 || !v.is_finite() {

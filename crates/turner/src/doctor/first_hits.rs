@@ -1,4 +1,4 @@
-//! First hits of camera rays, and their cost.
+//! First hits of camera rays, and the cost of finding them.
 
 use super::grid::Pixel;
 use super::{Options, threads};
@@ -12,41 +12,41 @@ use crate::view::{camera_ray, place_of};
 #[derive(Clone, Copy, Debug)]
 pub(super) struct FirstHit {
     pub(super) ray: Ray,
-    /// The first hit, if any.
-    pub(super) met: Option<Met>,
-    /// Nodes and shapes tested.
+    /// Its first hit, if any.
+    pub(super) hit: Option<Hit>,
+    /// Number of boxes and shapes tested.
     pub(super) steps: u64,
 }
 
 /// A first hit.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Met {
+pub(super) struct Hit {
     pub(super) t: f64,
     pub(super) p: DVec3,
-    /// Geometric normal, towards the camera.
+    /// Geometric normal on the side of the camera.
     pub(super) n: DVec3,
     pub(super) primitive: u32,
     pub(super) shape: &'static str,
     pub(super) material: MaterialId,
-    /// Whether the ray hit the outer side.
+    /// Whether the ray hits the front face.
     pub(super) outside: bool,
     /// Luminance of the base colour.
     pub(super) albedo: f64,
-    /// Whether it emits light towards the camera, or is unlit.
-    pub(super) shines: bool,
-    /// Whether its shape is unbounded.
-    pub(super) endless: bool,
-    /// Whether its normals are finite and on the same side.
-    pub(super) sound: bool,
+    /// Whether the surface emits light towards the camera, or is unlit.
+    pub(super) emits: bool,
+    /// Whether the shape is unbounded.
+    pub(super) unbounded: bool,
+    /// Whether the geometric and the shading normal are finite and on the same side.
+    pub(super) valid_normals: bool,
 }
 
-/// The sights of the pixels, in their order; `None` where the camera sees nothing.
+/// The first hits of all pixels, in their order; `None` for pixels without a camera ray.
 pub(super) fn first_hits(scene: &Subject, pixels: &[Pixel], options: &Options<'_>) -> Vec<Option<FirstHit>> {
     let never = || false;
     let found = threads::map(pixels, options.threads, &never, |pixel| {
         let id = pixel.sample(scene, 0);
         let ray = camera_ray(&scene.prepared.view, id, place_of(&scene.prepared.view, &id))?;
-        Some(FirstHit { ray, met: first(scene, &ray), steps: steps(scene, &ray) })
+        Some(FirstHit { ray, hit: first(scene, &ray), steps: steps(scene, &ray) })
     });
     found.into_iter().map(Option::flatten).collect()
 }
@@ -57,8 +57,8 @@ fn steps(scene: &Scene, ray: &Ray) -> u64 {
     cost.boxes + cost.tests
 }
 
-/// The first hit of a ray.
-pub(super) fn first(scene: &Scene, ray: &Ray) -> Option<Met> {
+/// The first hit of `ray`.
+pub(super) fn first(scene: &Scene, ray: &Ray) -> Option<Hit> {
     let hit = scene.intersect(ray)?;
     let surface = scene.surface(ray, &hit);
     let material = scene.material_at(&hit);
@@ -66,7 +66,7 @@ pub(super) fn first(scene: &Scene, ray: &Ray) -> Option<Met> {
     let color = material.base_color(scene, &surface, outside);
     let n = if outside { surface.ng } else { -surface.ng };
     let finite = surface.ng.is_finite() && surface.ns.is_finite() && surface.p.is_finite();
-    Some(Met {
+    Some(Hit {
         t: hit.shape.t,
         p: surface.p,
         n,
@@ -75,13 +75,13 @@ pub(super) fn first(scene: &Scene, ray: &Ray) -> Option<Met> {
         material: surface.material,
         outside,
         albedo: f64::from(color.luminance()),
-        shines: super::materials::shines_at(scene, surface.material, outside),
-        endless: scene.is_unbounded(&hit),
-        sound: finite && surface.ng.dot(surface.ns) > 0.0,
+        emits: super::materials::emits_at(scene, surface.material, outside),
+        unbounded: scene.is_unbounded(&hit),
+        valid_normals: finite && surface.ng.dot(surface.ns) > 0.0,
     })
 }
 
-/// Directions spread evenly over the sphere: a Fibonacci spiral from pole to pole.
+/// Uniformly distributed directions: a Fibonacci spiral on the sphere.
 pub(super) fn directions(count: u32) -> impl Iterator<Item = DVec3> {
     // The golden angle, in turns.
     const STEP: f64 = 0.381_966_011_250_105_1;

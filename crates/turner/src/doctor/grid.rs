@@ -12,8 +12,8 @@ pub struct Pixel {
     pub y: u32,
 }
 
-/// About `count` pixels of a rectangle `[x, y, width, height]`, jittered in the cells of a grid so that regular patterns do not alias; with the columns and rows of
-/// the grid.
+/// About `count` pixels of a rectangle `[x, y, width, height]`, and the columns and rows of their grid. The pixels are
+/// jittered within the cells of the grid, so that regular patterns do not alias.
 pub(super) fn pixels([x0, y0, width, height]: [u32; 4], count: u32) -> (Vec<Pixel>, [u32; 2]) {
     let aspect = f64::from(width.max(1)) / f64::from(height.max(1));
     let columns =
@@ -23,13 +23,13 @@ pub(super) fn pixels([x0, y0, width, height]: [u32; 4], count: u32) -> (Vec<Pixe
     for row in 0..rows {
         for column in 0..columns {
             let jitter = SampleId { x: column, y: row, index: 0, seed: 0x646f_6374 }.unit_square(0);
-            let place = |i: u32, n: u32, size: u32, u: f64| {
+            let position = |i: u32, n: u32, size: u32, u: f64| {
                 let at = (f64::from(i) + u) / f64::from(n) * f64::from(size);
                 (at as u32).min(size.saturating_sub(1))
             };
             out.push(Pixel {
-                x: x0 + place(column, columns, width, jitter.x),
-                y: y0 + place(row, rows, height, jitter.y),
+                x: x0 + position(column, columns, width, jitter.x),
+                y: y0 + position(row, rows, height, jitter.y),
             });
         }
     }
@@ -37,7 +37,7 @@ pub(super) fn pixels([x0, y0, width, height]: [u32; 4], count: u32) -> (Vec<Pixe
 }
 
 impl Pixel {
-    /// One of its samples.
+    /// Its sample with the given index.
     pub(super) fn sample(&self, scene: &Subject, index: u32) -> SampleId {
         SampleId { x: self.x, y: self.y, index, seed: u64::from(scene.film().seed) }
     }

@@ -1,4 +1,18 @@
-//! The kinds of paths, and which light or emissive object their light comes from.
+//! Classifies the contributions of a path by the kind of path and by the light or emissive object.
+//!
+//! Heckbert ("Adaptive Radiosity Textures for Bidirectional Ray Tracing", SIGGRAPH 1990) writes a path as a string from
+//! the light L to the camera E, with one letter per vertex: D for diffuse scattering and S for specular scattering.
+//! S+ means one or more, D? none or one:
+//!
+//! ```text
+//! L ── D wall ── S glass ── E    LDSE: specular, a lit wall seen through glass
+//! L ── S glass ── D floor ── E   LSDE: caustic, light that glass focuses on the floor
+//! ```
+//!
+//! A path tracer starts at E and reads the string backwards. [`PathState`] follows the recorded vertices from the
+//! camera and remembers which lobes were sampled. A path has several contributions: hits on emitters, light samples,
+//! the environment. Each completes the string with an L at a different vertex, and the state there gives its kind.
+//! Delta lobes count as S. Glossy lobes are a third letter, G; after a diffuse lobe, narrow ones count as S.
 
 use super::materials;
 use crate::bsdf::Lobe;
@@ -9,22 +23,22 @@ use crate::math::{Bounds, DVec3, Ray};
 use crate::scene::Scene;
 use crate::schema::MaterialId;
 
-/// A kind of path between camera and light. In Heckbert's notation, from the light to the camera: L, diffuse D, other lobes S, E.
+/// A kind of path, in Heckbert's notation from the light to the camera: D diffuse, G glossy, S specular.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum PathKind {
-    /// An emitter is seen, directly or through thin panes: LE.
+    /// A directly visible emitter, also through thin panes: LE.
     Emitted,
-    /// The background or environment is seen: LE.
+    /// The directly visible background or environment: LE.
     Background,
-    /// Light on a visible surface: LDE, L(glossy)E.
+    /// Direct light on a visible surface: LDE, LGE.
     Direct,
-    /// An emitter or a lit surface is seen in a mirror or through glass: L(D)S+E.
+    /// An emitter or a lit surface, seen in a mirror or through glass: LD?S+E.
     Specular,
-    /// Light that other diffuse surfaces reflect: LDD+E.
+    /// Light after several diffuse reflections: LDD+E.
     Indirect,
-    /// Light that another surface reflects glossily, or that the visible surface reflects glossily.
+    /// Indirect light with a glossy reflection at the visible surface: LDGE.
     Glossy,
-    /// Light that mirrors, glass or glossy surfaces focus on a diffuse surface: LS+DE, wherever that is seen.
+    /// Light that mirrors, glass or glossy surfaces focus on a diffuse surface: LS+DE.
     Caustic,
 }
 
@@ -40,7 +54,7 @@ impl PathKind {
         PathKind::Caustic,
     ];
 
-    /// The word in reports.
+    /// Its word in reports.
     pub fn word(self) -> &'static str {
         match self {
             PathKind::Emitted => "emitted",
@@ -53,7 +67,7 @@ impl PathKind {
         }
     }
 
-    /// What it is, for a sentence.
+    /// Its name in sentences.
     pub fn words(self) -> &'static str {
         match self {
             PathKind::Emitted => "emitters, seen directly",
@@ -66,7 +80,7 @@ impl PathKind {
         }
     }
 
-    /// The colour in the legend, display values.
+    /// Its colour in maps, sRGB.
     pub fn color(self) -> [u8; 3] {
         // Okabe & Ito 2008: distinguishable with any type of colour vision.
         match self {
@@ -81,7 +95,7 @@ impl PathKind {
     }
 }
 
-/// Where light comes from.
+/// The source of a contribution.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Source {
     /// A light, by its index in the prepared scene.
@@ -92,42 +106,42 @@ pub enum Source {
     Background,
     /// Ambient light.
     Ambient,
-    /// One of too many lights to tell apart.
+    /// Unknown: the scene has too many lights to identify one by its position.
     Unknown,
 }
 
-/// Light along a path.
+/// One contribution of a path.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Part {
+pub(super) struct Contribution {
     pub(super) kind: PathKind,
     pub(super) source: Source,
-    /// The material that makes it this kind: the glass of a caustic, the surface of direct light.
+    /// The material that determines the kind: the glass of a caustic, the surface of direct light.
     pub(super) material: Option<MaterialId>,
-    /// Whether a BSDF-sampled ray hit the light, rather than light sampling.
-    pub(super) by_chance: bool,
-    /// Luminance.
+    /// Whether a BSDF-sampled ray hit the light; false for light samples.
+    pub(super) is_bsdf_sampled: bool,
+    /// Its luminance.
     pub(super) value: f64,
 }
 
-/// The bounds of lights, to tell them apart.
-pub(super) struct LightPlaces(Vec<Option<Bounds>>);
+/// The bounds of all lights, which identify a light by a point on it.
+pub(super) struct LightBounds(Vec<Option<Bounds>>);
 
-/// More lights than this are not told apart by position.
-const MOST: usize = 4096;
+/// Lights are not identified in scenes with more lights than this.
+const MAX: usize = 4096;
 
-impl LightPlaces {
-    pub(super) fn new(scene: &Scene) -> LightPlaces {
-        if scene.lights.len() > MOST {
-            return LightPlaces(Vec::new());
+impl LightBounds {
+    pub(super) fn new(scene: &Scene) -> LightBounds {
+        if scene.lights.len() > MAX {
+            return LightBounds(Vec::new());
         }
         let one = |i| scene.emitter_bounds(crate::scene::ListedEmitter::Light(i));
-        LightPlaces((0..scene.lights.len() as u32).map(one).collect())
+        LightBounds((0..scene.lights.len() as u32).map(one).collect())
     }
 
-    /// Which light was sampled.
+    /// The source of a light sample.
     pub(super) fn source_of(&self, scene: &Scene, v: &VertexRecord, l: &LightRecord) -> Source {
         if !l.distance.is_finite() {
-            return around(scene, l.direction, l.is_delta);
+            return infinite_light(scene, l.direction, l.is_delta);
         }
         if !l.is_delta {
             return shape_at(scene, v.p, l.direction, l.distance);
@@ -141,7 +155,7 @@ impl LightPlaces {
 }
 
 /// The infinite light in a direction.
-fn around(scene: &Scene, direction: DVec3, is_delta: bool) -> Source {
+fn infinite_light(scene: &Scene, direction: DVec3, is_delta: bool) -> Source {
     let mut environment = Source::Background;
     for (i, light) in (0..).zip(&scene.lights[..]) {
         match light {
@@ -165,102 +179,107 @@ fn shape_at(scene: &Scene, p: DVec3, direction: DVec3, distance: f64) -> Source 
     scene.intersect(&ray).map_or(Source::Unknown, |hit| Source::Object(scene.primitive_id(&hit)))
 }
 
-/// What a path from the camera did so far.
+/// The lobes that a path from the camera sampled so far.
 #[derive(Clone, Copy, Default)]
-struct Way {
-    /// Its first surface was a mirror or clear glass.
+struct PathState {
+    /// It sampled a delta lobe (a mirror, clear glass) before any diffuse lobe.
     specular: bool,
     /// It sampled a diffuse lobe.
     diffuse: bool,
     /// It sampled a glossy lobe before any diffuse one.
     glossy: bool,
     /// The first mirror, glass or glossy surface since the last diffuse lobe.
-    focused: Option<MaterialId>,
-    /// How many lobes it sampled that are not delta lobes.
+    focusing: Option<MaterialId>,
+    /// The number of non-delta lobes that it sampled, without focusing ones.
     rough: u32,
-    /// The surface of the first diffuse lobe.
+    /// The material of the first non-delta lobe.
     first: Option<MaterialId>,
 }
 
-impl Way {
-    fn take(&mut self, s: &ScatterRecord, material: MaterialId) {
-        /// Density (1/sr) from which a lobe counts as focusing light: about that of a roughness of 0.3.
+impl PathState {
+    fn scatter(&mut self, s: &ScatterRecord, material: MaterialId) {
+        /// The pdf (1/sr) above which a lobe counts as focusing light; about that of a roughness of 0.3.
         const SHARP: f64 = 10.0;
         let Lobe { is_delta, is_diffuse, .. } = s.lobe;
         if self.diffuse && !is_diffuse && (is_delta || s.pdf > SHARP) {
-            self.focused.get_or_insert(material);
+            self.focusing.get_or_insert(material);
             return;
         }
         if is_delta {
             self.specular = true;
             return;
         }
-        self.focused = None;
+        self.focusing = None;
         self.rough += 1;
         self.first.get_or_insert(material);
         self.diffuse |= is_diffuse;
         self.glossy |= !is_diffuse;
     }
 
-    /// The kind of light that the path's last ray hits: the `background`, or an emitter.
-    fn found(&self, background: bool) -> PathKind {
+    /// The kind of path if its last ray hits the `background` or an emitter.
+    fn hit_kind(&self, background: bool) -> PathKind {
         match self {
-            Way { focused: Some(_), .. } => PathKind::Caustic,
-            Way { specular: true, rough: 1, .. } => PathKind::Specular,
-            Way { rough: 1, .. } => PathKind::Direct,
-            Way { diffuse: true, .. } => PathKind::Indirect,
-            Way { glossy: true, .. } => PathKind::Glossy,
-            Way { specular: true, .. } => PathKind::Specular,
+            PathState { focusing: Some(_), .. } => PathKind::Caustic,
+            PathState { specular: true, rough: 1, .. } => PathKind::Specular,
+            PathState { rough: 1, .. } => PathKind::Direct,
+            PathState { diffuse: true, .. } => PathKind::Indirect,
+            PathState { glossy: true, .. } => PathKind::Glossy,
+            PathState { specular: true, .. } => PathKind::Specular,
             _ if background => PathKind::Background,
             _ => PathKind::Emitted,
         }
     }
 
-    /// The kind of light that is sampled at a surface.
-    fn sampled(&self) -> PathKind {
+    /// The kind of path of a light sample at the current surface.
+    fn light_sample_kind(&self) -> PathKind {
         match self {
-            Way { focused: Some(_), .. } => PathKind::Caustic,
-            Way { diffuse: true, .. } => PathKind::Indirect,
-            Way { glossy: true, .. } => PathKind::Glossy,
-            Way { specular: true, .. } => PathKind::Specular,
+            PathState { focusing: Some(_), .. } => PathKind::Caustic,
+            PathState { diffuse: true, .. } => PathKind::Indirect,
+            PathState { glossy: true, .. } => PathKind::Glossy,
+            PathState { specular: true, .. } => PathKind::Specular,
             _ => PathKind::Direct,
         }
     }
 }
 
-/// All contributions of a path, one at a time.
-pub(super) fn parts(scene: &Scene, places: &LightPlaces, path: &PathRecord, mut each: impl FnMut(Part)) {
+/// Calls `each` with every contribution of a path.
+pub(super) fn contributions(
+    scene: &Scene,
+    light_bounds: &LightBounds,
+    path: &PathRecord,
+    mut each: impl FnMut(Contribution),
+) {
     let value = |s: Spectrum| f64::from(s.luminance());
-    let mut way = Way::default();
+    let mut state = PathState::default();
     for (i, v) in path.vertices.iter().enumerate() {
         let own = v.chosen.unwrap_or(v.material);
         if let Some(e) = v.emission.filter(|e| !e.contribution.is_black()) {
-            each(Part {
-                kind: way.found(false),
+            each(Contribution {
+                kind: state.hit_kind(false),
                 source: Source::Object(v.primitive),
-                material: way.focused.or(way.first),
-                by_chance: way.rough > 0,
+                material: state.focusing.or(state.first),
+                is_bsdf_sampled: state.rough > 0,
                 value: value(e.contribution),
             });
         }
         if let Some(l) = v.light.as_ref().filter(|l| l.visible.is_some() && !l.contribution.is_black()) {
-            each(Part {
-                kind: way.sampled(),
-                source: places.source_of(scene, v, l),
-                material: way.focused.or(way.first).or(Some(own)),
-                by_chance: false,
+            each(Contribution {
+                kind: state.light_sample_kind(),
+                source: light_bounds.source_of(scene, v, l),
+                material: state.focusing.or(state.first).or(Some(own)),
+                is_bsdf_sampled: false,
                 value: value(l.contribution),
             });
         }
-        // Subsurface scattering counts once: where the path leaves the body.
+        // Subsurface scattering counts once, where the path exits.
         let enters = path.vertices.get(i + 1).is_some_and(|next| next.walk.is_some());
         if let (Some(s), Passage::Surface | Passage::Exit, false) = (&v.scatter, v.passage, enters) {
-            way.take(s, own);
+            state.scatter(s, own);
         }
     }
     if let Some(e) = path.escape.as_ref().filter(|e| !e.contribution.is_black()) {
         let source = if !e.lights.is_empty() {
-            around(scene, e.direction, false)
+            infinite_light(scene, e.direction, false)
         } else if !e.background.is_black() {
             Source::Background
         } else if !e.ambient.is_black() {
@@ -268,17 +287,17 @@ pub(super) fn parts(scene: &Scene, places: &LightPlaces, path: &PathRecord, mut 
         } else {
             Source::Background
         };
-        each(Part {
-            kind: way.found(true),
+        each(Contribution {
+            kind: state.hit_kind(true),
             source,
-            material: way.focused.or(way.first),
-            by_chance: way.rough > 0,
+            material: state.focusing.or(state.first),
+            is_bsdf_sampled: state.rough > 0,
             value: value(e.contribution),
         });
     }
 }
 
-/// Whether a material focuses light into caustics.
+/// Whether a material focuses light to caustics.
 pub(super) fn casts_caustics(scene: &Scene, id: MaterialId) -> bool {
-    materials::lets_through(scene, id)
+    materials::transmits(scene, id)
 }

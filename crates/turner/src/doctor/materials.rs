@@ -1,4 +1,4 @@
-//! Properties of materials that are known without tracing rays.
+//! Properties of materials that the rules need, known without tracing rays.
 
 use crate::color::Spectrum;
 use crate::description::SceneDesc;
@@ -6,10 +6,10 @@ use crate::material::{AlphaMode, Material, MaterialDesc, PrincipledMaterial, Sha
 use crate::scene::Scene;
 use crate::schema::{ColorSource, MaterialId};
 
-/// Whether a material emits light on this side, or is unlit.
-pub(super) fn shines_at(scene: &Scene, id: MaterialId, outside: bool) -> bool {
+/// Whether a material emits light on one side (`outside`: the front), or is unlit.
+pub(super) fn emits_at(scene: &Scene, id: MaterialId, outside: bool) -> bool {
     match scene.materials.get(id.index()) {
-        Some(Material::OpenPbr(m)) => m.desc.unlit || m.is_emissive() && (outside || m.shines_backwards()),
+        Some(Material::OpenPbr(m)) => m.desc.unlit || m.is_emissive() && (outside || m.emits_backwards()),
         Some(Material::Principled(m, _)) => m.unlit,
         Some(m) => m.is_emissive(scene),
         None => false,
@@ -17,7 +17,7 @@ pub(super) fn shines_at(scene: &Scene, id: MaterialId, outside: bool) -> bool {
 }
 
 /// Whether a material transmits light, with or without refraction.
-pub(super) fn lets_through(scene: &Scene, id: MaterialId) -> bool {
+pub(super) fn transmits(scene: &Scene, id: MaterialId) -> bool {
     match scene.materials.get(id.index()) {
         Some(Material::OpenPbr(m)) => m.desc.is_transmissive(),
         Some(Material::Principled(m, _)) => m.is_transmissive(),
@@ -29,7 +29,7 @@ pub(super) fn lets_through(scene: &Scene, id: MaterialId) -> bool {
 /// Whether a material is opaque.
 pub(super) fn is_opaque(scene: &Scene, id: MaterialId) -> bool {
     let shadow = scene.materials.get(id.index()).map(|m| m.shadow());
-    shadow == Some(ShadowKind::Opaque) && !lets_through(scene, id)
+    shadow == Some(ShadowKind::Opaque) && !transmits(scene, id)
 }
 
 /// The principled form of a material of the description.
@@ -39,8 +39,8 @@ pub(super) fn principled(desc: &SceneDesc, id: MaterialId) -> Option<PrincipledM
 
 /// The opacity of a material that is always fully transparent; `None` for others.
 pub(super) fn invisible(material: &MaterialDesc) -> Option<f64> {
-    // The interface of a medium is invisible on purpose.
-    if matches!(material, MaterialDesc::Boundary(_)) {
+    // Interfaces of media are invisible by design.
+    if matches!(material, MaterialDesc::Interface(_)) {
         return None;
     }
     let m = material.principled()?;
@@ -54,7 +54,7 @@ pub(super) fn invisible(material: &MaterialDesc) -> Option<f64> {
     gone.then_some(opacity)
 }
 
-/// The distance at which white light has the colour of a transparent material; `None` if it does not absorb.
+/// The distance after which white light has the colour of a transparent material; `None` if it does not absorb.
 pub(super) fn absorbing_depth(material: &Material) -> Option<f64> {
     match material {
         Material::OpenPbr(m) => Some(m.desc.transmission_depth).filter(|d| *d > 0.0),

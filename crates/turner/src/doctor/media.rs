@@ -1,4 +1,4 @@
-//! Light that fog, smoke or coloured glass absorbs, measured by tracing the same pixels without it.
+//! Rules for light that media or coloured glass absorb, measured by trials without them.
 
 use std::sync::Arc;
 
@@ -18,54 +18,54 @@ use crate::schema::{ColorSource, MaterialId};
 const WHITE: ColorSource = ColorSource::Constant(Spectrum::WHITE);
 const BLACK: ColorSource = ColorSource::Constant(Spectrum::BLACK);
 
-/// The most media and the most materials that are tried.
-const MOST: usize = 8;
+/// Maximum number of media, and of materials, that are tried.
+const MAX: usize = 8;
 
-/// What absorbs light.
+/// A cause of absorption.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Absorber {
-    /// A medium by its index.
+    /// A medium, by its index.
     Medium(u32),
     /// The interior of a transparent material.
     Inside(MaterialId),
 }
 
-/// The light without it.
+/// The trial without an absorber.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Without {
     pub(super) what: Absorber,
     pub(super) trial: Trial,
 }
 
-/// Tries each medium and each absorbing transparent material. Restores the scene.
+/// Tries the scene without each medium and without the absorption of each transparent material. Restores the scene.
 pub(super) fn try_without(
     scene: &mut Subject,
     pixels: &[Pixel],
     samples: u32,
     options: &Options<'_>,
 ) -> Vec<Without> {
-    let media = scene.volumes.as_ref().map_or(0, |v| v.count()).min(MOST) as u32;
+    let media = scene.volumes.as_ref().map_or(0, |v| v.count()).min(MAX) as u32;
     let absorbing: Vec<MaterialId> =
-        (0..scene.materials.len() as u32).map(MaterialId).filter(|m| absorbs(scene, *m)).take(MOST).collect();
+        (0..scene.materials.len() as u32).map(MaterialId).filter(|m| absorbs(scene, *m)).take(MAX).collect();
     let media = (0..media).map(Absorber::Medium);
     let all: Vec<Absorber> = media.chain(absorbing.into_iter().map(Absorber::Inside)).collect();
     if all.is_empty() {
         return Vec::new();
     }
-    let before = trial::light(scene, pixels, samples, options);
+    let before = trial::mean_luminances(scene, pixels, samples, options);
     let mut out = Vec::new();
     for what in all {
         let after = match what {
             Absorber::Medium(id) => {
                 let Some(own) = exchange(scene, id, Medium::void()) else { continue };
-                let after = trial::light(scene, pixels, samples, options);
+                let after = trial::mean_luminances(scene, pixels, samples, options);
                 exchange(scene, id, own);
                 after
             }
             Absorber::Inside(id) => {
                 let Some(color) = inside(scene, id) else { continue };
                 let own = std::mem::replace(color, WHITE);
-                let after = trial::light(scene, pixels, samples, options);
+                let after = trial::mean_luminances(scene, pixels, samples, options);
                 if let Some(color) = inside(scene, id) {
                     *color = own;
                 }
@@ -92,7 +92,8 @@ fn absorbs(scene: &Scene, id: MaterialId) -> bool {
     }
 }
 
-/// The colour of white light after the `transmission_depth` of a transparent material; `None` if its interior does not absorb.
+/// The `transmission_color` of a transparent material, mutable: the colour of white light after `transmission_depth`.
+/// `None` if its interior does not absorb.
 fn inside(scene: &mut Subject, id: MaterialId) -> Option<&mut ColorSource> {
     match Arc::make_mut(&mut scene.scene_mut().materials).get_mut(id.index())? {
         Material::OpenPbr(m) if m.desc.transmission_weight != BLACK && m.desc.transmission_depth > 0.0 => {
@@ -102,8 +103,8 @@ fn inside(scene: &mut Subject, id: MaterialId) -> Option<&mut ColorSource> {
     }
 }
 
-/// Whether absorption makes the picture dark.
-pub(super) fn ask(e: &Evidence<'_>, out: &mut Vec<Finding>) {
+/// The finding for an absorber that makes the picture dark.
+pub(super) fn check(e: &Evidence<'_>, out: &mut Vec<Finding>) {
     let found = e.g.without.iter().max_by(|a, b| a.trial.ratio.total_cmp(&b.trial.ratio));
     let Some(found) = found else { return };
     let ratio = found.trial.ratio;
@@ -128,24 +129,24 @@ pub(super) fn ask(e: &Evidence<'_>, out: &mut Vec<Finding>) {
             let name = medium.name.clone().unwrap_or_else(|| format!("{} medium", medium.value.type_name()));
             let label = Label { text: name.clone(), is_name: medium.name.is_some() };
             let extinction = e.scene.volumes.as_ref().map_or(0.0, |v| v.extinction(id));
-            let way = if extinction > 0.0 { 1.0 / extinction } else { f64::INFINITY };
+            let mean_free_path = if extinction > 0.0 { 1.0 / extinction } else { f64::INFINITY };
             let what = format!("{label} absorbs or scatters away {lost} of the light");
             let finding = Finding::new(Question::Black, severity, "medium-too-dense", 0.985, what)
                 .why(format!(
                     "the mean free path in it is {} units at its full density, and visible surfaces are {} units away; without it the same samples give {more}",
-                    short(way),
+                    short(mean_free_path),
                     short(distance(e))
                 ))
                 .remedy(format!(
                     "lower its density: about {} times the density lets a third of the light reach the visible surfaces; or move the camera and the lights out of it",
-                    short(thinner(e, extinction))
+                    short(thinning(e, extinction))
                 ))
-                .set(&format!("medium.{name}.density"), rounded(density(&medium.value) * thinner(e, extinction)));
-            // Inline media have no name for a key path.
+                .set(&format!("medium.{name}.density"), rounded(density(&medium.value) * thinning(e, extinction)));
+            // A medium written in place has no name for a key path.
             let finding =
                 if medium.name.is_some() { finding } else { Finding { remedies: Vec::new(), ..finding } };
             let finding = finding.about(name).at(medium.span);
-            out.push(measured(finding).measure("mean-free-path", way, "units"));
+            out.push(measured(finding).measure("mean-free-path", mean_free_path, "units"));
         }
         Absorber::Inside(id) => {
             let name = e.labels.material_label(id);
@@ -163,12 +164,12 @@ pub(super) fn ask(e: &Evidence<'_>, out: &mut Vec<Finding>) {
     }
 }
 
-/// The median distance of visible surfaces.
+/// The median distance to visible surfaces.
 fn distance(e: &Evidence<'_>) -> f64 {
-    super::picture::quantile(e.mets().map(|(_, _, met)| met.t), 0.5)
+    super::picture::quantile(e.hits().map(|(_, _, hit)| hit.t), 0.5)
 }
 
-/// The density factor of a medium.
+/// The `density` key of a medium.
 fn density(medium: &MediumDesc) -> f64 {
     match medium {
         MediumDesc::Homogeneous(m) => m.density,
@@ -177,8 +178,8 @@ fn density(medium: &MediumDesc) -> f64 {
     }
 }
 
-/// The factor that makes the distance of visible surfaces one mean free path; at most 1.
-fn thinner(e: &Evidence<'_>, extinction: f64) -> f64 {
+/// The density factor, at most 1, for which the distance to visible surfaces is one mean free path.
+fn thinning(e: &Evidence<'_>, extinction: f64) -> f64 {
     let depth = extinction * distance(e);
     if depth > 1.0 { 1.0 / depth } else { 0.1 }
 }

@@ -1,16 +1,27 @@
-//! Why a picture is black, noisy, washed out or slow. A short probe of the scene measures facts; rules turn them into findings.
+//! Diagnoses why a picture is black, noisy, washed out or slow. A short probe measures the scene; rules turn the
+//! measurements into findings.
 //!
 //! ```text
-//! examine ── grid (pixels) ─┬─ sights   first hits of camera rays, and their search cost    ┐
-//!                           ├─ paths    replayed samples: light and variance of each kind   │
-//!                           │           of path                                (kind)       ├─ Evidence ── black · camera · noisy ·
-//!                           ├─ trees    the same for the classic integrator                 │    washed_out · slow · broken ── Finding
-//!                           ├─ lights   irradiance from each light, and what blocks it      │
-//!                           └─ trial    the same pixels with a setting changed              ┘
+//!           pixels
+//! examine ── grid ─┬─ first_hits  what camera rays hit, and what the search costs ─┐
+//!                  ├─ paths       light and variance by kind of path (kind)        │             rules: black, blocked,
+//!                  ├─ trees       ray trees of the classic integrator              ├─ Evidence ── media, camera, noisy,
+//!                  ├─ lights      irradiance from each light, and what blocks it   │             washed_out, slow, broken
+//!                  └─ trial       the same pixels with a setting changed           ┘              └── Finding
 //! ```
 //!
-//! The probe traces a fixed number of samples. So an examination finds the same every time, on any machine and with any number of threads. A time limit stops it only where
-//! it would take far longer than usual; a finding then says so.
+//! - **Light and variance.** Each sample of the probe is replayed with a record of its path. The sample X is the sum of
+//!   contributions X_k, each with a kind of path, a light and a material. As var(X) = Σ cov(X_k, X), every contribution
+//!   has a well-defined part of the variance, and the parts sum to it. This shows which light or material causes the
+//!   noise. The expected error of the picture is the relative variance of one sample divided by the number of samples.
+//! - **Lights.** Each light is sampled from visible surface points, and a shadow ray finds the object that blocks it.
+//! - **Trials.** If a setting may remove light, the same samples are traced again with the setting changed.
+//!
+//! Each rule compares measurements with thresholds and attaches them to its finding. A finding that is the effect of
+//! another one becomes a note.
+//!
+//! The probe traces a fixed number of samples, so the findings do not depend on the machine or the number of threads.
+//! Only a scene that takes far longer than usual runs into the time limit, and a finding then reports that.
 
 mod black;
 mod blocked;
@@ -41,7 +52,7 @@ mod washed_out;
 pub use finding::{Finding, Measure, Question, Severity};
 pub use grid::Pixel;
 pub use kind::{PathKind, Source};
-pub use summary::{KindShare, LightShare, Summary};
+pub use summary::{KindSummary, LightSummary, Summary};
 
 use std::fmt;
 
@@ -55,13 +66,14 @@ use crate::schema::Remedy;
 /// The size of the probe.
 #[derive(Clone, Copy)]
 pub struct Options<'a> {
-    /// Pixels, approximately.
+    /// Number of pixels, approximately.
     pub pixels: u32,
     /// Samples per pixel.
     pub samples: u32,
     /// Threads; 0 uses all of them.
     pub threads: usize,
-    /// Whether time is up. Called before each pixel, from any thread; when it returns true no more pixels are begun. Turner itself reads no clock.
+    /// Whether the time limit is reached. Called before each pixel, from any thread; once it returns true, no more
+    /// pixels are started. Turner itself reads no clock.
     pub stop: &'a (dyn Fn() -> bool + Sync),
 }
 
@@ -86,7 +98,7 @@ impl fmt::Debug for Options<'_> {
 /// The result of an examination.
 #[derive(Clone, Debug)]
 pub struct Examination {
-    /// The findings, the worst first.
+    /// The findings, most severe first.
     pub findings: Vec<Finding>,
     /// A summary of the measurements.
     pub summary: Summary,
@@ -99,12 +111,12 @@ impl Examination {
     }
 }
 
-/// Where one finding causes another, the latter becomes a note.
-fn settle(findings: &mut [Finding]) {
+/// Makes a finding a note if another finding is its cause.
+fn demote_effects(findings: &mut [Finding]) {
     let has = |findings: &[Finding], code: &str| {
         findings.iter().any(|f| f.code == code && f.severity != Severity::Note)
     };
-    // Between surfaces that reflect all light a path never ends, whatever its depth.
+    // Pairs of (cause, effect). Between surfaces that reflect all light, paths reach any depth limit.
     let pairs = [
         ("albedo-too-high", "depth-too-low"),
         ("light-enclosed", "light-too-weak"),
@@ -125,7 +137,7 @@ fn settle(findings: &mut [Finding]) {
     }
 }
 
-/// Debug views show no light, so their light is not examined.
+/// The finding for debug views, which do not compute light.
 fn debug_view(integrator: &IntegratorDesc) -> Finding {
     let what = format!(
         "the integrator \"{}\" shows a property of the first hit of each camera ray, not light",
@@ -139,27 +151,27 @@ fn debug_view(integrator: &IntegratorDesc) -> Finding {
             .and("film.samples", 64))
 }
 
-/// Examines a scene and lists what is wrong with it. `desc` is what it was prepared from.
+/// Examines a scene. `desc` is the description that it was prepared from.
 pub fn examine(prepared: &Prepared, desc: &SceneDesc, options: &Options<'_>) -> Examination {
     let own = Subject { prepared: prepared.clone(), integrator: desc.integrator.clone() };
     let gathered = evidence::gather(&mut own.clone(), options);
     let scene = &own;
     let e = Evidence::new(scene, desc, gathered);
     let mut findings = Vec::new();
-    camera::ask(&e, &mut findings);
-    broken::ask(&e, &mut findings);
+    camera::check(&e, &mut findings);
+    broken::check(&e, &mut findings);
     if !scene.integrator.capabilities().debug {
-        black::ask(&e, &mut findings);
-        media::ask(&e, &mut findings);
-        blocked::ask(&e, &mut findings);
-        washed_out::ask(&e, &mut findings);
-        noisy::ask(&e, &mut findings);
+        black::check(&e, &mut findings);
+        media::check(&e, &mut findings);
+        blocked::check(&e, &mut findings);
+        washed_out::check(&e, &mut findings);
+        noisy::check(&e, &mut findings);
     }
     if scene.integrator.capabilities().debug {
         findings.push(debug_view(&scene.integrator));
     }
-    slow::ask(&e, &mut findings);
-    settle(&mut findings);
+    slow::check(&e, &mut findings);
+    demote_effects(&mut findings);
     finding::sort(&mut findings);
     Examination { findings, summary: summary::of(&e) }
 }

@@ -1,28 +1,28 @@
-//! The brightness of the probe's pixels, as radiance and as displayed.
+//! The brightness of the probed pixels, as radiance and as displayed.
 
 use crate::color::Spectrum;
 use crate::film::FilmDesc;
 use crate::math::elementary::{ln, pow};
 
-/// Brightness of the probe's pixels.
+/// The brightness of the probed pixels.
 #[derive(Clone, Debug, Default)]
 pub(super) struct PictureFacts {
     /// The factor from radiance to tone mapping: 2^exposure, including `auto_exposure`.
     pub(super) factor: f64,
-    /// Luminance of scene values in the order of the pixels; NaN where it is unknown.
+    /// Luminance of the radiance, in the order of the pixels; NaN if unknown.
     pub(super) light: Vec<f64>,
-    /// Luminance as displayed: 0 to 1, of the values in the file.
+    /// Luminance of the displayed values, which are those in the file, 0 to 1.
     pub(super) shown: Vec<f64>,
     /// Fraction of pixels with a channel at its maximum.
     pub(super) clipped: f64,
     /// Fraction of pixels with all channels at their maximum.
     pub(super) white: f64,
-    /// Mean saturation as displayed: (max − min) / max.
+    /// Mean saturation of the displayed values: (max − min) / max.
     pub(super) saturation: f64,
 }
 
 impl PictureFacts {
-    /// From the pixels' mean colours.
+    /// Computes them from the mean colours of the pixels.
     pub(super) fn new(film: &FilmDesc, colors: &[[f64; 3]]) -> PictureFacts {
         let luminance = |c: &[f64; 3]| f64::from(Spectrum::from(c.map(|v| v as f32)).luminance());
         let light: Vec<f64> = colors.iter().map(luminance).collect();
@@ -47,14 +47,14 @@ impl PictureFacts {
     }
 }
 
-/// The display values of a colour in the file.
+/// A colour as displayed, which is its value in the file.
 pub(super) fn show(film: &FilmDesc, color: &[f64; 3], factor: f64) -> [f64; 3] {
     let light = Spectrum::from(color.map(|v| (v * factor) as f32));
     let mapped = film.tonemap.map(light);
     mapped.to_array().map(|v| f64::from(film.transfer.encode(v)))
 }
 
-/// The exposure that the film chooses, in stops.
+/// The exposure that the film's `auto_exposure` chooses, in stops.
 fn auto_exposure(light: &[f64]) -> f64 {
     let mut logs: Vec<f64> = light.iter().filter(|v| **v > 0.0 && v.is_finite()).map(|v| ln(*v)).collect();
     logs.sort_by(f64::total_cmp);
@@ -67,10 +67,10 @@ fn auto_exposure(light: &[f64]) -> f64 {
     (ln(0.18) - mean) * std::f64::consts::LOG2_E
 }
 
-/// A quantile, `share` from 0 to 1, without NaNs. 0 if there are no values.
-pub(super) fn quantile(values: impl IntoIterator<Item = f64>, share: f64) -> f64 {
+/// The quantile at `fraction`, 0 to 1. NaN values are ignored. 0 if there are no values.
+pub(super) fn quantile(values: impl IntoIterator<Item = f64>, fraction: f64) -> f64 {
     let mut sorted: Vec<f64> = values.into_iter().filter(|v| !v.is_nan()).collect();
     sorted.sort_by(f64::total_cmp);
-    let at = (share * sorted.len().saturating_sub(1) as f64).round() as usize;
+    let at = (fraction * sorted.len().saturating_sub(1) as f64).round() as usize;
     sorted.get(at).copied().unwrap_or(0.0)
 }

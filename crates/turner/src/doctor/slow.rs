@@ -1,4 +1,4 @@
-//! Why rendering is slow: what costs most.
+//! Rules for slow rendering.
 
 use std::collections::BTreeMap;
 
@@ -14,7 +14,7 @@ fn find(severity: Severity, code: &'static str, weight: f64, what: String) -> Fi
     Finding::new(Question::Slow, severity, code, weight, what)
 }
 
-pub(super) fn ask(e: &Evidence<'_>, out: &mut Vec<Finding>) {
+pub(super) fn check(e: &Evidence<'_>, out: &mut Vec<Finding>) {
     out.extend(layers(e));
     out.extend(long_paths(e));
     out.extend(trees(e));
@@ -24,12 +24,12 @@ pub(super) fn ask(e: &Evidence<'_>, out: &mut Vec<Finding>) {
     out.extend(caustics(e));
 }
 
-/// Transparent layers that rays pass without scattering.
+/// Many transparent layers, which rays pass without scattering.
 fn layers(e: &Evidence<'_>) -> Option<Finding> {
     let paths = e.sum(|p| f64::from(p.samples)).max(1.0);
     let per_path = e.sum(|p| p.passed as f64) / paths;
-    let share = e.sum(|p| p.passed as f64) / e.sum(|p| p.vertices as f64).max(1.0);
-    if per_path < 4.0 || share < 0.4 {
+    let fraction = e.sum(|p| p.passed as f64) / e.sum(|p| p.vertices as f64).max(1.0);
+    if per_path < 4.0 || fraction < 0.4 {
         return None;
     }
     let mut by: BTreeMap<MaterialId, u64> = BTreeMap::new();
@@ -42,11 +42,11 @@ fn layers(e: &Evidence<'_>) -> Option<Finding> {
     let severity = if per_path > 8.0 { Severity::Warning } else { Severity::Note };
     Some(
         find(severity, "transparent-layers", if per_path > 16.0 { 0.95 } else { 0.7 }, what)
-            .why(format!("each layer needs another ray, for shadow rays as well: {} of all surfaces on paths are only passed", percent(share)))
+            .why(format!("each layer needs another ray, for shadow rays as well: {} of all surfaces on paths are only passed", percent(fraction)))
             .remedy("use `alpha_mode = \"mask\"` where opacity is 0 or 1, which needs no extra ray; merge layers, or lower `max_transparent`")
             .about(name.text)
             .measure("layers-per-path", per_path, "count")
-            .measure("surfaces-passed", share, "fraction"),
+            .measure("surfaces-passed", fraction, "fraction"),
     )
 }
 
@@ -63,10 +63,10 @@ fn long_paths(e: &Evidence<'_>) -> Option<Finding> {
         *by.entry(*m).or_default() += n;
     }
     let (&material, &count) = by.iter().max_by_key(|(m, n)| (**n, std::cmp::Reverse(**m)))?;
-    let share = count as f64 / e.sum(|p| p.vertices as f64).max(1.0);
+    let fraction = count as f64 / e.sum(|p| p.vertices as f64).max(1.0);
     let name = e.labels.material_label(material);
     let what =
-        format!("paths hit {} surfaces on average, {} of them of {name}", short(length), percent(share));
+        format!("paths hit {} surfaces on average, {} of them of {name}", short(length), percent(fraction));
     let mut finding = find(if length > 24.0 { Severity::Warning } else { Severity::Note }, "long-paths", 0.7, what)
         .why(format!("the longest path of the probe has {longest}: surfaces that reflect or transmit nearly all light keep paths alive"))
         .remedy("lower `max_depth`, lower albedos near 1 to 0.8, or start Russian roulette earlier with `rr_start`")
@@ -74,7 +74,7 @@ fn long_paths(e: &Evidence<'_>) -> Option<Finding> {
         .about(name.text)
         .measure("surfaces-per-path", length, "count")
         .measure("longest-path", f64::from(longest), "count")
-        .measure("fraction-of-material", share, "fraction");
+        .measure("fraction-of-material", fraction, "fraction");
     if let IntegratorDesc::Path(p) = &e.scene.integrator
         && p.rr_start > 16
     {
@@ -83,7 +83,7 @@ fn long_paths(e: &Evidence<'_>) -> Option<Finding> {
     Some(finding)
 }
 
-/// Ray trees of the classic integrator.
+/// Large ray trees of the classic integrator.
 fn trees(e: &Evidence<'_>) -> Vec<Finding> {
     let mut out = Vec::new();
     let Some(t) = e.g.trees.filter(|t| t.samples > 0) else { return out };
@@ -123,12 +123,12 @@ fn trees(e: &Evidence<'_>) -> Vec<Finding> {
 fn costly_object(e: &Evidence<'_>) -> Option<Finding> {
     let mut by: BTreeMap<u32, (u64, u64, &'static str)> = BTreeMap::new();
     let (mut all, mut rays) = (0, 0);
-    for sight in e.g.first_hits.iter().flatten() {
-        all += sight.steps;
+    for first_hit in e.g.first_hits.iter().flatten() {
+        all += first_hit.steps;
         rays += 1;
-        if let Some(met) = sight.met {
-            let entry = by.entry(met.primitive).or_insert((0, 0, met.shape));
-            (entry.0, entry.1) = (entry.0 + sight.steps, entry.1 + 1);
+        if let Some(hit) = first_hit.hit {
+            let entry = by.entry(hit.primitive).or_insert((0, 0, hit.shape));
+            (entry.0, entry.1) = (entry.0 + first_hit.steps, entry.1 + 1);
         }
     }
     let mean = all as f64 / f64::from(rays.max(1));
@@ -137,12 +137,12 @@ fn costly_object(e: &Evidence<'_>) -> Option<Finding> {
     }
     let (&primitive, &(steps, count, shape)) =
         by.iter().max_by_key(|(i, (n, ..))| (*n, std::cmp::Reverse(**i)))?;
-    let (share, pixels) = (steps as f64 / all.max(1) as f64, count as f64 / f64::from(rays.max(1)));
+    let (fraction, pixels) = (steps as f64 / all.max(1) as f64, count as f64 / f64::from(rays.max(1)));
     let name = e.labels.object_label(primitive, shape);
     let what = format!(
         "a camera ray tests {} boxes and shapes; rays to {name} take {} of that",
         short(mean),
-        percent(share)
+        percent(fraction)
     );
     Some(
         find(Severity::Note, "costly-traversal", 0.6, what)
@@ -151,7 +151,7 @@ fn costly_object(e: &Evidence<'_>) -> Option<Finding> {
             .or(Remedy::TreeQuality(Quality::High))
             .about(name.text)
             .measure("steps-per-ray", mean, "count")
-            .measure("fraction-of-steps", share, "fraction")
+            .measure("fraction-of-steps", fraction, "fraction")
             .measure("fraction-of-picture", pixels, "fraction"),
     )
 }
@@ -191,7 +191,7 @@ fn dense_mesh(e: &Evidence<'_>) -> Option<Finding> {
     )
 }
 
-/// More samples than needed, and other film settings that cost much.
+/// More samples than needed, and other expensive film settings.
 fn film(e: &Evidence<'_>) -> Vec<Finding> {
     let mut out = Vec::new();
     let film = e.scene.film();
@@ -252,22 +252,25 @@ fn film(e: &Evidence<'_>) -> Vec<Finding> {
     out
 }
 
-/// Light paths that the integrator chose, and that take most of the time.
+/// Light paths that `caustics = "auto"` chose and that take most of the time.
 fn caustics(e: &Evidence<'_>) -> Option<Finding> {
-    let [work, brings, alone] = crate::lint::expensive_caustics(e.desc, &e.scene.prepared)?;
+    let [work, contribution, light_paths_only] = crate::lint::expensive_caustics(e.desc, &e.scene.prepared)?;
     let what = format!("light paths for caustics multiply the work per sample by about {}", short(work));
-    let loss = match alone {
-        a if a < 5e-4 => format!("caustics, {} of the light, then have more noise", percent(brings)),
-        _ => format!("{} of the light then is missing, because only light paths find it", percent(alone)),
+    let loss = match light_paths_only {
+        a if a < 5e-4 => format!("caustics, {} of the light, then have more noise", percent(contribution)),
+        _ => format!(
+            "{} of the light then is missing, because only light paths find it",
+            percent(light_paths_only)
+        ),
     };
-    let severity = if alone < 0.01 || work > 4.0 { Severity::Warning } else { Severity::Note };
+    let severity = if light_paths_only < 0.01 || work > 4.0 { Severity::Warning } else { Severity::Note };
     Some(
         find(severity, "caustics-costly", 0.9, what)
-            .why(format!("`caustics = \"auto\"` traces light paths because they find caustics: {} of the light of the picture", percent(brings)))
+            .why(format!("`caustics = \"auto\"` traces light paths because they find caustics: {} of the light of the picture", percent(contribution)))
             .remedy(format!("switch them off with `caustics = \"off\"` in [integrator]: {loss}"))
             .set("integrator.caustics", "off")
             .measure("relative-time", work, "ratio")
-            .measure("caustic-light", brings, "fraction")
-            .measure("light-lost-without-them", alone, "fraction"),
+            .measure("caustic-light", contribution, "fraction")
+            .measure("light-lost-without-them", light_paths_only, "fraction"),
     )
 }

@@ -7,7 +7,7 @@ use crate::film::FilmDesc;
 use crate::integrator::{IntegratorDesc, Prepared};
 use crate::scene::Scene;
 
-/// A prepared scene with the settings of its integrator. Both can be changed: the original is shared and stays as it is.
+/// A prepared scene with the settings of its integrator. Both can be changed without affecting the original.
 #[derive(Clone)]
 pub(super) struct Subject {
     /// The scene, view and integrator.
@@ -25,12 +25,13 @@ impl Subject {
         &mut self.prepared.view.film
     }
 
-    /// The scene to change: a copy if it is shared.
+    /// The scene, mutable; it is copied first if it is shared.
     pub(super) fn scene_mut(&mut self) -> &mut Scene {
         Arc::make_mut(&mut self.prepared.scene)
     }
 
-    /// Changes the integrator settings. Light paths and shared paths are switched off, so that camera paths are independent of each other.
+    /// Changes the integrator settings. Light paths and shared paths are switched off, so that camera paths are
+    /// independent of each other.
     pub(super) fn set_integrator(&mut self, mut integrator: IntegratorDesc) {
         use crate::integrator::{Caustics, SharedPathsMode};
         if let IntegratorDesc::Path(path) = &mut integrator {

@@ -1,4 +1,4 @@
-//! Examinations leave scenes as they were.
+//! Examinations do not change the scene.
 
 use super::{Options, examine, maps};
 use crate::color::Spectrum;
@@ -12,7 +12,7 @@ use crate::render::sample;
 use crate::schema::{ColorSource, MaterialId, PrepareOptions};
 use crate::shape::{BoxDesc, ShapeDesc, SphereDesc};
 
-/// A ball of glass over a floor, under a light: light paths are traced.
+/// A glass sphere over a floor, below an emissive sphere, so that light paths are traced.
 fn glass() -> SceneDesc {
     let mut desc = SceneDesc::default();
     (desc.film.width, desc.film.height) = (24, 16);
@@ -25,8 +25,8 @@ fn glass() -> SceneDesc {
         specular_roughness: grey(0.0),
         ..PrincipledMaterial::default()
     };
-    let lamp = PrincipledMaterial { emission_luminance: 40.0, ..PrincipledMaterial::default() };
-    desc.materials = [clear, lamp].map(|m| MaterialDesc::Principled(m).into()).into();
+    let emissive = PrincipledMaterial { emission_luminance: 40.0, ..PrincipledMaterial::default() };
+    desc.materials = [clear, emissive].map(|m| MaterialDesc::Principled(m).into()).into();
     let ball =
         |height, radius| ShapeDesc::Sphere(SphereDesc { center: DVec3::new(0.0, height, 0.0), radius });
     let (min, max) = (Some(DVec3::new(-3.0, -1.0, -3.0)), Some(DVec3::new(3.0, 0.0, 3.0)));
@@ -43,7 +43,7 @@ fn picture(prepared: &Prepared) -> Vec<Spectrum> {
 }
 
 #[test]
-fn an_examination_leaves_the_scene_as_it_was() {
+fn an_examination_does_not_change_the_scene() {
     let desc = glass();
     let prepared = desc.prepare(&PrepareOptions::default()).unwrap();
     let (before, count) = (picture(&prepared), prepared.integrator.light_paths());

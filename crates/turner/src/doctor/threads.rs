@@ -1,8 +1,9 @@
-//! Parallel work on a list, with the results in the order of the list.
+//! A parallel map over a list.
 
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-/// `f` of each item, or `None` for items not begun before `stop` returned true. The results do not depend on the number of threads.
+/// Applies `f` to each item. Results are in the order of the items and do not depend on the number of threads. `None`
+/// for items that were not started before `stop` returned true.
 pub(super) fn map<T: Sync, R: Send>(
     items: &[T],
     threads: usize,

@@ -1,4 +1,4 @@
-//! Ray trees of the classic integrator: their size, and where they were cut.
+//! Ray trees of the classic integrator: their size, and how many rays the limits cut.
 
 use super::grid::Pixel;
 use super::{Options, threads};
@@ -6,18 +6,18 @@ use crate::doctor::subject::Subject;
 use crate::integrator::classic::{CutReason, RayEnd, RayKind, replay_at};
 use crate::view::place_of;
 
-/// The ray trees of all pixels.
+/// Statistics of the ray trees of all pixels.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct TreeFacts {
-    /// Trees.
+    /// Number of ray trees.
     pub(super) samples: u64,
-    /// Rays without shadow rays, and shadow rays.
+    /// Number of rays without shadow rays, and of shadow rays.
     pub(super) rays: u64,
     pub(super) shadow_rays: u64,
-    /// Rays that the depth limit cut, and rays that the limit on their number dropped.
+    /// Number of rays cut by the depth limit, and of rays dropped by the limit on the number of rays.
     pub(super) cut: u64,
     pub(super) dropped: u64,
-    /// The greatest depth.
+    /// Maximum depth.
     pub(super) depth: u32,
 }
 

@@ -1,4 +1,13 @@
-//! The same pixels with a setting changed, to see whether that setting is the cause.
+//! Trials: the effect of a setting on the picture, measured by tracing the same pixels with the setting changed.
+//!
+//! A setting such as a depth limit or a clamp removes an amount of light that depends on the scene, so it cannot be
+//! judged by its value. A trial traces a few samples per pixel before and after a change. Sample i of a pixel has the
+//! same random numbers both times, so the two paths agree up to where the setting takes effect, and most of their noise
+//! cancels in the comparison. Two numbers summarise it, over all pixels that are finite both times:
+//!
+//! - `ratio`: Σ after / Σ before, the gain in light. A few bright pixels may dominate it.
+//! - `brighter`: the fraction of pixels that gain more than a quarter (plus 0.1 % of the mean, so that noise in black
+//!   pixels does not count), the extent of the effect in the picture.
 
 use super::grid::Pixel;
 use super::subject::Subject;
@@ -8,14 +17,19 @@ use crate::render::sample;
 /// The light before and after a change.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Trial {
-    /// All light after over before; infinite where there was none.
+    /// The sum of the luminance after the change over that before; infinite if it was 0 before, 1 if it is 0 after.
     pub(super) ratio: f64,
-    /// The fraction of pixels that get brighter by more than a quarter.
+    /// The fraction of pixels that gain more than a quarter.
     pub(super) brighter: f64,
 }
 
-/// The mean luminance of a few samples of each pixel; NaN where a sample is.
-pub(super) fn light(scene: &Subject, pixels: &[Pixel], samples: u32, options: &Options<'_>) -> Vec<f64> {
+/// The mean luminance of `samples` samples of each pixel; NaN if one of them is.
+pub(super) fn mean_luminances(
+    scene: &Subject,
+    pixels: &[Pixel],
+    samples: u32,
+    options: &Options<'_>,
+) -> Vec<f64> {
     let of = |pixel: &Pixel| {
         let one = |i| {
             sample(&scene.prepared, pixel.x, pixel.y, i).map_or(f64::NAN, |r| f64::from(r.color.luminance()))
@@ -26,13 +40,13 @@ pub(super) fn light(scene: &Subject, pixels: &[Pixel], samples: u32, options: &O
     light.into_iter().map(|l| l.unwrap_or(f64::NAN)).collect()
 }
 
-/// Compares the light of pixels before and after a change.
+/// Compares the mean luminances of pixels before and after a change.
 pub(super) fn compare(before: &[f64], after: &[f64]) -> Trial {
-    let sound = || before.iter().zip(after).filter(|(a, b)| a.is_finite() && b.is_finite());
-    let (sum_before, sum_after) = sound().fold((0.0, 0.0), |(a, b), (x, y)| (a + x, b + y));
-    let n = sound().count().max(1) as f64;
+    let finite = || before.iter().zip(after).filter(|(a, b)| a.is_finite() && b.is_finite());
+    let (sum_before, sum_after) = finite().fold((0.0, 0.0), |(a, b), (x, y)| (a + x, b + y));
+    let n = finite().count().max(1) as f64;
     let least = 1e-3 * sum_after / n;
-    let brighter = sound().filter(|(a, b)| **b > 1.25 * **a + least).count() as f64 / n;
+    let brighter = finite().filter(|(a, b)| **b > 1.25 * **a + least).count() as f64 / n;
     let ratio = if sum_after <= 0.0 { 1.0 } else { sum_after / sum_before };
     Trial { ratio, brighter }
 }

@@ -1,4 +1,4 @@
-//! Why a picture is washed out: too bright, or without contrast.
+//! Rules for pictures that are too bright or have no contrast.
 
 use super::black::strength_key;
 use super::evidence::Evidence;
@@ -9,7 +9,7 @@ use crate::color::{Tonemap, Transfer};
 use crate::math::elementary::ln;
 use crate::scene::ListedEmitter;
 
-pub(super) fn ask(e: &Evidence<'_>, out: &mut Vec<Finding>) {
+pub(super) fn check(e: &Evidence<'_>, out: &mut Vec<Finding>) {
     let p = &e.picture;
     if p.shown.is_empty() {
         return;
@@ -82,7 +82,7 @@ pub(super) fn ask(e: &Evidence<'_>, out: &mut Vec<Finding>) {
     }
 }
 
-/// Linear values in a picture for displays.
+/// The finding for linear values in a picture for displays.
 fn transfer_missing() -> Finding {
     let what = "`transfer = \"none\"` writes light to the picture without the sRGB curve: it looks too dark";
     Finding::new(Question::Black, Severity::Warning, "transfer-missing", 0.4, what)
@@ -91,18 +91,18 @@ fn transfer_missing() -> Finding {
         .set("film.transfer", "srgb")
 }
 
-/// The fraction of white pixels among those of surfaces without emission.
+/// The fraction of white pixels among those that show a non-emissive surface.
 fn objects_white(e: &Evidence<'_>) -> f64 {
     let list: Vec<f64> = e
-        .mets()
-        .filter(|(_, _, m)| !m.shines)
+        .hits()
+        .filter(|(_, _, m)| !m.emits)
         .filter_map(|(i, _, _)| e.g.colors.get(i))
         .map(|c| show(e.scene.film(), c, e.picture.factor).into_iter().fold(1.0, f64::min))
         .collect();
     if list.len() < 8 { 0.0 } else { list.iter().filter(|v| **v >= 0.985).count() as f64 / list.len() as f64 }
 }
 
-/// Which light is too strong.
+/// The finding about the light that is too strong.
 fn too_strong(e: &Evidence<'_>, severity: Severity, stops: f64) -> Finding {
     let q = Question::WashedOut;
     let factor = crate::math::elementary::pow(2.0, -stops);
@@ -116,10 +116,10 @@ fn too_strong(e: &Evidence<'_>, severity: Severity, stops: f64) -> Finding {
             .measure("fraction-of-light", ambient, "fraction");
         return lower(finding);
     }
-    let strongest = e.g.lights.iter().max_by(|a, b| a.arrives.total_cmp(&b.arrives));
+    let strongest = e.g.lights.iter().max_by(|a, b| a.irradiance.total_cmp(&b.irradiance));
     let by_paths = e.by_source.iter().max_by(|a, b| a.1[0].total_cmp(&b.1[0]));
-    let arrives: f64 = e.g.lights.iter().map(|l| l.arrives).sum();
-    let (name, share, light) = match (by_paths, strongest) {
+    let irradiance: f64 = e.g.lights.iter().map(|l| l.irradiance).sum();
+    let (name, fraction, light) = match (by_paths, strongest) {
         (Some((source, sums)), _) => {
             let light = match source {
                 Source::Light(i) => e.light_number(ListedEmitter::Light(*i)),
@@ -127,9 +127,11 @@ fn too_strong(e: &Evidence<'_>, severity: Severity, stops: f64) -> Finding {
             };
             (e.source(*source), sums[0] / e.all[0].max(f64::MIN_POSITIVE), light)
         }
-        (None, Some(l)) => {
-            (e.emitter_name(l.one), l.arrives / arrives.max(f64::MIN_POSITIVE), e.light_number(l.one))
-        }
+        (None, Some(l)) => (
+            e.emitter_name(l.emitter),
+            l.irradiance / irradiance.max(f64::MIN_POSITIVE),
+            e.light_number(l.emitter),
+        ),
         (None, None) => {
             let what = "the picture is white, though no light could be identified".to_owned();
             return lower(Finding::new(q, severity, "overexposed", 0.7, what).remedy("lower the exposure"));
@@ -137,7 +139,7 @@ fn too_strong(e: &Evidence<'_>, severity: Severity, stops: f64) -> Finding {
     };
     let what = format!(
         "{name} is too strong: it is the source of {} of the light, and {} of the pixels are white",
-        percent(share),
+        percent(fraction),
         percent(e.picture.white)
     );
     let key =
@@ -151,7 +153,7 @@ fn too_strong(e: &Evidence<'_>, severity: Severity, stops: f64) -> Finding {
         ))
         .about(name.text)
         .at(light.and_then(|i| e.desc.lights.get(i as usize)?.span))
-        .measure("fraction-of-light", share, "fraction")
+        .measure("fraction-of-light", fraction, "fraction")
         .measure("stops-too-bright", stops, "stops");
     if let Some((i, (key, now))) = key {
         finding = finding.set(&format!("light.{i}.{key}"), rounded(now * factor));
@@ -159,7 +161,7 @@ fn too_strong(e: &Evidence<'_>, severity: Severity, stops: f64) -> Finding {
     lower(finding).set("film.auto_exposure", true)
 }
 
-/// The fraction of light that is ambient.
+/// The ambient fraction of all light.
 fn ambient_share(e: &Evidence<'_>) -> f64 {
     let ambient = f64::from(e.scene.ambient.luminance());
     if ambient <= 0.0 {
@@ -168,15 +170,15 @@ fn ambient_share(e: &Evidence<'_>) -> f64 {
     if e.scene.integrator.capabilities().physical {
         return e.by_source.get(&Source::Ambient).map_or(0.0, |s| s[0] / e.all[0].max(f64::MIN_POSITIVE));
     }
-    let arrives: f64 = e.g.lights.iter().map(|l| l.arrives).sum();
-    ambient / (ambient + arrives)
+    let irradiance: f64 = e.g.lights.iter().map(|l| l.irradiance).sum();
+    ambient / (ambient + irradiance)
 }
 
-/// Bright and without contrast.
+/// A bright picture without contrast, due to ambient light.
 fn flat(e: &Evidence<'_>) -> Option<Finding> {
     let shown: Vec<f64> = e
-        .mets()
-        .filter(|(_, _, m)| !m.shines)
+        .hits()
+        .filter(|(_, _, m)| !m.emits)
         .filter_map(|(i, _, _)| e.picture.shown.get(i).copied())
         .collect();
     if shown.len() < 30 {
@@ -201,14 +203,14 @@ fn flat(e: &Evidence<'_>) -> Option<Finding> {
     )
 }
 
-/// Surfaces that reflect almost all light.
+/// Surfaces with an albedo close to 1.
 fn albedo(e: &Evidence<'_>) -> Option<Finding> {
     if !e.scene.integrator.capabilities().physical {
         return None;
     }
-    let through = |m| super::materials::lets_through(e.scene, m);
+    let through = |m| super::materials::transmits(e.scene, m);
     let list: Vec<_> =
-        e.mets().filter(|(_, _, m)| !m.shines && !through(m.material)).map(|(_, _, m)| m).collect();
+        e.hits().filter(|(_, _, m)| !m.emits && !through(m.material)).map(|(_, _, m)| m).collect();
     let white = list.iter().filter(|m| m.albedo > 0.95 && !metal(e, m.material)).count() as f64
         / list.len().max(1) as f64;
     let indirect =
@@ -216,8 +218,8 @@ fn albedo(e: &Evidence<'_>) -> Option<Finding> {
     if white < 0.3 || list.len() < 30 || indirect < 0.3 {
         return None;
     }
-    let met = list.iter().find(|m| m.albedo > 0.95)?;
-    let name = e.labels.material_label(met.material);
+    let hit = list.iter().find(|m| m.albedo > 0.95)?;
+    let name = e.labels.material_label(hit.material);
     let what = format!(
         "{} of the surfaces reflect over 95 % of the light; one of their materials is {name}",
         percent(white)

@@ -112,7 +112,7 @@ impl Band {
         let indices = starts.flat_map(|start| start..start + width);
         for (i, (color, alpha)) in indices.zip(samples) {
             let mut sum = PixelSum::from_words(&pixels[i]);
-            sum.add_or_leave_out(color, alpha);
+            sum.add_or_omit(color, alpha);
             pixels[i] = sum.to_words();
         }
     }
@@ -218,7 +218,7 @@ fn sum_of_sample(&[r, g, b, alpha]: &[u32; 4]) -> PixelSum {
     let mut sum = PixelSum::default();
     if alpha & HAS_SAMPLE != 0 {
         let color = Spectrum::from([r, g, b].map(f32::from_bits));
-        sum.add_or_leave_out(color, f32::from_bits(alpha & !HAS_SAMPLE));
+        sum.add_or_omit(color, f32::from_bits(alpha & !HAS_SAMPLE));
     }
     sum
 }

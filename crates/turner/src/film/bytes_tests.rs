@@ -206,7 +206,7 @@ fn errors_say_what_is_wrong() {
     assert!(read(&large).is_ok());
     let error = Film::from_bytes(&large, &limits).unwrap_err();
     assert_eq!(
-        (error.code, error.message.starts_with("the film of 300x300 pixels takes")),
+        (error.code, error.message.starts_with("the film of 300x300 pixels needs")),
         (ErrorCode::TooLarge, true)
     );
 }

@@ -102,7 +102,7 @@ impl Film {
         Some([r + dr, g + dg, b + db, alpha])
     }
 
-    /// Whitted's quick filter: the mean over the pixel and its eight neighbours that lie in the
+    /// The quick filter of document 002: the mean over the pixel and those of its eight neighbours that lie in the
     /// picture.
     fn mean_of_neighbours(&self, x: u32, y: u32) -> Option<[f32; 4]> {
         self.pixel(x, y)?;

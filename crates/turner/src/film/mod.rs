@@ -76,7 +76,7 @@ choice! {
     pub enum Antialias {
         /// One ray through the centre (or corner) of each pixel.
         None = "none",
-        /// Whitted's quick filter: one ray per pixel, then the mean of the pixel and its eight neighbours.
+        /// The quick filter of document 002: one ray per pixel, then the mean of the pixel and its eight neighbours.
         Mean = "mean",
         /// A regular grid of rays per pixel: `samples`, rounded up to a square number.
         Grid = "grid",
@@ -112,7 +112,8 @@ choice! {
 }
 
 params! {
-    /// Size, sampling, exposure and transfer curve of the picture. The defaults of `antialias`, `samples` and `transfer` depend on the integrator. Keys that are given always win.
+    /// Size, sampling, exposure and transfer curve of the picture. The defaults of `antialias`, `samples` and
+    /// `transfer` depend on the integrator; keys in the file override them.
     pub struct FilmDesc as "film" {
         /// Width of the picture in pixels.
         width: u32 = 640, in Range::closed(1.0, 65536.0);
@@ -121,7 +122,8 @@ params! {
         /// The part of the picture to render, in pixels: [first column, first row, columns, rows] from the top
         /// left.
         crop: Option<[u32; 4]> = None;
-        /// How a pixel's colour comes about. With the integrators "path" and "direct" the default is "monte-carlo". "ids" takes one sample through the centre of each pixel, whatever is given here.
+        /// How the colour of a pixel is computed. With the integrators "path" and "direct" the default is
+        /// "monte-carlo". "ids" ignores this key and takes one sample through the centre of each pixel.
         antialias: Antialias = Antialias::None;
         /// Samples per pixel for "grid" and "monte-carlo". With the integrator "path" the default is 64.
         samples: u32 = 16, in Range::closed(1.0, 16777216.0);
@@ -143,7 +145,8 @@ params! {
         shutter: [f64; 2] = [0.0, 1.0], in Range::UNIT;
         /// Position of the single ray of "none" and "mean" in the pixel.
         pixel_sample: PixelSample = PixelSample::Center;
-        /// How scene values become display values, and display colours (#rrggbb, names, 8-bit images) scene values. With the integrators "path" and "direct" the default is "srgb".
+        /// The curve from scene values to display values. Its inverse decodes display colours (#rrggbb, names, 8-bit
+        /// images). With the integrators "path" and "direct" the default is "srgb".
         transfer: Transfer = Transfer::None;
         /// Tone mapping operator: maps unlimited scene values to the display range before the transfer curve.
         /// Applies only to PNG and JPEG; EXR and HDR files contain scene values.

@@ -64,12 +64,12 @@ impl PixelSum {
 
     /// Adds a sample with weight 1 if it is finite, otherwise only marks the pixel. Returns whether it is finite.
     #[inline]
-    pub fn add_or_leave_out(&mut self, color: Spectrum, alpha: f32) -> bool {
+    pub fn add_or_omit(&mut self, color: Spectrum, alpha: f32) -> bool {
         let finite = color.is_finite() && alpha.is_finite();
         if finite {
             self.add(color, alpha);
         } else {
-            self.leave_out();
+            self.omit();
         }
         finite
     }
@@ -86,7 +86,7 @@ impl PixelSum {
     }
 
     /// Marks the pixel: a non-finite sample was not added.
-    pub fn leave_out(&mut self) {
+    pub fn omit(&mut self) {
         self.weight |= 1;
     }
 
@@ -164,7 +164,7 @@ mod tests {
     fn non_finite_samples_show_only_in_pixels_without_finite_ones() {
         let (mut bad, mut good) = (PixelSum::default(), PixelSum::default());
         assert_eq!(bad.mean(), None);
-        assert!(!bad.add_or_leave_out(Spectrum::new(0.0, f32::NAN, 0.0), 1.0));
+        assert!(!bad.add_or_omit(Spectrum::new(0.0, f32::NAN, 0.0), 1.0));
         assert!(bad.mean().unwrap()[0].is_nan());
         good.add(Spectrum::WHITE, 0.5);
         let mut both = bad;

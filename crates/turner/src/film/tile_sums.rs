@@ -68,7 +68,7 @@ impl TileSums {
     /// added. Returns whether the sample is finite.
     pub fn add_weighted(&mut self, pixel: usize, sample: &SampleValues<'_>, weight: f32) -> bool {
         if !(sample.is_finite() && weight.is_finite()) {
-            self.pixels[pixel].leave_out();
+            self.pixels[pixel].omit();
             return false;
         }
         self.pixels[pixel].add_weighted(sample.color, sample.alpha, weight);

@@ -1,8 +1,9 @@
-//! Reconstruction filters: how much what lies around the middle of a pixel counts for it.
+//! Pixel filters (reconstruction filters): the weights of samples around the centre of a pixel.
 //!
-//! Filters are products of one function f along x and along y, even and never negative, 0 beyond a radius r. A pixel is the mean of
-//! the picture weighted by f. Here the samples themselves are spread by f and all weigh the same (Ernst, Stamminger & Greiner 2006,
-//! "Filter importance sampling"): a sample belongs to one pixel alone, and tiles, passes and machines need not exchange any.
+//! A filter is the product of a function f along x and along y; f is even, non-negative, and 0 beyond a radius r. A
+//! pixel is the mean of the image weighted by f. Filter importance sampling (Ernst, Stamminger and Greiner 2006,
+//! "Filter importance sampling") distributes the sample positions with density f and gives all samples the same
+//! weight. Each sample then belongs to one pixel only, and tiles, passes and machines do not exchange samples.
 //!
 //! | filter | f(x) for abs(x) < r | default r |
 //! |---|---|---|
@@ -22,13 +23,13 @@ use crate::math::DVec2;
 use crate::math::elementary::{cos, exp};
 
 choice! {
-    /// How the light around a pixel's middle is weighted.
+    /// The weights of samples around a pixel's centre.
     pub enum FilterKind {
-        /// All of the pixel's square alike, and nothing beyond.
+        /// Constant over the pixel's square.
         Box = "box",
-        /// The less the farther from the middle, in a straight line: soft.
+        /// Falls linearly from the centre: soft.
         Tent = "tent",
-        /// A bell, cut off at three standard deviations: smooth, without ringing or jagged edges.
+        /// A Gaussian, truncated at three standard deviations: smooth, without ringing or jagged edges.
         Gaussian = "gaussian",
         /// A narrower bell that ends smoothly: sharp.
         BlackmanHarris = "blackman-harris",
@@ -36,7 +37,7 @@ choice! {
 }
 
 impl FilterKind {
-    /// The radius in pixels where none is given.
+    /// The default radius, in pixels.
     pub fn default_radius(self) -> f64 {
         match self {
             FilterKind::Box => 0.5,
@@ -45,7 +46,7 @@ impl FilterKind {
         }
     }
 
-    /// f at `x` of 0..=1 radii from the middle, not normalised.
+    /// f at a distance of `x` radii (0..=1) from the centre, not normalized.
     fn profile(self, x: f64) -> f64 {
         match self {
             FilterKind::Box => 1.0,
@@ -53,14 +54,14 @@ impl FilterKind {
             FilterKind::Gaussian => exp(-4.5 * x * x) - exp(-4.5),
             FilterKind::BlackmanHarris => {
                 let c = |n: f64| cos(n * PI * x);
-                // Rounding leaves less than nothing at the very end.
+                // Rounding may give a negative value at the end.
                 (0.35875 + 0.48829 * c(1.0) + 0.14128 * c(2.0) + 0.01168 * c(3.0)).max(0.0)
             }
         }
     }
 }
 
-/// A filter ready to place samples.
+/// A prepared filter that distributes samples.
 #[derive(Clone, Debug)]
 pub struct Filter {
     radius: f64,
@@ -69,7 +70,7 @@ pub struct Filter {
 
 #[derive(Clone, Debug)]
 enum Shape {
-    /// The pixel itself: numbers are places.
+    /// The pixel's square: positions are the random numbers themselves.
     Pixel,
     Box,
     Tent,
@@ -77,7 +78,7 @@ enum Shape {
 }
 
 impl Filter {
-    /// A filter of a radius in pixels; of its own without one.
+    /// A filter with a radius in pixels, or its default radius.
     pub fn new(kind: FilterKind, radius: Option<f64>) -> Filter {
         let radius = radius.unwrap_or(kind.default_radius());
         let shape = match kind {
@@ -91,14 +92,15 @@ impl Filter {
         Filter { radius, shape }
     }
 
-    /// The place in the pixel for two uniform numbers in 0..1, spread by the filter's own density: (0, 0) is the pixel's upper left corner,
-    /// (1, 1) the lower right one; wide filters reach beyond. Larger numbers give larger places, so that points that are spread well stay so.
+    /// The position in the pixel for two random numbers in 0..1, distributed with the filter's density. (0, 0) is the
+    /// pixel's upper left corner, (1, 1) the lower right one; wide filters extend beyond. The mapping is monotone, so
+    /// well-distributed points stay well distributed.
     #[inline]
     pub fn place(&self, u: DVec2) -> DVec2 {
         let along = |u: f64| match &self.shape {
             Shape::Pixel | Shape::Box => 2.0 * u - 1.0,
-            Shape::Tent => both_sides(u, |v| 1.0 - (1.0 - v).max(0.0).sqrt()),
-            Shape::Table(table) => both_sides(u, |v| table.invert(v)),
+            Shape::Tent => invert_even(u, |v| 1.0 - (1.0 - v).max(0.0).sqrt()),
+            Shape::Table(table) => invert_even(u, |v| table.invert(v)),
         };
         match self.shape {
             Shape::Pixel => u,
@@ -108,16 +110,16 @@ impl Filter {
 }
 
 impl Filter {
-    /// How far from a pixel's middle it reaches, in pixels.
+    /// Radius around the pixel's centre, in pixels.
     pub fn radius(&self) -> f64 {
         self.radius
     }
 
-    /// The density of [`Filter::place`], per pixel area, `d` from the pixel's middle.
+    /// The density of [`Filter::place`] per pixel area, at offset `d` from the pixel's centre.
     pub fn density(&self, d: DVec2) -> f64 {
         let along = |d: f64| {
             let x = d.abs() / self.radius;
-            // A pixel has its left and upper edge.
+            // The pixel's square includes its left and upper edges only.
             if x > 1.0 || d == self.radius {
                 return 0.0;
             }
@@ -132,9 +134,9 @@ impl Filter {
     }
 }
 
-/// The inverse of an even density's distribution function by that of one half, `half`.
+/// Inverts the distribution function of an even density, given the inverse `half` for one half.
 #[inline]
-fn both_sides(u: f64, half: impl Fn(f64) -> f64) -> f64 {
+fn invert_even(u: f64, half: impl Fn(f64) -> f64) -> f64 {
     if u < 0.5 { -half(1.0 - 2.0 * u) } else { half(2.0 * u - 1.0) }
 }
 

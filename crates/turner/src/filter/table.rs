@@ -1,19 +1,19 @@
-//! Half of an even filter as a table: its density in straight pieces, inverted exactly.
+//! Half of an even filter as a table: a piecewise linear density with an exact inverse.
 
-/// Pieces over 0..=1 radii: the pieces differ from either bell by 1e-4 of its height at most.
+/// Number of linear pieces over 0..=1 radii; they differ from either bell by at most 1e-4 of its height.
 const PIECES: usize = 128;
 
-/// A density on 0..=1 that is linear between `PIECES` + 1 places.
+/// A density on 0..=1 that is linear between `PIECES` + 1 nodes.
 #[derive(Clone, Debug)]
 pub(super) struct Table {
-    /// The density at each place; its integral is 1.
+    /// The density at each node; its integral is 1.
     density: [f64; PIECES + 1],
-    /// The distribution function there.
+    /// The cumulative distribution function at each node.
     sums: [f64; PIECES + 1],
 }
 
 impl Table {
-    /// Of a function that is positive before 1, and never negative.
+    /// Tabulates a function that is non-negative, and positive before 1.
     pub(super) fn new(f: impl Fn(f64) -> f64) -> Table {
         let step = 1.0 / PIECES as f64;
         let mut density = [0.0; PIECES + 1];
@@ -31,13 +31,13 @@ impl Table {
         Table { density, sums }
     }
 
-    /// The place up to which the share `u` of the whole lies; 0..=1 for any `u`.
+    /// The inverse distribution function; within 0..=1 for any `u`.
     #[inline]
     pub(super) fn invert(&self, u: f64) -> f64 {
         let piece = self.sums[1..PIECES].partition_point(|sum| *sum <= u);
         let (from, to) = (self.density[piece], self.density[piece + 1]);
         let step = 1.0 / PIECES as f64;
-        // from·x + (to − from)·x²/2 = rest, x in pieces: the root that stays exact as the slope goes to 0.
+        // Solve from·x + (to − from)·x²/2 = rest, x in pieces; this form of the root is stable as the slope goes to 0.
         let rest = (u - self.sums[piece]).max(0.0) / step;
         let root = (from * from + 2.0 * (to - from) * rest).max(0.0).sqrt();
         let sum = from + root;

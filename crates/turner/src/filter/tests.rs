@@ -1,4 +1,4 @@
-//! Samples lie where their filter says, and a white picture stays white.
+//! Samples follow their filter, and a white image stays white.
 
 use super::*;
 
@@ -14,21 +14,21 @@ fn integral(kind: FilterKind, from: f64, to: f64) -> f64 {
     (at(0) + at(n) + inner) * h / 3.0
 }
 
-/// A well-spread point of the unit square (Roberts 2018, the R2 sequence), moved by `offset`.
+/// A low-discrepancy point of the unit square (Roberts 2018, the R2 sequence), shifted by `offset`.
 fn point(i: u32, offset: f64) -> DVec2 {
     let step = DVec2::new(0.754_877_666_246_692_7, 0.569_840_290_998_053_3);
     (DVec2::splat(0.5 + offset) + step * f64::from(i)).fract()
 }
 
 #[test]
-fn the_profiles_fall_from_the_middle_to_nothing() {
+fn the_profiles_fall_from_the_centre_to_zero() {
     for kind in ALL {
         let values: Vec<f64> = (0..=100).map(|i| kind.profile(f64::from(i) / 100.0)).collect();
         assert!(values.windows(2).all(|v| v[1] <= v[0] + 1e-15) && values[0] > 0.0, "{kind:?}");
         let end = values[100];
         assert!(if kind == FilterKind::Box { end == 1.0 } else { end < 1e-4 * values[0] }, "{kind:?}: {end}");
     }
-    // Harris 1978: the window is 1 in the middle.
+    // Harris 1978: the window is 1 at the centre.
     assert!((FilterKind::BlackmanHarris.profile(0.0) - 1.0).abs() < 1e-12);
 }
 
@@ -38,8 +38,8 @@ fn samples_follow_the_filter() {
         for radius in [None, Some(0.5), Some(3.0)] {
             let filter = Filter::new(kind, radius);
             let r = radius.unwrap_or(kind.default_radius());
-            // Pearson's sum against the exact profile, along each axis: 99.9th percentile of 39 degrees of freedom is 72.1.
-            // Independent numbers: the points of a sequence would be too even.
+            // Pearson's statistic against the exact profile, along each axis: the 99.9th percentile for 39 degrees of
+            // freedom is 72.1. Independent random numbers: the points of a sequence would be too even.
             const BINS: usize = 40;
             let (mut seen, n) = ([[0u32; BINS]; 2], 200_000u32);
             for i in 0..n {
@@ -79,7 +79,7 @@ fn the_table_is_the_filter_to_a_ten_thousandth() {
             let x = f64::from(i) / 1000.0;
             let (density, exact) = (table.density(x), kind.profile(x) / whole);
             assert!((density - exact).abs() < 1e-4 * table.density(0.0), "{kind:?} {x}: {density} {exact}");
-            // The place of a share, and the share up to that place.
+            // The position of a cumulative fraction, and the fraction at that position.
             let u = integral(kind, 0.0, x) / whole;
             assert!(exact < 0.05 || (table.invert(u) - x).abs() < 1e-4, "{kind:?} {u}: {}", table.invert(u));
         }
@@ -90,13 +90,13 @@ fn the_table_is_the_filter_to_a_ten_thousandth() {
 }
 
 #[test]
-fn places_have_the_mean_and_the_spread_of_the_filter() {
+fn positions_have_the_mean_and_the_variance_of_the_filter() {
     for kind in ALL {
         let filter = Filter::new(kind, None);
         let (n, r) = (100_000, kind.default_radius());
-        let places: Vec<DVec2> = (0..n).map(|i| filter.place(point(i, 0.0)) - 0.5).collect();
-        let mean = places.iter().sum::<DVec2>() / f64::from(n);
-        let spread = places.iter().map(|p| *p * *p).sum::<DVec2>() / f64::from(n);
+        let positions: Vec<DVec2> = (0..n).map(|i| filter.place(point(i, 0.0)) - 0.5).collect();
+        let mean = positions.iter().sum::<DVec2>() / f64::from(n);
+        let spread = positions.iter().map(|p| *p * *p).sum::<DVec2>() / f64::from(n);
         // ∫x²f / ∫f, in closed form.
         let expected = r
             * r
@@ -123,7 +123,7 @@ fn places_have_the_mean_and_the_spread_of_the_filter() {
 }
 
 #[test]
-fn the_box_of_a_pixel_leaves_numbers_alone() {
+fn the_default_box_is_the_identity() {
     for radius in [None, Some(0.5)] {
         let filter = Filter::new(FilterKind::Box, radius);
         for i in 0..100 {

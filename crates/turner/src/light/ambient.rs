@@ -7,9 +7,9 @@ params! {
     /// Constant light that reaches every point equally and casts no shadow: classic ray tracing's approximation of
     /// light between surfaces.
     pub struct AmbientDesc as "ambient" {
-        /// Its colour.
+        /// Colour of the light.
         color: Spectrum = Spectrum::WHITE;
-        /// Its strength.
+        /// Strength of the light.
         intensity: f64 = 0.1, in Range::NON_NEGATIVE;
     }
     example r#"[[light]]

@@ -17,15 +17,15 @@ params! {
         edge_u: DVec3 = DVec3::X;
         /// The other edge.
         edge_v: DVec3 = DVec3::Z;
-        /// Number of shadow rays per shading point, one in each stratum of the light. 1 to 65536.
+        /// Number of shadow rays per shading point, one in each stratum of the light.
         samples: u32 = 16, in Range::closed(1.0, 65536.0);
         /// Whether each shadow ray goes to a random point of its stratum (noise) or to its centre (banding).
         jitter: bool = true;
-        /// Its colour.
+        /// Colour of the light.
         color: Spectrum = Spectrum::WHITE;
-        /// Its strength, summed over the light.
+        /// Strength of the light, summed over its area.
         intensity: f64 = 1.0, in Range::NON_NEGATIVE;
-        /// How it falls off with distance.
+        /// How the light falls off with distance.
         attenuation: Attenuation = Attenuation::NONE;
     }
     example r#"[[light]]
@@ -46,15 +46,15 @@ params! {
         normal: DVec3 = DVec3::NEG_Y;
         /// The radius.
         radius: f64 = 1.0, in Range::POSITIVE;
-        /// Number of shadow rays per shading point, one in each stratum of the light. 1 to 65536.
+        /// Number of shadow rays per shading point, one in each stratum of the light.
         samples: u32 = 16, in Range::closed(1.0, 65536.0);
         /// Whether each shadow ray goes to a random point of its stratum (noise) or to its centre (banding).
         jitter: bool = true;
-        /// Its colour.
+        /// Colour of the light.
         color: Spectrum = Spectrum::WHITE;
-        /// Its strength, summed over the light.
+        /// Strength of the light, summed over its area.
         intensity: f64 = 1.0, in Range::NON_NEGATIVE;
-        /// How it falls off with distance.
+        /// How the light falls off with distance.
         attenuation: Attenuation = Attenuation::NONE;
     }
     example r#"[[light]]
@@ -71,15 +71,15 @@ params! {
         center: DVec3, required, default DEFAULT_POSITION;
         /// The radius.
         radius: f64 = 0.5, in Range::POSITIVE;
-        /// Number of shadow rays per shading point, one in each stratum of the light. 1 to 65536.
+        /// Number of shadow rays per shading point, one in each stratum of the light.
         samples: u32 = 16, in Range::closed(1.0, 65536.0);
         /// Whether each shadow ray goes to a random point of its stratum (noise) or to its centre (banding).
         jitter: bool = true;
-        /// Its colour.
+        /// Colour of the light.
         color: Spectrum = Spectrum::WHITE;
-        /// Its strength, summed over the light.
+        /// Strength of the light, summed over its area.
         intensity: f64 = 1.0, in Range::NON_NEGATIVE;
-        /// How it falls off with distance.
+        /// How the light falls off with distance.
         attenuation: Attenuation = Attenuation::NONE;
     }
     example r#"[[light]]

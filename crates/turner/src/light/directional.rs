@@ -16,11 +16,11 @@ params! {
         from: Option<DVec3> = None;
         /// The direction in which the light travels, of any length: the opposite of `from`.
         direction: Option<DVec3> = None;
-        /// Its colour.
+        /// Colour of the light.
         color: Spectrum = Spectrum::WHITE;
-        /// Its strength.
+        /// Strength of the light.
         intensity: f64 = 1.0, in Range::NON_NEGATIVE;
-        /// Angular diameter of the light, degrees, 0 to 180; the sun's is 0.53. Shadows get soft edges, and glossy
+        /// Angular diameter of the light, in degrees; the sun's is 0.53. Shadows get soft edges, and glossy
         /// surfaces and rays that hit nothing show a bright disc. The irradiance of a surface that faces the light
         /// stays the same. At 0 the light has no extent. The classic integrator takes sixteen shadow rays to the disc
         /// and does not show it.

@@ -9,13 +9,13 @@ use crate::schema::{ProfileFile, Range, SceneError, params};
 params! {
     /// Light from one point, equal in all directions. Casts sharp shadows.
     pub struct PointDesc as "point" {
-        /// Its position.
+        /// Position of the light.
         position: DVec3, required, default DEFAULT_POSITION;
-        /// Its colour.
+        /// Colour of the light.
         color: Spectrum = Spectrum::WHITE;
-        /// Its strength.
+        /// Strength of the light.
         intensity: f64 = 1.0, in Range::NON_NEGATIVE;
-        /// How it falls off with distance.
+        /// How the light falls off with distance.
         attenuation: Attenuation = Attenuation::NONE;
         /// IES file (LM-63) with the measured intensity in each direction, as a path relative to the scene file.
         /// Photometry of types A, B and C is read.

@@ -11,19 +11,19 @@ use crate::schema::{ErrorCode, ProfileFile, Range, SceneError, params};
 params! {
     /// Light from one point into a cone with a soft edge.
     pub struct SpotDesc as "spot" {
-        /// Its position.
+        /// Position of the light.
         position: DVec3, required, default DEFAULT_POSITION;
-        /// The point it is aimed at.
+        /// The point that the light is aimed at.
         look_at: DVec3 = DVec3::ZERO;
-        /// Angle from the axis to the edge of the cone, degrees; no light outside. Above 0, up to 180.
+        /// Angle from the axis to the edge of the cone, in degrees; there is no light outside.
         angle: f64 = 30.0, in Range { min: 0.0, open_min: true, max: 180.0, open_max: false };
-        /// Width of the soft edge, degrees inwards from `angle`. 0 to 180.
+        /// Width of the soft edge, in degrees inwards from `angle`.
         penumbra: f64 = 5.0, in Range::closed(0.0, 180.0);
-        /// Its colour.
+        /// Colour of the light.
         color: Spectrum = Spectrum::WHITE;
-        /// Its strength on the axis.
+        /// Strength of the light on the axis.
         intensity: f64 = 1.0, in Range::NON_NEGATIVE;
-        /// How it falls off with distance.
+        /// How the light falls off with distance.
         attenuation: Attenuation = Attenuation::NONE;
         /// IES file with the measured intensity in each direction, as for the point light. The cone still limits it.
         ies: Option<ProfileFile> = None;

@@ -1,5 +1,6 @@
-//! Warnings about a scene that can be rendered but is probably not what its author meant: no light, surfaces that reflect more light than they receive, one sample per pixel
-//! with a physically based integrator, light paths that multiply the time.
+//! Warnings about scenes that can be rendered but are probably not what their author intended: no light, surfaces that
+//! reflect more light than they receive, one sample per pixel with a physically based integrator, light paths that
+//! multiply the render time.
 
 #[cfg(test)]
 mod tests;
@@ -14,28 +15,28 @@ use crate::scene::Scene;
 use crate::schema::value::Span;
 use crate::schema::{ColorSource, Named, Remedy, Warning, WarningKind};
 
-/// Colours up to here are 1 but for rounding.
+/// Colours up to this value count as 1 with rounding errors.
 const ONE: f32 = 1.0 + 1e-4;
 
-/// Light paths that multiply the work of a sample by more than this are reported.
+/// Light paths are reported if they multiply the work per sample by more than this factor.
 const EXPENSIVE: f64 = 2.0;
 
-/// The key that lights a scene with the built-in studio.
+/// The key that lights a scene with the built-in studio environment.
 pub(crate) const STUDIO_KEY: &str = "studio.lights";
 
-/// The section that this key is in.
+/// The section of this key.
 pub(crate) const STUDIO_SECTION: &str = "[studio]";
 
 fn doubt(message: String, span: Option<Span>) -> Warning {
     Warning { span, ..Warning::new(WarningKind::Doubtful, message) }
 }
 
-/// Part of the scene is not visible.
+/// A warning about a scene that is not lit.
 fn unlit(message: String) -> Warning {
     Warning::new(WarningKind::Ignored, message)
 }
 
-/// All warnings about a scene; `desc` is what it was prepared from.
+/// All warnings about a scene. `desc` is the description that it was prepared from.
 pub fn lint(desc: &SceneDesc, prepared: &Prepared) -> Vec<Warning> {
     let capabilities = prepared.integrator.capabilities();
     let mut out = of_materials(desc, capabilities.physical);
@@ -45,7 +46,7 @@ pub fn lint(desc: &SceneDesc, prepared: &Prepared) -> Vec<Warning> {
     out
 }
 
-/// The warnings that are findings of their own in an examination.
+/// The warnings for which the doctor has findings of its own.
 pub(crate) fn with_findings(desc: &SceneDesc, prepared: &Prepared) -> Vec<Warning> {
     let capabilities = prepared.integrator.capabilities();
     let mut out = of_film(&prepared.view.film, prepared.integrator.name(), capabilities);
@@ -54,7 +55,7 @@ pub(crate) fn with_findings(desc: &SceneDesc, prepared: &Prepared) -> Vec<Warnin
     out
 }
 
-/// Colours and emission of materials; `physical` if the integrator takes them as physically based.
+/// Warnings about colours and emission of materials. They apply to physically based integrators only.
 fn of_materials(scene: &SceneDesc, physical: bool) -> Vec<Warning> {
     let mut out = Vec::new();
     if !physical {
@@ -90,7 +91,7 @@ fn plural(n: usize, one: &str, many: &str) -> String {
     format!("{n} {}", if n == 1 { one } else { many })
 }
 
-/// How many constant colours for reflection and transmission are above 1.
+/// The number of constant colours of reflection and transmission above 1.
 fn colors_above_one(material: &MaterialDesc) -> usize {
     let Some(m) = material.principled() else { return 0 };
     let colors = [
@@ -118,7 +119,7 @@ fn black_environment(scene: &Scene) -> Option<Warning> {
     scene.lights.iter().any(is_black_environment).then(|| doubt(message.to_owned(), None))
 }
 
-/// Settings that have no effect on labels.
+/// Film settings that are ignored because IDs cannot be averaged.
 fn of_labels(desc: &SceneDesc, capabilities: Capabilities) -> Option<Warning> {
     let asks = desc.film.antialias != Antialias::None || desc.film.samples != FilmDesc::default().samples;
     if !capabilities.labels || !asks {
@@ -131,7 +132,7 @@ fn of_labels(desc: &SceneDesc, capabilities: Capabilities) -> Option<Warning> {
     Some(Warning::new(WarningKind::Note, message))
 }
 
-/// Film settings that do not suit physically based light transport.
+/// Film settings that are unsuitable for physically based light transport.
 fn of_film(film: &FilmDesc, integrator: &str, capabilities: Capabilities) -> Vec<Warning> {
     let mut out = Vec::new();
     if !capabilities.physical {
@@ -154,7 +155,7 @@ fn of_film(film: &FilmDesc, integrator: &str, capabilities: Capabilities) -> Vec
     out
 }
 
-/// Whether a pixel gets a single sample, however noisy.
+/// Whether each pixel gets only one sample.
 pub(crate) fn takes_one_sample(film: &FilmDesc) -> bool {
     matches!(film.antialias, Antialias::None | Antialias::Mean)
 }
@@ -203,22 +204,22 @@ fn no_light(desc: &SceneDesc) -> Warning {
     Warning { remedy: Some(Remedy::set(STUDIO_KEY, true)), ..unlit(message) }
 }
 
-/// Whether the scene says nothing about the built-in studio, so that it can be suggested.
+/// Whether the built-in studio can be suggested: the scene has no `[studio]` and no lights.
 pub(crate) fn can_have_studio(desc: &SceneDesc) -> bool {
     desc.studio.is_none() && desc.lights.is_empty()
 }
 
-/// Light paths that take most of the time, where the integrator chose them itself.
+/// Light paths that `caustics = "auto"` chose and that take most of the time.
 fn of_caustics(desc: &SceneDesc, prepared: &Prepared) -> Option<Warning> {
-    let [work, brings, alone] = expensive_caustics(desc, prepared)?;
-    let loss = match alone {
+    let [work, contribution, light_paths_only] = expensive_caustics(desc, prepared)?;
+    let loss = match light_paths_only {
         a if a < 5e-4 => format!(
             "`caustics = \"off\"` avoids that: caustics, {:.1} % of the light, then have more noise",
-            100.0 * brings
+            100.0 * contribution
         ),
         _ => format!(
             "`caustics = \"off\"` avoids that and loses caustics: {:.1} % of the light is found by light paths alone",
-            100.0 * alone
+            100.0 * light_paths_only
         ),
     };
     let message = format!("light paths for caustics multiply the work per sample by about {work:.0}. {loss}");
@@ -226,8 +227,8 @@ fn of_caustics(desc: &SceneDesc, prepared: &Prepared) -> Option<Warning> {
     Some(Warning { remedy, ..Warning::new(WarningKind::Note, message) })
 }
 
-/// Where light paths were chosen automatically and multiply the work: by how much, and the fractions of the picture's light that they bring and that nothing else finds. Estimates of
-/// the probe that made the choice.
+/// If `caustics = "auto"` chose expensive light paths: the factor of the work per sample, and the fractions of the
+/// picture's light that light paths contribute and that only they find. Estimates of the probe that made the choice.
 pub(crate) fn expensive_caustics(desc: &SceneDesc, prepared: &Prepared) -> Option<[f64; 3]> {
     let IntegratorDesc::Path(path) = &desc.integrator else { return None };
     let price = prepared.path()?.caustics()?.price?;
@@ -262,7 +263,7 @@ fn is_off(light: &LightDesc) -> bool {
         LightDesc::Rectangle(l) => l.intensity == 0.0 || l.color.is_black(),
         LightDesc::Disk(l) => l.intensity == 0.0 || l.color.is_black(),
         LightDesc::Sphere(l) => l.intensity == 0.0 || l.color.is_black(),
-        // Ambient lights are counted by their sum, environments by their radiance.
+        // The caller checks the sum of ambient lights and the radiance of environments.
         LightDesc::Ambient(_) | LightDesc::Environment(_) | LightDesc::Sky(_) => false,
     }
 }

@@ -1,4 +1,4 @@
-//! Warnings name what is wrong, and carry the remedy as data.
+//! Warnings state what is wrong and have a remedy as data.
 
 use super::lint;
 use crate::color::Transfer;
@@ -53,7 +53,7 @@ fn a_scene_without_light_can_have_the_studio() {
 }
 
 #[test]
-fn labels_have_one_sample() {
+fn ids_take_one_sample_per_pixel() {
     let ids = IntegratorDesc::Ids(IdsDesc::default());
     let film = FilmDesc {
         antialias: Antialias::MonteCarlo,

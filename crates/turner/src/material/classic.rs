@@ -65,7 +65,7 @@ params! {
         /// The shadow that the object casts.
         shadow: ShadowKind = ShadowKind::Opaque;
         /// Opacity for the alpha test: a number or a texture. Of a texture, the alpha of an image or vertex colour if
-        /// it has one, otherwise the mean of the colour. Rays pass where it is below `alpha_cutoff`.
+        /// it has one, otherwise the mean of the colour. Rays pass where the opacity is below `alpha_cutoff`.
         opacity: ColorSource = ColorSource::Constant(Spectrum::WHITE);
         /// Least opacity of an opaque point.
         alpha_cutoff: f64 = 0.5, in Range::closed(0.0, 1.0);

@@ -17,7 +17,7 @@ impl Material {
     }
 
     /// Whether it may emit; a mix may through any of its parts.
-    pub(crate) fn may_shine(&self) -> bool {
+    pub(crate) fn may_emit(&self) -> bool {
         match self {
             Material::OpenPbr(m) => m.is_emissive(),
             Material::Mix(_) => true,
@@ -37,9 +37,9 @@ impl Material {
     }
 
     /// Whether it may emit on both sides.
-    pub fn may_shine_backwards(&self) -> bool {
+    pub fn may_emit_backwards(&self) -> bool {
         match self {
-            Material::OpenPbr(m) => m.shines_backwards(),
+            Material::OpenPbr(m) => m.emits_backwards(),
             Material::Mix(_) | Material::Classic(_) | Material::Principled(..) => true,
         }
     }
@@ -63,7 +63,7 @@ impl Material {
         outside: bool,
     ) -> Spectrum {
         match self {
-            Material::OpenPbr(m) if outside || m.shines_backwards() => {
+            Material::OpenPbr(m) if outside || m.emits_backwards() => {
                 m.constant_emission().unwrap_or_else(|| m.emitted(scene, &at()))
             }
             Material::Mix(m) => {
@@ -72,7 +72,7 @@ impl Material {
                     if let Material::OpenPbr(m) = part.material
                         && part.present
                         && m.is_emissive()
-                        && (outside || m.shines_backwards())
+                        && (outside || m.emits_backwards())
                     {
                         sum += m.emitted(scene, &at) * part.weight as f32;
                     }

@@ -65,7 +65,7 @@ impl PrincipledMaterial {
             transmission_depth: self.transmission_depth,
             subsurface_weight: mean(at(self.subsurface_weight)),
             subsurface_color: at(self.subsurface_color),
-            subsurface_walk: self.has_walk(),
+            subsurface_walk: self.has_subsurface(),
             coat_weight: mean(at(self.coat_weight)),
             coat_color: at(self.coat_color),
             coat_roughness: mean(at(self.coat_roughness)),

@@ -6,7 +6,7 @@ use crate::schema::{ColorSource, ErrorCode, MaterialId, Named, Range, SceneError
 
 params! {
     /// A weighted mix of materials: rust on steel, dirt on paint, glass with a frosted pattern. Scattering, emission
-    /// and opacity are the weighted sums of those of the parts. Mixes can contain mixes, up to 16 deep.
+    /// and opacity are the weighted sums of those of the parts. Mixes can contain mixes, up to 16 levels.
     pub struct MixMaterial as "mix" {
         /// The materials, by name or inline: at least two.
         materials: Vec<MaterialId>, required, default Vec::new();
@@ -69,7 +69,7 @@ pub(crate) fn check(descs: &[Named<MaterialDesc>]) -> Result<(), SceneError> {
             }
             let (mut parts, mut depth, mut next) = (0u64, 0, None);
             for child in mix.materials.iter().map(|m| m.index()) {
-                if matches!(descs.get(child), Some(Named { value: MaterialDesc::Boundary(_), .. })) {
+                if matches!(descs.get(child), Some(Named { value: MaterialDesc::Interface(_), .. })) {
                     let message = "an interface material is no surface and cannot be part of a mix";
                     return Err(fail(ErrorCode::Conflict, message.into()));
                 }

@@ -138,7 +138,7 @@ impl Mix {
     pub(super) fn walks(&self, scene: &impl MaterialEvalContext) -> bool {
         self.parts
             .iter()
-            .any(|p| scene.materials().get(p.material.index()).is_some_and(|m| m.has_walk(scene)))
+            .any(|p| scene.materials().get(p.material.index()).is_some_and(|m| m.has_subsurface(scene)))
     }
 
     /// The material that a ray hits on the outer or inner side, chosen by `u` within 0..1; `None` if the ray passes.

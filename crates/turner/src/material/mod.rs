@@ -79,7 +79,7 @@ family! {
         Plastic(PlasticMaterial),
         Emissive(EmissiveMaterial),
         Mix(MixMaterial),
-        Boundary(InterfaceMaterial),
+        Interface(InterfaceMaterial),
     }
 }
 
@@ -128,7 +128,7 @@ impl MaterialDesc {
         match (self, self.principled()) {
             (MaterialDesc::Classic(m), _) if !physical => Material::Classic(m.prepare()),
             (MaterialDesc::Mix(m), _) => Material::Mix(Box::new(m.prepare(physical, descs))),
-            (MaterialDesc::Boundary(m), _) if physical => Material::OpenPbr(Box::new(OpenPbr::boundary(m))),
+            (MaterialDesc::Interface(m), _) if physical => Material::OpenPbr(Box::new(OpenPbr::boundary(m))),
             (_, Some(m)) if physical => Material::OpenPbr(Box::new(OpenPbr::new(m))),
             (_, m) => {
                 let m = m.unwrap_or_default();
@@ -148,7 +148,7 @@ impl MaterialDesc {
             MaterialDesc::Dielectric(m) => m.principled(),
             MaterialDesc::Plastic(m) => m.principled(),
             MaterialDesc::Emissive(m) => m.principled(),
-            MaterialDesc::Boundary(m) => m.principled(),
+            MaterialDesc::Interface(m) => m.principled(),
             MaterialDesc::Mix(_) => return None,
         })
     }
@@ -173,8 +173,8 @@ impl MaterialDesc {
             | MaterialDesc::Dielectric(_)
             | MaterialDesc::Plastic(_)
             | MaterialDesc::Emissive(_) => return None,
-            MaterialDesc::Boundary(_) if physical => return None,
-            MaterialDesc::Boundary(_) => (ColorSource::Constant(Spectrum::BLACK), 0.5, false),
+            MaterialDesc::Interface(_) if physical => return None,
+            MaterialDesc::Interface(_) => (ColorSource::Constant(Spectrum::BLACK), 0.5, false),
             // Each part has its own.
             MaterialDesc::Mix(_) => return None,
         };

@@ -175,7 +175,7 @@ impl OpenPbr {
         let casts_caustics = !pane && desc.casts_caustics();
         let gloss = Gloss::of(&desc);
         let near_specular = casts_caustics && desc.is_near_specular();
-        let walks = desc.has_walk();
+        let walks = desc.has_subsurface();
         let mut made = OpenPbr {
             desc,
             shadow,
@@ -267,13 +267,13 @@ impl OpenPbr {
 
     /// Whether it emits on the inner side, too.
     #[inline]
-    pub fn shines_backwards(&self) -> bool {
+    pub fn emits_backwards(&self) -> bool {
         self.desc.double_sided && !self.desc.emission_front_only
     }
 
     /// Number of emitting sides.
     pub fn sides(&self) -> f64 {
-        if self.shines_backwards() { 2.0 } else { 1.0 }
+        if self.emits_backwards() { 2.0 } else { 1.0 }
     }
 
     /// Whether its emission varies over the surface.

@@ -147,8 +147,8 @@ params! {
         /// Whether only the front face of an opaque surface reflects light. The back face is black, as in renderers
         /// with one-sided surfaces.
         front_only: bool = false;
-        /// Opacity, 0 transparent to 1 opaque; `alpha_mode` is how it is used. A number or a texture: of a texture, the
-        /// alpha of an image or vertex colour if it has one, otherwise the mean of the colour.
+        /// Opacity from 0 (transparent) to 1 (opaque); `alpha_mode` determines its use. A number or a texture. Of a
+        /// texture, the alpha of an image or vertex colour if it has one, otherwise the mean of the colour.
         opacity: ColorSource = grey(1.0), in Range::UNIT;
         /// How `opacity` is used: opaque, alpha test or alpha blending.
         alpha_mode: AlphaMode = AlphaMode::Mask;

@@ -12,7 +12,7 @@ const MAX_ANISOTROPY: f64 = 0.999;
 
 impl PrincipledMaterial {
     /// Whether light enters anywhere and is scattered inside.
-    pub(crate) fn has_walk(&self) -> bool {
+    pub(crate) fn has_subsurface(&self) -> bool {
         let any = |source: ColorSource| !matches!(source, ColorSource::Constant(c) if c.is_black());
         let all = |source: ColorSource| matches!(source, ColorSource::Constant(c) if c == Spectrum::WHITE);
         !self.thin_walled
@@ -49,7 +49,7 @@ impl OpenPbr {
 
 impl Material {
     /// Whether it, or any part of a mix, has subsurface scattering.
-    pub(crate) fn has_walk(&self, scene: &impl MaterialEvalContext) -> bool {
+    pub(crate) fn has_subsurface(&self, scene: &impl MaterialEvalContext) -> bool {
         match self {
             Material::OpenPbr(m) => m.walks,
             Material::Mix(m) => m.walks(scene),

@@ -12,7 +12,7 @@ pub struct Bounds {
 }
 
 impl Bounds {
-    /// The box that holds nothing.
+    /// The empty box.
     pub const EMPTY: Bounds = Bounds { min: DVec3::INFINITY, max: DVec3::NEG_INFINITY };
 
     /// The box between two corners.
@@ -20,22 +20,22 @@ impl Bounds {
         Bounds { min, max }
     }
 
-    /// The smallest box around the points.
+    /// The bounding box of points.
     pub fn of(points: impl IntoIterator<Item = DVec3>) -> Bounds {
         points.into_iter().fold(Bounds::EMPTY, |b, p| Bounds { min: b.min.min(p), max: b.max.max(p) })
     }
 
-    /// The smallest box around both.
+    /// The bounding box of both.
     pub fn union(&self, other: &Bounds) -> Bounds {
         Bounds { min: self.min.min(other.min), max: self.max.max(other.max) }
     }
 
-    /// Whether it holds nothing.
+    /// Whether it contains no point.
     pub fn is_empty(&self) -> bool {
         !(self.min.cmple(self.max).all())
     }
 
-    /// Whether all six numbers are finite.
+    /// Whether all six coordinates are finite.
     pub fn is_finite(&self) -> bool {
         self.min.is_finite() && self.max.is_finite()
     }
@@ -45,7 +45,7 @@ impl Bounds {
         self.max - self.min
     }
 
-    /// The middle.
+    /// Centre.
     pub fn center(&self) -> DVec3 {
         0.5 * self.min + 0.5 * self.max
     }
@@ -62,7 +62,7 @@ impl Bounds {
         })
     }
 
-    /// The box around this one after a transform.
+    /// The bounding box of this box after a transform.
     pub fn transformed(&self, by: &DAffine3) -> Bounds {
         if self.is_empty() {
             return Bounds::EMPTY;

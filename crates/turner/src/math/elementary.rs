@@ -1,8 +1,8 @@
-//! Elementary functions with the same bits on every machine.
+//! Elementary functions that return the same bits on every machine.
 //!
-//! The platform's `libm` rounds differently from system to system, so everything that can reach a pixel comes
-//! from the pure-Rust `libm` crate (a port of musl). `sqrt`, `abs`, `floor` and the like are exact in IEEE 754
-//! and are taken from `std`. Angles are in radians.
+//! The `libm` of each platform rounds differently. Every value that can reach a pixel therefore comes from the
+//! pure-Rust crate `libm` (a port of musl), or from the polynomials below, which are faster and exact enough for
+//! shading. `sqrt`, `abs`, `floor` and the like are exact in IEEE 754 and come from `std`. Angles are in radians.
 
 use std::f64::consts::{FRAC_PI_2, FRAC_PI_4, PI, SQRT_2};
 
@@ -41,7 +41,7 @@ pub fn atan2(y: f64, x: f64) -> f64 {
     libm::atan2(y, x)
 }
 
-/// Of Taylor's series in x²: of sin(x) / x, and of (cos(x) − 1) / x².
+/// Taylor coefficients in x² of sin(x) / x and of (cos(x) − 1) / x².
 pub(super) const SINE: [f64; 8] = [
     1.0,
     -1.0 / 6.0,
@@ -63,10 +63,10 @@ pub(super) const COSINE: [f64; 8] = [
     1.0 / 20_922_789_888_000.0,
 ];
 
-/// Adding this to a number of ordinary size rounds it to a whole one, whose lowest bits are then the lowest of the sum.
+/// 1.5 · 2^52. Adding it to a moderate number rounds that to an integer, whose low bits are the low bits of the sum.
 pub(super) const ROUND: f64 = 6_755_399_441_055_744.0;
 
-/// Interpolates atan(√z) / √z at ten Chebyshev nodes over 0..=tan²(π/8): within 4e-16.
+/// Interpolates atan(√z) / √z at ten Chebyshev nodes over 0..=tan²(π/8), with an error below 4e-16.
 pub(super) const ARC_LOW: [f64; 8] = [
     0.999_999_999_999_999,
     -0.333_333_333_332_214_3,
@@ -80,7 +80,7 @@ pub(super) const ARC_LOW: [f64; 8] = [
 pub(super) const ARC_HIGH: [f64; 2] = [0.050_247_621_189_388_49, -0.025_316_479_573_758_974];
 pub(super) const TAN_EIGHTH: f64 = SQRT_2 - 1.0;
 
-/// Sine and cosine of 2π times `turns`, a number of ordinary size: within 1e-15, and several times as fast as [`sin_cos`].
+/// Sine and cosine of 2π · `turns`, for moderate `turns`: error below 1e-15, several times faster than [`sin_cos`].
 #[inline]
 pub fn sin_cos_turns(turns: f64) -> (f64, f64) {
     let quarters = 4.0 * turns;
@@ -88,15 +88,15 @@ pub fn sin_cos_turns(turns: f64) -> (f64, f64) {
     let nearest = shifted.to_bits();
     let x = FRAC_PI_2 * (quarters - (shifted - ROUND));
     let z = x * x;
-    // Taylor's series: within an eighth of a turn what follows is below 1e-16.
-    let sin = x * eight(z, SINE);
-    // From the second term on: the first is added last, for precision.
-    let cos = 1.0 + z * eight(z, COSINE);
+    // Taylor series: within an eighth of a turn the remainder is below 1e-16.
+    let sin = x * polynomial(z, SINE);
+    // From the second term on; the first is added last, for precision.
+    let cos = 1.0 + z * polynomial(z, COSINE);
     let (sin, cos) = if nearest & 1 == 0 { (sin, cos) } else { (cos, -sin) };
     if nearest & 2 == 0 { (sin, cos) } else { (-sin, -cos) }
 }
 
-/// As [`atan2`], within 2e-15, and several times as fast; 0 for (0, 0), and NaN only for what is no finite point.
+/// As [`atan2`], several times faster, error below 2e-15. 0 for (0, 0); NaN only for non-finite points.
 #[inline]
 pub fn angle(y: f64, x: f64) -> f64 {
     let (ax, ay) = (x.abs(), y.abs());
@@ -107,22 +107,22 @@ pub fn angle(y: f64, x: f64) -> f64 {
     let t = over / under.max(f64::MIN_POSITIVE);
     let z = t * t;
     let z8 = (z * z) * (z * z) * ((z * z) * (z * z));
-    let a = base + t * (eight(z, ARC_LOW) + (ARC_HIGH[0] + ARC_HIGH[1] * z) * z8);
+    let a = base + t * (polynomial(z, ARC_LOW) + (ARC_HIGH[0] + ARC_HIGH[1] * z) * z8);
     let a = if ay > ax { FRAC_PI_2 - a } else { a };
     let a = if x < 0.0 { PI - a } else { a };
     a.copysign(y)
 }
 
-/// As [`acos`], within 2e-15, and several times as fast.
+/// As [`acos`], several times faster, error below 2e-15.
 #[inline]
 pub fn arc_cosine(x: f64) -> f64 {
     let x = x.clamp(-1.0, 1.0);
     angle(((1.0 - x) * (1.0 + x)).sqrt(), x)
 }
 
-/// A polynomial of eight coefficients, the lowest first; short chains of operations rather than few (Estrin 1960).
+/// A polynomial with eight coefficients, lowest first, by Estrin's scheme (1960): short dependency chains.
 #[inline(always)]
-fn eight(x: f64, c: [f64; 8]) -> f64 {
+fn polynomial(x: f64, c: [f64; 8]) -> f64 {
     let (x2, x4) = (x * x, (x * x) * (x * x));
     let (a, b) = (c[0] + c[1] * x, c[2] + c[3] * x);
     let (d, e) = (c[4] + c[5] * x, c[6] + c[7] * x);
@@ -144,23 +144,23 @@ pub fn cbrt(x: f64) -> f64 {
     libm::cbrt(x)
 }
 
-/// x^y. Whole exponents up to 65,536, the usual highlight exponents, go by repeated squaring: 6x faster than
-/// the general power, within 20 ulp of it.
+/// x^y. Integer exponents up to 65,536, which covers the usual highlight exponents, use repeated squaring: 6x faster
+/// than the general power, and within 20 ulp of it.
 pub fn pow(x: f64, y: f64) -> f64 {
     Exponent::new(y).of(x)
 }
 
-/// An exponent, sorted once into the kinds that [`pow`] treats differently.
+/// An exponent, classified once for [`pow`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Exponent {
-    /// Whole, up to 65,536.
+    /// An integer up to 65,536.
     Whole(u32),
-    /// Any other.
+    /// Any other exponent.
     Real(f64),
 }
 
 impl Exponent {
-    /// Sorts an exponent.
+    /// Classifies an exponent.
     pub fn new(y: f64) -> Exponent {
         if (0.0..=65_536.0).contains(&y) && y == y.floor() {
             Exponent::Whole(y as u32)

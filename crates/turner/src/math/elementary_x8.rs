@@ -1,4 +1,4 @@
-//! Elementary functions of eight numbers at a time: the same bits as those of [`elementary`](super::elementary).
+//! Elementary functions for eight numbers at a time, with the same bits as those of [`elementary`](super::elementary).
 
 use std::f64::consts::{FRAC_PI_2, FRAC_PI_4, PI};
 
@@ -6,14 +6,14 @@ use turner_bvh::lanes::{F64x8, Mask8, Simd};
 
 use super::elementary::{ARC_HIGH, ARC_LOW, COSINE, ROUND, SINE, TAN_EIGHTH};
 
-/// At least `low` and at most `high`; what is not a number stays so.
+/// Clamps to `low..=high`; NaN stays NaN.
 #[inline(always)]
 pub fn clamp<S: Simd>(x: F64x8<S>, low: F64x8<S>, high: F64x8<S>) -> F64x8<S> {
     let x = x.lt(low).select(low, x);
     x.gt(high).select(high, x)
 }
 
-/// Whether it is neither infinite nor no number.
+/// Lanes that are neither infinite nor NaN.
 #[inline(always)]
 pub fn is_finite<S: Simd>(simd: S, x: F64x8<S>) -> Mask8<S> {
     x.abs().lt(F64x8::splat(simd, f64::INFINITY))
@@ -27,8 +27,8 @@ pub fn sin_cos_turns<S: Simd>(simd: S, turns: F64x8<S>) -> (F64x8<S>, F64x8<S>) 
     let nearest = quarters + splat(ROUND);
     let x = splat(FRAC_PI_2) * (quarters - (nearest - splat(ROUND)));
     let z = x * x;
-    let sin = x * eight(simd, z, &SINE);
-    let cos = splat(1.0) + z * eight(simd, z, &COSINE);
+    let sin = x * polynomial(simd, z, &SINE);
+    let cos = splat(1.0) + z * polynomial(simd, z, &COSINE);
     let odd = nearest.has_bit(0);
     let (sin, cos) = (odd.select(cos, sin), odd.select(-sin, cos));
     let back = nearest.has_bit(1);
@@ -58,14 +58,14 @@ pub fn angle<S: Simd>(simd: S, y: F64x8<S>, x: F64x8<S>) -> F64x8<S> {
     let z = t * t;
     let z8 = (z * z) * (z * z) * ((z * z) * (z * z));
     let more = splat(ARC_HIGH[0]) + splat(ARC_HIGH[1]) * z;
-    let a = base + t * (eight(simd, z, &ARC_LOW) + more * z8);
+    let a = base + t * (polynomial(simd, z, &ARC_LOW) + more * z8);
     let a = steep.select(splat(FRAC_PI_2) - a, a);
     let a = x.lt(splat(0.0)).select(splat(PI) - a, a);
     a.copysign(y)
 }
 
 #[inline(always)]
-fn eight<S: Simd>(simd: S, x: F64x8<S>, c: &[f64; 8]) -> F64x8<S> {
+fn polynomial<S: Simd>(simd: S, x: F64x8<S>, c: &[f64; 8]) -> F64x8<S> {
     let c = |i: usize| F64x8::splat(simd, c[i]);
     let (x2, x4) = (x * x, (x * x) * (x * x));
     let (a, b) = (c(0) + c(1) * x, c(2) + c(3) * x);
@@ -115,11 +115,11 @@ mod tests {
                 let (x, y) = (x.0[lane], y.0[lane]);
                 let (s, c) = elementary::sin_cos_turns(x);
                 let one = [s, c, elementary::arc_cosine(x), elementary::angle(y, x)];
-                for (one, eight) in one.iter().zip(&out) {
-                    let eight = eight.0[lane];
+                for (one, polynomial) in one.iter().zip(&out) {
+                    let polynomial = polynomial.0[lane];
                     assert!(
-                        one.to_bits() == eight.to_bits() || one.is_nan() && eight.is_nan(),
-                        "{x} {y}: {one} {eight}"
+                        one.to_bits() == polynomial.to_bits() || one.is_nan() && polynomial.is_nan(),
+                        "{x} {y}: {one} {polynomial}"
                     );
                 }
             }

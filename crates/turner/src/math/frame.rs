@@ -2,7 +2,7 @@
 
 use super::DVec3;
 
-/// Three unit vectors at right angles, right-handed: x × y = z.
+/// A right-handed orthonormal basis: x × y = z.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Frame {
     /// First tangent.
@@ -14,8 +14,8 @@ pub struct Frame {
 }
 
 impl Frame {
-    /// A frame around the unit vector `z`; its tangents are arbitrary but continuous except at z = (0, 0, −1)
-    /// (Duff et al. 2017, "Building an orthonormal basis, revisited").
+    /// A frame around the unit vector `z`. The tangents are arbitrary, but continuous except at z = (0, 0, −1) (Duff
+    /// et al. 2017, "Building an orthonormal basis, revisited").
     pub fn from_z(z: DVec3) -> Frame {
         let sign = 1.0_f64.copysign(z.z);
         let a = -1.0 / (sign + z.z);
@@ -27,12 +27,12 @@ impl Frame {
         }
     }
 
-    /// Local coordinates into the space of the axes.
+    /// From local coordinates to the space of the axes.
     pub fn to_world(&self, v: DVec3) -> DVec3 {
         v.x * self.x + v.y * self.y + v.z * self.z
     }
 
-    /// Coordinates along the three axes.
+    /// From the space of the axes to local coordinates.
     pub fn to_local(&self, v: DVec3) -> DVec3 {
         DVec3::new(v.dot(self.x), v.dot(self.y), v.dot(self.z))
     }

@@ -1,4 +1,4 @@
-//! Eight orthonormal frames at a time: the same bits as those of [`Frame`](super::Frame).
+//! Eight orthonormal frames at a time, with the same bits as [`Frame`](super::Frame).
 
 use turner_bvh::lanes::{F64x8, Mask8, Simd, Vec3x8};
 
@@ -28,7 +28,7 @@ impl<S: Simd> FrameX8<S> {
         }
     }
 
-    /// The same where the mask is set, elsewhere seen from the other side: y and z point the other way.
+    /// Unchanged in the lanes of the mask; in the others rotated to the other side: y and z are negated.
     #[inline(always)]
     pub fn turned_unless(self, mask: Mask8<S>) -> Self {
         FrameX8 {

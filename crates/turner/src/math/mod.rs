@@ -1,7 +1,7 @@
 //! Vectors, rays, bounds, frames and elementary functions.
 //!
-//! Positions and directions outside `turner-bvh` are `f64`: the classic documents assume real numbers, and a
-//! sphere of radius 5000 seen from one unit away needs them. Colours are `f32` ([`crate::color::Spectrum`]).
+//! Positions and directions outside `turner-bvh` are `f64`: the classic documents assume real numbers, and a sphere
+//! of radius 5000 seen from one unit away needs the precision. Colours are `f32` ([`crate::color::Spectrum`]).
 
 mod bounds;
 pub mod elementary;
@@ -17,16 +17,15 @@ pub use glam::{DAffine3, DMat3, DVec2, DVec3};
 pub use ray::Ray;
 pub use ray_cone::RayCone;
 
-/// The point on the sphere's or lobe's far side: `d` mirrored at the plane with unit normal `n`.
-///
-/// `d` points towards the surface, the result away from it: d − 2 (d·n) n.
+/// Mirror reflection: the direction `d` reflected at the plane with unit normal `n`, d − 2 (d·n) n. `d` points
+/// towards the surface, the result away from it.
 pub fn reflect(d: DVec3, n: DVec3) -> DVec3 {
     d - 2.0 * d.dot(n) * n
 }
 
-/// Snell's law: unit direction `d` towards a surface with unit normal `n` on the side it comes from
-/// (d·n ≤ 0), `eta` = index of refraction of the incident medium over that of the transmitting one.
-/// `None` is total internal reflection.
+/// Refraction by Snell's law. `d` is the unit direction towards the surface, `n` the unit normal on the side `d`
+/// comes from (d·n ≤ 0), `eta` the index of refraction of the incident medium divided by that of the transmitting
+/// one. `None` is total internal reflection.
 pub fn refract(d: DVec3, n: DVec3, eta: f64) -> Option<DVec3> {
     let cos_i = -d.dot(n);
     let sin2_t = eta * eta * (1.0 - cos_i * cos_i).max(0.0);
@@ -41,18 +40,18 @@ pub fn radians(degrees: f64) -> f64 {
     degrees * (std::f64::consts::PI / 180.0)
 }
 
-/// Radians to degrees: the number that [`radians`] turns back into the same bits, where there is one, else into the nearest.
+/// Radians to degrees: the value that [`radians`] converts back to the same bits if there is one, else the nearest.
 pub fn degrees(radians: f64) -> f64 {
-    let near = radians * (180.0 / std::f64::consts::PI);
-    if !near.is_finite() {
-        return near;
+    let nearest = radians * (180.0 / std::f64::consts::PI);
+    if !nearest.is_finite() {
+        return nearest;
     }
     let distance = |d: &f64| (self::radians(*d) - radians).abs();
-    // The first of equals: whole numbers stay whole.
-    [near.round(), near, near.next_up(), near.next_down()]
+    // The first of equal candidates: integers stay integers.
+    [nearest.round(), nearest, nearest.next_up(), nearest.next_down()]
         .into_iter()
         .min_by(|a, b| distance(a).total_cmp(&distance(b)))
-        .unwrap_or(near)
+        .unwrap_or(nearest)
 }
 
 #[cfg(test)]
@@ -61,7 +60,7 @@ mod tests {
     use elementary::{asin, sin, sin_cos};
 
     #[test]
-    fn degrees_lead_back() {
+    fn degrees_round_trip() {
         use std::f64::consts::{FRAC_PI_2, PI, TAU};
         assert_eq!([0.0, FRAC_PI_2, -PI, TAU].map(degrees), [0.0, 90.0, -180.0, 360.0]);
         let (mut same, n) = (0, 1000);
@@ -71,7 +70,7 @@ mod tests {
             assert!((back - angle).abs() <= 2.0 * f64::EPSILON * angle.abs(), "{angle}: {back}");
             same += u32::from(back == angle);
         }
-        // Degrees are coarser than radians where they have just passed a power of two.
+        // Just above a power of two, degrees are coarser than radians.
         assert!(same > 900, "{same} of {n}");
         assert!(degrees(f64::NAN).is_nan() && degrees(f64::INFINITY) == f64::INFINITY);
     }
@@ -84,7 +83,7 @@ mod tests {
             let t = refract(d, DVec3::Y, 1.0 / 1.5).unwrap();
             assert!((t.x - s / 1.5).abs() < 1e-12 && (t.length() - 1.0).abs() < 1e-12);
             assert!(t.y < 0.0 && t.z == 0.0);
-            // And back again: a ray's way can be reversed.
+            // The path of light is reversible.
             let back = refract(-t, DVec3::NEG_Y, 1.5).unwrap();
             assert!((back + d).length() < 1e-6, "{degrees}: {back} and {d}");
         }

@@ -1,12 +1,12 @@
-//! Rays in world or object space.
+//! Rays in world space or object space.
 
 use super::{DAffine3, DVec3};
 
-/// The half-line origin + t·direction for t in `t_min..t_max`. The direction need not have unit length: a ray
-/// taken into object space keeps its t.
+/// The segment origin + t · direction for t in `t_min..=t_max`. The direction may have any length other than 0: a ray
+/// transformed to object space keeps its t.
 #[derive(Clone, Copy, Debug)]
 pub struct Ray {
-    /// Where t = 0.
+    /// The point at t = 0.
     pub origin: DVec3,
     /// Change of position per unit of t.
     pub direction: DVec3,
@@ -29,13 +29,13 @@ impl Ray {
         self.origin + t * self.direction
     }
 
-    /// Whether a hit at `t` counts: finite and `t_min <= t <= t_max`. NaN does not.
+    /// Whether a hit at `t` counts: `t_min <= t <= t_max` and finite. NaN does not count.
     #[inline]
     pub fn contains(&self, t: f64) -> bool {
         t >= self.t_min && t <= self.t_max && t < f64::INFINITY
     }
 
-    /// Whether origin and direction are finite numbers.
+    /// Whether origin and direction are finite.
     #[inline]
     pub fn is_finite(&self) -> bool {
         // x * 0 is 0 for finite x and NaN otherwise: one sum instead of six classifications.
@@ -43,7 +43,7 @@ impl Ray {
         zero.x + zero.y + zero.z == 0.0
     }
 
-    /// The same ray seen from another space; t keeps its meaning.
+    /// The ray in another space; t keeps its meaning.
     pub fn transformed(&self, to: &DAffine3) -> Ray {
         Ray {
             origin: to.transform_point3(self.origin),

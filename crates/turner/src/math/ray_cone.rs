@@ -1,64 +1,77 @@
-//! Ray cones: how wide the part of the scene is that one ray stands for.
+//! Ray cones: the width of the footprint of a ray, for texture filtering.
 //!
-//! After Akenine-Möller et al. 2019, "Texture level of detail strategies for real-time ray tracing", and 2021, "Improved shader and texture
-//! level of detail using ray cones": a path carries the width of a cone and how fast the width grows. Mirrors keep the growth, curved ones add to it,
-//! refraction follows paraxial optics; after a wide lobe it grows by the angle that the sampled direction stands for (in the manner of
-//! Bekaert et al. 2003, "Custom-made footprints"). Cones decide how finely textures are looked up and nothing else.
+//! A path carries the diameter of a cone around its ray and the growth of that diameter per unit of length
+//! (Akenine-Möller et al. 2019, "Texture level of detail strategies for real-time ray tracing", and 2021, "Improved
+//! shader and texture level of detail using ray cones"):
+//!
+//! ```text
+//!              _,-'
+//!          _,-'    | width + spread · t
+//!    o <-:----------->  ray
+//!          `-,_    |
+//!              `-,_
+//! ```
+//!
+//! Flat mirrors keep the spread, curved mirrors add to it, and refraction follows paraxial optics. After scattering
+//! by a wide lobe the spread grows by the angle that the sampled direction represents, similar to Bekaert et al.
+//! 2003, "Custom-made footprints". Cones only select the texture resolution.
 
 /// The cone around a ray.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct RayCone {
-    /// Diameter where the ray begins, scene units.
+    /// Diameter at the start of the ray, in scene units.
     pub width: f32,
-    /// Growth of the diameter per unit of length; below 0 where the cone narrows.
+    /// Growth of the diameter per unit of length; negative where the cone narrows.
     pub spread: f32,
 }
 
-/// Cones grow no faster than this.
-const WIDEST: f32 = 2.0;
+/// Upper bound of `spread`.
+const MAX_SPREAD: f32 = 2.0;
 
 impl RayCone {
-    /// The diameter after a way of length `t`, at least 0.
+    /// The diameter at distance `t`, at least 0.
     #[inline]
     pub fn width_at(&self, t: f64) -> f32 {
         let width = (self.width + self.spread * t as f32).abs();
         if width.is_nan() { 0.0 } else { width.min(1e30) }
     }
 
-    /// The cone from that place on.
+    /// The cone that starts at distance `t`.
     #[inline]
     pub fn advanced(self, t: f64) -> RayCone {
-        // Beyond the point where it narrowed to nothing it widens again.
+        // Past the point where its diameter is 0 the cone widens again.
         let end = self.width + self.spread * t as f32;
         let spread = if end < 0.0 { -self.spread } else { self.spread };
         RayCone { width: self.width_at(t), spread }
     }
 
-    /// After a mirror whose normal turns by `curvature` radians per unit of length, above 0 where it bulges towards the ray.
+    /// After reflection by a mirror whose normal changes by `curvature` radians per unit of length, positive where
+    /// convex.
     #[inline]
     pub fn reflected(self, curvature: f64) -> RayCone {
-        self.spreading(self.spread + 2.0 * curvature as f32 * self.width)
+        self.with_spread(self.spread + 2.0 * curvature as f32 * self.width)
     }
 
-    /// After refraction into a medium whose index is `eta` times that of the one before (paraxial).
+    /// After refraction into a medium with `eta` times the index of refraction (paraxial).
     #[inline]
     pub fn refracted(self, eta: f64, curvature: f64) -> RayCone {
         let inverse = if eta > 0.0 { (1.0 / eta) as f32 } else { 1.0 };
         let bend = curvature as f32 * self.width;
-        self.spreading(self.spread * inverse - bend * (1.0 - inverse))
+        self.with_spread(self.spread * inverse - bend * (1.0 - inverse))
     }
 
-    /// After scattering by a lobe of some width into a direction chosen with the density `pdf` per solid angle: a quarter of the angle that the
-    /// direction stands for, times `share` (what pixels with many samples leave of it).
+    /// After scattering by a lobe into a direction sampled with the density `pdf` per solid angle. The cone grows by
+    /// a quarter of the angle that the direction represents, times `fraction`, which decreases with the samples per
+    /// pixel.
     #[inline]
-    pub fn scattered(self, pdf: f64, share: f32) -> RayCone {
+    pub fn scattered(self, pdf: f64, fraction: f32) -> RayCone {
         let angle = if pdf > 0.0 { (0.25 / pdf.sqrt()) as f32 } else { 0.0 };
-        self.spreading(self.spread.abs() + share * angle)
+        self.with_spread(self.spread.abs() + fraction * angle)
     }
 
     #[inline]
-    fn spreading(self, spread: f32) -> RayCone {
-        let spread = if spread.is_nan() { 0.0 } else { spread.clamp(-WIDEST, WIDEST) };
+    fn with_spread(self, spread: f32) -> RayCone {
+        let spread = if spread.is_nan() { 0.0 } else { spread.clamp(-MAX_SPREAD, MAX_SPREAD) };
         RayCone { spread, ..self }
     }
 }
@@ -88,12 +101,12 @@ mod tests {
         // A surface of radius 1 into glass of index 1.5 focuses at n·R/(n − 1) = 3.
         let inside = parallel.refracted(1.5, 1.0);
         assert!(inside.width_at(3.0) < 1e-8);
-        // Flat glass slows the growth by its index.
+        // Flat glass divides the spread by its index.
         let entering = RayCone { width: 1.0, spread: 0.3 }.refracted(1.5, 0.0);
         assert!((entering.spread - 0.2).abs() < 1e-6);
         // Flat mirrors change nothing.
         assert_eq!(entering.reflected(0.0), entering);
         assert!(entering.scattered(0.3, 1.0).spread > entering.spread);
-        assert_eq!(entering.scattered(1e-30, 1.0).spread, WIDEST);
+        assert_eq!(entering.scattered(1e-30, 1.0).spread, MAX_SPREAD);
     }
 }

@@ -1,32 +1,33 @@
 //! Heterogeneous media on a grid, and unbiased tracking through them.
 //!
-//! The problem: with a density that varies along the ray, the transmittance exp(−∫ σt dt) and free paths have no closed
-//! form, and numerical integration (ray marching) is biased. The idea (Woodcock et al. 1965): fill the medium with
-//! fictitious matter up to a constant majorant σ̄ ≥ σt, so that free paths are exponential, and at each collision at t
-//! let it be real with probability σt(t)/σ̄, else null, which changes nothing.
+//! If the density varies along the ray, neither the transmittance exp(−∫ σt dt) nor the distribution of free paths has
+//! a closed form, and numerical integration (ray marching) is biased. Null-collision methods (Woodcock et al. 1965)
+//! fill the medium with fictitious matter up to a constant majorant σ̄ ≥ σt, so that free paths are exponential. A
+//! collision at t is real with probability σt(t)/σ̄; otherwise it is a null collision, which changes nothing.
 //!
 //! ```text
-//!   σ̄ ┌────────────┐              majorant of a block: 8³ cells, their maximum density
+//!   σ̄ ┌────────────┐              majorant: constant in a block of 8³ cells
 //!      │      ____  └─────┬─────
 //!   σt │_____/    \___    │       × collisions, −ln(1 − u)/σ̄ apart
 //!      └──×───×────×──×───×────> t
 //! ```
 //!
-//! - Delta tracking (`walk`): the first real collision is where the path scatters. The colour bands have different σt
-//!   and share one path: the probability of a real collision is the mean of σt/σ̄ weighted by what the path carries in
-//!   each band, and the weights are divided by it, so no band's weight can grow without bound (after Kutz et al. 2017,
-//!   "Spectral and decomposition tracking for rendering heterogeneous volumes", and Miller et al. 2019, "A
-//!   null-scattering path integral formulation of light transport").
-//! - Ratio tracking (`transmittance`): no collision ends the ray; each multiplies the estimate by 1 − σt/σ̄. Its mean
-//!   is the exact transmittance, with less noise than 0 or 1 (Novák et al. 2014, "Residual ratio tracking for
-//!   estimating attenuation in participating media").
+//! - Delta tracking (`walk`): the path scatters at the first real collision. The colour bands have different σt but
+//!   share one path. The probability of a real collision is the mean of σt/σ̄ over the bands, weighted by their
+//!   throughput. The weights are divided by the probability of the event that occurs, so no band's weight can grow
+//!   without bound (after Kutz et al. 2017, "Spectral and decomposition tracking for rendering heterogeneous volumes",
+//!   and Miller et al. 2019, "A null-scattering path integral formulation of light transport").
+//! - Ratio tracking (`transmittance`): no collision ends the ray; each multiplies the estimate by 1 − σt/σ̄. The mean
+//!   of the estimate is the exact transmittance, with less noise than an estimate of 0 or 1 (Novák et al. 2014,
+//!   "Residual ratio tracking for estimating attenuation in participating media").
 //! - Emission is collected at every collision, weighted by 1/σ̄.
 //!
-//! The cost is the number of collisions, so the majorant is local: a 3D DDA visits the blocks in order.
+//! The cost is proportional to the number of collisions, so the majorant is local: the maximum of each block, which a
+//! 3D DDA visits in order.
 
 use std::sync::Arc;
 
-use super::{Coefficients, Stretch, Walk};
+use super::{Coefficients, RaySegment, Walk};
 use crate::color::Spectrum;
 use crate::math::elementary::ln;
 use crate::math::{DVec3, Ray};
@@ -44,7 +45,7 @@ const MAX_COLLISIONS: u32 = 1 << 20;
 pub struct Heterogeneous {
     pub(super) coefficients: Coefficients,
     grid: Arc<GridData>,
-    /// Whether empty cells follow beyond the grid.
+    /// Whether the density fades at the border, as if empty cells followed.
     fades: bool,
     /// World to cell coordinates: (p − min) · scale.
     min: DVec3,
@@ -242,7 +243,7 @@ impl Heterogeneous {
     }
 
     /// Samples scattering along a segment.
-    pub fn walk(&self, stretch: &Stretch<'_>, u: [f64; 2], more: &mut Stream) -> Walk {
+    pub fn walk(&self, stretch: &RaySegment<'_>, u: [f64; 2], more: &mut Stream) -> Walk {
         let shares = stretch.scatters.then_some(stretch.shares);
         let found = self.track(stretch.ray, [0.0, stretch.end], shares, u, more);
         let single = |v: [f64; 3]| Spectrum::from(v.map(|v| v as f32));
@@ -320,7 +321,7 @@ mod tests {
         let heterogeneous = grid([9, 17, 3], |_| 1.0);
         let homogeneous = Homogeneous { coefficients: coefficients() };
         for (k, (ray, end)) in segments().into_iter().enumerate() {
-            // The last one starts 4 before the box, which is 3 long, and ends 2 behind it.
+            // The last segment starts 4 units before the box, which is 3 long, and ends 2 units behind it.
             let length = if k == 12 { 3.0 } else { end };
             let expected = homogeneous.transmittance(length).to_array().map(f64::from);
             let n = 20_000;
@@ -331,7 +332,7 @@ mod tests {
                 is(through.iter().map(|t| f64::from(t[band])), expected[band], "transmittance");
             }
             let shares = [0.2, 0.5, 0.3];
-            let stretch = Stretch { ray: &ray, end, shares, scatters: true };
+            let stretch = RaySegment { ray: &ray, end, shares, scatters: true };
             let walks: Vec<Walk> = (0..n)
                 .map(|i| {
                     let mut more = stream(i + n);
@@ -339,7 +340,7 @@ mod tests {
                     heterogeneous.walk(&stretch, u, &mut more)
                 })
                 .collect();
-            let stretch = Stretch { ray: &ray, end: length, shares, scatters: false };
+            let stretch = RaySegment { ray: &ray, end: length, shares, scatters: false };
             let emission_scale = homogeneous.walk(&stretch, [0.0; 2]).emitted.to_array();
             for band in 0..3 {
                 let of = |w: &Walk, scattered: bool| {
@@ -383,7 +384,7 @@ mod tests {
         }
     }
 
-    /// Against small steps, in a grid of very different densities.
+    /// Compared with ray marching in small steps, in a grid of very different densities.
     #[test]
     fn transmittance_equals_ray_marching() {
         let mut random = Random::new(4);

@@ -1,6 +1,6 @@
 //! Homogeneous media. Beer-Lambert transmittance e^(−σt·t); free paths are sampled exactly.
 
-use super::{Coefficients, Stretch, Walk};
+use super::{Coefficients, RaySegment, Walk};
 use crate::color::Spectrum;
 use crate::math::elementary::{exp, ln};
 use crate::schema::{Range, SceneError, params};
@@ -138,7 +138,7 @@ impl Homogeneous {
     /// the throughput, and the density is that of all bands together (one-sample MIS with the balance heuristic, Veach
     /// 1997, §9.2.4).
     #[inline]
-    pub fn walk(&self, stretch: &Stretch<'_>, u: [f64; 2]) -> Walk {
+    pub fn walk(&self, stretch: &RaySegment<'_>, u: [f64; 2]) -> Walk {
         let end = stretch.end;
         let emitted = self.emitted(end);
         if !stretch.scatters {

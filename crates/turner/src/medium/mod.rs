@@ -9,7 +9,7 @@
 //! - Rays and lengths are in world space. [`Coefficients`] are per unit of length at density 1, by colour band;
 //!   emission is radiance per unit of length. Extinction is absorption plus scattering; the albedo is scattering over
 //!   extinction.
-//! - Rays have unit directions, so t is a length. A [`Stretch`] starts at the ray's origin and ends at `end`: a
+//! - Rays have unit directions, so t is a length. A [`RaySegment`] starts at the ray's origin and ends at `end`: a
 //!   surface, or infinity.
 //! - [`Medium::walk`] samples whether and where the path scatters. `scattered` is `None` if it passes to the end.
 //!   `weight` is the factor of the throughput: transmittance, times the scattering coefficient where it scatters, over
@@ -116,7 +116,7 @@ impl Coefficients {
 }
 
 /// The segment of a ray in one medium.
-pub struct Stretch<'a> {
+pub struct RaySegment<'a> {
     /// The ray, of unit direction.
     pub ray: &'a Ray,
     /// Distance of the end: a surface, or infinity.
@@ -172,7 +172,7 @@ impl Medium {
 
     /// Samples scattering along a segment: `u` for the first event, `more` for all further random numbers.
     #[inline]
-    pub fn walk(&self, stretch: &Stretch<'_>, u: [f64; 2], more: &mut Stream) -> Walk {
+    pub fn walk(&self, stretch: &RaySegment<'_>, u: [f64; 2], more: &mut Stream) -> Walk {
         match self {
             Medium::Homogeneous(m) => m.walk(stretch, u),
             Medium::Heterogeneous(m) => m.walk(stretch, u, more),

@@ -92,7 +92,7 @@ fn the_bvh_of_the_others_is_kept_unless_traversal_cost_is_shown() {
         let changed = update.prepared.scene.world_mesh.as_ref().unwrap().is_changed();
         let fresh = desc.prepare(&PrepareOptions::default()).unwrap();
         assert!(rendered(update.prepared) == rendered(fresh));
-        (update.remade.world_mesh, changed)
+        (update.rebuilt.world_mesh, changed)
     };
     desc.integrator = IntegratorDesc::Normals(NormalsDesc::default());
     assert_eq!(changed(&desc), (false, false));

@@ -101,7 +101,7 @@ impl Geometry {
         if cancelled() {
             return Ok(None);
         }
-        let (mut world_mesh, mut remade) = (None, false);
+        let (mut world_mesh, mut rebuilt) = (None, false);
         if first < ordered.len() {
             let members = Members {
                 primitives: &ordered[first..],
@@ -112,7 +112,7 @@ impl Geometry {
             };
             let last = last.and_then(|last| last.world_mesh.as_ref());
             let (made, new) = StaticWorldMesh::build(&members, offset, last, full_rebuild, options)?;
-            (world_mesh, remade) = (Some(made), new);
+            (world_mesh, rebuilt) = (Some(made), new);
         }
         let culled = if culler.is_some() { bounded } else { 0 };
         let batch = BatchShapes::new(&ordered[..first], culled, bounded - culled, materials, &faces);
@@ -132,7 +132,7 @@ impl Geometry {
             total,
             meshes,
         };
-        Ok(Some((geometry, remade)))
+        Ok(Some((geometry, rebuilt)))
     }
 
     /// Whether the BVH of the world mesh was updated after it was built.

@@ -16,7 +16,7 @@ pub(super) struct PreparedLights {
     pub(super) sources: Vec<Option<u32>>,
     pub(super) ambient: Spectrum,
     /// Number of lights of the description that were prepared again.
-    pub(super) remade: usize,
+    pub(super) rebuilt: usize,
 }
 
 /// The lights of the last description.
@@ -59,14 +59,14 @@ impl CachedLights {
             self.made.clear();
             self.capabilities = capabilities;
         }
-        let mut remade = 0;
+        let mut rebuilt = 0;
         for (number, light) in desc.lights.iter().enumerate() {
             let image = image_of(&light.value, &desc.images);
             let same = |m: &Made| m.desc == light.value && same_image(&m.image, &image);
             if self.made.get(number).is_some_and(same) {
                 continue;
             }
-            remade += 1;
+            rebuilt += 1;
             let made = make(light, image, &desc.images, capabilities)?;
             match self.made.get_mut(number) {
                 Some(slot) => *slot = made,
@@ -80,7 +80,7 @@ impl CachedLights {
             sources.resize(lights.len(), Some(number as u32));
             ambient += made.ambient;
         }
-        Ok(PreparedLights { lights, sources, ambient, remade })
+        Ok(PreparedLights { lights, sources, ambient, rebuilt })
     }
 }
 

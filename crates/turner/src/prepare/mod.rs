@@ -30,7 +30,7 @@ mod surfaces;
 #[cfg(test)]
 mod tests;
 
-pub use preparer::{PrepareStep, Preparer, Remade, Update, UpdateOptions};
+pub use preparer::{PrepareStep, Preparer, Rebuilt, Update, UpdateOptions};
 
 use crate::description::SceneDesc;
 use crate::film::{Film, TextureFilter};

@@ -160,7 +160,7 @@ fn assemble(
 
 #[derive(Clone, Copy, Default)]
 struct Changed {
-    remade: Remade,
+    rebuilt: Rebuilt,
     /// A changed material is or was emissive.
     emissive: bool,
     volumes: bool,
@@ -215,7 +215,7 @@ pub enum PrepareStep {
 
 /// What an update prepared again.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Remade {
+pub struct Rebuilt {
     /// The textures.
     pub textures: bool,
     /// Number of materials.
@@ -240,7 +240,7 @@ pub struct Update {
     /// The prepared scene.
     pub prepared: Prepared,
     /// What was prepared again.
-    pub remade: Remade,
+    pub rebuilt: Rebuilt,
 }
 
 impl Preparer {
@@ -288,7 +288,7 @@ impl Preparer {
             return Ok(None);
         }
         let lights = self.lights.prepare(desc, capabilities)?;
-        self.changed.remade.lights += lights.remade;
+        self.changed.rebuilt.lights += lights.rebuilt;
         if wanted.step(PrepareStep::Objects) {
             return Ok(None);
         }
@@ -326,24 +326,24 @@ impl Preparer {
         let integrator = match last {
             Some(last) => last.prepared.integrator.clone(),
             None => {
-                self.changed.remade.integrator = true;
+                self.changed.rebuilt.integrator = true;
                 integrator.prepare(&scene, &view)?
             }
         };
         let prepared = Prepared { scene, view, integrator, warnings };
-        let remade = std::mem::take(&mut self.changed).remade;
+        let rebuilt = std::mem::take(&mut self.changed).rebuilt;
         self.last =
             Some(Last { prepared: prepared.clone(), geometry, ground, capabilities, integrator: own });
-        Ok(Some(Update { prepared, remade }))
+        Ok(Some(Update { prepared, rebuilt }))
     }
 
     fn surfaces(&mut self, desc: &SceneDesc, capabilities: Capabilities) -> Result<Surfaces, SceneError> {
         let physical = capabilities.physical;
         let filtered = desc.filters_textures(capabilities);
         let (textures, new) = self.textures.prepare(desc, filtered, &self.options)?;
-        self.changed.remade.textures |= new;
+        self.changed.rebuilt.textures |= new;
         let (count, emissive) = self.materials.prepare(desc, physical)?;
-        self.changed.remade.materials += count;
+        self.changed.rebuilt.materials += count;
         self.changed.emissive |= emissive;
         let (volumes, new) = self.volumes.prepare(desc, physical)?;
         self.changed.volumes |= new;
@@ -363,7 +363,7 @@ impl Preparer {
         let traits = self.materials.traits();
         let ChangedObjects { placed: new, meshes } =
             self.placed.prepare(desc, &traits, &sources, physical, &self.options)?;
-        self.changed.remade.meshes += meshes;
+        self.changed.rebuilt.meshes += meshes;
         self.changed.placed |= new;
         let placed = self.placed.placed();
         let total = placed.map_or(Bounds::EMPTY, |placed| placed.total);
@@ -415,7 +415,7 @@ impl Preparer {
         if let Some(last) = last.filter(same).filter(|_| !self.changed.placed) {
             return Ok(Some(last.geometry.clone()));
         }
-        self.changed.remade.objects = true;
+        self.changed.rebuilt.objects = true;
         let Some(mut placed) = self.placed.take() else { return Ok(None) };
         placed.add_ground(&with_studio.studio, with_studio.floor);
         let before = last.map(|last| &last.geometry);
@@ -423,7 +423,7 @@ impl Preparer {
         let made =
             Geometry::new(placed, &with_studio.materials, before, full_rebuild, &self.options, &cancelled)?;
         let Some((geometry, world_mesh)) = made else { return Ok(None) };
-        self.changed.remade.world_mesh |= world_mesh;
+        self.changed.rebuilt.world_mesh |= world_mesh;
         Ok(Some(geometry))
     }
 
@@ -436,21 +436,21 @@ impl Preparer {
         background: BackgroundDesc,
         capabilities: Capabilities,
     ) -> Arc<Scene> {
-        let Changed { remade, emissive, volumes, .. } = self.changed;
+        let Changed { rebuilt, emissive, volumes, .. } = self.changed;
         let has_studio = with_studio.has_studio;
         let mut scene = assemble(surfaces, with_studio, geometry, background, self.options.instruction_set);
         let last = self.last.as_ref().map(|last| (&last.prepared.scene, last.capabilities));
         let same_emitters =
-            !(remade.objects || remade.lights > 0 || remade.textures || emissive || has_studio);
+            !(rebuilt.objects || rebuilt.lights > 0 || rebuilt.textures || emissive || has_studio);
         let kept = last.filter(|(last, own)| {
             same_emitters && *own == capabilities && last.lights.len() == scene.lights.len()
         });
         let Some((last, _)) = kept else {
-            self.changed.remade.light_tree = capabilities.physical;
+            self.changed.rebuilt.light_tree = capabilities.physical;
             scene.choose_lights(LightChoice::Auto);
             return Arc::new(scene);
         };
-        let same = remade.materials == 0
+        let same = rebuilt.materials == 0
             && !volumes
             && last.background == scene.background
             && last.ambient == scene.ambient

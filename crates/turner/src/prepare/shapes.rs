@@ -26,7 +26,7 @@ impl PreparedShapes {
         options: &PrepareOptions,
         kept: &mut CachedShapes,
     ) -> Result<PreparedShapes, SceneError> {
-        let mut cache = MeshCache::with_kept(&desc.meshes, options, kept);
+        let mut cache = MeshCache::with_cached(&desc.meshes, options, kept);
         let mut prepare = |objects: &[ObjectDesc]| -> Result<Vec<Option<Shape>>, SceneError> {
             objects
                 .iter()
@@ -41,7 +41,7 @@ impl PreparedShapes {
         let doubt = |m: &String| Warning::new(WarningKind::Doubtful, m.as_str());
         let warnings = cache.warnings().iter().map(doubt).collect();
         let meshes = cache.prepared().cloned().collect();
-        *kept = cache.into_kept();
+        *kept = cache.into_cached();
         Ok(PreparedShapes { objects, groups, meshes, warnings })
     }
 }

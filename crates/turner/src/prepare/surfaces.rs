@@ -91,22 +91,22 @@ impl CachedMaterials {
             self.made.clear();
         }
         self.physical = physical;
-        let (mut remade, mut emissive) = (0, self.made.len() > desc.materials.len());
+        let (mut rebuilt, mut emissive) = (0, self.made.len() > desc.materials.len());
         for (i, material) in now().enumerate() {
             let known = self.made.get(i).filter(|made| made.0 == *material);
             if known.is_some() && !(edited && mixes(material)) {
                 continue;
             }
             let made = (material.clone(), material.prepare(physical, &desc.materials));
-            emissive |= made.1.may_shine() || self.made.get(i).is_none_or(|old| old.1.may_shine());
-            remade += 1;
+            emissive |= made.1.may_emit() || self.made.get(i).is_none_or(|old| old.1.may_emit());
+            rebuilt += 1;
             match self.made.get_mut(i) {
                 Some(slot) => *slot = made,
                 None => self.made.push(made),
             }
         }
         self.made.truncate(desc.materials.len());
-        Ok((remade, emissive))
+        Ok((rebuilt, emissive))
     }
 
     /// All materials of the description, followed by the default one.

@@ -5,7 +5,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use proptest::prelude::*;
 
-use super::{Preparer, Remade, UpdateOptions};
+use super::{Preparer, Rebuilt, UpdateOptions};
 use crate::camera::{CameraDesc, PinholeDesc};
 use crate::color::Spectrum;
 use crate::description::{GroupDesc, ObjectContent, ObjectDesc, SceneDesc};
@@ -223,37 +223,37 @@ proptest! {
 }
 
 /// What an edit prepares again.
-fn remade(change: impl Fn(&mut SceneDesc)) -> Remade {
+fn rebuilt(change: impl Fn(&mut SceneDesc)) -> Rebuilt {
     let mut preparer = Preparer::new(PrepareOptions::default());
     let mut desc = start();
     preparer.update(&desc).unwrap();
     change(&mut desc);
-    preparer.update_with(&desc, &UpdateOptions::default()).unwrap().unwrap().remade
+    preparer.update_with(&desc, &UpdateOptions::default()).unwrap().unwrap().rebuilt
 }
 
 #[test]
 fn an_edit_remakes_what_it_changes() {
-    let nothing = Remade::default();
-    let chooses = Remade { integrator: true, ..nothing };
-    assert_eq!(remade(|_| ()), nothing);
-    assert_eq!(remade(|d| d.film.exposure = 1.0), nothing);
-    assert_eq!(remade(|d| d.camera = Some(camera(6.0).into())), chooses);
-    assert_eq!(remade(|d| d.film.samples = 7), chooses);
-    assert_eq!(remade(|d| d.integrator = IntegratorDesc::Path(PathDesc::default())), chooses);
+    let nothing = Rebuilt::default();
+    let chooses = Rebuilt { integrator: true, ..nothing };
+    assert_eq!(rebuilt(|_| ()), nothing);
+    assert_eq!(rebuilt(|d| d.film.exposure = 1.0), nothing);
+    assert_eq!(rebuilt(|d| d.camera = Some(camera(6.0).into())), chooses);
+    assert_eq!(rebuilt(|d| d.film.samples = 7), chooses);
+    assert_eq!(rebuilt(|d| d.integrator = IntegratorDesc::Path(PathDesc::default())), chooses);
     // A matte material affects neither geometry nor lights; an emissive one affects lights.
-    assert_eq!(remade(|d| edit(d, 4, 9)), Remade { materials: 1, ..chooses });
+    assert_eq!(rebuilt(|d| edit(d, 4, 9)), Rebuilt { materials: 1, ..chooses });
     let emissive = |d: &mut SceneDesc| {
         let m = PrincipledMaterial { emission_luminance: 5.0, ..Default::default() };
         d.materials[1] = MaterialDesc::Principled(m).into();
     };
-    assert_eq!(remade(emissive), Remade { materials: 1, light_tree: true, ..chooses });
-    assert_eq!(remade(|d| edit(d, 7, 9)), Remade { lights: 1, light_tree: true, ..chooses });
-    assert_eq!(remade(|d| edit(d, 6, 9)), Remade { textures: true, light_tree: true, ..chooses });
-    let moved = Remade { objects: true, light_tree: true, ..chooses };
-    assert_eq!(remade(|d| d.objects[1].transform.0.translation.x += 0.1), moved);
-    let gathered = Remade { world_mesh: true, ..moved };
-    assert_eq!(remade(|d| d.objects[3].transform.0.translation.x += 0.1), gathered);
-    assert_eq!(remade(|d| d.meshes[2].data = mesh(3.0)), Remade { meshes: 1, ..gathered });
+    assert_eq!(rebuilt(emissive), Rebuilt { materials: 1, light_tree: true, ..chooses });
+    assert_eq!(rebuilt(|d| edit(d, 7, 9)), Rebuilt { lights: 1, light_tree: true, ..chooses });
+    assert_eq!(rebuilt(|d| edit(d, 6, 9)), Rebuilt { textures: true, light_tree: true, ..chooses });
+    let moved = Rebuilt { objects: true, light_tree: true, ..chooses };
+    assert_eq!(rebuilt(|d| d.objects[1].transform.0.translation.x += 0.1), moved);
+    let gathered = Rebuilt { world_mesh: true, ..moved };
+    assert_eq!(rebuilt(|d| d.objects[3].transform.0.translation.x += 0.1), gathered);
+    assert_eq!(rebuilt(|d| d.meshes[2].data = mesh(3.0)), Rebuilt { meshes: 1, ..gathered });
 }
 
 /// Cancelled at each step in turn.

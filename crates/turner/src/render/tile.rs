@@ -135,7 +135,7 @@ impl<'a> TileBuffers<'a> {
             }
             let sums = self.sums.pixels.iter_mut();
             for ((sum, id), radiance) in sums.zip(&self.samples.ids).zip(&self.radiance) {
-                if !sum.add_or_leave_out(radiance.color, radiance.alpha) {
+                if !sum.add_or_omit(radiance.color, radiance.alpha) {
                     self.non_finite.note(id.x, id.y, id.index);
                 }
             }
@@ -259,7 +259,7 @@ impl<'a> TileBuffers<'a> {
             return;
         }
         self.tracer.radiance(&self.samples, &mut self.radiance, &mut self.stats);
-        if self.p.view.camera.leaves_out() {
+        if self.p.view.camera.is_outside_field() {
             let alpha = if self.p.scene.background.transparent { 0.0 } else { 1.0 };
             for (i, radiance) in self.radiance.iter_mut().enumerate() {
                 if self.samples.rays.get(i).is_some_and(|ray| ray.t_max < 0.0) {

@@ -1,6 +1,23 @@
-//! A choice among things in proportion to their weights, in constant time (Walker 1977; Vose 1991).
+//! The alias method: sampling a discrete distribution in constant time (Walker 1977; Vose 1991).
+//!
+//! The n items get n slots of equal probability 1/n. Each slot is filled with one item's probability and, where that
+//! is less than 1/n, topped up by a single other item, the alias:
+//!
+//! ```text
+//!    weights 1 : 5 : 3 : 3
+//!
+//!         +---+---+---+---+
+//!         | 1 |   |   |   |    alias
+//!         |---| 1 | 2 | 3 |
+//!         | 0 |   |   |   |    the slot's own item
+//!         +---+---+---+---+
+//!    slot   0   1   2   3
+//! ```
+//!
+//! To sample, u · n selects a slot by its integer part, and its fraction decides between the item and the alias. The
+//! fraction is rescaled and returned, so that the same random number can be used again.
 
-/// A prepared choice.
+/// A discrete distribution prepared for sampling.
 #[derive(Clone, Debug, Default)]
 pub struct AliasTable {
     slots: Vec<Slot>,
@@ -8,23 +25,23 @@ pub struct AliasTable {
 
 #[derive(Clone, Copy, Debug)]
 struct Slot {
-    /// Below this share of the slot it stands for itself.
-    keep: f32,
-    /// What it stands for otherwise.
-    other: u32,
-    /// The probability of this thing.
+    /// The slot yields its own item below this fraction, else the alias.
+    threshold: f32,
+    /// The alias.
+    alias: u32,
+    /// The probability of the slot's own item.
     probability: f32,
 }
 
 impl AliasTable {
-    /// For weights that are finite and not negative; others count as 0. Where all are 0 each is as likely. `None`
-    /// for no weights, more than 2^32, or no memory.
+    /// From finite, non-negative weights; others count as 0. If all are 0, the distribution is uniform. `None` if
+    /// there are no weights, more than 2^32 - 1, or not enough memory.
     pub fn new(weights: &[f64]) -> Option<AliasTable> {
         let n = u32::try_from(weights.len()).ok().filter(|n| *n > 0)?;
         let weight =
             |i: u32| weights.get(i as usize).copied().filter(|w| *w > 0.0 && w.is_finite()).unwrap_or(0.0);
         let largest = (0..n).map(weight).fold(0.0, f64::max);
-        // Scaled so that the sum neither overflows nor vanishes.
+        // Scaled so that the sum neither overflows nor underflows.
         let scaled = |i: u32| if largest > 0.0 { weight(i) / largest } else { 1.0 };
         let sum: f64 = (0..n).map(scaled).sum();
         let mut table = AliasTable::default();
@@ -36,16 +53,16 @@ impl AliasTable {
         large.try_reserve_exact(n as usize).ok()?;
         for i in 0..n {
             let p = scaled(i) / sum;
-            table.slots.push(Slot { keep: 1.0, other: i, probability: p as f32 });
-            let share = p * f64::from(n);
-            rest.push(share);
-            if share < 1.0 { small.push(i) } else { large.push(i) }
+            table.slots.push(Slot { threshold: 1.0, alias: i, probability: p as f32 });
+            let relative = p * f64::from(n);
+            rest.push(relative);
+            if relative < 1.0 { small.push(i) } else { large.push(i) }
         }
         while let (Some(s), Some(&l)) = (small.pop(), large.last()) {
-            let left = rest[s as usize];
-            table.slots[s as usize].keep = left as f32;
-            table.slots[s as usize].other = l;
-            rest[l as usize] -= 1.0 - left;
+            let remainder = rest[s as usize];
+            table.slots[s as usize].threshold = remainder as f32;
+            table.slots[s as usize].alias = l;
+            rest[l as usize] -= 1.0 - remainder;
             if rest[l as usize] < 1.0 {
                 large.pop();
                 small.push(l);
@@ -54,7 +71,7 @@ impl AliasTable {
         Some(table)
     }
 
-    /// The one that `u` in 0..1 chooses, its probability, and what is left of `u`, again in 0..1.
+    /// The item that `u` in 0..1 selects, its probability, and the remaining randomness of `u`, again in 0..1.
     #[inline]
     pub fn sample(&self, u: f64) -> (u32, f64, f64) {
         let n = self.slots.len();
@@ -64,24 +81,27 @@ impl AliasTable {
         let scaled = u * n as f64;
         let i = (scaled as usize).min(n - 1);
         let slot = &self.slots[i];
-        let (left, keep) = (scaled - i as f64, f64::from(slot.keep));
-        let (chosen, left) =
-            if left < keep { (i as u32, left / keep) } else { (slot.other, (left - keep) / (1.0 - keep)) };
-        (chosen, self.probability(chosen), left.clamp(0.0, 1.0 - f64::EPSILON))
+        let (remainder, threshold) = (scaled - i as f64, f64::from(slot.threshold));
+        let (chosen, remainder) = if remainder < threshold {
+            (i as u32, remainder / threshold)
+        } else {
+            (slot.alias, (remainder - threshold) / (1.0 - threshold))
+        };
+        (chosen, self.probability(chosen), remainder.clamp(0.0, 1.0 - f64::EPSILON))
     }
 
-    /// The probability of one; 0 for a number beyond the last.
+    /// The probability of an item; 0 for an index out of range.
     #[inline]
     pub fn probability(&self, i: u32) -> f64 {
         self.slots.get(i as usize).map_or(0.0, |s| f64::from(s.probability))
     }
 
-    /// Among how many things.
+    /// Number of items.
     pub fn len(&self) -> usize {
         self.slots.len()
     }
 
-    /// Whether there is nothing to choose.
+    /// Whether there are no items.
     pub fn is_empty(&self) -> bool {
         self.slots.is_empty()
     }
@@ -97,7 +117,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn chooses_in_proportion_and_says_so() {
+    fn frequencies_match_probabilities() {
         for weights in [
             &[1.0][..],
             &[1.0, 2.0, 3.0, 0.0, 10.0],
@@ -109,8 +129,8 @@ mod tests {
             let n = 100_000;
             let mut counts = vec![0.0; weights.len()];
             for i in 0..n {
-                let (chosen, p, left) = table.sample((f64::from(i) + 0.5) / f64::from(n));
-                assert!((0.0..1.0).contains(&left) && p == table.probability(chosen));
+                let (chosen, p, remainder) = table.sample((f64::from(i) + 0.5) / f64::from(n));
+                assert!((0.0..1.0).contains(&remainder) && p == table.probability(chosen));
                 counts[chosen as usize] += 1.0 / f64::from(n);
             }
             let mut sum = 0.0;
@@ -125,12 +145,12 @@ mod tests {
     }
 
     #[test]
-    fn what_is_left_is_uniform() {
+    fn the_remainder_is_uniform() {
         let table = AliasTable::new(&[1.0, 2.0, 0.5]).unwrap();
         let mut sums = [(0.0, 0.0); 3];
         for i in 0..30_000 {
-            let (chosen, _, left) = table.sample((f64::from(i) + 0.5) / 30_000.0);
-            sums[chosen as usize].0 += left;
+            let (chosen, _, remainder) = table.sample((f64::from(i) + 0.5) / 30_000.0);
+            sums[chosen as usize].0 += remainder;
             sums[chosen as usize].1 += 1.0;
         }
         for (sum, n) in sums {

@@ -1,5 +1,5 @@
-//! Numbers for sampling that depend on nothing but what they are for: a hash of seed, pixel, sample and
-//! dimension. No state, so no order of rendering can change them.
+//! Counter-based random numbers: each is a hash of seed, pixel, sample index and dimension. There is no state, so the
+//! order of rendering cannot change them.
 
 mod alias;
 mod owen_sobol;
@@ -14,20 +14,20 @@ pub use vertex_numbers::VertexNumbers;
 use crate::math::elementary::sin_cos;
 use crate::math::{DVec2, DVec3};
 
-/// What a sample's numbers depend on.
+/// The identity of a sample, on which its random numbers depend.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct SampleId {
     /// Column of the pixel.
     pub x: u32,
     /// Row of the pixel.
     pub y: u32,
-    /// Which of the pixel's samples.
+    /// Index of the sample within the pixel.
     pub index: u32,
-    /// The render's seed.
+    /// The seed of the render.
     pub seed: u64,
 }
 
-/// Well-mixed bits (the finaliser of SplitMix64, Steele et al. 2014).
+/// A hash of 64 bits (the finalizer of SplitMix64, Steele et al. 2014).
 #[inline(always)]
 fn mix(mut z: u64) -> u64 {
     z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
@@ -36,7 +36,7 @@ fn mix(mut z: u64) -> u64 {
 }
 
 impl SampleId {
-    /// 64 bits for one dimension of this sample.
+    /// 64 random bits for one dimension of this sample.
     #[inline]
     pub fn bits(&self, dimension: u64) -> u64 {
         let pixel = (u64::from(self.y) << 32) | u64::from(self.x);
@@ -45,7 +45,7 @@ impl SampleId {
             .wrapping_add(dimension.wrapping_mul(0x9e37_79b9_7f4a_7c15)))
     }
 
-    /// Two numbers in 0..1 for one dimension.
+    /// Two random numbers in 0..1 for one dimension.
     #[inline]
     pub fn unit_square(&self, dimension: u64) -> DVec2 {
         let b = self.bits(dimension);
@@ -54,12 +54,12 @@ impl SampleId {
     }
 }
 
-/// A point of cell `i` of `n` in a grid over the unit square, columns × rows nearest to square with
-/// columns·rows ≥ n; `jitter` in 0..1 places it within the cell.
+/// A jittered point in stratum `i` of `n` over the unit square. The grid has about as many columns as rows, with
+/// columns · rows ≥ n; `jitter` in 0..1 is the position within the stratum.
 pub fn stratified(i: u32, n: u32, jitter: DVec2) -> DVec2 {
     let columns = (f64::from(n).sqrt().ceil() as u32).max(1);
     let rows = n.div_ceil(columns).max(1);
-    // The last row may hold fewer cells: they are wider, so that the square is covered evenly.
+    // The last row may have fewer strata; they are wider, so that the density stays uniform.
     let row = i / columns;
     let in_row = if row + 1 == rows { n - row * columns } else { columns };
     DVec2::new(
@@ -68,7 +68,7 @@ pub fn stratified(i: u32, n: u32, jitter: DVec2) -> DVec2 {
     )
 }
 
-/// The unit square onto the unit disk, areas kept (Shirley & Chiu 1997).
+/// Maps the unit square to the unit disk, preserving area (Shirley and Chiu 1997).
 pub fn concentric_disk(u: DVec2) -> DVec2 {
     use std::f64::consts::{FRAC_PI_2, FRAC_PI_4};
     let o = 2.0 * u - DVec2::ONE;
@@ -84,7 +84,7 @@ pub fn concentric_disk(u: DVec2) -> DVec2 {
     r * DVec2::new(c, s)
 }
 
-/// The unit square onto the unit sphere, areas kept.
+/// Maps the unit square to the unit sphere, preserving area.
 pub fn uniform_sphere(u: DVec2) -> DVec3 {
     let z = 1.0 - 2.0 * u.x;
     let r = (1.0 - z * z).max(0.0).sqrt();
@@ -133,7 +133,7 @@ mod tests {
     #[test]
     fn strata_cover_the_square_once() {
         for n in [1, 2, 3, 4, 5, 7, 9, 16, 30] {
-            // The mean of the cell centres, weighted by cell area, is the middle.
+            // The mean of the stratum centres, weighted by area, is the centre of the square.
             let mut seen = Vec::new();
             for i in 0..n {
                 let p = stratified(i, n, DVec2::splat(0.5));

@@ -1,15 +1,31 @@
-//! Sobol points, Owen-scrambled by hashing (Burley 2020, "Practical hash-based Owen scrambling", JCGT 9(4)).
+//! The default sampler: Sobol points, Owen-scrambled by hashing (Laine and Karras 2011, "Stratified sampling for
+//! stochastic transparency"; Burley 2020, "Practical hash-based Owen scrambling", JCGT 9(4)).
 //!
-//! A sample asks for sets of up to four numbers, one set per decision of its path (where in the pixel, which light, which
-//! way on). Within a set, the numbers of a pixel's samples are a scrambled Sobol sequence in base 2: any run of 2^k samples that
-//! starts at a multiple of 2^k has one in each elementary interval of area 2^-k of the first two numbers. Different sets
-//! are different scramblings in different orders, which is padding: good in each set, independent between them.
+//! Independent random numbers clump; a low-discrepancy sequence covers the unit square evenly. The Sobol sequence
+//! multiplies the bits of the sample index by a binary matrix per dimension; the result, read as binary digits after
+//! the point, is the number. Any aligned run of 2^k samples then has exactly one point in each elementary interval of
+//! area 2^-k of the first two dimensions.
 //!
-//! There is no state: a number depends on seed, pixel, set and sample index alone.
+//! Owen scrambling randomizes such points without losing that property: it flips each binary digit depending on a
+//! hash of all more significant digits, that is, it swaps the two halves of an interval at random, at all levels:
+//!
+//! ```text
+//!    digit 1:    |       0       |       1       |      swap the halves?
+//!    digit 2:    |   0   |   1   |   0   |   1   |      swap the quarters of each half?
+//!    digit 3:    | 0 | 1 | 0 | 1 | 0 | 1 | 0 | 1 |      ...
+//! ```
+//!
+//! Every scrambled number is uniform, so estimates are unbiased. On reversed digits the operation is a hash in which
+//! each bit depends only on lower bits: a few multiplications and xors, see [`permute`].
+//!
+//! A sample asks for sets of up to four numbers, one set per decision along its path (position in the pixel, choice
+//! of light, BSDF sample). Each set uses its own scrambling and its own scrambled order of samples ("padding"):
+//! evenly distributed within the set, independent between sets. There is no state: a number depends on seed, pixel,
+//! set and sample index only.
 
 use super::{SampleId, mix};
 
-/// The points of one pixel's sample.
+/// The points of one sample of a pixel.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct OwenSobol {
     /// Hash of seed and pixel.
@@ -18,21 +34,21 @@ pub struct OwenSobol {
 }
 
 impl OwenSobol {
-    /// For a sample.
+    /// The points of a sample.
     #[inline]
     pub fn new(id: &SampleId) -> OwenSobol {
         let pixel = (u64::from(id.y) << 32) | u64::from(id.x);
         OwenSobol { pixel: mix(pixel ^ mix(id.seed ^ 0x6a09_e667_f3bc_c909)), index: id.index }
     }
 
-    /// One of so many parts of the sample: those of all the pixel's samples are a sequence again.
+    /// Splits the sample: part `number` of `of`. The parts of all samples of a pixel form a sequence again.
     #[inline]
     pub fn part(&self, number: u32, of: u32) -> OwenSobol {
         OwenSobol { index: self.index.wrapping_mul(of).wrapping_add(number), ..*self }
     }
 
     /// Four numbers in 0..1; the first two are the best distributed pair.
-    #[inline(always)] // what the caller does not use is not made
+    #[inline(always)] // the compiler removes numbers that the caller does not use
     pub fn four(&self, set: u32) -> [f64; 4] {
         let (a, b, c) = self.seeds(set);
         let index = self.shuffled(a as u32);
@@ -62,15 +78,15 @@ impl OwenSobol {
         (a, b, mix(b ^ 0x94d0_49bb_1331_11eb))
     }
 
-    /// The sample's place in this set's order.
+    /// The sample's index in the scrambled order of this set.
     #[inline]
     fn shuffled(&self, seed: u32) -> u32 {
         permute(self.index.reverse_bits(), seed).reverse_bits()
     }
 }
 
-/// A permutation of 32 bits in which each bit depends on the ones below it alone: Owen scrambling for numbers whose
-/// bits are reversed (Laine & Karras 2011; the constants are those Burley gives).
+/// A permutation of 32-bit values in which each bit depends only on itself and lower bits: Owen scrambling of a
+/// number with reversed digits (Laine and Karras 2011, with Burley's constants).
 #[inline(always)]
 pub(super) fn permute(mut x: u32, seed: u32) -> u32 {
     x = x.wrapping_add(seed);
@@ -87,26 +103,26 @@ pub(super) fn unit(digits: u32) -> f64 {
     f64::from(digits) * (1.0 / 4_294_967_296.0)
 }
 
-/// The xor of a matrix's columns for the bits of an index, a byte at a time.
+/// The product of a binary matrix and an index: the xor of the columns of its set bits, one byte at a time.
 #[inline]
 fn column_bits(table: &[[u32; 256]; 4], index: u32) -> u32 {
     let [a, b, c, d] = index.to_le_bytes();
     table[0][a as usize] ^ table[1][b as usize] ^ table[2][c as usize] ^ table[3][d as usize]
 }
 
-/// Of the Sobol sequence's second, third and fourth number what each bit of an index adds; the first one's is the identity. The
-/// lowest bit stands for 1/2.
+/// Generator matrices of the second, third and fourth Sobol dimension, by columns: what each bit of the index
+/// contributes. The lowest bit stands for 1/2. The matrix of the first dimension is the identity.
 pub(super) const COLUMNS: [[u32; 32]; 3] = [
-    // x + 1, x² + x + 1, x³ + x + 1 with the initial numbers of Joe & Kuo 2008.
+    // Polynomials x + 1, x² + x + 1, x³ + x + 1 with the initial numbers of Joe and Kuo 2008.
     columns(1, 0, [1, 0, 0]),
     columns(2, 1, [1, 3, 0]),
     columns(3, 1, [1, 3, 1]),
 ];
 
-/// The same for the bytes of an index.
+/// The same for complete bytes of the index.
 static TABLES: [[[u32; 256]; 4]; 3] = [table(&COLUMNS[0]), table(&COLUMNS[1]), table(&COLUMNS[2])];
 
-/// For a primitive polynomial of a degree, its inner coefficients and the first direction numbers.
+/// Columns from the degree of a primitive polynomial, its inner coefficients and the first direction numbers.
 const fn columns(degree: usize, coefficients: u32, first: [u32; 3]) -> [u32; 32] {
     let mut m = [0u32; 32];
     let mut k = 0;
@@ -114,7 +130,7 @@ const fn columns(degree: usize, coefficients: u32, first: [u32; 3]) -> [u32; 32]
         if k < degree {
             m[k] = first[k] << (31 - k);
         } else {
-            // Bratley & Fox 1988, with the numbers as fractions.
+            // The recurrence of Bratley and Fox 1988, with the direction numbers as fractions.
             m[k] = m[k - degree] ^ (m[k - degree] >> degree);
             let mut i = 1;
             while i < degree {
@@ -165,7 +181,7 @@ mod tests {
         OwenSobol::new(&SampleId { x, y: 3, index, seed: 11 })
     }
 
-    /// One sample in each elementary interval, for every shape of interval: a (0, k, 2)-net.
+    /// One sample in each elementary interval, for all interval shapes: a (0, k, 2)-net.
     #[test]
     fn the_first_two_numbers_are_a_net() {
         for set in 0..20 {
@@ -206,7 +222,7 @@ mod tests {
         }
     }
 
-    /// The third and fourth numbers are a (1, k, 2)-net at worst: no elementary interval of twice the area is empty.
+    /// The third and fourth numbers form at worst a (1, k, 2)-net: no elementary interval of twice the area is empty.
     #[test]
     fn other_pairs_are_well_spread() {
         for (a, b) in [(0, 2), (1, 2), (0, 3), (1, 3), (2, 3)] {
@@ -215,12 +231,12 @@ mod tests {
                 let u = at(2, i).four(4);
                 cells[(u[a] * 8.0) as usize * 8 + (u[b] * 8.0) as usize] += 1;
             }
-            // Random points would leave cells with 0 and with 10.
+            // Random points would leave cells with 0 and with 10 points.
             assert!(cells.iter().all(|c| (1..=8).contains(c)), "{a} {b}: {cells:?}");
         }
     }
 
-    /// Chi-square over pixels for one sample index, and for pairs between sets and neighbouring pixels.
+    /// Chi-square test over pixels for one sample index, and for pairs of sets and of neighbouring pixels.
     #[test]
     fn pixels_and_sets_are_independent() {
         let (samples, level) = (8192, sidak_level(0.01, 32));
@@ -242,7 +258,7 @@ mod tests {
         }
     }
 
-    /// The point of it: a smooth integrand's error falls much faster than with independent numbers.
+    /// The error for a smooth integrand falls much faster than with independent random numbers.
     #[test]
     fn the_error_of_a_smooth_integrand_falls_fast() {
         let rms = |n: u32| {
@@ -259,7 +275,7 @@ mod tests {
             }
             (sum / 200.0).sqrt()
         };
-        // Independent numbers: a factor of 8.
+        // Independent random numbers: a factor of 8.
         let (few, many) = (rms(16), rms(1024));
         assert!(few / many > 150.0, "{few} {many}");
     }

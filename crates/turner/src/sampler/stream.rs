@@ -1,8 +1,9 @@
-//! Numbers for decisions of which nobody knows beforehand how many there will be.
+//! Random numbers for loops whose length is not known in advance, such as random walks.
 
 use super::{OwenSobol, mix};
 
-/// A sequence of numbers that a sample has for one purpose: the same whenever it is asked for (SplitMix64, Steele et al. 2014).
+/// A sequence of random numbers for one purpose of a sample; the same each time it is created (SplitMix64, Steele et
+/// al. 2014).
 #[derive(Clone, Debug)]
 pub struct Stream(u64);
 
@@ -16,7 +17,7 @@ impl Stream {
 }
 
 impl OwenSobol {
-    /// The sequence of a set, independent of the set's numbers.
+    /// The sequence of a set, independent of the numbers of the set.
     #[inline]
     pub fn stream(&self, set: u32) -> Stream {
         let which = (u64::from(self.index) << 32) | u64::from(set);

@@ -1,7 +1,9 @@
-//! The numbers of many samples at once: those of two neighbouring sets, as the vertices of paths take them.
+//! Random numbers for the path vertices of many samples at once: two consecutive sets of [`OwenSobol`] per vertex.
 //!
-//! The same bits as [`OwenSobol::four`], eight samples at a time. The loops are over arrays of sixteen, which compilers turn into
-//! whole registers; the matrices of the third and fourth number go by columns, as tables would have to be read lane by lane.
+//! The bits are those of [`OwenSobol::four`], eight samples at a time. The loops run over arrays of sixteen lanes
+//! (two sets of eight samples), which compilers turn into SIMD registers. Table lookups would have to be done lane by
+//! lane, so the generator matrices are applied differently: the second dimension's is Pascal's triangle modulo 2, a
+//! product of five sparse matrices; the third and fourth are applied column by column.
 
 use turner_bvh::InstructionSet;
 use turner_bvh::lanes::{LANES, Simd, Work, dispatch};
@@ -9,32 +11,32 @@ use turner_bvh::lanes::{LANES, Simd, Work, dispatch};
 use super::mix;
 use super::owen_sobol::{COLUMNS, OwenSobol, permute, unit};
 
-/// Two sets of each of eight samples.
+/// Lanes: two sets for each of eight samples.
 const WIDTH: usize = 2 * LANES;
 
 type Bits = [u32; WIDTH];
 
-/// The eight numbers of a vertex, four of each set.
+/// The eight random numbers of a path vertex, four of each set.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct VertexNumbers([u32; 8]);
 
 impl VertexNumbers {
-    /// Those of one sample, from the first of the two sets on.
+    /// The numbers of one sample, from set `set` and the next.
     pub fn of(sample: &OwenSobol, set: u32) -> VertexNumbers {
-        // As many bits as there were.
+        // Exact: each number has 32 bits.
         let bits = |set: u32| sample.four(set).map(|u| (u * 4_294_967_296.0) as u32);
         let ([a, b, c, d], [e, f, g, h]) = (bits(set), bits(set + 1));
         VertexNumbers([a, b, c, d, e, f, g, h])
     }
 
-    /// Those of the first set, in 0..1.
+    /// The numbers of the first set, in 0..1.
     #[inline]
     pub fn first(&self) -> [f64; 4] {
         let [a, b, c, d, ..] = self.0;
         [a, b, c, d].map(unit)
     }
 
-    /// Those of the next set, in 0..1.
+    /// The numbers of the second set, in 0..1.
     #[inline]
     pub fn second(&self) -> [f64; 4] {
         let [.., a, b, c, d] = self.0;
@@ -43,7 +45,7 @@ impl VertexNumbers {
 }
 
 impl OwenSobol {
-    /// For each sample and the first of its two sets the numbers, into the places of `out`, as many as samples.
+    /// Fills `out` with the numbers of each sample, given with the first of its two sets.
     pub fn vertex_numbers(set: InstructionSet, samples: &[(OwenSobol, u32)], out: &mut Vec<VertexNumbers>) {
         out.clear();
         out.resize(samples.len(), VertexNumbers::default());
@@ -82,8 +84,8 @@ impl Work for Fill<'_> {
     }
 }
 
-/// As [`OwenSobol::four`], with the bits in the order of the numbers. Loops, for the closures of array methods are not compiled for the
-/// caller's instructions.
+/// As [`OwenSobol::four`], as binary digits. Plain loops, because closures of array methods are not compiled for the
+/// caller's instruction set.
 #[inline(always)]
 fn numbers(pixels: [u64; WIDTH], order: Bits) -> [Bits; 4] {
     let mut seeds = [[0u64; WIDTH]; 3];
@@ -107,7 +109,7 @@ fn numbers(pixels: [u64; WIDTH], order: Bits) -> [Bits; 4] {
     out
 }
 
-/// The matrix of x + 1: Pascal's triangle, modulo 2, which is a product of five sparse ones.
+/// The generator matrix of x + 1: Pascal's triangle modulo 2, as a product of five sparse matrices.
 #[inline(always)]
 fn pascal(x: u32) -> u32 {
     let x = x ^ (x >> 1 & 0x5555_5555);
@@ -134,7 +136,7 @@ mod tests {
     use crate::sampler::SampleId;
 
     #[test]
-    fn they_are_those_of_one_sample() {
+    fn same_bits_as_one_sample() {
         let samples: Vec<(OwenSobol, u32)> = (0..100u32)
             .map(|i| {
                 let id = SampleId { x: i % 7, y: i, index: i.wrapping_mul(0x9e37_79b1), seed: 5 };

@@ -76,7 +76,7 @@ pub enum Source {
     /// An emissive shape; the ray starts on it.
     Shape,
     /// An environment or a directional light with an extent, by index.
-    Around(u32),
+    Infinite(u32),
     /// A delta light, by index, and the numbers that chose its point.
     Delta(u32, [f64; 2]),
 }
@@ -230,7 +230,7 @@ impl CausticTargets {
                 (true, _) => return None,
                 (false, true) => (Source::Shape, group.ray_from(group.center + lit.to_light, aim)),
                 (false, false) => {
-                    (Source::Around(lit.light), group.ray_along(lit.to_light, aim, self.outside))
+                    (Source::Infinite(lit.light), group.ray_along(lit.to_light, aim, self.outside))
                 }
             }
         };
@@ -250,9 +250,9 @@ impl CausticTargets {
 
     /// The pdf with which light paths come from an infinite light, per solid angle, and pass a point, per area
     /// perpendicular to the direction.
-    pub fn density_around(&self, scene: &Scene, group: u32, light: u32, direction: DVec3) -> (f64, f64) {
+    pub fn infinite_pdf(&self, scene: &Scene, group: u32, light: u32, direction: DVec3) -> (f64, f64) {
         let Some(g) = self.groups.get(group as usize) else { return (0.0, 0.0) };
-        let chosen = scene.emitters.around_one(scene, light, direction).map_or(0.0, |(_, pdf)| pdf);
+        let chosen = scene.emitters.infinite_one(scene, light, direction).map_or(0.0, |(_, pdf)| pdf);
         (self.choice.probability(group) * (1.0 - g.delta) * chosen, g.density_along())
     }
 

@@ -213,10 +213,10 @@ impl Emitters {
     /// Evaluates the infinite lights in all directions.
     pub fn escaped_batch(&self, scene: &Scene, batch: &mut EscapedRays) {
         let EscapedRays { directions, found, lights, scratch } = batch;
-        *lights = self.around_ids().len();
+        *lights = self.infinite_ids().len();
         found.clear();
         found.resize(directions.len() * *lights, None);
-        for (at, &id) in self.around_ids().iter().enumerate() {
+        for (at, &id) in self.infinite_ids().iter().enumerate() {
             match scene.lights.get(id as usize) {
                 Some(Light::Environment(light)) => {
                     let choice = self.choice_of(id);
@@ -226,7 +226,7 @@ impl Emitters {
                 }
                 _ => {
                     for (i, d) in directions.iter().enumerate() {
-                        found[i * *lights + at] = self.around_one(scene, id, *d);
+                        found[i * *lights + at] = self.infinite_one(scene, id, *d);
                     }
                 }
             }

@@ -1,7 +1,7 @@
-//! Choice of a light for next-event estimation, among lights and emissive shapes.
+//! The choice of a light for next-event estimation, among lights and emissive shapes.
 //!
-//! Each vertex of a path follows one light. A light is chosen with a known probability, a direction to it is sampled,
-//! and the pdf of the result is their product:
+//! At each vertex of a path one emitter is chosen with a known probability, and a direction to it is sampled. The pdf
+//! of the direction is the product of both probabilities:
 //!
 //! ```text
 //!   without a light tree                     with a light tree
@@ -13,15 +13,15 @@
 //!   pdf(ω) = P(emitter) · pdf(ω | emitter)
 //! ```
 //!
-//! The half that is equal for all keeps every P above 0, so the estimator is unbiased even where the power estimate
-//! is wrong. For MIS, [`Emitters::pdf_hit`] gives the pdf of a BSDF-sampled hit. It must use the same [`Receiver`] as
-//! the sample; a path keeps that of its last surface. How shapes are sampled is in `shape_emitters`, the tree in
-//! `placed_emitters`. Shapes that cannot be sampled (unbounded or moving) are found by BSDF sampling only, which is
-//! unbiased but noisier.
+//! The uniform half keeps every P above 0, so the estimator is unbiased even where the estimate of the power is wrong.
+//! For MIS, [`Emitters::pdf_hit`] gives the pdf with which light sampling finds a BSDF-sampled hit. It must use the
+//! same [`Receiver`] as the light sample; a path keeps the receiver of its last vertex. `shape_emitters` samples
+//! shapes, `placed_emitters` has the tree. Shapes that cannot be sampled (unbounded or moving) are found by BSDF
+//! sampling only, which is unbiased but noisier.
 //!
-//! Tried without success: a choice among suns, skies and the tree by the irradiance of each on the receiver's side (a
-//! sky's in spherical harmonics). It gave the same variance in S4, and 3 % less in a room with a window and lights,
-//! for 6 to 30 % more time.
+//! Not kept: a choice among suns, skies and the tree by the irradiance of each on the receiver's side (for skies in
+//! spherical harmonics). The variance is the same in S4 and 3 % lower in a room with a window and lights, for 6 to 30 %
+//! more time.
 
 use crate::color::Spectrum;
 use crate::light::{EnvironmentSample, Light, Receiver, TREE_WIDTH};
@@ -39,8 +39,7 @@ pub(crate) const NONE: u32 = u32::MAX;
 /// A light sample: light from one direction at a point.
 #[derive(Clone, Copy, Debug)]
 pub struct LightSample {
-    /// Towards the light. For a light at a finite distance it reaches to the light, so that a shadow ray ends at t =
-    /// 1.
+    /// Towards the light. For a light at a finite distance it reaches to the light, so a shadow ray ends at t = 1.
     pub to_light: DVec3,
     /// Whether the light is at a finite distance.
     pub finite: bool,
@@ -54,7 +53,7 @@ pub struct LightSample {
     pub light: u32,
 }
 
-/// In place of a light's index.
+/// The index of no light.
 pub const NO_LIGHT: u32 = u32::MAX;
 
 impl LightSample {
@@ -101,16 +100,16 @@ pub(crate) enum Emitter {
 /// A chosen emitter.
 pub(crate) struct Chosen<'a> {
     pub(crate) emitter: &'a Emitter,
-    /// Its triangle or point, if that was chosen with it; else [`NONE`].
+    /// The triangle or point, if it was chosen together with the emitter; else [`NONE`].
     part: u32,
     /// The probability of the choice.
     pub(crate) choice: f64,
-    /// The rescaled random number, in 0..1.
+    /// The random number of the choice, rescaled to 0..1 for further use.
     left: f64,
 }
 
 impl Chosen<'_> {
-    /// Light from it at `p`, from the point that `u` chooses.
+    /// Samples the light that arrives at `p`; `u` chooses the point on the emitter.
     #[inline]
     pub(crate) fn sample(&self, scene: &Scene, p: DVec3, u: [f64; 2]) -> Option<LightSample> {
         let sample = match self.emitter {
@@ -122,7 +121,7 @@ impl Chosen<'_> {
 }
 
 impl Emitters {
-    /// The emitters of a scene that is otherwise prepared.
+    /// The emitters of a scene whose other parts are prepared.
     pub(crate) fn new(scene: &Scene, how: LightChoice) -> Emitters {
         let mut emitters = Emitters::default();
         let (mut weights, mut powers) = (Vec::new(), Vec::new());
@@ -149,7 +148,7 @@ impl Emitters {
                     *first = emitters.lights.len() as u32;
                 }
                 emitters.lights.push(Emitter::Shape(emitter));
-                // Divided by π, to be comparable with the lights' intensities.
+                // `power` is already divided by π, so that it is comparable with the intensities of lights.
                 weights.push(0.25 * power);
                 powers.push(power);
             }
@@ -197,15 +196,14 @@ impl Emitters {
         self.lights.is_empty()
     }
 
-    /// Whether the choice depends on the normal and lobe of the receiver; if not, any [`Receiver`] at the point will
-    /// do.
-    pub fn heed_surfaces(&self) -> bool {
+    /// Whether the choice depends on the normal and lobe of the receiver, not only on its position.
+    pub fn use_surface_sides(&self) -> bool {
         self.placed.is_some()
     }
 
-    /// Samples light at a point: `u` is two numbers for the point on the light and one for the choice of the light.
-    /// This is one sample with its own pdf, however many candidates the receiver asks for;
-    /// [`LightBatch`](super::LightBatch) samples all candidates.
+    /// Samples light at a point: `u[0]` and `u[1]` choose the point on the light, `u[2]` the light. This is one sample
+    /// with its own pdf, independent of the receiver's number of candidates; [`LightBatch`](super::LightBatch) samples
+    /// all candidates.
     pub fn sample(&self, scene: &Scene, at: impl Into<Receiver>, u: [f64; 3]) -> Option<LightSample> {
         if self.lights.is_empty() {
             return None;
@@ -214,8 +212,8 @@ impl Emitters {
         self.choose(&at, u[2], &mut None)?.sample(scene, at.p, [u[0], u[1]])
     }
 
-    /// The emitter that `u` chooses for a point; `None` if none in the tree can contribute. `root` speeds up the next
-    /// choice at the same point.
+    /// The emitter that `u` chooses for a point; `None` if no emitter in the tree can contribute. `root` caches values
+    /// for the next choice at the same point.
     #[inline]
     pub(crate) fn choose(
         &self,
@@ -275,12 +273,12 @@ impl Emitters {
     }
 
     /// Whether there is an environment light in place of the background.
-    pub fn surrounded(&self) -> bool {
+    pub fn has_infinite_lights(&self) -> bool {
         self.has_environment
     }
 
-    /// The indices of the infinite lights that escaped rays hit.
-    pub(crate) fn around_ids(&self) -> &[u32] {
+    /// The indices of the infinite lights that escaped rays can hit.
+    pub(crate) fn infinite_ids(&self) -> &[u32] {
         &self.infinite_lights
     }
 
@@ -296,7 +294,12 @@ impl Emitters {
 
     /// Radiance of one infinite light in a unit direction, with the pdf with which `sample` gives the direction;
     /// `None` if the light does not lie in that direction.
-    pub(crate) fn around_one(&self, scene: &Scene, light: u32, direction: DVec3) -> Option<(Spectrum, f64)> {
+    pub(crate) fn infinite_one(
+        &self,
+        scene: &Scene,
+        light: u32,
+        direction: DVec3,
+    ) -> Option<(Spectrum, f64)> {
         let (radiance, pdf) = match scene.lights.get(light as usize)? {
             Light::Environment(l) => l.found(direction),
             Light::Directional(l) => l.found(direction)?,
@@ -307,7 +310,7 @@ impl Emitters {
 }
 
 impl Scene {
-    /// Changes how lights are chosen, with physical integrators: for comparisons.
+    /// Changes how physical integrators choose lights, for comparisons.
     pub fn choose_lights(&mut self, how: LightChoice) {
         if self.physical {
             self.emitters = Emitters::new(self, how).into();
@@ -318,14 +321,15 @@ impl Scene {
     #[inline]
     pub(crate) fn receiver(&self, surface: &SurfaceInteraction, direction: DVec3) -> Receiver {
         match self.material_at(&surface.hit) {
-            Material::OpenPbr(m) if self.emitters.heed_surfaces() => {
+            Material::OpenPbr(m) if self.emitters.use_surface_sides() => {
                 self.receiver_of(m.side(), surface.p, surface.ng, surface.ns, direction)
             }
             _ => Receiver::from(surface.p),
         }
     }
 
-    /// The same for a point with its geometric and shading normal; `side` is that of its material.
+    /// The same from a point and its geometric and shading normals. `side` is the gloss of a material that only light
+    /// on one side reaches.
     #[inline]
     pub(crate) fn receiver_of(
         &self,
@@ -336,7 +340,7 @@ impl Scene {
         direction: DVec3,
     ) -> Receiver {
         match side {
-            Some(gloss) if self.emitters.heed_surfaces() => {
+            Some(gloss) if self.emitters.use_surface_sides() => {
                 let facing = Receiver::facing(p, -ng * ng.dot(direction).signum());
                 facing.with_lobe(gloss.lobe(direction, ns))
             }
@@ -346,8 +350,8 @@ impl Scene {
 }
 
 impl Light {
-    /// Light that arrives at `p` from this light with index `light`; `u` chooses the point on it. The pdf is 1 for
-    /// delta lights.
+    /// Samples the light that arrives at `p` from this light, whose index is `light`; `u` chooses the point on it. The
+    /// pdf is 1 for delta lights.
     pub(crate) fn sample(&self, p: DVec3, u: [f64; 2], light: u32) -> Option<LightSample> {
         if let Light::Environment(l) = self {
             return l.sample(u).map(|s| LightSample::of_environment(s, light));
@@ -363,12 +367,13 @@ impl Light {
         Some(LightSample { to_light, finite, radiance, pdf: 1.0, is_delta: true, light })
     }
 
-    /// The estimated power that reaches a sphere around the scene, for the choice of lights.
+    /// Estimate of the power that reaches the scene, for the choice of lights: irradiance times the cross section of a
+    /// sphere around the scene.
     fn reach(&self, center: DVec3, radius: f64) -> f64 {
         const DIRECTIONS: [DVec3; 7] =
             [DVec3::ZERO, DVec3::X, DVec3::NEG_X, DVec3::Y, DVec3::NEG_Y, DVec3::Z, DVec3::NEG_Z];
         if let Light::Environment(l) = self {
-            // A quarter of the total arrives per area, averaged over the orientations of a surface.
+            // The irradiance, averaged over the orientations of a surface, is a quarter of the integrated radiance.
             return 0.25 * f64::from(l.power().luminance()) * std::f64::consts::PI * radius * radius;
         }
         let arrives = |d: DVec3| {

@@ -443,7 +443,7 @@ impl ShapeEmitter {
         let primitive = scene.primitives.get(self.primitive as usize)?;
         let hit = ShapeHit { t: 0.0, part: if part == NONE { self.part } else { part }, u: 0.3, v: 0.3 };
         let material = scene.materials.get(scene.material_of(primitive, &hit).index());
-        let both = material.is_none_or(|m| m.may_shine_backwards());
+        let both = material.is_none_or(|m| m.may_emit_backwards());
         let flat = if both { 0.5 * power } else { power };
         // A quarter of the area is the projected area, averaged over all directions.
         let round = 0.25 * flat;

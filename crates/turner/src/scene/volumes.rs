@@ -43,7 +43,7 @@ impl Volumes {
         let found = bounded || open.as_ref().is_some_and(there);
         Ok(found.then(|| {
             // A hollow in fog is bounded, too.
-            let hollow = |m: &MaterialDesc| matches!(m, MaterialDesc::Boundary(_));
+            let hollow = |m: &MaterialDesc| matches!(m, MaterialDesc::Interface(_));
             let bounded = bounded || materials.iter().any(|m| hollow(&m.value));
             Volumes { media, open, interiors, bounded }
         }))
@@ -85,7 +85,7 @@ fn interior(materials: &[Named<MaterialDesc>], material: usize) -> Option<u32> {
     // Mixes that contain themselves are refused earlier; the bound is a safeguard.
     for _ in 0..1024 {
         match &materials.get(stack.pop()?)?.value {
-            MaterialDesc::Boundary(m) => return m.interior.map(|id| id.0),
+            MaterialDesc::Interface(m) => return m.interior.map(|id| id.0),
             MaterialDesc::Principled(m) if m.interior.is_some() => return m.interior.map(|id| id.0),
             MaterialDesc::Dielectric(m) if m.interior.is_some() => return m.interior.map(|id| id.0),
             MaterialDesc::Mix(m) => stack.extend(m.materials.iter().rev().map(|m| m.index())),

@@ -1,11 +1,11 @@
-//! What is wrong with a scene, where, and what would be right.
+//! Errors of scenes: what is wrong, where, and how to correct it.
 
 use crate::schema::Remedy;
 use crate::schema::value::Span;
 
 macro_rules! error_codes {
     ($($(#[doc = $doc:literal])+ $name:ident = $code:literal,)*) => {
-        /// Stable codes of errors in a scene or in the files it names.
+        /// Stable codes of errors in a scene or in the files it refers to.
         #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
         pub enum ErrorCode { $($(#[doc = $doc])+ $name,)* }
         impl ErrorCode {
@@ -13,7 +13,7 @@ macro_rules! error_codes {
             pub const ALL: &[ErrorCode] = &[$(ErrorCode::$name,)*];
             /// The code as printed, e.g. `E0102`.
             pub fn as_str(self) -> &'static str { match self { $(ErrorCode::$name => $code,)* } }
-            /// What it means, in one sentence.
+            /// Its meaning, in one sentence.
             pub fn meaning(self) -> &'static str {
                 match self { $(ErrorCode::$name => concat!($($doc),+).trim_ascii(),)* }
             }
@@ -68,26 +68,26 @@ error_codes! {
     Internal = "E0901",
 }
 
-/// One error: what, where, and the remedy.
+/// One error: what is wrong, where, and the remedy.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[error("{message}")]
 pub struct SceneError {
     /// Its stable code.
     pub code: ErrorCode,
-    /// What was found and what was expected; one sentence.
+    /// What was expected and what was found, in one sentence.
     pub message: String,
-    /// Where.
+    /// The position in a file, if the error has one.
     pub span: Option<Span>,
     /// The remedy in words, e.g. the nearest valid name.
     pub help: Option<String>,
-    /// The same, or another one, as data, where a program can carry it out.
+    /// A remedy as data that a program can apply. It may differ from `help`.
     pub remedy: Option<Box<Remedy>>,
-    /// Further errors of the same scene, in the order of their places. Empty in each of them.
+    /// Further errors of the same scene, in the order of their positions. `more` is empty in each of them.
     pub more: Box<[SceneError]>,
 }
 
 impl SceneError {
-    /// An error at a place.
+    /// An error at a position.
     pub fn at(code: ErrorCode, span: Span, message: impl Into<String>) -> SceneError {
         SceneError {
             code,
@@ -99,7 +99,7 @@ impl SceneError {
         }
     }
 
-    /// An error of the scene as a whole.
+    /// An error without a position.
     pub fn new(code: ErrorCode, message: impl Into<String>) -> SceneError {
         SceneError {
             code,
@@ -111,21 +111,22 @@ impl SceneError {
         }
     }
 
-    /// With a remedy in words.
+    /// Adds a remedy in words.
     pub fn help(mut self, help: impl Into<String>) -> SceneError {
         self.help = Some(help.into());
         self
     }
 
-    /// With a remedy as data, or the one that it has.
+    /// Sets the remedy as data; `None` keeps the one it has.
     pub fn remedy(mut self, remedy: impl Into<Option<Remedy>>) -> SceneError {
         self.remedy = remedy.into().map(Box::new).or(self.remedy);
         self
     }
 
-    /// One error that holds all of them: the first in the scene, with the others as [`SceneError::more`]. `None` if there are none.
+    /// Combines errors into one: the first in the scene, with the others as [`SceneError::more`]. `None` for an empty
+    /// list.
     pub fn all(mut errors: Vec<SceneError>) -> Option<SceneError> {
-        // Errors without a place come last.
+        // Errors without a position come last.
         errors.sort_by_key(|e| e.span.map_or((u32::MAX, u32::MAX), |s| (s.file.0, s.start)));
         let mut errors = errors.into_iter();
         let mut first = errors.next()?;
@@ -133,14 +134,14 @@ impl SceneError {
         Some(first)
     }
 
-    /// With a place, if it has none yet.
+    /// Sets the position, if it has none yet.
     pub fn or_at(mut self, span: Option<Span>) -> SceneError {
         self.span = self.span.or(span);
         self
     }
 }
 
-/// `there is no KIND "NAME"`, with the nearest valid name and the list of all.
+/// The error `there is no KIND "NAME"`, with the nearest valid name and the list of all valid names as help.
 pub fn unknown_name(code: ErrorCode, span: Span, kind: &str, name: &str, valid: &[&str]) -> SceneError {
     let error = SceneError::at(code, span, format!("there is no {kind} \"{}\"", escape(name)));
     match suggestion(name, valid) {
@@ -149,7 +150,7 @@ pub fn unknown_name(code: ErrorCode, span: Span, kind: &str, name: &str, valid: 
     }
 }
 
-/// The nearest valid name, if one is near, and the valid names.
+/// Text with the nearest valid name, if one is close enough, and all valid names.
 pub fn suggestion(name: &str, valid: &[&str]) -> Option<String> {
     if valid.is_empty() {
         return None;
@@ -168,7 +169,7 @@ pub fn suggestion(name: &str, valid: &[&str]) -> Option<String> {
     })
 }
 
-/// The valid name most like `name`, if any is like enough for a misspelling.
+/// The valid name closest to `name` (Damerau–Levenshtein distance), if it is close enough to be a misspelling.
 pub fn nearest<'a>(name: &str, valid: &[&'a str]) -> Option<&'a str> {
     let wanted = name.to_lowercase().replace(['-', ' '], "_");
     valid
@@ -179,7 +180,7 @@ pub fn nearest<'a>(name: &str, valid: &[&'a str]) -> Option<&'a str> {
         .map(|(_, v)| v)
 }
 
-/// Text from a file, safe for a terminal: control characters escaped, long text shortened.
+/// Makes text from a file safe for a terminal: escapes control characters and shortens long text.
 pub fn escape(text: &str) -> String {
     let mut out: String = text
         .chars()
@@ -192,7 +193,7 @@ pub fn escape(text: &str) -> String {
     out
 }
 
-/// Whether a character moves the cursor or turns the direction of text around instead of being seen.
+/// Whether a character is a control character, is invisible, or changes the direction of text.
 fn is_hidden(c: char) -> bool {
     c.is_control()
         || matches!(c, '\u{200b}'..='\u{200f}' | '\u{2028}'..='\u{202e}' | '\u{2060}'..='\u{206f}' | '\u{feff}')

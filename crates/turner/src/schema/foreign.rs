@@ -1,23 +1,23 @@
-//! Words of other programs, and what Turner calls them.
+//! Keys and types of other programs, and what to write in Turner instead.
 //!
-//! A misspelt word is near a valid one; a word of POV-Ray, three.js, Blender, pbrt or Mitsuba often is not. The tables
-//! ([`KEYS`], [`KINDS`]) lead from the context and the word to a sentence that names what to write instead.
+//! A misspelt word is close to a valid one, but a word of POV-Ray, three.js, Blender, pbrt or Mitsuba often is not. The
+//! tables [`KEYS`] and [`KINDS`] map such a word, in its context, to a sentence that says what to write instead.
 
 pub use super::foreign_words::{KEYS, KINDS};
 
-/// Words with one remedy.
+/// Words that share one remedy.
 #[derive(Clone, Copy, Debug)]
 pub struct Foreign {
-    /// Where the remedy applies: parts of what a table is called in messages (`material "classic"`, `[film]`), or the family
-    /// of a `type`. Empty: anywhere.
+    /// The contexts of the remedy: for a key, parts of the table's name in messages (`material "classic"`, `[film]`);
+    /// for a `type`, its family. Empty: any context.
     pub within: &'static [&'static str],
-    /// The words in lower case, without `_`, `-` and spaces.
+    /// The words, in lower case and without `_`, `-` and spaces.
     pub words: &'static [&'static str],
-    /// What to write instead. Code stands in backquotes.
+    /// What to write instead, with code in backquotes.
     pub remedy: &'static str,
 }
 
-/// The remedy for an unknown key of a table that is `what` in messages.
+/// The remedy for an unknown key of the table that messages call `what`.
 pub fn key(what: &str, key: &str) -> Option<&'static str> {
     let key = plain(key);
     KEYS.iter().find(|f| f.applies(what) && f.words.contains(&key.as_str())).map(|f| f.remedy)
@@ -29,7 +29,7 @@ pub fn kind(family: &str, name: &str) -> Option<&'static str> {
     KINDS.iter().find(|f| f.applies(family) && f.words.contains(&name.as_str())).map(|f| f.remedy)
 }
 
-/// All remedies for a word, whatever its context, each with where it applies.
+/// All remedies for a word, in any context.
 pub fn everywhere(word: &str) -> Vec<&'static Foreign> {
     let word = plain(word);
     KEYS.iter().chain(KINDS).filter(|f| f.words.contains(&word.as_str())).collect()
@@ -41,7 +41,7 @@ impl Foreign {
     }
 }
 
-/// A word as the tables have it: `MeshStandardMaterial`, `base color` and `look-at` lose case and separators.
+/// A word in the form of the tables, in lower case and without separators: `meshstandardmaterial`, `basecolor`.
 fn plain(word: &str) -> String {
     word.chars().filter(|c| !matches!(c, '_' | '-' | ' ')).flat_map(char::to_lowercase).take(64).collect()
 }

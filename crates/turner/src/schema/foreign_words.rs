@@ -1,4 +1,4 @@
-//! The tables of [`super::foreign`]. The first entry that fits counts, so narrow contexts come first.
+//! The tables of [`super::foreign`]. The first matching entry wins, so narrow contexts come first.
 
 use super::foreign::Foreign;
 

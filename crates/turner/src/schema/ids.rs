@@ -1,17 +1,17 @@
-//! The numbers of things, and things with names.
+//! IDs of the parts of a scene, and values with names.
 
 use std::sync::Arc;
 
 use super::value::Span;
 
-/// Numbers of things in their lists; the first one by default.
+/// Declares IDs: indices into the lists of a description. The default is 0.
 macro_rules! ids {
     ($($(#[doc = $doc:literal])+ $name:ident,)*) => {
         $($(#[doc = $doc])+
         #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, PartialOrd, Ord)]
         pub struct $name(pub u32);
         impl $name {
-            /// As an index into its list.
+            /// The index into its list.
             pub fn index(self) -> usize { self.0 as usize }
         })*
     };
@@ -22,32 +22,32 @@ ids! {
     MaterialId,
     /// A texture of the scene.
     TextureId,
-    /// A decoded picture of the scene.
+    /// A decoded image of the scene.
     ImageId,
     /// A mesh of the scene.
     MeshId,
-    /// A group of objects that can be placed many times.
+    /// A named set of objects that instances place.
     GroupId,
     /// A participating medium of the scene.
     MediumId,
 }
 
-/// Something with a name (unless written in place) and a place in a file (unless made by a program).
+/// A value with a name (unless written in place) and a position in a file (unless made by a program).
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Named<T> {
     /// The name, if it has one.
     pub name: Option<String>,
-    /// Where it stands.
+    /// The position in a file, if it has one.
     pub span: Option<Span>,
-    /// The thing.
+    /// The value.
     pub value: T,
 }
 
-/// A file the scene names, read once.
+/// A file that the scene refers to, read once.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Asset<T> {
-    /// Its name as written.
+    /// The file name as written in the scene.
     pub uri: String,
-    /// What it holds.
+    /// Its data.
     pub data: Arc<T>,
 }

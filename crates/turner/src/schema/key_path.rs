@@ -1,29 +1,29 @@
-//! Paths of keys, as in `film.width` or `object.0.radius`, and setting a value at the end of one.
+//! Key paths such as `film.width` or `object.0.radius`, and setting the value at the end of one.
 
 use super::error::{ErrorCode, SceneError, escape};
 use super::old_names;
 use super::value::{Data, Entry, Span, Table, Value};
 
-/// One part of a path of keys and its place.
+/// One part of a key path.
 #[derive(Clone, Debug, PartialEq)]
 pub struct KeyPart {
-    /// A key of a table, or the number of an item in a list, from 0.
+    /// A key of a table, or the index of an item of a list, counted from 0.
     pub key: String,
-    /// Where it stands.
+    /// Its position in the text of the edit.
     pub span: Span,
 }
 
-/// A value and where it belongs in a scene.
+/// A value to set in a scene, and the key path to set.
 #[derive(Clone, Debug, PartialEq)]
 pub struct KeyEdit {
-    /// The path, e.g. `film`, `width`.
+    /// The path, e.g. `film` and `width`.
     pub path: Vec<KeyPart>,
     /// The value.
     pub value: Value,
 }
 
 impl KeyEdit {
-    /// An edit of a program, without a place in a text. Dots separate the parts of `path`.
+    /// An edit made by a program, without a position in a text. Dots separate the parts of `path`.
     pub fn new(path: &str, data: Data) -> KeyEdit {
         let part = |key: &str| KeyPart { key: key.to_owned(), span: Span::NONE };
         KeyEdit { path: path.split('.').map(part).collect(), value: Value::new(data) }
@@ -31,9 +31,10 @@ impl KeyEdit {
 }
 
 impl Value {
-    /// Walks down `path`, makes tables where there is nothing, and puts `value` at its end.
+    /// Follows `path`, creates missing tables on the way, and sets the value at its end.
     ///
-    /// Errors, at the part of the path concerned: a list without such an item; a part below what is neither table nor list.
+    /// Errors, at the part of the path concerned: a list without such an item; a part below a value that is neither a
+    /// table nor a list.
     pub fn set(&mut self, path: &[KeyPart], value: Value) -> Result<(), SceneError> {
         let mut at = self;
         let mut walked = String::new();
@@ -49,13 +50,13 @@ impl Value {
         Ok(())
     }
 
-    /// The value one step down; `walked` and `shown` are the way there and the step, for messages.
+    /// The value one step down. For messages, `walked` is the path so far and `shown` the step.
     fn step(&mut self, part: &KeyPart, walked: &str, shown: &str) -> Result<&mut Value, SceneError> {
         let span = part.span;
         match &mut self.data {
             Data::Table(table) => {
-                let place = |name: &str| table.entries.iter().position(|e| e.key == name);
-                let found = place(&part.key).or_else(|| place(old_names::of_key(&part.key)?));
+                let index_of = |name: &str| table.entries.iter().position(|e| e.key == name);
+                let found = index_of(&part.key).or_else(|| index_of(old_names::of_key(&part.key)?));
                 let i = match found {
                     Some(i) => {
                         table.entries[i].key.clone_from(&part.key);
@@ -67,7 +68,7 @@ impl Value {
                         table.entries.len() - 1
                     }
                 };
-                // An error about this key is now one about the edit.
+                // Errors about this key refer to the edit.
                 table.entries[i].key_span = span;
                 Ok(&mut table.entries[i].value)
             }
@@ -75,12 +76,12 @@ impl Value {
                 let len = items.len();
                 let Ok(i) = part.key.parse::<usize>() else {
                     let message =
-                        format!("`{walked}` is a list; expected a number after it, found `{shown}`");
+                        format!("`{walked}` is a list; expected an index after it, found `{shown}`");
                     return Err(SceneError::at(ErrorCode::WrongType, span, message)
                         .help(format!("count from 0: {walked}.0")));
                 };
                 items.get_mut(i).ok_or_else(|| {
-                    let message = format!("`{walked}` has {len} entries; there is none at {shown}");
+                    let message = format!("`{walked}` has {len} entries; there is no entry {shown}");
                     let range =
                         if len == 0 { "it is empty".to_owned() } else { format!("valid: 0 to {}", len - 1) };
                     SceneError::at(ErrorCode::OutOfRange, span, message).help(range)
@@ -89,7 +90,7 @@ impl Value {
             other => {
                 let message = format!("`{walked}` is {} and has no key `{shown}`", other.kind());
                 Err(SceneError::at(ErrorCode::WrongType, span, message)
-                    .help(format!("set it as a whole: -D {walked}=…")))
+                    .help(format!("replace its value: -D {walked}=…")))
             }
         }
     }

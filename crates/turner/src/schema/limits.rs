@@ -1,31 +1,32 @@
-//! What a scene may take: memory and triangles, asked for before they are taken.
+//! Limits on memory and triangles, checked before memory is allocated.
 //!
-//! Files may describe scenes of any size, and a failed allocation ends a program. So whatever may be large says what it needs
-//! first ([`Memory::need`]), once per file, mesh, tree or film, never per element. What is in use is what the system says of the
-//! process, so that nothing has to be given back; where it says nothing, all that was ever granted counts.
+//! A file may describe a scene of any size, and a failed allocation aborts the program. So code that is about to
+//! allocate much memory first calls [`Memory::need`], once per file, mesh, BVH or film, never per element. The memory
+//! in use is the process's resident memory as reported by the operating system, so nothing has to be released. On
+//! systems that do not report it, the sum of all requests counts.
 
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 
 use crate::schema::{ErrorCode, Remedy, SceneError};
 
-/// Says how many bytes the process has, where the system tells.
+/// Returns the memory of the process in bytes, if the system reports it.
 pub type Gauge = fn() -> Option<u64>;
 
-/// Needs below this are granted without asking the system: 64 KiB.
+/// Requests below this many bytes are granted without querying the system: 64 KiB.
 const SMALL: u64 = 1 << 16;
 
-/// Limits on what a scene may take. Clones share what is used.
+/// Limits on memory and triangles. Clones share the count of memory in use.
 #[derive(Clone)]
 pub struct Limits {
-    /// Memory.
+    /// The limit on memory.
     pub memory: Arc<Memory>,
-    /// Most triangles of all meshes, each mesh counted once, however often it is placed.
+    /// Maximum number of triangles of all meshes. A mesh counts once, independent of the number of its instances.
     pub max_triangles: u64,
 }
 
 impl Default for Limits {
-    /// None but those of the machine.
+    /// No limits.
     fn default() -> Limits {
         Limits { memory: Arc::default(), max_triangles: u64::MAX }
     }
@@ -38,7 +39,7 @@ impl PartialEq for Limits {
 }
 
 impl std::fmt::Debug for Limits {
-    /// The limits, not what is used.
+    /// The limits, without the memory in use.
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         f.debug_struct("Limits")
             .field("memory", &self.memory.limit)
@@ -48,27 +49,29 @@ impl std::fmt::Debug for Limits {
 }
 
 impl Limits {
-    /// Refuses more triangles than there may be; `what` has them.
+    /// Checks a number of triangles. `what` is the subject of the message.
+    ///
+    /// Errors: more than `max_triangles`.
     pub fn check_triangles(&self, count: u64, what: impl FnOnce() -> String) -> Result<(), SceneError> {
         if count <= self.max_triangles {
             return Ok(());
         }
         let message = format!("{} has {count} triangles; expected at most {}", what(), self.max_triangles);
         Err(SceneError::new(ErrorCode::TooLarge, message)
-            .help("raise the limit of triangles, or use a mesh of fewer")
+            .help("raise the limit of triangles, or use a mesh with fewer triangles")
             .remedy(Remedy::MoreTriangles))
     }
 }
 
-/// Memory that may be taken.
+/// A limit on memory.
 pub struct Memory {
     limit: u64,
     gauge: Gauge,
-    /// What was granted, where the system does not say what is used.
+    /// Bytes granted so far; counts if the system does not report memory.
     granted: AtomicU64,
-    /// Granted, and taken only later.
+    /// Bytes granted for later allocation.
     promised: AtomicU64,
-    /// What is being done.
+    /// The current work, for messages.
     work: Mutex<String>,
 }
 
@@ -85,23 +88,23 @@ impl Default for Memory {
 }
 
 impl Memory {
-    /// At most `limit` bytes, of which `gauge` says how many the process has.
+    /// A limit of `limit` bytes; `gauge` reports the memory in use.
     pub fn new(limit: u64, gauge: Gauge) -> Memory {
         let (granted, promised) = (AtomicU64::new(0), AtomicU64::new(0));
         Memory { limit, gauge, granted, promised, work: Mutex::default() }
     }
 
-    /// Most bytes.
+    /// The limit in bytes.
     pub fn limit(&self) -> u64 {
         self.limit
     }
 
-    /// Bytes that the process has, if the system says so.
+    /// Memory of the process in bytes, if the system reports it.
     pub fn in_use(&self) -> Option<u64> {
         (self.gauge)()
     }
 
-    /// Bytes that may still be taken.
+    /// Bytes that may still be allocated.
     pub fn left(&self) -> u64 {
         if self.limit == u64::MAX {
             return u64::MAX;
@@ -110,7 +113,10 @@ impl Memory {
         self.limit.saturating_sub(used.saturating_add(self.promised.load(Ordering::Relaxed)))
     }
 
-    /// Asks for `bytes` that are taken at once; `what` is the subject of the message: "the film of 64x64 pixels".
+    /// Requests `bytes` that are allocated immediately. `what` is the subject of the message, e.g. "the film of 64x64
+    /// pixels".
+    ///
+    /// Errors: more than [`Memory::left`].
     pub fn need(&self, bytes: u64, what: impl FnOnce() -> String) -> Result<(), SceneError> {
         if self.limit == u64::MAX {
             return Ok(());
@@ -125,7 +131,9 @@ impl Memory {
         Ok(())
     }
 
-    /// Asks for `bytes` that are taken later: they count as used from now on.
+    /// Requests `bytes` that are allocated later. They count as used from this call on.
+    ///
+    /// Errors: more than [`Memory::left`].
     pub fn promise(&self, bytes: u64, what: impl FnOnce() -> String) -> Result<(), SceneError> {
         self.need(bytes, what)?;
         if self.limit != u64::MAX && self.in_use().is_some() {
@@ -134,25 +142,22 @@ impl Memory {
         Ok(())
     }
 
-    /// Remembers what is being done, for a message when memory runs out in the middle of it.
+    /// Sets the current work, which [`Memory::exhausted`] names.
     pub fn begin(&self, work: impl Into<String>) {
         *self.work.lock().unwrap_or_else(PoisonError::into_inner) = work.into();
     }
 
-    /// The error for memory that ran out in the middle of what is being done.
+    /// The error for memory that ran out during the current work.
     pub fn exhausted(&self) -> SceneError {
         let work = self.work.lock().unwrap_or_else(PoisonError::into_inner).clone();
         let work = if work.is_empty() { "this scene".to_owned() } else { work };
-        let message = format!(
-            "{work} takes more than the {} of memory that the program may have",
-            in_words(self.limit)
-        );
+        let message = format!("{work} needs more memory than the limit of {}", in_words(self.limit));
         SceneError::new(ErrorCode::TooLarge, message).help(HELP).remedy(Remedy::MoreMemory)
     }
 
     fn refused(&self, bytes: u64, left: u64, what: &str) -> SceneError {
         let message = format!(
-            "{what} takes {} of memory; expected at most {}, which is left of {}",
+            "{what} needs {} of memory; expected at most {}, the rest of the limit of {}",
             in_words(bytes),
             in_words(left),
             in_words(self.limit)
@@ -161,9 +166,9 @@ impl Memory {
     }
 }
 
-const HELP: &str = "raise the limit of memory, or make the scene smaller";
+const HELP: &str = "raise the memory limit, or make the scene smaller";
 
-/// Bytes as people write them, e.g. `1.5 GiB`; rounded up, so that a need never looks smaller than it is.
+/// Bytes as text, e.g. `1.5 GiB`, rounded up so that a request never looks smaller than it is.
 fn in_words(bytes: u64) -> String {
     let units = [("GiB", 30), ("MiB", 20), ("KiB", 10)];
     match units.iter().find(|(_, shift)| bytes >> shift > 0) {
@@ -183,10 +188,10 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_the_system_says_counts() {
+    fn memory_that_the_system_reports_counts() {
         let memory = Memory::new(10 << 20, || Some(4 << 20));
         assert_eq!(memory.left(), 6 << 20);
-        // Nothing has to be given back.
+        // Nothing has to be released.
         for _ in 0..3 {
             memory.need(6 << 20, || unreachable!()).unwrap();
         }
@@ -194,7 +199,7 @@ mod tests {
         assert_eq!(error.code, ErrorCode::TooLarge);
         assert_eq!(
             error.message,
-            "the mesh a.ply takes 6.1 MiB of memory; expected at most 6 MiB, which is left of 10 MiB"
+            "the mesh a.ply needs 6.1 MiB of memory; expected at most 6 MiB, the rest of the limit of 10 MiB"
         );
         assert_eq!(error.remedy.as_deref(), Some(&Remedy::MoreMemory));
         memory.promise(2 << 20, || unreachable!()).unwrap();
@@ -202,7 +207,7 @@ mod tests {
     }
 
     #[test]
-    fn without_its_word_all_that_was_granted_counts() {
+    fn without_a_report_the_sum_of_all_requests_counts() {
         let memory = Memory::new(10 << 20, || None);
         memory.need(6 << 20, || unreachable!()).unwrap();
         assert!(memory.need(6 << 20, String::new).is_err());

@@ -1,8 +1,32 @@
-//! The macros that declare what the scene format knows: `params!`, `family!`; for `choice!` see [`crate::choice`].
+//! The macros `params!` and `family!`, which declare the scene format. For `choice!` see [`crate::choice`].
+//!
+//! Every type of the scene format is declared once. The macros generate what must agree with the declaration:
+//!
+//! ```text
+//! params! {                                      struct SphereDesc { center: DVec3, radius: f64 }
+//!     /// A sphere.                              Default        the defaults
+//!     pub struct SphereDesc as "sphere" {   ──►  DOC            name, docs, keys, types, defaults, ranges, example
+//!         /// The centre.                        read           table of a scene file → SphereDesc, ranges checked
+//!         center: DVec3 = DVec3::ZERO;           write          SphereDesc → table, without keys at their default
+//!         /// The radius.                        renumber       updates the IDs it refers to
+//!         radius: f64 = 1.0, in Range::POSITIVE;
+//!     }
+//!     example "…"
+//! }
+//!
+//! family! {                                      enum ShapeDesc { Sphere(SphereDesc), Plane(PlaneDesc), … }
+//!     /// Shapes.                                Default        the first member
+//!     pub enum ShapeDesc as "shape", "shapes" {  DOC            names and docs of all members
+//!         Sphere(SphereDesc),                    read, write    select the member by the key `type`
+//!         Plane(PlaneDesc), …                    type_name, of_type, renumber
+//!     }
+//! }
+//! ```
+//!
+//! The `///` lines become both rustdoc and the text of `turner help scene` and docs/reference/scene-format.md.
 
-/// What one kind of thing is made of:
-/// `params! { /// doc pub struct Name as "name" { /// doc key: Type = default, in RANGE; … } example "…" }`.
-/// `key: Type, required, default VALUE;` is a key that a file must give; a program starts from VALUE. `Default` has all these values.
+/// Declares one type with its keys: `key: Type = DEFAULT;`, with `, in RANGE` before the semicolon where values are
+/// limited. `key: Type, required, default VALUE;` declares a key that a file must give; `Default` then has VALUE.
 macro_rules! params {
     (
         $(#[doc = $doc:literal])+
@@ -20,7 +44,7 @@ macro_rules! params {
             }
         }
         impl $name {
-            /// Its documentation.
+            /// Its documentation in the scene format.
             pub const DOC: $crate::schema::EntryDoc = $crate::schema::EntryDoc {
                 name: $key,
                 doc: &[$($doc),+],
@@ -34,7 +58,7 @@ macro_rules! params {
                 },)*],
                 example: $example,
             };
-            /// Reads its keys; the caller refuses unknown ones.
+            /// Reads its keys. The caller rejects unknown keys with `TableReader::finish`.
             #[allow(unused_variables)]
             pub fn read(
                 table: &mut $crate::schema::TableReader<'_>,
@@ -42,7 +66,7 @@ macro_rules! params {
             ) -> Result<$name, $crate::schema::SceneError> {
                 Ok($name { $($field: $crate::schema::params!(@read table, cx, $field, $ty, ($($range)?), ($($start)?) $(, $default)?),)* })
             }
-            /// Its keys, ones with their default left out: what [`Self::read`] reads.
+            /// Its keys as [`Self::read`] reads them, without those at their default.
             #[allow(unused_variables)]
             pub fn write(&self, cx: &mut dyn $crate::schema::WriteContext) -> Result<$crate::schema::value::Table, $crate::schema::SceneError> {
                 #[allow(unused_mut)]
@@ -50,7 +74,7 @@ macro_rules! params {
                 $($crate::schema::params!(@write table, cx, self.$field, stringify!($field), $ty $(, $default)?);)*
                 Ok(table)
             }
-            /// Moves the numbers of things it refers to.
+            /// Updates the IDs that it refers to.
             #[allow(unused_variables)]
             pub fn renumber(&mut self, by: &$crate::schema::Renumber) {
                 $($crate::schema::ParamType::renumber(&mut self.$field, by);)*
@@ -80,8 +104,8 @@ macro_rules! params {
 }
 pub(crate) use params;
 
-/// A closed set of kinds: `family! { /// doc pub enum ShapeDesc as "shape", "shapes" { Sphere(SphereDesc), … } }`.
-/// A table says which by its key `type`; the first is the default.
+/// Declares a family: an enum with one variant per type. The key `type` of a table selects the variant; the first
+/// variant is the default.
 macro_rules! family {
     (
         $(#[doc = $doc:literal])+
@@ -94,29 +118,29 @@ macro_rules! family {
     ) => {
         $(#[doc = $doc])+
         #[derive(Clone, Debug, PartialEq)]
-        // Descriptions are few; their size does not matter.
+        // A scene has few descriptions, so their size does not matter.
         #[allow(clippy::large_enum_variant)]
         pub enum $name { $(#[allow(missing_docs)] $variant($ty),)* }
         impl Default for $name {
-            /// The first kind, with its defaults.
+            /// The first type, with its defaults.
             fn default() -> $name { $name::$first(<$first_ty>::default()) }
         }
         impl $name {
-            /// Names and keys of all kinds.
+            /// The documentation of all types.
             pub const DOC: $crate::schema::FamilyDoc = $crate::schema::FamilyDoc {
                 one: $one,
                 many: $many,
                 doc: &[$($doc),+],
                 entries: &[$(&<$ty>::DOC,)*],
             };
-            /// Its name in a scene file.
+            /// The value of `type` that selects it in a scene file.
             pub fn type_name(&self) -> &'static str { match self { $($name::$variant(_) => <$ty>::DOC.name,)* } }
-            /// The kind of that name in a scene file, with its defaults; `None` if there is none of that name.
+            /// The type called `name` in a scene file, with its defaults; `None` if there is no such type.
             pub fn of_type(name: &str) -> Option<$name> {
                 $(if name == <$ty>::DOC.name { return Some($name::$variant(<$ty>::default())); })*
                 None
             }
-            /// Reads the kind called `name` (written in `value`); `Ok(None)` if there is none of that name.
+            /// Reads a table as the type called `name`; `Ok(None)` if there is no such type.
             pub fn read(
                 name: &str,
                 table: &mut $crate::schema::TableReader<'_>,
@@ -128,14 +152,14 @@ macro_rules! family {
                 })*
                 Ok(None)
             }
-            /// Its `type` and its keys, ones with their default left out.
+            /// Its `type` and its keys, without those at their default.
             pub fn write(&self, cx: &mut dyn $crate::schema::WriteContext) -> Result<$crate::schema::value::Table, $crate::schema::SceneError> {
                 let mut table = $crate::schema::value::Table::default();
                 table.push("type", $crate::schema::value::Data::String(self.type_name().to_owned()));
                 table.entries.extend(match self { $($name::$variant(v) => v.write(cx)?,)* }.entries);
                 Ok(table)
             }
-            /// Moves the numbers of things it refers to.
+            /// Updates the IDs that it refers to.
             pub fn renumber(&mut self, by: &$crate::schema::Renumber) {
                 match self { $($name::$variant(v) => v.renumber(by),)* }
             }

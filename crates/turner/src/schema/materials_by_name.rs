@@ -1,8 +1,9 @@
-//! Materials by name.
+//! Tables of materials by name.
+
 use crate::schema::value::{Data, Span, Table, Value};
 use crate::schema::{MaterialId, ParamType, ReadContext, SceneError, WriteContext, wrong_type};
 
-/// Materials that take the place of a model's own, by name.
+/// Materials that replace a model's own materials of the same names.
 #[derive(Clone, Debug, PartialEq)]
 pub struct MaterialsByName(pub Vec<(String, Span, MaterialId)>);
 

@@ -1,8 +1,10 @@
-//! The schema of the scene format: one source for reading it, for writing it, for `turner help scene` and for docs/reference/scene-format.md.
+//! The schema of the scene format: the single source of the scene reader, the scene writer, `turner help scene` and
+//! docs/reference/scene-format.md.
 //!
-//! Three small macros: `params!` declares what one kind of thing (a sphere, a spot light) is made of,
-//! `family!` the closed set of its kinds, `choice!` a set of words. Each gives the plain data type, its `Default`, how it
-//! is read from a table of a scene file, and its documentation. All families of nouns stand on this room; it knows none of them.
+//! Three macros declare the format. `params!` declares one type of object (a sphere, a spot light) with its keys,
+//! `family!` the closed set of types of one family (all shapes, all lights), and `choice!` an enumeration of words.
+//! Each generates a plain data type, its `Default`, its reader and writer, and its documentation. All families build
+//! on this module; it knows none of them.
 
 pub mod data;
 pub mod error;
@@ -55,63 +57,65 @@ use value::Value;
 pub struct Field {
     /// The key.
     pub name: &'static str,
-    /// The type of its value, in words.
+    /// The type of its value, as text for users.
     pub kind: fn() -> String,
-    /// For a choice, its valid words with their meanings; otherwise empty.
+    /// The valid words of a choice with their meanings; empty for other types.
     pub words: fn() -> &'static [(&'static str, &'static str)],
-    /// Its default as written in a scene; `None` if it must be given.
+    /// Its default as written in a scene; `None` for a required key.
     pub default: Option<fn() -> String>,
-    /// What it means, a line each.
+    /// Its documentation, line by line.
     pub doc: &'static [&'static str],
     /// Its range.
     pub range: Option<Range>,
 }
 
-/// The documentation of one kind of thing.
+/// The documentation of one type, e.g. of the shape `sphere`.
 #[derive(Clone, Copy, Debug)]
 pub struct EntryDoc {
-    /// Its name in a scene.
+    /// The value of `type` that selects it.
     pub name: &'static str,
-    /// What it is, a line each.
+    /// Its documentation, line by line.
     pub doc: &'static [&'static str],
     /// Its keys.
     pub fields: &'static [Field],
-    /// A scene snippet; it loads and renders.
+    /// A scene snippet that loads and renders.
     pub example: &'static str,
 }
 
-/// The documentation of a closed set of kinds: shapes, lights, …
+/// The documentation of a family: all shapes, all lights, …
 #[derive(Clone, Copy, Debug)]
 pub struct FamilyDoc {
-    /// One of them, e.g. `shape`.
+    /// The singular of its name, e.g. `shape`.
     pub one: &'static str,
-    /// Several, e.g. `shapes`.
+    /// The plural, e.g. `shapes`.
     pub many: &'static str,
-    /// What they have in common, a line each.
+    /// What its members have in common, line by line.
     pub doc: &'static [&'static str],
     /// Its members.
     pub entries: &'static [&'static EntryDoc],
 }
 
-/// A type that can stand after a key in a scene file.
+/// The type of a value in a scene file.
 pub trait ParamType: Sized {
-    /// The type in words, e.g. `number` or `[x, y, z]`.
+    /// The type as text for users, e.g. `number` or `[x, y, z]`.
     fn kind() -> String;
-    /// For a choice, its valid words with their meanings; otherwise empty.
+    /// The valid words of a choice with their meanings; empty for other types.
     fn words() -> &'static [(&'static str, &'static str)] {
         &[]
     }
-    /// From a value.
-    fn read(value: &Value, cx: &mut dyn ReadContext) -> Result<Self, SceneError>;
-    /// As it would be written in a scene; used to show defaults.
-    fn show(&self) -> String;
-    /// As a value that reads back as the same; `None` for what is said by leaving the key out.
+    /// Reads a value.
     ///
-    /// Errors: those of the files that its data goes to.
+    /// Errors: a value of another type; a name or file that does not exist.
+    fn read(value: &Value, cx: &mut dyn ReadContext) -> Result<Self, SceneError>;
+    /// The value as written in a scene; documentation shows defaults with it.
+    fn show(&self) -> String;
+    /// The value to write, which reads back as the same value; `None` to omit the key.
+    ///
+    /// Errors: those of writing the files that hold its data.
     fn write(&self, cx: &mut dyn WriteContext) -> Result<Option<Data>, SceneError>;
-    /// Moves the numbers of things it refers to.
+    /// Updates the IDs that it refers to.
     fn renumber(&mut self, _by: &Renumber) {}
-    /// The first number of this value that lies outside the range, if any. A type without numbers returns `None`.
+    /// The first number of this value outside the range. `None` if all lie inside, or if the type has no numbers.
     fn outside(&self, _range: &Range) -> Option<f64> {
         None
     }

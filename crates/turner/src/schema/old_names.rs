@@ -1,9 +1,9 @@
-//! Names of the scene format that were replaced. Files with the old ones are still read, with a note that says the new one.
+//! Old names in the scene format. The reader accepts them and adds a note with the new name.
 
 use super::value::Span;
 use super::{KeyPart, ReadContext, Warning, WarningKind};
 
-/// Keys: the new name, then the old one. A key is looked up by its new name first.
+/// Keys: new name, old name. A table is searched for the new name first.
 const KEYS: &[(&str, &str)] = &[
     ("clamp_sample", "max_sample"),
     ("fallback", "otherwise"),
@@ -16,11 +16,11 @@ const KEYS: &[(&str, &str)] = &[
     ("studio", "stage"),
 ];
 
-/// Values of `type`: the new name, then the old one.
+/// Values of `type`: new name, old name.
 const TYPES: &[(&str, &str)] =
     &[("checkerboard", "chessboard"), ("interface", "boundary"), ("multiply", "product")];
 
-/// Keys by section, for paths of keys: section, new name, old name.
+/// Keys in key paths: section, new name, old name.
 const PATHS: &[(&str, &str, &str)] = &[
     ("film", "clamp_sample", "max_sample"),
     ("camera", "focus_distance", "focus"),
@@ -35,12 +35,12 @@ pub fn of_key(new: &str) -> Option<&'static str> {
     KEYS.iter().find(|(name, _)| *name == new).map(|(_, old)| *old)
 }
 
-/// What a kind is called now, if `name` is its old name.
+/// The new name of a type, if `name` is its old one.
 pub fn new_type(name: &str) -> Option<&'static str> {
     TYPES.iter().find(|(_, old)| *old == name).map(|(new, _)| *new)
 }
 
-/// Replaces old names in a path of keys, as `film.max_sample`.
+/// Replaces old names in a key path such as `film.max_sample`.
 pub fn update_path(path: &mut [KeyPart]) {
     if let Some(section) = path.first_mut()
         && section.key == "stage"
@@ -59,7 +59,7 @@ pub fn update_path(path: &mut [KeyPart]) {
     }
 }
 
-/// The note about an old name.
+/// Records the note about an old name.
 pub fn note(old: &str, new: &str, span: Span, cx: &mut dyn ReadContext) {
     let message = format!("`{old}` is now called `{new}`; the old name is still read");
     cx.remark(Warning { span: Some(span), ..Warning::new(WarningKind::Note, message) });

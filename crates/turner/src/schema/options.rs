@@ -1,19 +1,20 @@
-//! How a scene is prepared.
+//! Options of scene preparation.
 
 use turner_bvh::InstructionSet;
 
 use super::{Limits, Quality};
 
-/// How to prepare.
+/// Options of [`SceneDesc::prepare`](crate::description::SceneDesc::prepare).
 #[derive(Clone, Debug, Default)]
 pub struct PrepareOptions {
-    /// Threads for building trees; 0 takes all there are. The scene is the same for any number.
+    /// Threads for building BVHs; 0 uses all cores. The prepared scene does not depend on it.
     pub threads: usize,
-    /// How much work goes into the trees of meshes. It changes how long pictures take, not what they show.
+    /// The build quality of the BVHs of meshes. It changes the render time, not the picture.
     pub quality: Quality,
-    /// What it may take.
+    /// Limits on memory and triangles.
     pub limits: Limits,
-    /// What batches of rays are traced and shaded with; by default the best that this machine has. Pictures are the same with any.
+    /// The instruction set that traces and shades batches of rays; by default the best one that this machine has. The
+    /// picture does not depend on it.
     pub instruction_set: InstructionSet,
 }
 

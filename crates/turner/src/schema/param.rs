@@ -1,4 +1,4 @@
-//! The types that can stand after a key: numbers, vectors, colours, transforms, references by name.
+//! The types of values: numbers, vectors, colours, and references by name.
 
 use crate::choice::Choice;
 use crate::color::{NAMES, Spectrum, from_rgb24, named};
@@ -19,7 +19,7 @@ fn number(value: &Value) -> Option<f64> {
     }
 }
 
-/// Shows a number the way TOML writes it.
+/// Shows a number as TOML writes it.
 pub(crate) fn show_number(v: f64) -> String {
     if v.is_infinite() { if v > 0.0 { "inf".into() } else { "-inf".into() } } else { format!("{v}") }
 }
@@ -136,13 +136,13 @@ impl<T: ParamType> ParamType for Option<T> {
     }
 }
 
-/// Writes each element.
+/// Writes the elements of a list.
 fn write_list<T: ParamType>(items: &[T], cx: &mut dyn WriteContext) -> Result<Option<Data>, SceneError> {
     let items: Result<Vec<_>, _> = items.iter().map(|v| v.write(cx)).collect();
     Ok(Some(list(items?.into_iter().flatten())))
 }
 
-/// A list whose every element reads as `T`.
+/// A list of `T`.
 impl<T: ParamType> ParamType for Vec<T> {
     fn kind() -> String {
         format!("[{}, …]", T::kind())
@@ -250,8 +250,8 @@ impl ParamType for DVec2 {
     }
 }
 
-/// A colour: `[r, g, b]` and a single number are scene values as they stand; `"#rrggbb"`, `"#rgb"` and names are
-/// display values, decoded by the film's transfer curve.
+/// A colour. `[r, g, b]` and a single number are linear scene values; `"#rrggbb"`, `"#rgb"` and names are display
+/// values, which the film's transfer curve decodes.
 impl ParamType for Spectrum {
     fn kind() -> String {
         "color".into()
@@ -313,9 +313,9 @@ fn display_color(text: &str, value: &Value) -> Result<Spectrum, SceneError> {
 /// A colour, or a texture by name or written in place.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum ColorSource {
-    /// The same everywhere.
+    /// A constant colour.
     Constant(Spectrum),
-    /// From a texture.
+    /// The colour of a texture.
     Texture(TextureId),
 }
 
@@ -358,7 +358,7 @@ impl ParamType for ColorSource {
     fn renumber(&mut self, by: &Renumber) {
         *self = by.source(*self);
     }
-    /// What textures give is limited where it is used.
+    /// The values of textures are checked where they are used.
     fn outside(&self, range: &Range) -> Option<f64> {
         match self {
             ColorSource::Constant(c) => c.outside(range),
@@ -367,15 +367,15 @@ impl ParamType for ColorSource {
     }
 }
 
-/// A picture file, decoded.
+/// A decoded image file.
 impl ParamType for ImageId {
     fn kind() -> String {
-        "\"picture file\"".into()
+        "\"image file\"".into()
     }
     fn read(value: &Value, cx: &mut dyn ReadContext) -> Result<ImageId, SceneError> {
         match &value.data {
             Data::String(uri) => cx.image(uri, value.span),
-            _ => Err(wrong_type(value, "the name of a picture file")),
+            _ => Err(wrong_type(value, "the name of an image file")),
         }
     }
     fn show(&self) -> String {
@@ -427,7 +427,7 @@ impl ParamType for MediumId {
     }
 }
 
-/// One of a few words.
+/// One word of a choice.
 impl<T: Choice> ParamType for T {
     fn kind() -> String {
         T::ALL_WORDS.iter().map(|w| format!("\"{w}\"")).collect::<Vec<_>>().join(" | ")

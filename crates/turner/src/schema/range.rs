@@ -1,15 +1,15 @@
-//! Intervals that numbers must lie in.
+//! Valid ranges of numbers.
 
-/// An interval that numbers must lie in.
+/// An interval of valid numbers.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Range {
     /// Lower end.
     pub min: f64,
-    /// Whether the lower end itself is refused.
+    /// Whether the lower end is excluded.
     pub open_min: bool,
     /// Upper end.
     pub max: f64,
-    /// Whether the upper end itself is refused.
+    /// Whether the upper end is excluded.
     pub open_max: bool,
 }
 
@@ -33,7 +33,7 @@ impl Range {
         Range { min, open_min: true, max, open_max: true }
     }
 
-    /// Whether `v` lies inside; NaN does not.
+    /// Whether `v` lies inside. False for NaN.
     pub fn contains(&self, v: f64) -> bool {
         (if self.open_min { v > self.min } else { v >= self.min })
             && (if self.open_max { v < self.max } else { v <= self.max })

@@ -1,4 +1,4 @@
-//! What reading a value may need of the scene around it.
+//! What reading a value needs from the rest of the scene.
 
 use std::sync::Arc;
 
@@ -7,58 +7,59 @@ use super::value::{Span, Value};
 use super::{ImageId, MaterialId, MediumId, MeshId, SceneError, TextureId, Warning, WarningKind};
 use crate::color::Transfer;
 
-/// Names defined elsewhere in the scene, files, the meaning of hex colours. Who reads a whole scene implements it.
+/// Names defined elsewhere in the scene, the files it refers to, and the transfer curve of colours. The reader of
+/// complete scenes implements it.
 pub trait ReadContext {
     /// The film's transfer curve, which `#rrggbb` and colour names follow.
     fn transfer(&self) -> Transfer;
-    /// The texture of that name.
+    /// The texture called `name`.
     fn texture_named(&self, name: &str) -> Option<TextureId>;
     /// The names of all textures, sorted.
     fn texture_names(&self) -> Vec<&str>;
-    /// A texture written in place.
+    /// Reads a texture written in place and adds it to the scene.
     ///
-    /// Errors: those of the texture; too deep a nesting.
+    /// Errors: those of the texture; nesting that is too deep.
     fn inline_texture(&mut self, value: &Value) -> Result<TextureId, SceneError>;
-    /// A material by its name or written in place.
+    /// A material, by its name or written in place.
     ///
     /// Errors: an unknown name; those of the material.
     fn material(&mut self, value: &Value) -> Result<MaterialId, SceneError>;
-    /// A medium by its name or written in place.
+    /// A medium, by its name or written in place.
     ///
     /// Errors: an unknown name; those of the medium.
     fn medium(&mut self, value: &Value) -> Result<MediumId, SceneError>;
-    /// A picture file.
+    /// Reads an image file.
     ///
-    /// Errors: a file that cannot be read or decoded; so for all files.
+    /// Errors, as for all files: a file that cannot be read or decoded.
     fn image(&mut self, uri: &str, span: Span) -> Result<ImageId, SceneError>;
-    /// A file of a light's measurements.
+    /// Reads an IES file.
     fn light_profile(&mut self, uri: &str, span: Span) -> Result<Arc<LightProfile>, SceneError>;
-    /// A file of a medium's grid.
+    /// Reads a density grid.
     fn grid(&mut self, uri: &str, span: Span) -> Result<Arc<GridData>, SceneError>;
-    /// A mesh file.
+    /// Reads a mesh file.
     fn mesh_file(&mut self, uri: &str, span: Span) -> Result<MeshId, SceneError>;
-    /// A mesh written in place.
+    /// Adds a mesh written in place.
     fn inline_mesh(&mut self, mesh: MeshData) -> MeshId;
-    /// What a mesh of this scene holds.
+    /// The data of a mesh of this scene.
     fn mesh_data(&self, mesh: MeshId) -> Arc<MeshData>;
-    /// Notes a remark.
+    /// Records a warning.
     fn remark(&mut self, warning: Warning);
-    /// Notes an error, so that reading continues with a placeholder and finds further errors.
+    /// Records an error, so that reading can continue with a placeholder and find further errors.
     ///
-    /// Errors: the error itself, where reading stops at the first one.
+    /// Errors: the error itself, if reading stops at the first one.
     fn fault(&mut self, error: SceneError) -> Result<(), SceneError> {
         Err(error)
     }
-    /// How many errors were noted.
+    /// The number of errors recorded so far.
     fn faults(&self) -> usize {
         0
     }
 }
 
 impl dyn ReadContext + '_ {
-    /// The value that was read; `None` if it could not be read and the error was noted.
+    /// The value that was read; `None` if reading it failed and the error was recorded.
     ///
-    /// Errors: the error itself, where reading stops at the first one.
+    /// Errors: the error itself, if reading stops at the first one.
     pub fn noted<T>(&mut self, read: Result<T, SceneError>) -> Result<Option<T>, SceneError> {
         match read {
             Ok(value) => Ok(Some(value)),
@@ -66,8 +67,8 @@ impl dyn ReadContext + '_ {
         }
     }
 
-    /// The same for a check that follows others: its error may result from theirs and is dropped if any was noted
-    /// after the first `before`.
+    /// The same for a check that builds on earlier ones. Its error may be a consequence of theirs, so it is dropped if
+    /// more than `before` errors were recorded.
     pub fn noted_after<T>(
         &mut self,
         before: usize,
@@ -79,7 +80,7 @@ impl dyn ReadContext + '_ {
         }
     }
 
-    /// Notes something ignored or doubtful.
+    /// Records a warning of the kind [`WarningKind::Ignored`].
     pub fn warn(&mut self, span: Option<Span>, message: impl Into<String>) {
         self.remark(Warning { span, ..Warning::new(WarningKind::Ignored, message) });
     }

@@ -1,43 +1,43 @@
-//! What would mend a fault, as data: a front end words it as its own flag, button or call, or carries it out.
+//! Remedies as data. A front end shows one as its own flag, button or call, or applies it.
 
 use turner_bvh::Quality;
 
 use super::KeyEdit;
 use super::value::{Data, Value};
 
-/// Something that a program can do about an error, a warning or a finding.
+/// An action that resolves an error, a warning or a finding.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum Remedy {
-    /// Set these values of the scene, all together.
+    /// Set all these values of the scene.
     Set(Vec<KeyEdit>),
-    /// Raise the limit of [`Limits::memory`](super::Limits::memory).
+    /// Raise the limit [`Limits::memory`](super::Limits::memory).
     MoreMemory,
     /// Raise [`Limits::max_triangles`](super::Limits::max_triangles).
     MoreTriangles,
-    /// Let pictures have more columns and rows.
+    /// Raise the limit on the width and height of images.
     LargerPictures,
-    /// Let the scene read another folder than its own.
+    /// Allow the scene to read files outside its own folder.
     OpenFolder,
-    /// Replace the file that is there.
+    /// Replace the existing file.
     Replace,
-    /// Give a value to this name, which the scene leaves open.
+    /// Define this name, which the scene uses but does not define.
     Define(String),
-    /// Take a picture as the environment map.
+    /// Use an image as the environment map.
     Environment,
-    /// Prepare with this [`PrepareOptions::quality`](super::PrepareOptions::quality).
+    /// Prepare the scene with this [`PrepareOptions::quality`](super::PrepareOptions::quality).
     TreeQuality(Quality),
-    /// Give an examination so many seconds.
+    /// Give the doctor this time budget, seconds.
     Seconds(f64),
 }
 
 impl Remedy {
-    /// One value of the scene; dots separate the parts of `key`.
+    /// Sets one value of the scene. Dots separate the parts of `key`.
     pub fn set(key: &str, value: impl Into<Data>) -> Remedy {
         Remedy::Set(Vec::new()).and(key, value)
     }
 
-    /// The same with one value more; remedies that set no values stay as they are.
+    /// Sets one more value. Remedies other than [`Remedy::Set`] stay the same.
     pub fn and(mut self, key: &str, value: impl Into<Data>) -> Remedy {
         if let Remedy::Set(edits) = &mut self {
             edits.push(KeyEdit::new(key, value.into()));
@@ -94,7 +94,7 @@ mod tests {
         assert_eq!(film.get("samples").map(|v| &v.data), Some(&Data::Integer(64)));
         assert_eq!(film.get("samples").map(|v| v.span), Some(Span::NONE));
         assert!(matches!(film.get("crop").map(|v| &v.data), Some(Data::Array(list)) if list.len() == 4));
-        // Nothing is lost where there is nothing to add to.
+        // Remedies that set no values stay the same.
         assert_eq!(Remedy::Replace.and("film.samples", 1), Remedy::Replace);
     }
 }

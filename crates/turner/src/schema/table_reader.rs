@@ -1,11 +1,11 @@
-//! Tables of a scene file, key by key.
+//! Reads tables of a scene file, key by key.
 
 use super::error::{ErrorCode, SceneError, escape, nearest, suggestion};
 use super::foreign;
 use super::value::{Data, Entry, Span, Table, Value};
 use super::{ParamType, Range, ReadContext, old_names, wrong_type};
 
-/// Reads the keys of one table, remembers which were asked for, and refuses the others.
+/// Reads the keys of one table. [`TableReader::finish`] reports the keys that were not read as unknown.
 pub struct TableReader<'a> {
     table: &'a Table,
     span: Span,
@@ -14,12 +14,14 @@ pub struct TableReader<'a> {
 }
 
 impl<'a> TableReader<'a> {
-    /// A reader of a table that is `what` (for messages: "a sphere", "the camera").
+    /// A reader of `table`. `what` names the table in messages: "a sphere", "the camera".
     pub fn new(table: &'a Table, span: Span, what: impl Into<String>) -> TableReader<'a> {
         TableReader { table, span, what: what.into(), known: Vec::new() }
     }
 
-    /// A reader of a value that must be a table.
+    /// A reader of a value.
+    ///
+    /// Errors: a value that is no table.
     pub fn of(value: &'a Value, what: impl Into<String>) -> Result<TableReader<'a>, SceneError> {
         match &value.data {
             Data::Table(table) => Ok(TableReader::new(table, value.span, what)),
@@ -27,23 +29,23 @@ impl<'a> TableReader<'a> {
         }
     }
 
-    /// Names the table more exactly, once its type is known.
+    /// Changes the name of the table in messages, once its type is known.
     pub fn rename(&mut self, what: impl Into<String>) {
         self.what = what.into();
     }
 
-    /// Where the table stands.
+    /// The position of the table.
     pub fn span(&self) -> Span {
         self.span
     }
 
-    /// The value of a key; the key counts as known from here on.
+    /// The value of a key. The key counts as known from here on.
     pub fn take(&mut self, key: &'static str) -> Option<&'a Value> {
         self.known.push(key);
         self.table.get(key)
     }
 
-    /// The value of a key, by its new name or by its old one, with a note about the latter.
+    /// The value of a key by its current name or else by its old name, which adds a note.
     pub fn take_renamed(&mut self, key: &'static str, cx: &mut dyn ReadContext) -> Option<&'a Value> {
         let value = self.take(key);
         let Some(old) = old_names::of_key(key).filter(|_| value.is_none()) else { return value };
@@ -58,12 +60,12 @@ impl<'a> TableReader<'a> {
         self.table.get(key).is_some()
     }
 
-    /// Where the key or, without it, the table stands.
+    /// The position of the key's value; without the key, the position of the table.
     pub fn span_of(&self, key: &str) -> Span {
         self.table.get(key).map_or(self.span, |v| v.span)
     }
 
-    /// The value of a key, typed.
+    /// Reads the value of a key; `None` if the key is missing or the value is invalid and its error was recorded.
     pub fn optional<T: ParamType>(
         &mut self,
         key: &'static str,
@@ -75,7 +77,7 @@ impl<'a> TableReader<'a> {
         cx.noted(read)
     }
 
-    /// The value of a key that must be given; `start` where reading continues without it.
+    /// Reads the value of a required key. If reading continues after an error, the value is `start`.
     pub fn required<T: ParamType>(
         &mut self,
         key: &'static str,
@@ -95,7 +97,7 @@ impl<'a> TableReader<'a> {
         Ok(self.optional(key, range, cx)?.unwrap_or_else(start))
     }
 
-    /// Refuses keys nobody asked for.
+    /// Reports keys that were not read.
     pub fn finish(&self, cx: &mut dyn ReadContext) -> Result<(), SceneError> {
         for entry in &self.table.entries {
             if !self.known.contains(&entry.key.as_str()) {
@@ -121,7 +123,7 @@ impl<'a> TableReader<'a> {
     }
 }
 
-/// A value of its type within its range.
+/// Reads a value and checks its range.
 fn read_value<T: ParamType>(
     key: &str,
     value: &Value,

@@ -1,4 +1,4 @@
-//! Transforms of objects and groups, as written in a scene.
+//! Transforms of objects, instances and textures, as written in a scene.
 
 use crate::math::elementary::sin_cos;
 use crate::math::{DAffine3, DMat3, DVec3, radians};
@@ -6,25 +6,24 @@ use crate::schema::value::{Data, Table, Value};
 use crate::schema::write::list;
 use crate::schema::{ErrorCode, ParamType, ReadContext, SceneError, TableReader, WriteContext, wrong_type};
 
-/// An affine transform that can be undone. Written as a table of `scale`, `rotate`, `translate`, `matrix`,
-/// `look_at` (applied in that order: scale first, then rotate, then translate), or as a list of such tables,
-/// applied from first to last.
+/// An invertible affine transform. Written as a table of `scale`, `rotate`, `translate`, `matrix` and `look_at`,
+/// applied in that order, or as a list of such tables, applied from first to last.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Transform(pub DAffine3);
 
 impl Transform {
-    /// Leaves everything where it is.
+    /// The identity.
     pub const IDENTITY: Transform = Transform(DAffine3::IDENTITY);
 
-    /// Whether it leaves everything where it is.
+    /// Whether it is the identity.
     pub fn is_identity(&self) -> bool {
         self.0 == DAffine3::IDENTITY
     }
 }
 
-/// A rotation about a unit axis, counter-clockwise seen from the axis' tip (right-handed).
+/// A right-handed rotation about a unit axis: counter-clockwise as seen from the tip of the axis.
 pub fn rotation(axis: DVec3, degrees: f64) -> DMat3 {
-    // Quarter turns come out exact, so that rotated boxes stay aligned.
+    // Multiples of 90° are exact, so that rotated boxes stay axis-aligned.
     let quarters = degrees / 90.0;
     let (s, c) = if quarters == quarters.floor() && quarters.abs() < 1e9 {
         [(0.0, 1.0), (1.0, 0.0), (0.0, -1.0), (-1.0, 0.0)][(quarters as i64).rem_euclid(4) as usize]
@@ -40,7 +39,7 @@ pub fn rotation(axis: DVec3, degrees: f64) -> DMat3 {
     )
 }
 
-/// Rotation about x, then y, then z.
+/// Rotates about x, then y, then z.
 fn euler(degrees: DVec3) -> DMat3 {
     rotation(DVec3::Z, degrees.z) * rotation(DVec3::Y, degrees.y) * rotation(DVec3::X, degrees.x)
 }
@@ -72,7 +71,8 @@ impl ParamType for Transform {
     }
 }
 
-/// As `scale` and `translate` where it is no more than that to the last bit, as `matrix` else; `None` where it changes nothing.
+/// Writes `scale` and `translate` if they reproduce the transform to the last bit, otherwise `matrix`; `None` for the
+/// identity.
 fn written(m: &DAffine3) -> Option<Table> {
     let bits = |m: &DAffine3| m.to_cols_array().map(f64::to_bits);
     let numbers = |v: DVec3| list(v.to_array().map(Data::Number));
@@ -102,12 +102,12 @@ fn written(m: &DAffine3) -> Option<Table> {
 
 fn invertible(m: DAffine3, value: &Value) -> Result<(), SceneError> {
     let inverse = m.inverse();
-    // A determinant of 1e-30 may be a scale of 1e-10: judge by what the inverse does, not by its size.
+    // A uniform scale of 1e-10 has the determinant 1e-30. So test the product with the inverse, not the determinant.
     let round_trip = (m.matrix3 * inverse.matrix3 - DMat3::IDENTITY).to_cols_array();
     if m.is_finite() && inverse.is_finite() && round_trip.iter().all(|v| v.abs() < 1e-6) {
         return Ok(());
     }
-    let message = "this transform cannot be undone (its matrix is singular or not finite)";
+    let message = "this transform is not invertible (its matrix is singular or not finite)";
     Err(SceneError::at(ErrorCode::Transform, value.span, message)
         .help("every scale must differ from 0 and the matrix must have three independent axes"))
 }
@@ -147,7 +147,7 @@ fn read_step(value: &Value, cx: &mut dyn ReadContext) -> Result<DAffine3, SceneE
     }
     if let Some(matrix) = table.take("matrix") {
         let matrix = read_matrix(matrix, cx)?;
-        // A matrix alone counts to the last bit, the signs of its zeros included.
+        // A matrix on its own is kept to the last bit, including the signs of its zeros.
         m = if m == DAffine3::IDENTITY { matrix } else { matrix * m };
     }
     if let Some(look_at) = table.take("look_at") {
@@ -157,7 +157,8 @@ fn read_step(value: &Value, cx: &mut dyn ReadContext) -> Result<DAffine3, SceneE
     Ok(m)
 }
 
-/// Rows of a 3x4 or 4x4 matrix, flat or nested; points are columns, so the translation is the last column.
+/// Reads the rows of a 3×4 or 4×4 matrix, flat or nested. Points are column vectors, so the translation is the last
+/// column.
 fn read_matrix(value: &Value, cx: &mut dyn ReadContext) -> Result<DAffine3, SceneError> {
     let Data::Array(items) = &value.data else {
         return Err(wrong_type(value, "12 or 16 numbers, row by row"));
@@ -185,7 +186,7 @@ fn read_matrix(value: &Value, cx: &mut dyn ReadContext) -> Result<DAffine3, Scen
     Ok(DAffine3 { matrix3: DMat3::from_cols(column(0), column(1), column(2)), translation: column(3) })
 }
 
-/// Places an object at `from`, its +z axis towards `to`, its +y axis as near `up` as that allows.
+/// Moves the origin to `from`, points +z at `to`, and turns +y as close to `up` as possible.
 fn read_look_at(value: &Value, cx: &mut dyn ReadContext) -> Result<DAffine3, SceneError> {
     let mut table = TableReader::of(value, "a look_at transform")?;
     let from = table.optional::<DVec3>("from", None, cx)?.unwrap_or(DVec3::ZERO);

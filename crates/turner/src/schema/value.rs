@@ -1,8 +1,8 @@
-//! The tree of plain values a scene file is made of, each with its place in the file.
+//! The tree of plain values of a scene file, each with its position in the file.
 //!
-//! Text formats parse into this; [`crate::description::read_scene`] turns it into a description.
+//! Text formats are parsed into this tree; [`crate::description::read_scene`] turns it into a description.
 
-/// Which of the files that were read.
+/// The index of a file among those that were read.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub struct FileId(pub u32);
 
@@ -18,27 +18,27 @@ pub struct Span {
 }
 
 impl Span {
-    /// No place: of values that a program made and that stand in no file.
+    /// The span of values that a program made and that are in no file.
     pub const NONE: Span = Span { file: FileId(u32::MAX), start: 0, end: 0 };
 }
 
-/// A value and where it stands.
+/// A value and its position.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Value {
-    /// What it is.
+    /// Its data.
     pub data: Data,
-    /// Where it stands.
+    /// Its position.
     pub span: Span,
 }
 
-/// What a value is.
+/// The data of a value.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Data {
     /// true or false.
     Bool(bool),
     /// A whole number.
     Integer(i64),
-    /// A number with a fraction, an infinity or NaN.
+    /// A floating-point number, possibly infinite or NaN.
     Number(f64),
     /// Text.
     String(String),
@@ -49,7 +49,7 @@ pub enum Data {
 }
 
 impl Data {
-    /// What to call this kind of value in a message.
+    /// The name of its type for messages, with an article.
     pub fn kind(&self) -> &'static str {
         match self {
             Data::Bool(_) => "a boolean",
@@ -65,16 +65,16 @@ impl Data {
 /// Named values in the order of the file.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Table {
-    /// The entries; keys are unique.
+    /// The entries. Keys are unique.
     pub entries: Vec<Entry>,
 }
 
 /// One `key = value`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Entry {
-    /// The name.
+    /// The key.
     pub key: String,
-    /// Where the name stands.
+    /// The position of the key.
     pub key_span: Span,
     /// The value.
     pub value: Value,
@@ -86,12 +86,12 @@ impl Table {
         self.entries.iter().find(|e| e.key == key).map(|e| &e.value)
     }
 
-    /// The value of `key`, to be changed.
+    /// The value of `key`, mutable.
     pub fn get_mut(&mut self, key: &str) -> Option<&mut Value> {
         self.entries.iter_mut().find(|e| e.key == key).map(|e| &mut e.value)
     }
 
-    /// Sets `key`, replacing what was there.
+    /// Sets `key`; replaces its value if the table has the key.
     pub fn set(&mut self, key: &str, key_span: Span, value: Value) {
         match self.entries.iter_mut().find(|e| e.key == key) {
             Some(e) => (e.key_span, e.value) = (key_span, value),

@@ -1,24 +1,24 @@
-//! Remarks about a scene that are no errors.
+//! Warnings about a scene.
 
 use super::Remedy;
 use super::value::Span;
 
-/// What sort of remark a warning is.
+/// The kind of a warning.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum WarningKind {
-    /// Something that was asked for has no effect on the picture; an error where everything must have its effect.
+    /// The scene sets something that is ignored. An error with `--strict`.
     #[default]
     Ignored,
-    /// Something is shown, but not exactly as asked for.
+    /// Something is rendered only approximately as described.
     Approximated,
-    /// Something is unlikely to be meant.
+    /// Something is probably a mistake.
     Doubtful,
-    /// Something that was not said was chosen.
+    /// Turner chose something that the scene does not specify, or accepted an old name.
     Note,
 }
 
 impl WarningKind {
-    /// In a word.
+    /// The kind as a word.
     pub fn word(self) -> &'static str {
         match self {
             WarningKind::Ignored => "ignored",
@@ -29,23 +29,23 @@ impl WarningKind {
     }
 }
 
-/// Something ignored, approximated or doubtful.
+/// A warning about a scene.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Warning {
-    /// What sort of remark.
+    /// Its kind.
     pub kind: WarningKind,
-    /// What.
+    /// What the warning is about.
     pub message: String,
-    /// Where.
+    /// The position in a file, if it has one.
     pub span: Option<Span>,
-    /// How often.
+    /// How often it occurred.
     pub count: u64,
-    /// What would change it, where a program can carry it out.
+    /// A remedy as data that a program can apply.
     pub remedy: Option<Remedy>,
 }
 
 impl Warning {
-    /// A remark without a place in a file.
+    /// A warning without a position in a file.
     pub fn new(kind: WarningKind, message: impl Into<String>) -> Warning {
         Warning { kind, message: message.into(), span: None, count: 1, remedy: None }
     }

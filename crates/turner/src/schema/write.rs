@@ -1,40 +1,40 @@
-//! What writing a value may need of the scene around it.
+//! What writing a value needs from the rest of the scene.
 
 use super::data::{GridFile, MeshData, ProfileFile};
 use super::value::{Data, Entry, Span, Table, Value};
 use super::{ErrorCode, ImageId, MaterialId, MediumId, MeshId, ParamType, SceneError, TextureId};
 
-/// The names of other things, places for files. Who writes a whole scene implements it.
+/// The names that IDs are written as, and the files that data goes to. The writer of complete scenes implements it.
 pub trait WriteContext {
     /// The name of a texture.
     ///
-    /// Errors: a number that the scene does not have; so for all names.
+    /// Errors, as for all names: an ID that the scene does not have.
     fn texture(&self, id: TextureId) -> Result<Data, SceneError>;
     /// The name of a material.
     fn material(&self, id: MaterialId) -> Result<Data, SceneError>;
     /// The name of a medium.
     fn medium(&self, id: MediumId) -> Result<Data, SceneError>;
-    /// The file of a picture.
+    /// The file of an image.
     ///
-    /// Errors: a file that cannot be written; so for all files.
+    /// Errors, as for all files: a file that cannot be written.
     fn image(&mut self, id: ImageId) -> Result<Data, SceneError>;
-    /// A mesh of the scene, and its file, unless it shall stand in the scene itself.
+    /// A mesh and its file; without a file, the mesh is written into the scene itself.
     fn mesh(&mut self, id: MeshId) -> Result<(&MeshData, Option<String>), SceneError>;
-    /// The file of a light's measurements.
+    /// The IES file of a light.
     fn light_profile(&mut self, profile: &ProfileFile) -> Result<Data, SceneError>;
-    /// The file of a medium's grid.
+    /// The file of a density grid.
     fn grid(&mut self, grid: &GridFile) -> Result<Data, SceneError>;
 }
 
 impl Value {
-    /// A value without a place in a file.
+    /// A value without a position in a file.
     pub fn new(data: Data) -> Value {
         Value { data, span: Span::NONE }
     }
 }
 
 impl Table {
-    /// Adds `key = data`, if there is any data.
+    /// Adds `key = data`, unless `data` is `None`.
     pub fn push(&mut self, key: &str, data: impl Into<Option<Data>>) {
         if let Some(data) = data.into() {
             self.entries.push(Entry { key: key.to_owned(), key_span: Span::NONE, value: Value::new(data) });
@@ -42,9 +42,9 @@ impl Table {
     }
 }
 
-/// The shortest number that reads back as this one in single precision.
+/// The shortest decimal number that reads back as `v` in single precision.
 pub(crate) fn single(v: f32) -> Data {
-    // Rounded twice, what is shortest in single precision might become its neighbour.
+    // The reader rounds to double and then to single precision, which could yield the neighbour of `v`.
     let short = v.to_string().parse::<f64>().ok().filter(|short| (*short as f32).to_bits() == v.to_bits());
     Data::Number(short.unwrap_or_else(|| f64::from(v)))
 }
@@ -54,7 +54,7 @@ pub(crate) fn list(items: impl IntoIterator<Item = Data>) -> Data {
     Data::Array(items.into_iter().map(Value::new).collect())
 }
 
-/// Whether two values are the same to the last bit.
+/// Whether two values are equal bit by bit.
 fn same(a: &Data, b: &Data) -> bool {
     match (a, b) {
         (Data::Number(a), Data::Number(b)) => a.to_bits() == b.to_bits(),
@@ -70,7 +70,7 @@ fn same(a: &Data, b: &Data) -> bool {
     }
 }
 
-/// Adds a key, unless it has its default.
+/// Writes a key, unless its value is the default.
 pub fn entry<T: ParamType>(
     cx: &mut dyn WriteContext,
     table: &mut Table,
@@ -79,12 +79,12 @@ pub fn entry<T: ParamType>(
     default: Option<&T>,
 ) -> Result<(), SceneError> {
     let written = value.write(cx)?;
-    // What says nothing needs no words; a default is written by the same rules, so that −0 is not taken for 0.
+    // Compare with the default as it would be written, so that −0 is not taken for 0.
     let default = default.map(|d| d.write(cx)).transpose()?.flatten();
     match (&written, &default) {
         (Some(a), Some(b)) if same(a, b) => {}
         (None, Some(_)) => {
-            let message = format!("`{key}` has a default and cannot be written as not given");
+            let message = format!("`{key}` has a default, so the file cannot express that it is absent");
             return Err(SceneError::new(ErrorCode::Internal, message));
         }
         _ => table.push(key, written),

@@ -1,29 +1,48 @@
-//! Cones and truncated cones, with or without caps.
+//! Cones and truncated cones (frustums), with or without caps.
+//!
+//! Local space has its origin at the centre of the narrow end, with z towards the wide end:
+//!
+//! ```text
+//!      z = 0       ___        radius r₀ (0 for a pointed cone)
+//!                 /   \
+//!                /     \      radius at z: r(z) = r₀ + slope · z
+//!               /       \
+//!      z = h   /_________\    radius r₁
+//! ```
+//!
+//! Inside the side surface x² + y² <= r(z)². With p = o + t d this is a quadratic inequality in t. Its
+//! solutions include the mirrored second nappe above the apex, so the interval of t is intersected with the
+//! slab 0 <= z <= h. Between its ends the cone is convex, so one interval of t remains; its two ends are the
+//! candidate hits. The discriminant is computed by Lagrange's identity, which avoids the cancellation of b² − a
+//! c for thin cones and distant rays.
 
 use std::f64::consts::{PI, TAU};
 
 use super::cylinder::slab;
 use super::disk::disk_bounds;
 use super::plane::tangents;
-use super::{AreaPoint, ROUNDING, ShapeHit, SurfacePoint, axis_of, cap_uv, convex_hit, disk_point, turn};
+use super::{
+    AreaPoint, ROUNDING, ShapeHit, SurfacePoint, axis_of, cap_uv, convex_hit, disk_point, unit_angle,
+};
 use crate::math::elementary::sin_cos;
 use crate::math::{Bounds, DVec2, DVec3, Frame, Ray};
 use crate::schema::{Range, SceneError, params};
 
 params! {
-    /// A cone from the middle of its base to its tip; with `tip_radius` it is cut off there. On the side u runs once around the
-    /// axis, counter-clockwise seen from the tip, and v from 0 at the base to 1 at the tip; with the tip along +y, u is that
-    /// of the sphere: 0 at −z, 0.25 at −x, 0.5 at +z, 0.75 at +x. A cap has the (u, v) of a disk that faces outwards.
+    /// A cone from the centre of its base (`from`) to its tip (`to`). With `tip_radius` above 0 it is a
+    /// truncated cone. Side: u runs once around the axis, counter-clockwise as seen from the tip, and v from 0
+    /// at the base to 1 at the tip. With the tip along +y, u is the same as on a sphere: 0 at −z, 0.25 at −x,
+    /// 0.5 at +z, 0.75 at +x. The caps have the (u, v) of a disk that faces outwards. Normals point outwards.
     pub struct ConeDesc as "cone" {
-        /// The middle of the base.
+        /// Centre of the base.
         from: DVec3 = DVec3::NEG_Y;
-        /// The tip, or the middle of the other end.
+        /// The tip, or the centre of the other end if `tip_radius` is above 0.
         to: DVec3 = DVec3::Y;
-        /// The radius of the base.
+        /// Radius of the base.
         radius: f64 = 1.0, in Range::POSITIVE;
-        /// The radius at `to`.
+        /// Radius at `to`; 0 is a pointed tip.
         tip_radius: f64 = 0.0, in Range::NON_NEGATIVE;
-        /// Whether the ends are closed.
+        /// Whether disks close the ends; `false` leaves a hollow shell.
         capped: bool = true;
     }
     example r#"[[object]]
@@ -36,10 +55,10 @@ material = { color = "orange" }
 "#
 }
 
-/// A cone. Parts: 0 the side, 1 the cap at `from`, 2 the cap at `to`.
+/// A cone. Parts: 0 is the side, 1 the cap at `from`, 2 the cap at `to`.
 ///
-/// Local z runs from the narrow end to the wide one, so that the radius at z is a sum of numbers >= 0 and exact
-/// to the last bits near the tip.
+/// Local z runs from the narrow end to the wide end. The radius at z is then a sum of non-negative numbers and
+/// keeps full relative precision near the tip.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Cone {
     narrow: DVec3,
@@ -47,7 +66,7 @@ pub struct Cone {
     height: f64,
     narrow_radius: f64,
     wide_radius: f64,
-    /// Growth of the radius along z.
+    /// Growth of the radius per unit of z, >= 0.
     slope: f64,
     /// Whether the narrow end is `to`.
     narrow_is_to: bool,
@@ -56,7 +75,7 @@ pub struct Cone {
 }
 
 impl ConeDesc {
-    /// Makes it traceable.
+    /// Converts it to the form that rays are intersected with.
     pub fn prepare(&self) -> Result<Cone, SceneError> {
         let (_, height) = axis_of(self.from, self.to, "cone")?;
         let narrow_is_to = self.tip_radius <= self.radius;
@@ -80,18 +99,18 @@ impl ConeDesc {
 }
 
 impl Cone {
-    /// The circles at its ends: middle, two radii at right angles.
+    /// The circles at both ends: centre and two perpendicular radii.
     pub(super) fn rims(&self) -> [[DVec3; 3]; 2] {
         let rim = |z: f64, r: f64| [self.narrow + z * self.frame.z, r * self.frame.x, r * self.frame.y];
         [rim(0.0, self.narrow_radius), rim(self.height, self.wide_radius)]
     }
 
-    /// Half the sum of the radii of its ends.
+    /// The mean of the two end radii.
     pub(super) fn mean_radius(&self) -> f64 {
         0.5 * (self.narrow_radius + self.wide_radius)
     }
 
-    /// The box around it.
+    /// Bounding box.
     pub fn bounds(&self) -> Bounds {
         let n = self.frame.z;
         let wide = disk_bounds(self.narrow + self.height * n, n, self.wide_radius);
@@ -99,14 +118,14 @@ impl Cone {
         Bounds::new(both.min - self.error, both.max + self.error)
     }
 
-    /// Between its ends the cone is convex: the ray is inside for one interval of t, the part of the slab between
-    /// the ends where x² + y² <= (radius at z)².
+    /// Nearest hit: see the module documentation.
     pub fn intersect(&self, ray: &Ray) -> Option<ShapeHit> {
         if !ray.is_finite() {
             return None;
         }
         let (mut o, d) = (self.frame.to_local(ray.origin - self.narrow), self.frame.to_local(ray.direction));
-        // From afar, start nearer: squares of the distance would drown the squares of the radius.
+        // Move a distant origin close to the cone first: the square of the distance would swamp the square of
+        // the radius.
         let reach = self.height + self.wide_radius;
         let mut start = 0.0;
         if o.length_squared() > 16.0 * reach * reach {
@@ -132,10 +151,10 @@ impl Cone {
             .map(|t| ShapeHit { t: t + start, part: 0, u: 0.0, v: 0.0 })
     }
 
-    /// The interval in which the ray is inside the endless cone, of the two nappes the one within the slab.
+    /// The interval of t inside the infinite cone; of the two nappes, the one within the slab.
     fn inside_side(&self, o: DVec3, d: DVec3, slab: (f64, f64)) -> Option<(f64, f64)> {
         let (r, dr) = (self.narrow_radius + self.slope * o.z, self.slope * d.z);
-        // a t² − 2 b t + c <= 0 inside.
+        // Inside: a t² − 2 b t + c <= 0.
         let a = d.x * d.x + d.y * d.y - dr * dr;
         let b = r * dr - o.x * d.x - o.y * d.y;
         let c = o.x * o.x + o.y * o.y - r * r;
@@ -146,7 +165,7 @@ impl Cone {
                 _ => (c <= 0.0).then_some((f64::NEG_INFINITY, f64::INFINITY)),
             };
         }
-        // b² − a c, by Lagrange's identity without the cancellation of large equal terms.
+        // b² − a c by Lagrange's identity, without the cancellation of large equal terms.
         let cross = o.x * d.y - o.y * d.x;
         let (mx, my) = (r * d.x - dr * o.x, r * d.y - dr * o.y);
         let discriminant = mx * mx + my * my - cross * cross;
@@ -159,18 +178,18 @@ impl Cone {
         if a > 0.0 {
             return Some((t0, t1));
         }
-        // Steeper than the side: inside before t0 in one nappe and after t1 in the other.
+        // The ray is steeper than the side: it is inside one nappe before t0 and inside the other after t1.
         let before = t0.min(slab.1) - slab.0;
         let after = slab.1 - t1.max(slab.0);
         Some(if before > after { (f64::NEG_INFINITY, t0) } else { (t1, f64::INFINITY) })
     }
 
-    /// The part numbers of the caps at the narrow and at the wide end.
+    /// Part numbers of the caps at the narrow and the wide end.
     fn cap_parts(&self) -> (u32, u32) {
         if self.narrow_is_to { (2, 1) } else { (1, 2) }
     }
 
-    /// The surface at a hit.
+    /// The surface point at a hit.
     pub fn surface(&self, ray: &Ray, hit: &ShapeHit) -> SurfacePoint {
         let mut p = self.frame.to_local(ray.at(hit.t) - self.narrow);
         let n = if hit.part == 0 {
@@ -189,7 +208,7 @@ impl Cone {
         SurfacePoint { p: self.narrow + self.frame.to_world(p), error: self.error, ng: n, ns: n }
     }
 
-    /// The areas of the side and of the caps at the narrow and at the wide end.
+    /// Areas of the side, the narrow cap and the wide cap.
     fn areas(&self) -> [f64; 3] {
         let (r, wide) = (self.narrow_radius, self.wide_radius);
         let slant = (self.height * self.height + (wide - r) * (wide - r)).sqrt();
@@ -197,12 +216,12 @@ impl Cone {
         [PI * (r + wide) * slant, cap(r), cap(wide)]
     }
 
-    /// The area of side and caps.
+    /// Total surface area.
     pub fn area(&self) -> f64 {
         self.areas().iter().sum()
     }
 
-    /// A point that `u` chooses evenly by area: where, the normal, the part.
+    /// Samples a point uniformly by area from two random numbers in [0, 1).
     pub fn point_by_area(&self, u: [f64; 2]) -> AreaPoint {
         let [side, narrow, wide] = self.areas();
         let at = |part: u32, p: DVec3, n: DVec3| AreaPoint {
@@ -210,23 +229,23 @@ impl Cone {
             n: self.frame.to_world(n),
             part,
         };
-        let place = u[0] * (side + narrow + wide);
-        if place < side || narrow + wide == 0.0 {
+        let target = u[0] * (side + narrow + wide);
+        if target < side || narrow + wide == 0.0 {
             let (s, c) = sin_cos(TAU * u[1]);
-            let share = (place / side).min(1.0);
-            // Rings grow with their radius: its square grows evenly.
+            let fraction = (target / side).min(1.0);
+            // The area of the side up to radius r is proportional to r² − r₀²: sample r² uniformly.
             let (r0, r1) = (self.narrow_radius, self.wide_radius);
-            let r = (r0 * r0 + share * (r1 - r0) * (r1 + r0)).sqrt();
-            let z = if r + r0 > 0.0 { share * (r1 + r0) / (r + r0) * self.height } else { 0.0 };
+            let r = (r0 * r0 + fraction * (r1 - r0) * (r1 + r0)).sqrt();
+            let z = if r + r0 > 0.0 { fraction * (r1 + r0) / (r + r0) * self.height } else { 0.0 };
             let n = DVec3::new(c, s, -self.slope).normalize();
             return at(0, DVec3::new(r * c, r * s, z), n);
         }
-        let place = place - side;
+        let target = target - side;
         let (narrow_part, wide_part) = self.cap_parts();
-        if place < narrow {
-            return at(narrow_part, disk_point(self.narrow_radius, [place / narrow, u[1]]), -DVec3::Z);
+        if target < narrow {
+            return at(narrow_part, disk_point(self.narrow_radius, [target / narrow, u[1]]), -DVec3::Z);
         }
-        let p = disk_point(self.wide_radius, [((place - narrow) / wide).clamp(0.0, 1.0), u[1]]);
+        let p = disk_point(self.wide_radius, [((target - narrow) / wide).clamp(0.0, 1.0), u[1]]);
         at(wide_part, p + self.height * DVec3::Z, DVec3::Z)
     }
 
@@ -239,7 +258,7 @@ impl Cone {
             let f = p - self.narrow;
             let v = (local.z / self.height).clamp(0.0, 1.0);
             let v = if self.narrow_is_to { 1.0 - v } else { v };
-            return DVec2::new(turn(f.dot(right), -f.dot(up)), v);
+            return DVec2::new(unit_angle(f.dot(right), -f.dot(up)), v);
         }
         let narrow = part == self.cap_parts().0;
         let radius = if narrow { self.narrow_radius } else { self.wide_radius };
@@ -271,10 +290,10 @@ mod tests {
         near(hit(&desc(), [0.25, -2.0, 0.0], [0.0, 1.0, 0.0]), 2.0, 1);
         near(hit(&desc(), [0.25, 2.0, 0.0], [0.0, -1.0, 0.0]), 1.25, 0);
         near(hit(&desc(), [0.0, 2.0, 0.0], [0.0, -1.0, 0.0]), 1.0, 0);
-        // Parallel to a generator, inside: out through the base only.
+        // Parallel to a generator, from inside: leaves through the base only.
         near(hit(&desc(), [0.0, 0.5, 0.0], [0.5, -0.5, 0.0]), 1.0, 1);
         assert_eq!(hit(&desc(), [-3.0, 1.1, 0.0], [1.0, 0.0, 0.0]), None);
-        // The other nappe is no part of it.
+        // The second nappe is not part of the cone.
         assert_eq!(hit(&desc(), [0.0, 3.0, 0.0], [1.0, 0.1, 0.0]), None);
         let cut = ConeDesc { tip_radius: 0.5, ..desc() };
         near(hit(&cut, [0.25, 2.0, 0.0], [0.0, -1.0, 0.0]), 1.0, 2);

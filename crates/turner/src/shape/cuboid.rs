@@ -1,22 +1,23 @@
-//! Axis-aligned boxes.
+//! Axis-aligned boxes, intersected by the slab method (Kay and Kajiya 1986).
 
 use super::{ROUNDING, ShapeHit, SurfacePoint, convex_hit};
 use crate::math::{Bounds, DVec2, DVec3, Ray};
 use crate::schema::{ErrorCode, Range, SceneError, params};
 
 params! {
-    /// A box with its edges along the axes; an object's `transform` can turn it. Give `min` and `max` or `center` and `size`;
-    /// without any of them it reaches from −1 to 1 on each axis. Each face has its own (u, v), 0..1: seen from outside with
-    /// +y upwards, u runs to the right and v up. On the top (+y) u runs along +x and v along −z, on the bottom u along +x
-    /// and v along +z.
+    /// A box with its edges along the axes; rotate it with the object's `transform`. Give either `min` and
+    /// `max`, or `center` and `size`; with none of them the box extends from −1 to 1 on each axis. Each face
+    /// has its own (u, v) in 0..1: on the sides, seen from outside with +y up, u runs to the right and v up. On
+    /// the top (+y) u runs along +x and v along −z; on the bottom u runs along +x and v along +z. Normals point
+    /// outwards.
     pub struct BoxDesc as "box" {
-        /// The corner with the smallest coordinates.
+        /// Corner with the smallest coordinates.
         min: Option<DVec3> = None;
-        /// The corner with the largest coordinates.
+        /// Corner with the largest coordinates.
         max: Option<DVec3> = None;
-        /// The middle; [0, 0, 0] if only `size` is given.
+        /// Centre; [0, 0, 0] if only `size` is given.
         center: Option<DVec3> = None;
-        /// The lengths of the edges; [2, 2, 2] if only `center` is given.
+        /// Edge lengths along x, y and z; [2, 2, 2] if only `center` is given.
         size: Option<DVec3> = None, in Range::POSITIVE;
     }
     example r#"[[object]]
@@ -27,7 +28,7 @@ material = { color = "peru" }
 "#
 }
 
-/// An axis-aligned box. Parts: 0 to 5 are the faces −x, +x, −y, +y, −z, +z.
+/// An axis-aligned box. Parts 0 to 5 are the faces −x, +x, −y, +y, −z, +z.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Cuboid {
     /// Smallest coordinates.
@@ -37,7 +38,7 @@ pub struct Cuboid {
 }
 
 impl BoxDesc {
-    /// Makes it traceable.
+    /// Converts it to the form that rays are intersected with.
     pub fn prepare(&self) -> Result<Cuboid, SceneError> {
         let (min, max) = match (self.min, self.max, self.center, self.size) {
             (Some(min), Some(max), None, None) => (min, max),
@@ -48,25 +49,25 @@ impl BoxDesc {
             _ => {
                 let message = "a box needs both `min` and `max`, or `center` and `size`";
                 return Err(SceneError::new(ErrorCode::Conflict, message)
-                    .help("give two corners, or the middle and the lengths of the edges"));
+                    .help("give two corners, or the centre and the edge lengths"));
             }
         };
         if min.cmplt(max).all() && min.is_finite() && max.is_finite() {
             return Ok(Cuboid { min, max });
         }
         let message = format!("each coordinate of `min` must be less than that of `max`: found {min}, {max}");
-        Err(SceneError::new(ErrorCode::OutOfRange, message).help("for a flat one use a rectangle"))
+        Err(SceneError::new(ErrorCode::OutOfRange, message).help("use a rectangle for a flat box"))
     }
 }
 
 impl Cuboid {
-    /// Itself.
+    /// Bounding box: the box itself.
     pub fn bounds(&self) -> Bounds {
         Bounds::new(self.min, self.max)
     }
 
-    /// When the ray enters and leaves, and through which faces. A ray that runs within a face divides 0 by 0:
-    /// NaN constrains nothing, since comparisons with it fail.
+    /// Entry and exit parameters and faces. For a ray within the plane of a face the division is 0 / 0; the NaN
+    /// imposes no constraint, because comparisons with it are false.
     #[inline]
     fn slabs(&self, ray: &Ray) -> ((f64, u32), (f64, u32)) {
         let inv = ray.direction.recip();
@@ -94,7 +95,7 @@ impl Cuboid {
         convex_hit(ray, enter, exit).filter(|_| ray.is_finite())
     }
 
-    /// The surface at a hit.
+    /// The surface point at a hit.
     pub fn surface(&self, ray: &Ray, hit: &ShapeHit) -> SurfacePoint {
         let (axis, upper) = (hit.part as usize / 2, hit.part % 2 == 1);
         let mut p = ray.at(hit.t).clamp(self.min, self.max);
@@ -160,7 +161,7 @@ mod tests {
 
     #[test]
     fn faces_are_upright_from_outside() {
-        // The face's right × up points outwards.
+        // right × up of each face's (u, v) points outwards.
         for part in 0..6u32 {
             let axis = part as usize / 2;
             let grad = |dir: DVec3| UNIT.uv(part, DVec3::ZERO + dir) - UNIT.uv(part, DVec3::ZERO);

@@ -1,26 +1,33 @@
 //! Cylinders, with or without caps.
+//!
+//! A capped cylinder is the intersection of an infinite cylinder with the slab between its end planes. Both are
+//! convex: the ray is inside each for one interval of t, and the hit is the nearest end in range of the common
+//! interval. No ray can pass between side and cap at the rim.
 
 use std::f64::consts::{PI, TAU};
 
 use super::disk::disk_bounds;
 use super::plane::tangents;
-use super::{AreaPoint, ROUNDING, ShapeHit, SurfacePoint, axis_of, cap_uv, convex_hit, disk_point, turn};
+use super::{
+    AreaPoint, ROUNDING, ShapeHit, SurfacePoint, axis_of, cap_uv, convex_hit, disk_point, unit_angle,
+};
 use crate::math::elementary::sin_cos;
 use crate::math::{Bounds, DVec2, DVec3, Frame, Ray};
 use crate::schema::{Range, SceneError, params};
 
 params! {
-    /// A cylinder between two points. On the side u runs once around the axis, counter-clockwise seen from `to`, and v from 0 at
-    /// `from` to 1 at `to`; with the axis along +y, u is that of the sphere: 0 at −z, 0.25 at −x, 0.5 at +z, 0.75 at +x.
-    /// A cap has the (u, v) of a disk that faces outwards.
+    /// A cylinder between two points. Side: u runs once around the axis, counter-clockwise as seen from `to`,
+    /// and v from 0 at `from` to 1 at `to`. With the axis along +y, u is the same as on a sphere: 0 at −z, 0.25
+    /// at −x, 0.5 at +z, 0.75 at +x. The caps have the (u, v) of a disk that faces outwards. Normals point
+    /// outwards.
     pub struct CylinderDesc as "cylinder" {
-        /// The middle of one end.
+        /// Centre of one end.
         from: DVec3 = DVec3::NEG_Y;
-        /// The middle of the other end.
+        /// Centre of the other end.
         to: DVec3 = DVec3::Y;
-        /// The radius.
+        /// Radius.
         radius: f64 = 1.0, in Range::POSITIVE;
-        /// Whether the ends are closed.
+        /// Whether disks close the ends; `false` is an open tube.
         capped: bool = true;
     }
     example r#"[[object]]
@@ -32,7 +39,7 @@ material = { color = "seagreen" }
 "#
 }
 
-/// A cylinder. Parts: 0 the side, 1 the cap at `from`, 2 the cap at `to`.
+/// A cylinder. Parts: 0 is the side, 1 the cap at `from`, 2 the cap at `to`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Cylinder {
     from: DVec3,
@@ -45,7 +52,7 @@ pub struct Cylinder {
 }
 
 impl CylinderDesc {
-    /// Makes it traceable.
+    /// Converts it to the form that rays are intersected with.
     pub fn prepare(&self) -> Result<Cylinder, SceneError> {
         let (axis, height) = axis_of(self.from, self.to, "cylinder")?;
         let (x, y) = tangents(axis);
@@ -62,19 +69,19 @@ impl CylinderDesc {
 }
 
 impl Cylinder {
-    /// The circles at its ends: middle, two radii at right angles.
+    /// The circles at both ends: centre and two perpendicular radii.
     pub(super) fn rims(&self) -> [[DVec3; 3]; 2] {
         let rim =
             |z: f64| [self.from + z * self.frame.z, self.radius * self.frame.x, self.radius * self.frame.y];
         [rim(0.0), rim(self.height)]
     }
 
-    /// Its radius.
+    /// Radius.
     pub(super) fn radius(&self) -> f64 {
         self.radius
     }
 
-    /// The box around it.
+    /// Bounding box.
     pub fn bounds(&self) -> Bounds {
         let to = self.from + self.height * self.frame.z;
         let both = disk_bounds(self.from, self.frame.z, self.radius).union(&disk_bounds(
@@ -85,8 +92,8 @@ impl Cylinder {
         Bounds::new(both.min - self.error, both.max + self.error)
     }
 
-    /// A capped cylinder is the endless one cut by a slab: the ray is inside both for an interval of t each, and
-    /// rims leak nothing. Discriminant and roots as for the sphere, in the plane across the axis.
+    /// Nearest hit: see the module documentation. Discriminant and roots are computed as for the sphere, in the
+    /// plane perpendicular to the axis.
     pub fn intersect(&self, ray: &Ray) -> Option<ShapeHit> {
         let (o, d) = (self.frame.to_local(ray.origin - self.from), self.frame.to_local(ray.direction));
         let a = d.x * d.x + d.y * d.y;
@@ -100,7 +107,7 @@ impl Cylinder {
         let c = o.x * o.x + o.y * o.y - r2;
         let q = b + discriminant.sqrt().copysign(b);
         let (t0, t1) = if a == 0.0 {
-            // Along the axis: inside for ever or never.
+            // Parallel to the axis: inside for all t or for none.
             if c <= 0.0 { (f64::NEG_INFINITY, f64::INFINITY) } else { return None }
         } else if q == 0.0 {
             (0.0, 0.0)
@@ -122,7 +129,7 @@ impl Cylinder {
         hit.filter(|_| ray.is_finite())
     }
 
-    /// The surface at a hit.
+    /// The surface point at a hit.
     pub fn surface(&self, ray: &Ray, hit: &ShapeHit) -> SurfacePoint {
         let mut p = self.frame.to_local(ray.at(hit.t) - self.from);
         let n = match hit.part {
@@ -143,13 +150,13 @@ impl Cylinder {
         SurfacePoint { p: self.from + self.frame.to_world(p), error: self.error, ng: n, ns: n }
     }
 
-    /// The area of side and caps.
+    /// Total surface area.
     pub fn area(&self) -> f64 {
         let caps = if self.capped { 2.0 * PI * self.radius * self.radius } else { 0.0 };
         TAU * self.radius * self.height + caps
     }
 
-    /// A point that `u` chooses evenly by area: where, the normal, the part.
+    /// Samples a point uniformly by area from two random numbers in [0, 1).
     pub fn point_by_area(&self, u: [f64; 2]) -> AreaPoint {
         let side = TAU * self.radius * self.height / self.area();
         let at = |part: u32, p: DVec3, n: DVec3| AreaPoint {
@@ -162,23 +169,23 @@ impl Cylinder {
             let z = (u[0] / side).min(1.0) * self.height;
             return at(0, DVec3::new(self.radius * c, self.radius * s, z), DVec3::new(c, s, 0.0));
         }
-        let left = (u[0] - side) / (1.0 - side) * 2.0;
-        let p = disk_point(self.radius, [left.fract(), u[1]]);
-        if left < 1.0 { at(1, p, -DVec3::Z) } else { at(2, p + self.height * DVec3::Z, DVec3::Z) }
+        let cap = (u[0] - side) / (1.0 - side) * 2.0;
+        let p = disk_point(self.radius, [cap.fract(), u[1]]);
+        if cap < 1.0 { at(1, p, -DVec3::Z) } else { at(2, p + self.height * DVec3::Z, DVec3::Z) }
     }
 
     /// (u, v) on the part that was hit.
     pub fn uv(&self, part: u32, p: DVec3) -> DVec2 {
         let p = self.frame.to_local(p - self.from);
         match part {
-            0 => DVec2::new(turn(p.x, -p.y), (p.z / self.height).clamp(0.0, 1.0)),
+            0 => DVec2::new(unit_angle(p.x, -p.y), (p.z / self.height).clamp(0.0, 1.0)),
             1 => cap_uv(&self.frame, -self.frame.z, p, self.radius),
             _ => cap_uv(&self.frame, self.frame.z, p, self.radius),
         }
     }
 }
 
-/// The interval of t for which 0 <= o + t d <= height, and the parts (1 below, 2 above) at its ends.
+/// The interval of t in which 0 <= o + t d <= height, and the caps (1 below, 2 above) at its ends.
 #[inline]
 pub(super) fn slab(o: f64, d: f64, height: f64) -> Option<((f64, f64), u32, u32)> {
     if d == 0.0 {

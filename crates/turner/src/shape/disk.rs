@@ -6,17 +6,17 @@ use crate::math::{Bounds, DVec2, DVec3, Ray};
 use crate::schema::{ErrorCode, Range, SceneError, params};
 
 params! {
-    /// A flat disk, or a ring with an inner radius. (u, v) is a square around it: 2u − 1 and 2v − 1 are distances from the
-    /// middle over the radius, to the right and up as seen from the side the normal points to (see plane: with the normal
-    /// +y, u runs along +x and v along −z).
+    /// A flat disk, or a ring if `inner_radius` is above 0. (u, v) covers the square around the disk: the
+    /// centre is (0.5, 0.5), and the rim touches 0 and 1. u runs to the right and v up, as seen from the side
+    /// that the normal points to; with the normal +y, u runs along +x and v along −z (see "plane").
     pub struct DiskDesc as "disk" {
-        /// The middle.
+        /// Centre.
         center: DVec3 = DVec3::ZERO;
-        /// The direction at right angles to it; its length does not matter.
+        /// Normal: the direction perpendicular to the disk, of any length.
         normal: DVec3 = DVec3::Y;
-        /// The radius.
+        /// Outer radius.
         radius: f64 = 1.0, in Range::POSITIVE;
-        /// The radius of the hole in the middle, less than `radius`.
+        /// Radius of the hole, less than `radius`; 0 is a full disk.
         inner_radius: f64 = 0.0, in Range::NON_NEGATIVE;
     }
     example r#"[[object]]
@@ -37,7 +37,7 @@ pub struct Disk {
 }
 
 impl DiskDesc {
-    /// Makes it traceable.
+    /// Converts it to the form that rays are intersected with.
     pub fn prepare(&self) -> Result<Disk, SceneError> {
         let (radius, inner_radius) = (self.radius, self.inner_radius);
         if inner_radius >= radius {
@@ -50,27 +50,27 @@ impl DiskDesc {
     }
 }
 
-/// The box around a disk.
+/// Bounding box of a disk.
 pub(super) fn disk_bounds(center: DVec3, n: DVec3, radius: f64) -> Bounds {
-    // Along an axis a disk reaches as far as the axis lies in its plane: sqrt(1 - n_i^2).
+    // The extent of a disk along axis i is radius · sqrt(1 − n_i²).
     let reach = radius * (DVec3::ONE - n * n).max(DVec3::ZERO).map(f64::sqrt);
     let reach = reach + ROUNDING * (center.abs() + radius);
     Bounds::new(center - reach, center + reach)
 }
 
 impl Disk {
-    /// The box around it.
+    /// Bounding box.
     pub fn bounds(&self) -> Bounds {
         disk_bounds(self.center, self.normal, self.radius)
     }
 
-    /// The middle, two radii x and y at right angles with y × x along the normal, and the hole's radius over that of the rim.
+    /// Centre, two perpendicular radii x and y with y × x along the normal, and inner radius / outer radius.
     pub(crate) fn center_and_radii(&self) -> (DVec3, DVec3, DVec3, f64) {
         let (right, up) = tangents(self.normal);
         (self.center, up * self.radius, right * self.radius, self.inner_radius / self.radius)
     }
 
-    /// The crossing with its plane, if between the radii.
+    /// The intersection with the plane, if between the two radii.
     #[inline]
     pub fn intersect(&self, ray: &Ray) -> Option<ShapeHit> {
         let t = crossing(ray, self.center, self.normal)?;
@@ -79,7 +79,7 @@ impl Disk {
         inside.then_some(ShapeHit { t, part: 0, u: 0.0, v: 0.0 })
     }
 
-    /// The surface at a hit.
+    /// The surface point at a hit.
     pub fn surface(&self, ray: &Ray, hit: &ShapeHit) -> SurfacePoint {
         flat_point(ray.at(hit.t), self.center, self.normal)
     }

@@ -1,24 +1,26 @@
-//! Meshes that are joined of others, some of which change.
+//! Meshes joined from several objects, some of which change between preparations.
 
 use std::sync::Arc;
 
 use turner_bvh::{Aabb, ChangedMesh, Kept};
 
 use super::TriangleMesh;
-use super::extent::{Extent, is_shown};
+use super::extent::{Extent, is_hittable};
 use crate::math::{Bounds, DVec3};
 use crate::schema::{MeshData, PrepareOptions, SceneError};
 
 impl TriangleMesh {
-    /// A faceted mesh of data that were checked, with the extent of all its triangles. [`TriangleMesh::build_tree`] or [`TriangleMesh::share_tree`] must follow.
+    /// A faceted mesh from checked data, with the known extent of its triangles. Call
+    /// [`TriangleMesh::build_tree`] or [`TriangleMesh::share_tree`] before tracing rays.
     pub(crate) fn joined(data: Arc<MeshData>, extent: &Extent) -> TriangleMesh {
         TriangleMesh::of(data, extent, false, Vec::new())
     }
 
-    /// Takes over the tree of a mesh that has the triangles `kept` in common with this one, with what differs in a small tree of its own; `gone` holds those that this
-    /// mesh lacks. Says whether that could be done.
+    /// Reuses the tree of `base`, with which this mesh has the triangles `kept` in common. Triangles that
+    /// differ go into a small additional tree; `gone` bounds the triangles of `base` that this mesh lacks.
+    /// Returns whether the tree could be reused.
     ///
-    /// Errors: memory that there is not.
+    /// Errors: the memory limit.
     pub(crate) fn share_tree(
         &self,
         base: &TriangleMesh,
@@ -30,7 +32,7 @@ impl TriangleMesh {
         if base.space().shift() != shift {
             return Ok(false);
         }
-        // A copy of the nodes, and what is new.
+        // A copy of the nodes, plus the new triangles.
         options.limits.memory.need(base.tree_bytes() as u64 / 4, || self.tree_name())?;
         let to_tree = |p: [f32; 3]| match shift == DVec3::ZERO {
             true => p,
@@ -40,7 +42,7 @@ impl TriangleMesh {
         let finite = positions.filter(|p| p.iter().all(|x| x.is_finite()));
         let corners = |i: u32| {
             let corners = self.corners(i);
-            is_shown(&corners).then(|| corners.map(to_tree))
+            is_hittable(&corners).then(|| corners.map(to_tree))
         };
         let mesh = ChangedMesh {
             count: self.data().triangles.len() as u32,

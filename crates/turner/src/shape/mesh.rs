@@ -1,4 +1,4 @@
-//! Triangle meshes as a scene describes them.
+//! Triangle meshes in the scene description.
 
 use crate::math::{DVec2, DVec3};
 use crate::schema::error::{escape, unknown_name};
@@ -8,12 +8,12 @@ use crate::schema::{
     SceneError, TableReader, WriteContext, params, write, wrong_type,
 };
 
-/// Which materials take the place of a mesh's own.
+/// Materials that replace a mesh's own.
 #[derive(Clone, Debug, PartialEq)]
 pub enum FaceMaterials {
-    /// By the name in the file.
+    /// By the material name in the file.
     ByName(Vec<(String, Span, MaterialId)>),
-    /// By number; `None` for the object's own.
+    /// By index; `None` keeps the object's material.
     InOrder(Vec<Option<MaterialId>>),
 }
 
@@ -48,13 +48,13 @@ impl ParamType for FaceMaterials {
     }
 }
 
-/// A list of materials, `false` for the object's own.
+/// A list of materials; `false` stands for the object's own.
 fn write_materials(list: &[Option<MaterialId>], cx: &dyn WriteContext) -> Result<Data, SceneError> {
     let one = |m: &Option<MaterialId>| m.map_or(Ok(Data::Bool(false)), |m| cx.material(m));
     Ok(write::list(list.iter().map(one).collect::<Result<Vec<_>, _>>()?))
 }
 
-/// The lists of a mesh that stands in the scene itself.
+/// Writes the arrays of an inline mesh.
 pub(super) fn write_lists(data: &MeshData, table: &mut Table) {
     fn vectors<const N: usize>(v: &[[f32; N]]) -> Option<Data> {
         (!v.is_empty()).then(|| write::list(v.iter().map(|v| write::list(v.map(write::single)))))
@@ -73,7 +73,7 @@ pub(super) fn write_lists(data: &MeshData, table: &mut Table) {
 }
 
 impl FaceMaterials {
-    /// The materials by number; `None` where none is given.
+    /// The materials by index; `None` where none is given.
     fn resolve(
         self,
         data: &MeshData,
@@ -91,7 +91,7 @@ impl FaceMaterials {
                     };
                     list[i] = Some(material);
                 }
-                let left: Vec<String> = data
+                let unassigned: Vec<String> = data
                     .material_names
                     .iter()
                     .zip(&list)
@@ -99,8 +99,8 @@ impl FaceMaterials {
                     .map(|(n, _)| format!("\"{}\"", escape(n)))
                     .take(8)
                     .collect();
-                if !left.is_empty() {
-                    let names = left.join(", ");
+                if !unassigned.is_empty() {
+                    let names = unassigned.join(", ");
                     cx.warn(
                         None,
                         format!("`materials` has no entry for the mesh's {names}: their faces get the material of the object"),
@@ -113,33 +113,36 @@ impl FaceMaterials {
 }
 
 params! {
-    /// A mesh of triangles, from an OBJ, PLY or STL file or written in place. (u, v) are the file's; without any, they are the
-    /// weights of a triangle's second and third vertex. The normal points to the side from which the vertices turn
-    /// counter-clockwise.
+    /// A triangle mesh from an OBJ, PLY or STL file, or given inline. (u, v) are those of the file or of `uvs`;
+    /// without any they are the barycentric weights of a triangle's second and third vertex. The geometric
+    /// normal points to the side from which the vertices run counter-clockwise.
     pub struct MeshKeys as "mesh" {
-        /// A .obj, .ply or .stl file.
+        /// Path of an .obj, .ply or .stl file.
         file: Option<String> = None;
-        /// Vertices, instead of `file`.
+        /// Vertex positions, instead of `file`.
         positions: Option<Vec<DVec3>> = None;
-        /// Triangles of three vertices each, counted from 0.
+        /// Triangles: three vertex indices each, from 0.
         triangles: Option<Vec<[u32; 3]>> = None;
-        /// Normals for smooth shading, one per vertex.
+        /// Vertex normals for smooth shading, one per vertex.
         normals: Option<Vec<DVec3>> = None;
-        /// Surface coordinates, one pair per vertex.
+        /// Texture coordinates (u, v), one pair per vertex.
         uvs: Option<Vec<DVec2>> = None;
-        /// A second set of surface coordinates, for textures with `uv_set = 1`.
+        /// A second set of texture coordinates, for textures with `uv_set = 1`.
         uvs_1: Option<Vec<DVec2>> = None;
-        /// Tangents along u and the side of the bitangent (1 or −1), one per vertex.
+        /// Vertex tangents [x, y, z, side], one per vertex: the direction of u, and the side of the bitangent
+        /// (1 or −1).
         tangents: Option<Vec<[f64; 4]>> = None;
-        /// Colours [r, g, b, opacity], one per vertex; shown by the texture "vertex-color".
+        /// Vertex colours [r, g, b, opacity], linear, one per vertex; the texture "vertex-color" shows them.
         colors: Option<Vec<[f64; 4]>> = None;
-        /// Which of `materials` each triangle has, counted from 0.
+        /// Index into `materials` for each triangle, from 0.
         face_materials: Option<Vec<u32>> = None;
-        /// Materials for parts of the mesh: a list for `face_materials`, `false` in it for the object's own; or a table by the names after `usemtl` in an OBJ
-        /// file. What is not named here takes the object's `material`.
+        /// Materials of parts of the mesh. Either a list that `face_materials` indexes, in which `false` stands
+        /// for the object's `material`; or a table from the `usemtl` names of an OBJ file to materials. Faces
+        /// without an entry use the object's `material`.
         materials: Option<FaceMaterials> = None;
-        /// Whether to shade with vertex normals. If not given: where the mesh has normals. `true` for a mesh without normals
-        /// computes them from the triangles around each vertex, weighted by area; `false` shows every facet.
+        /// Whether to interpolate vertex normals. By default only meshes that have normals are smooth. `true`
+        /// for a mesh without normals computes them as area-weighted means of the adjacent triangles' normals;
+        /// `false` shades flat facets.
         smooth: Option<bool> = None;
     }
     example r#"[[object]]
@@ -150,14 +153,14 @@ material = { color = "salmon" }
 "#
 }
 
-/// A mesh, its data in the scene's list; by default the first one there.
+/// A mesh whose data are in the scene's list of meshes; by default the first one.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct MeshDesc {
-    /// Which mesh.
+    /// Index of the mesh.
     pub mesh: MeshId,
-    /// Whether to shade with vertex normals; by default if the mesh has any.
+    /// Whether to interpolate vertex normals; by default if the mesh has any.
     pub smooth: Option<bool>,
-    /// Materials by the number that triangles have; the object's where there is none.
+    /// Materials by face material index; `None` is the object's own.
     pub materials: Vec<Option<MaterialId>>,
 }
 
@@ -165,13 +168,13 @@ impl MeshDesc {
     /// Its documentation.
     pub const DOC: EntryDoc = MeshKeys::DOC;
 
-    /// Moves the numbers of things it refers to.
+    /// Renumbers the ids it refers to.
     pub fn renumber(&mut self, by: &Renumber) {
         self.mesh = by.mesh(self.mesh);
         self.materials.iter_mut().for_each(|m| *m = m.map(|m| by.material(m)));
     }
 
-    /// Its keys: what [`MeshDesc::read`] reads.
+    /// The keys that [`MeshDesc::read`] reads.
     pub fn write(&self, cx: &mut dyn WriteContext) -> Result<Table, SceneError> {
         let mut table = Table::default();
         match cx.mesh(self.mesh)? {
@@ -185,7 +188,7 @@ impl MeshDesc {
         Ok(table)
     }
 
-    /// Reads its keys; puts data written in place into the scene's list of meshes.
+    /// Reads its keys; adds inline data to the scene's list of meshes.
     pub fn read(table: &mut TableReader<'_>, cx: &mut dyn ReadContext) -> Result<MeshDesc, SceneError> {
         let keys = MeshKeys::read(table, cx)?;
         let (smooth, span) = (keys.smooth, table.span());
@@ -199,7 +202,7 @@ impl MeshDesc {
             || keys.face_materials.is_some();
         let mesh = match keys.file {
             Some(_) if inline => {
-                let message = "a mesh has either a `file` or `positions`, `triangles`, `normals`, `uvs` and so on in place";
+                let message = "a mesh has either a `file` or inline data such as `positions` and `triangles`";
                 return Err(SceneError::at(ErrorCode::Conflict, table.span_of("file"), message)
                     .help("remove one of the two"));
             }
@@ -211,7 +214,7 @@ impl MeshDesc {
                     let message =
                         format!("{name}: has {vertices} vertices but no faces; expected a mesh of polygons");
                     return Err(SceneError::at(ErrorCode::Mesh, table.span_of("file"), message)
-                        .help("show a cloud of points as `type = \"points\"`"));
+                        .help("render a point cloud with `type = \"points\"`"));
                 }
                 mesh
             }
@@ -228,7 +231,7 @@ impl MeshDesc {
                 };
                 let faces = keys.face_materials.unwrap_or_default();
                 if let Some(bad) = faces.iter().find(|m| **m > u32::from(u16::MAX)) {
-                    let message = format!("a mesh has at most 65536 materials, found number {bad}");
+                    let message = format!("a mesh has at most 65536 materials, found index {bad}");
                     let span = table.span_of("face_materials");
                     return Err(SceneError::at(ErrorCode::OutOfRange, span, message));
                 }

@@ -1,4 +1,4 @@
-//! The meshes of a scene, each made once.
+//! The meshes of a scene, each prepared once.
 
 use std::collections::HashMap;
 use std::sync::Arc;
@@ -8,10 +8,11 @@ use super::points::{Points, PointsDesc};
 use super::triangle_mesh::{SkippedTriangles, TriangleMesh};
 use crate::schema::{Asset, ErrorCode, MeshData, MeshId, PrepareOptions, SceneError};
 
-/// Meshes and clouds of points as they were made, by the data that they were made from: what a later preparation need not make again, trees included.
+/// Prepared meshes and point clouds, trees included, by the data they were prepared from. The next preparation
+/// reuses those whose data are unchanged.
 #[derive(Clone, Debug, Default)]
 pub struct CachedShapes {
-    /// By the address of the data, which is held, and whether they are smooth.
+    /// Key: the address of the data (kept alive by the entry), and whether it is smooth.
     meshes: HashMap<(usize, bool), CachedMesh>,
     points: Vec<CachedPoints>,
 }
@@ -20,7 +21,7 @@ pub struct CachedShapes {
 struct CachedMesh {
     data: Arc<MeshData>,
     mesh: Arc<TriangleMesh>,
-    left_out: SkippedTriangles,
+    skipped: SkippedTriangles,
 }
 
 #[derive(Clone, Debug)]
@@ -38,7 +39,7 @@ impl CachedShapes {
         self.points.iter().find(same).map(|k| k.points.clone())
     }
 
-    /// How many meshes of `other` are not among these.
+    /// How many meshes of `other` are not in this cache.
     pub(crate) fn new_meshes(&self, other: &CachedShapes) -> usize {
         let is_new = |(key, made): &(&(usize, bool), &CachedMesh)| {
             !self.meshes.get(*key).is_some_and(|own| Arc::ptr_eq(&own.data, &made.data))
@@ -47,32 +48,33 @@ impl CachedShapes {
     }
 }
 
-/// Bytes that a vertex takes while its normal is computed.
-const NORMAL_MADE: u64 = 36;
+/// Bytes per vertex while normals are computed.
+const NORMAL_BYTES: u64 = 36;
 
-/// The meshes of a scene, prepared at first use and then shared by all objects that show them the same way.
+/// The meshes of a scene: prepared at first use, then shared by all objects with the same mesh and shading.
 #[derive(Debug)]
 pub struct MeshCache<'a> {
     meshes: &'a [Asset<MeshData>],
     options: PrepareOptions,
     prepared: HashMap<(MeshId, bool), Arc<TriangleMesh>>,
-    /// What was made before, and what of it and anew is used now.
+    /// Shapes of the previous preparation, and all shapes of this one.
     kept: Option<&'a CachedShapes>,
     used: CachedShapes,
-    points_left_out: Vec<String>,
-    /// Of triangles with a vertex that is not finite, of those without area, and of meshes without any others.
-    left_out: [Without; 3],
+    skipped_points: Vec<String>,
+    /// Statistics of triangles with a non-finite vertex, of triangles without area, and of meshes without any
+    /// usable triangle.
+    skipped: [Skipped; 3],
 }
 
-/// What was left out of meshes: how many triangles, of how many meshes, and the first of these.
+/// Skipped triangles: how many, of how many meshes, and the name of the first of these.
 #[derive(Debug, Default)]
-struct Without {
+struct Skipped {
     triangles: usize,
     meshes: usize,
     first: String,
 }
 
-impl Without {
+impl Skipped {
     fn add(&mut self, triangles: usize, name: &str) {
         self.triangles += triangles;
         self.meshes += 1;
@@ -84,7 +86,7 @@ impl Without {
         }
     }
 
-    /// The meshes, in words.
+    /// The meshes, as text for a warning.
     fn meshes(&self) -> String {
         match self.meshes {
             1 => self.first.clone(),
@@ -94,12 +96,12 @@ impl Without {
 }
 
 impl<'a> MeshCache<'a> {
-    /// Over the scene's list, by [`MeshId`].
+    /// A cache over the scene's list of meshes, by [`MeshId`].
     pub fn new(meshes: &'a [Asset<MeshData>]) -> MeshCache<'a> {
         MeshCache::with_options(meshes, &PrepareOptions::default())
     }
 
-    /// The same, and how to build trees.
+    /// As [`MeshCache::new`], with options for building trees.
     pub fn with_options(meshes: &'a [Asset<MeshData>], options: &PrepareOptions) -> MeshCache<'a> {
         MeshCache {
             meshes,
@@ -107,13 +109,13 @@ impl<'a> MeshCache<'a> {
             prepared: HashMap::new(),
             kept: None,
             used: CachedShapes::default(),
-            points_left_out: Vec::new(),
-            left_out: Default::default(),
+            skipped_points: Vec::new(),
+            skipped: Default::default(),
         }
     }
 
-    /// The same, where meshes and clouds of points that were made from the same data are taken from `kept`.
-    pub fn with_kept(
+    /// As [`MeshCache::with_options`]; reuses meshes and point clouds of `kept` whose data are the same.
+    pub fn with_cached(
         meshes: &'a [Asset<MeshData>],
         options: &PrepareOptions,
         kept: &'a CachedShapes,
@@ -121,19 +123,23 @@ impl<'a> MeshCache<'a> {
         MeshCache { kept: Some(kept), ..MeshCache::with_options(meshes, options) }
     }
 
-    /// All that was asked for, to be given to the next cache.
-    pub fn into_kept(self) -> CachedShapes {
+    /// All shapes of this preparation, for the next cache.
+    pub fn into_cached(self) -> CachedShapes {
         self.used
     }
 
-    /// What was left out of the meshes prepared so far: a sentence for each kind.
+    /// One warning for each kind of skipped triangles or points.
     pub fn warnings(&self) -> Vec<String> {
-        let mut out = self.points_left_out.clone();
-        let [infinite, flat, empty] = &self.left_out;
-        for (without, why) in [(infinite, "with a vertex that is not finite"), (flat, "without area")] {
-            let triangles = if without.triangles == 1 { "triangle" } else { "triangles" };
-            if without.meshes > 0 {
-                out.push(format!("{} {triangles} {why} left out of {}", without.triangles, without.meshes()));
+        let mut out = self.skipped_points.clone();
+        let [infinite, flat, empty] = &self.skipped;
+        for (skipped, why) in [(infinite, "with a vertex that is not finite"), (flat, "without area")] {
+            let triangles = if skipped.triangles == 1 { "triangle" } else { "triangles" };
+            if skipped.meshes > 0 {
+                out.push(format!(
+                    "{} {triangles} {why} omitted from {}",
+                    skipped.triangles,
+                    skipped.meshes()
+                ));
             }
         }
         if empty.meshes > 0 {
@@ -149,7 +155,7 @@ impl<'a> MeshCache<'a> {
         self.prepared.values()
     }
 
-    /// The points an object shows.
+    /// The prepared point cloud of an object.
     pub fn points(&mut self, desc: &PointsDesc) -> Result<Arc<Points>, SceneError> {
         let data = self.meshes.get(desc.points.index()).map(|asset| asset.data.clone());
         let known = self.kept.and_then(|kept| kept.points(desc, data.as_ref()?));
@@ -160,16 +166,16 @@ impl<'a> MeshCache<'a> {
         if let Some(data) = data {
             self.used.points.push(CachedPoints { desc: desc.clone(), data, points: points.clone() });
         }
-        let left_out =
+        let skipped =
             self.meshes.get(desc.points.index()).map_or(0, |a| a.data.positions.len()) - points.count();
-        if left_out > 0 {
-            self.points_left_out
-                .push(format!("{left_out} points that are not finite, or without a radius, left out"));
+        if skipped > 0 {
+            self.skipped_points
+                .push(format!("{skipped} points that are not finite, or without a radius, omitted"));
         }
         Ok(points)
     }
 
-    /// The mesh an object shows.
+    /// The prepared mesh of an object.
     pub fn get(&mut self, desc: &MeshDesc) -> Result<Arc<TriangleMesh>, SceneError> {
         let Some(asset) = self.meshes.get(desc.mesh.index()) else {
             let message =
@@ -181,7 +187,7 @@ impl<'a> MeshCache<'a> {
             return Ok(Arc::clone(mesh));
         }
         if smooth && asset.data.normals.is_empty() {
-            let bytes = (asset.data.positions.len() as u64).saturating_mul(NORMAL_MADE);
+            let bytes = (asset.data.positions.len() as u64).saturating_mul(NORMAL_BYTES);
             self.options.limits.memory.need(bytes, || "computing normals".to_owned())?;
         }
         let key = (Arc::as_ptr(&asset.data) as usize, smooth);
@@ -189,18 +195,18 @@ impl<'a> MeshCache<'a> {
         let made = match known {
             Some(made) => made,
             None => {
-                let (mesh, left_out) = TriangleMesh::without_tree(&asset.data, smooth)?;
-                CachedMesh { data: asset.data.clone(), mesh: Arc::new(mesh), left_out }
+                let (mesh, skipped) = TriangleMesh::without_tree(&asset.data, smooth)?;
+                CachedMesh { data: asset.data.clone(), mesh: Arc::new(mesh), skipped }
             }
         };
-        let CachedMesh { mesh, left_out, .. } = made.clone();
+        let CachedMesh { mesh, skipped, .. } = made.clone();
         self.used.meshes.insert(key, made);
-        // Once per mesh, not once for each way it is shaded.
+        // Once per mesh, even if it is used both smooth and faceted.
         if !self.prepared.contains_key(&(desc.mesh, !smooth)) {
-            let [infinite, flat, empty] = &mut self.left_out;
-            for (without, count) in [(infinite, left_out.non_finite), (flat, left_out.flat)] {
+            let [infinite, flat, empty] = &mut self.skipped;
+            for (skipped, count) in [(infinite, skipped.non_finite), (flat, skipped.flat)] {
                 if count > 0 {
-                    without.add(count, &asset.uri);
+                    skipped.add(count, &asset.uri);
                 }
             }
             if mesh.triangle_count() == 0 {

@@ -1,90 +1,97 @@
-//! Many rays through one mesh: made ready for its tree eight at a time.
+//! Batches of rays through one mesh, eight at a time.
 //!
-//! What comes out is that of [`TriangleMesh::intersect`] and [`TriangleMesh::occludes`], ray by ray.
+//! The results are those of [`TriangleMesh::intersect`] and [`TriangleMesh::occludes`] for each ray, bit for bit:
+//!
+//! 1. `Collect` converts blocks of eight f64 rays to the tree's f32 space, as [`MeshSpace::ray`] does, and
+//!    drops rays that miss the mesh's bounding sphere.
+//! 2. The tree finds, in f32, which triangle each ray hits.
+//! 3. `Finish` computes in f64 where the ray hits that triangle, as `TriangleMesh::finish_ray` does.
+//! 4. Hits that f64 does not confirm, because they lie within rounding of an edge or of `t_min`, are redone one
+//!    ray at a time by `TriangleMesh::finish_ray`.
 
 use turner_bvh::lanes::{Block, Block32, F64x8, LANES, Mask8, Simd, Vec3x8, Work, dispatch};
 use turner_bvh::{Hit, InstructionSet, RayBlock};
 
 use super::mesh_search::{MeshSpace, PAD_STEPS};
-use super::triangle_x8::{Corners, meet};
+use super::triangle_x8::{Corners, intersect_triangles};
 use super::{ShapeHit, TriangleMesh};
 use crate::math::{DVec3, Ray};
 
-/// Room for rays on their way through a mesh; kept from batch to batch.
+/// Scratch memory for rays through meshes; reused from batch to batch.
 #[derive(Default)]
 pub struct MeshRays {
     rays: Vec<turner_bvh::Ray>,
-    places: Vec<u32>,
-    /// Hits up to here may lie before `t_min`, and from `certain` on beyond `t_max`.
-    doubtful: Vec<f32>,
-    certain: Vec<f32>,
+    slots: Vec<u32>,
+    /// Hits with t in (`safe_min`, `safe_max`) are within the ray's range in f64, too; others may not be.
+    safe_min: Vec<f32>,
+    safe_max: Vec<f32>,
     hits: Vec<Hit>,
-    dark: Vec<bool>,
-    met: Vec<HitBlock>,
+    occluded: Vec<bool>,
+    hit_blocks: Vec<HitBlock>,
 }
 
-/// What rays of one block meet, in double precision.
+/// Hits of one block of rays in double precision.
 struct HitBlock {
-    /// The number of the first of its hits.
+    /// Index of the block's first search ray.
     first: u32,
-    /// Lanes with hits; those that count; and those that need a second look, one by one.
+    /// Lane masks: hits of the tree; hits confirmed in f64; hits to check again one by one.
     hit: u8,
-    met: u8,
-    doubtful: u8,
+    confirmed: u8,
+    recheck: u8,
     t: Block,
     u: Block,
     v: Block,
 }
 
-/// In place of a triangle's number.
+/// Stands for "no triangle".
 pub const NO_TRIANGLE: u32 = u32::MAX;
 
-/// Rays in blocks of eight, moved by a vector.
+/// Rays in blocks of eight, translated by a vector.
 #[derive(Clone, Copy)]
 pub struct BlockRays<'a, O> {
-    /// What is taken from their origins.
+    /// Subtracted from the origins.
     pub offset: DVec3,
     /// The rays.
     pub blocks: &'a [RayBlock],
-    /// In place of their `t_max`: NaN for rays that are not asked about.
+    /// Replaces the rays' `t_max`; NaN for rays to ignore.
     pub ends: &'a [Block],
-    /// The triangle that the ray at a place leaves, or [`NO_TRIANGLE`]: it does not meet it again.
+    /// The triangle that the ray in a slot starts on, or [`NO_TRIANGLE`]. The ray cannot hit it again.
     pub own: O,
 }
 
 impl<O: Fn(usize) -> u32> BlockRays<'_, O> {
-    /// A ray, in the space of the mesh.
+    /// The ray in a slot, in the space of the mesh.
     #[inline]
-    pub fn get(&self, place: usize) -> Ray {
-        let (block, lane) = (&self.blocks[place / LANES], place % LANES);
+    pub fn get(&self, slot: usize) -> Ray {
+        let (block, lane) = (&self.blocks[slot / LANES], slot % LANES);
         let vector = |v: &[Block; 3]| DVec3::new(v[0].0[lane], v[1].0[lane], v[2].0[lane]);
         Ray {
             t_min: block.t_min.0[lane],
-            t_max: self.ends[place / LANES].0[lane],
+            t_max: self.ends[slot / LANES].0[lane],
             ..Ray::new(vector(&block.origin) - self.offset, vector(&block.direction))
         }
     }
 }
 
 impl TriangleMesh {
-    /// Calls `found` with the place and the nearest hit of each ray that hits something.
+    /// Calls `found` with the slot and the nearest hit of each ray that hits something.
     pub fn intersect_blocks<O: Fn(usize) -> u32>(
         &self,
         rays: &BlockRays<'_, O>,
-        room: &mut MeshRays,
+        scratch: &mut MeshRays,
         mut found: impl FnMut(usize, ShapeHit),
     ) {
-        room.collect(self.tree().instruction_set(), self.space(), rays);
-        let MeshRays { rays: search, places, doubtful, hits, met, .. } = room;
+        scratch.collect(self.tree().instruction_set(), self.space(), rays);
+        let MeshRays { rays: search, slots, safe_min, hits, hit_blocks, .. } = scratch;
         hits.clear();
         hits.resize(search.len(), Hit::MISS);
         let check = |i: u32, hit: &Hit| {
             let i = i as usize;
-            let place = places[i] as usize;
-            hit.t > doubtful[i] || (rays.own)(place) != hit.primitive && self.is_exact(&rays.get(place), hit)
+            let slot = slots[i] as usize;
+            hit.t > safe_min[i] || (rays.own)(slot) != hit.primitive && self.is_exact(&rays.get(slot), hit)
         };
         self.tree().intersect_batch_filtered(search, hits, check);
-        met.clear();
+        hit_blocks.clear();
         dispatch(
             self.tree().instruction_set(),
             Finish {
@@ -92,12 +99,12 @@ impl TriangleMesh {
                 offset: rays.offset,
                 blocks: rays.blocks,
                 ends: rays.ends,
-                places,
+                slots,
                 hits,
-                met,
+                hit_blocks,
             },
         );
-        for block in met {
+        for block in hit_blocks {
             let mut lanes = block.hit;
             let mut i = block.first as usize;
             while lanes != 0 {
@@ -106,60 +113,60 @@ impl TriangleMesh {
                 while !hits[i].is_hit() {
                     i += 1;
                 }
-                let (hit, place) = (&hits[i], places[i] as usize);
+                let (hit, slot) = (&hits[i], slots[i] as usize);
                 i += 1;
-                if block.met >> lane & 1 == 1 {
+                if block.confirmed >> lane & 1 == 1 {
                     let (t, u, v) = (block.t.0[lane], block.u.0[lane], block.v.0[lane]);
-                    found(place, ShapeHit { t, part: hit.primitive, u, v });
-                } else if block.doubtful >> lane & 1 == 1
-                    && let Some(hit) = self.finish_ray(&rays.get(place), hit)
+                    found(slot, ShapeHit { t, part: hit.primitive, u, v });
+                } else if block.recheck >> lane & 1 == 1
+                    && let Some(hit) = self.finish_ray(&rays.get(slot), hit)
                 {
-                    found(place, hit);
+                    found(slot, hit);
                 }
             }
         }
     }
 
-    /// Calls `found` with the place of each ray that hits anything.
+    /// Calls `found` with the slot of each ray that hits anything.
     pub fn occluded_blocks<O: Fn(usize) -> u32>(
         &self,
         rays: &BlockRays<'_, O>,
-        room: &mut MeshRays,
+        scratch: &mut MeshRays,
         mut found: impl FnMut(usize),
     ) {
-        room.collect(self.tree().instruction_set(), self.space(), rays);
-        let MeshRays { rays: search, places, doubtful, certain, dark, .. } = room;
-        dark.clear();
-        dark.resize(search.len(), false);
-        self.tree().occluded_batch_filtered(search, dark, |i, hit| {
+        scratch.collect(self.tree().instruction_set(), self.space(), rays);
+        let MeshRays { rays: search, slots, safe_min, safe_max, occluded, .. } = scratch;
+        occluded.clear();
+        occluded.resize(search.len(), false);
+        self.tree().occluded_batch_filtered(search, occluded, |i, hit| {
             let i = i as usize;
-            let place = places[i] as usize;
-            hit.t > doubtful[i] && hit.t < certain[i]
-                || (rays.own)(place) != hit.primitive && self.is_within(&rays.get(place), hit)
+            let slot = slots[i] as usize;
+            hit.t > safe_min[i] && hit.t < safe_max[i]
+                || (rays.own)(slot) != hit.primitive && self.is_within(&rays.get(slot), hit)
         });
-        for (&dark, &place) in dark.iter().zip(&*places) {
-            if dark {
-                found(place as usize);
+        for (&occluded, &slot) in occluded.iter().zip(&*slots) {
+            if occluded {
+                found(slot as usize);
             }
         }
     }
 }
 
 impl MeshRays {
-    /// Takes the rays that come near a mesh.
+    /// Collects the rays that pass the bounding sphere of a mesh.
     fn collect<O>(&mut self, set: InstructionSet, space: &MeshSpace, rays: &BlockRays<'_, O>) {
         self.rays.clear();
-        self.places.clear();
-        self.doubtful.clear();
-        self.certain.clear();
+        self.slots.clear();
+        self.safe_min.clear();
+        self.safe_max.clear();
         if space.is_empty() {
             return;
         }
-        let room = rays.blocks.len() * LANES;
-        self.rays.reserve(room);
-        self.places.reserve(room);
-        self.doubtful.reserve(room);
-        self.certain.reserve(room);
+        let count = rays.blocks.len() * LANES;
+        self.rays.reserve(count);
+        self.slots.reserve(count);
+        self.safe_min.reserve(count);
+        self.safe_max.reserve(count);
         let &BlockRays { offset, blocks, ends, .. } = rays;
         dispatch(set, Collect { to: self, space, offset, blocks, ends });
     }
@@ -176,7 +183,7 @@ struct Collect<'a> {
 impl Work for Collect<'_> {
     type Output = ();
 
-    /// As [`MeshSpace::ray`], operation by operation.
+    /// The same operations as [`MeshSpace::ray`], in the same order.
     #[inline(always)]
     fn run<S: Simd>(self, simd: S) {
         let Collect { to, space, .. } = self;
@@ -204,14 +211,14 @@ impl Work for Collect<'_> {
             let begin = nearest - two * reach;
             let start = first - two * pad;
             let start = begin.gt(start).select(begin, start);
-            let beside = o + direction * nearest;
-            let met: Mask8<S> = inv.gt(splat(0.0))
+            let closest = o + direction * nearest;
+            let near_sphere: Mask8<S> = inv.gt(splat(0.0))
                 & inv.lt(splat(f64::INFINITY))
-                & beside.dot(beside).le(reach * reach)
+                & closest.dot(closest).le(reach * reach)
                 & start.le(nearest + two * reach)
                 & t_max.eq(t_max);
-            let mut met = met.bits();
-            if met == 0 {
+            let mut lanes = near_sphere.bits();
+            if lanes == 0 {
                 continue;
             }
             let rounding = splat(1e-10) * pad + splat(4.0 * f64::EPSILON) * nearest.abs();
@@ -232,33 +239,33 @@ impl Work for Collect<'_> {
             for (out, part) in out.iter_mut().zip(parts) {
                 part.narrow().store(out);
             }
-            let [px, py, pz, dx, dy, dz, t_max, doubtful, certain] = &out;
-            while met != 0 {
-                let lane = met.trailing_zeros() as usize;
-                met &= met - 1;
+            let [px, py, pz, dx, dy, dz, t_max, safe_min, safe_max] = &out;
+            while lanes != 0 {
+                let lane = lanes.trailing_zeros() as usize;
+                lanes &= lanes - 1;
                 to.rays.push(turner_bvh::Ray {
                     origin: [px.0[lane], py.0[lane], pz.0[lane]],
                     direction: [dx.0[lane], dy.0[lane], dz.0[lane]],
                     t_min: 0.0,
                     t_max: t_max.0[lane],
                 });
-                to.places.push((i * LANES + lane) as u32);
-                to.doubtful.push(doubtful.0[lane]);
-                to.certain.push(certain.0[lane]);
+                to.slots.push((i * LANES + lane) as u32);
+                to.safe_min.push(safe_min.0[lane]);
+                to.safe_max.push(safe_max.0[lane]);
             }
         }
     }
 }
 
-/// As [`TriangleMesh::finish_ray`] begins, operation by operation.
+/// The same operations as the first half of [`TriangleMesh::finish_ray`], in the same order.
 struct Finish<'a> {
     mesh: &'a TriangleMesh,
     offset: DVec3,
     blocks: &'a [RayBlock],
     ends: &'a [Block],
-    places: &'a [u32],
+    slots: &'a [u32],
     hits: &'a [Hit],
-    met: &'a mut Vec<HitBlock>,
+    hit_blocks: &'a mut Vec<HitBlock>,
 }
 
 impl Work for Finish<'_> {
@@ -266,17 +273,17 @@ impl Work for Finish<'_> {
 
     #[inline(always)]
     fn run<S: Simd>(self, simd: S) {
-        let Finish { mesh, blocks, ends, places, hits, met, .. } = self;
+        let Finish { mesh, blocks, ends, slots, hits, hit_blocks, .. } = self;
         let offset = Vec3x8::splat(simd, self.offset.to_array());
         let mut corners: Corners = Default::default();
         let mut first = 0;
         while first < hits.len() {
-            let index = places[first] as usize / LANES;
+            let index = slots[first] as usize / LANES;
             let mut hit = 0u8;
             let mut next = first;
-            while next < hits.len() && places[next] as usize / LANES == index {
+            while next < hits.len() && slots[next] as usize / LANES == index {
                 if hits[next].is_hit() {
-                    let lane = places[next] as usize % LANES;
+                    let lane = slots[next] as usize % LANES;
                     hit |= 1 << lane;
                     for (to, corner) in corners.iter_mut().zip(mesh.corners(hits[next].primitive)) {
                         for (to, v) in to.iter_mut().zip(corner) {
@@ -289,14 +296,14 @@ impl Work for Finish<'_> {
             if hit != 0 {
                 let block = &blocks[index];
                 let origin = Vec3x8::load(simd, &block.origin) - offset;
-                let hits = meet(simd, origin, Vec3x8::load(simd, &block.direction), &corners);
-                let counts = hits.met & hits.t.ge(F64x8::load(simd, &block.t_min));
+                let hits = intersect_triangles(simd, origin, Vec3x8::load(simd, &block.direction), &corners);
+                let counts = hits.hit & hits.t.ge(F64x8::load(simd, &block.t_min));
                 let ends_after = hits.t.le(F64x8::load(simd, &ends[index]));
                 let mut out = HitBlock {
                     first: first as u32,
                     hit,
-                    met: (counts & ends_after).bits() & hit,
-                    doubtful: hit & !counts.bits(),
+                    confirmed: (counts & ends_after).bits() & hit,
+                    recheck: hit & !counts.bits(),
                     t: Block::default(),
                     u: Block::default(),
                     v: Block::default(),
@@ -304,7 +311,7 @@ impl Work for Finish<'_> {
                 hits.t.store(&mut out.t);
                 hits.u.store(&mut out.u);
                 hits.v.store(&mut out.v);
-                met.push(out);
+                hit_blocks.push(out);
             }
             first = next;
         }

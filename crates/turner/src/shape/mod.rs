@@ -1,20 +1,24 @@
-//! Shapes: what rays hit. One file each; [`ShapeDesc`] is the table of their names in a scene.
+//! Shapes: the geometry that rays hit. Each shape has its own file; [`ShapeDesc`] lists their names in a scene.
 //!
-//! The contract, which every [`Shape`] keeps:
+//! Every [`Shape`] keeps this contract:
 //!
-//! - All is in the shape's own space and in its units; an object's transform moves rays into it and surfaces out of it.
-//! - [`Shape::bounds`] holds the whole shape, and may be larger. `None` is an unbounded shape.
-//! - [`Shape::intersect`] is given a ray whose direction may have any length but 0; t counts in lengths of it. It finds the nearest t with
-//!   t_min <= t <= t_max, both ends included, from outside and from inside. `None` is a miss: so are rays that are not finite.
-//! - [`Shape::occludes`] says whether `intersect` would find anything; it may stop at the first hit.
-//! - [`Shape::surface`] is given the ray and a hit of it, and computes what is needed once, for the nearest hit. The point is moved onto the surface;
-//!   `error` bounds what is left of its distance from there, so that rays that start farther off do not meet the surface they leave.
-//! - The geometric normal `ng` is of unit length. It points out of closed shapes, and of open ones to the side that the shape's text names, never
-//!   towards the ray. The shading normal `ns` is unit too, on the same side.
-//! - [`Shape::uv`] covers 0..1 on bounded shapes by the mapping written at each; the paper's (−1..1) coordinates are 2u − 1, 2v − 1. Only
-//!   textures ask for it.
+//! - Coordinates are in the shape's own space and units. An object's transform takes rays into it and surfaces
+//!   out of it.
+//! - [`Shape::bounds`] contains the complete shape and may be larger. `None` means unbounded.
+//! - [`Shape::intersect`] takes a ray whose direction has any length but 0; t is in units of that length. It
+//!   returns the nearest hit with t_min <= t <= t_max, both ends included, from outside and from inside.
+//!   Non-finite rays miss.
+//! - [`Shape::occludes`] returns whether `intersect` would find a hit; it may stop at the first one found.
+//! - [`Shape::surface`] computes the surface at a hit, once, for the nearest hit only. It moves the point onto
+//!   the surface; `error` bounds the remaining distance, so that a ray that starts farther off than `error`
+//!   does not hit the surface it leaves.
+//! - The geometric normal `ng` has unit length. It points out of closed shapes, and to the documented side of
+//!   open ones; it is never flipped towards the ray. The shading normal `ns` has unit length and is on the same
+//!   side.
+//! - [`Shape::uv`] covers 0..1 on bounded shapes by the mapping documented at each shape. The (−1..1)
+//!   coordinates of the classic documents are 2u − 1, 2v − 1. Only textures call it.
 
-// `!(a <= b)` is meant: it turns away NaN.
+// `!(a <= b)` is deliberate: it also rejects NaN.
 #![allow(clippy::neg_cmp_op_on_partial_ord)]
 
 mod cone;
@@ -77,19 +81,19 @@ family! {
     }
 }
 
-/// Bound on the distance of a surface point from the surface, per unit of the largest coordinate or length that
-/// went into it: eighteen roundings. It is generous on purpose: a ray that starts that far outside must not be
-/// taken for one that starts inside, after further roundings.
+/// Bound on the distance of a surface point from the surface, per unit of the largest coordinate or length it
+/// is computed from: eighteen roundings. It is generous on purpose: a ray that starts that far outside must
+/// still count as outside after further roundings.
 pub(crate) const ROUNDING: f64 = 4e-15;
 
-/// A hit of a ray with a shape: all that traversal carries.
+/// A hit of a ray with a shape: all that traversal keeps.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ShapeHit {
     /// Parameter along the ray.
     pub t: f64,
-    /// Which part was hit: a face of a box, the cap or side of a cylinder, a triangle.
+    /// The part that was hit: a face of a box, a cap or the side of a cylinder, a triangle.
     pub part: u32,
-    /// First coordinate within the part, if the shape wants to keep it (barycentric for triangles).
+    /// First coordinate within the part, if the shape stores it (barycentric for triangles).
     pub u: f64,
     /// Second coordinate within the part.
     pub v: f64,
@@ -108,7 +112,7 @@ pub struct SurfacePoint {
     pub ns: DVec3,
 }
 
-/// A shape ready to be traced. 56 bytes: the common ones by value, larger ones behind a pointer.
+/// A shape that rays can be intersected with. 56 bytes: common shapes by value, larger ones behind a pointer.
 #[derive(Clone, Debug)]
 pub enum Shape {
     /// A sphere.
@@ -127,16 +131,16 @@ pub enum Shape {
     Cone(Box<Cone>),
     /// A torus.
     Torus(Box<Torus>),
-    /// A triangle mesh, shared by the objects that show it.
+    /// A triangle mesh, shared by the objects that use it.
     Mesh(Arc<TriangleMesh>),
-    /// A cloud of points, shared by the objects that show it.
+    /// A point cloud, shared by the objects that use it.
     Points(Arc<Points>),
 }
 
 const _: () = assert!(size_of::<Shape>() <= 56);
 
 impl Shape {
-    /// Its name in a scene.
+    /// Its name in a scene file.
     pub fn word(&self) -> &'static str {
         match self {
             Shape::Sphere(_) => SphereDesc::DOC.name,
@@ -152,7 +156,7 @@ impl Shape {
         }
     }
 
-    /// The box around it; `None` if it is unbounded. Empty for a mesh without triangles, or a cloud without points.
+    /// Bounding box; `None` if unbounded, empty for a mesh without triangles or a cloud without points.
     pub fn bounds(&self) -> Option<Bounds> {
         match self {
             Shape::Sphere(s) => Some(s.bounds()),
@@ -168,8 +172,8 @@ impl Shape {
         }
     }
 
-    /// The nearest hit with `t_min <= t <= t_max`, from outside or inside. Rays with NaN or infinities, or without
-    /// a direction, hit nothing.
+    /// The nearest hit with `t_min <= t <= t_max`, from outside or inside. Rays with NaN, infinities or a zero
+    /// direction miss.
     #[inline]
     pub fn intersect(&self, ray: &Ray) -> Option<ShapeHit> {
         match self {
@@ -190,7 +194,7 @@ impl Shape {
     #[inline]
     pub fn occludes(&self, ray: &Ray) -> bool {
         match self {
-            // Any triangle will do, not the nearest.
+            // Any triangle is enough, not the nearest.
             Shape::Mesh(s) => s.occludes(ray),
             Shape::Points(s) => s.occludes_where(ray, &|_| true),
             Shape::Sphere(_)
@@ -221,8 +225,8 @@ impl Shape {
         }
     }
 
-    /// Surface coordinates at a point of the surface, 0..1 for bounded shapes (a mesh has its own). Asked for by
-    /// textures alone: they may cost an arc tangent.
+    /// Texture coordinates at a point of the surface: 0..1 for bounded shapes, the mesh's own for meshes. Only
+    /// textures call it, because it may cost an arc tangent.
     pub fn uv(&self, hit: &ShapeHit, point: &SurfacePoint) -> DVec2 {
         match self {
             Shape::Sphere(_) | Shape::Points(_) => Sphere::uv(point.ng),
@@ -237,8 +241,8 @@ impl Shape {
         }
     }
 
-    /// How much a ray that meets the box around it has to be tested against, as a mean over such rays, in tests of simple shapes: blocks of
-    /// eight triangles of a mesh, points of a cloud. At least 1. It depends on the shape alone, not on its tree.
+    /// Mean number of simple intersection tests (blocks of eight triangles of a mesh, points of a cloud) for a
+    /// ray that hits the bounding box. At least 1. It depends on the shape alone, not on its tree.
     pub(crate) fn tests_per_ray(&self) -> f64 {
         match self {
             Shape::Sphere(_)
@@ -254,7 +258,7 @@ impl Shape {
         }
     }
 
-    /// Bytes it takes beside its place in the scene's list. A mesh counts in full for each object that shows it.
+    /// Bytes in addition to its slot in the scene's list. A mesh counts in full for each object that uses it.
     pub fn memory(&self) -> usize {
         match self {
             Shape::Sphere(_) | Shape::Plane(_) | Shape::Box(_) => 0,
@@ -270,7 +274,8 @@ impl Shape {
 }
 
 impl ShapeDesc {
-    /// Makes it traceable; checks what the reader could not. `meshes` are the scene's.
+    /// Converts it to the form that rays are intersected with; checks what the reader could not. `meshes` are
+    /// the scene's.
     pub fn prepare(&self, meshes: &mut MeshCache<'_>) -> Result<Shape, SceneError> {
         Ok(match self {
             ShapeDesc::Sphere(d) => Shape::Sphere(Sphere { center: d.center, radius: d.radius }),
@@ -287,33 +292,34 @@ impl ShapeDesc {
     }
 }
 
-/// A point of a shape chosen by area.
+/// A point on a shape sampled by area.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct AreaPoint {
-    /// Where it is.
+    /// Position.
     pub p: DVec3,
-    /// The normal there, unit, outwards.
+    /// Unit outward normal.
     pub n: DVec3,
-    /// The part it is on, as a hit has it.
+    /// The part it is on, as in [`ShapeHit`].
     pub part: u32,
 }
 
-/// A point of the disk around the origin across z, evenly by area.
+/// Samples the disk around the origin in the xy plane, uniformly by area.
 fn disk_point(radius: f64, u: [f64; 2]) -> DVec3 {
     let r = radius * u[0].sqrt();
     let (s, c) = sin_cos(std::f64::consts::TAU * u[1]);
     DVec3::new(r * c, r * s, 0.0)
 }
 
-/// Of a line that meets a box, how many parts' boxes it meets on average, whose half areas have the sum `parts`: at least 1.
+/// Mean number of parts' boxes hit by a line that hits the box `whole`, at least 1. `parts` is the sum of the
+/// parts' half surface areas: the probability of hitting a convex body inside another is the ratio of their
+/// areas.
 fn mean_parts(parts: f64, whole: &Bounds) -> f64 {
     let DVec3 { x, y, z } = whole.size();
     let ratio = parts / (x * y + y * z + z * x);
     if ratio.is_finite() { ratio.max(1.0) } else { 1.0 }
 }
 
-/// The hit of a ray that is inside a convex solid from `enter` to `exit`, each with the part it is on. NaN never
-/// hits.
+/// The hit of a ray that is inside a convex solid between `enter` and `exit`, each with its part. NaN misses.
 #[inline]
 fn convex_hit(ray: &Ray, enter: (f64, u32), exit: (f64, u32)) -> Option<ShapeHit> {
     if !(enter.0 <= exit.0) {
@@ -323,9 +329,9 @@ fn convex_hit(ray: &Ray, enter: (f64, u32), exit: (f64, u32)) -> Option<ShapeHit
     ray.contains(t).then_some(ShapeHit { t, part, u: 0.0, v: 0.0 })
 }
 
-/// A vector as a unit vector, or an error that names the key it comes from.
+/// Normalizes a vector, or returns an error that names its key.
 fn direction(v: DVec3, shape: &str, key: &str) -> Result<DVec3, SceneError> {
-    // Scaled first: squares of tiny and huge numbers would leave the range.
+    // Scale first: squares of tiny and huge components would underflow or overflow.
     let v = v / v.abs().max_element();
     v.try_normalize().ok_or_else(|| {
         let message = format!("the `{key}` of a {shape} must not be zero");
@@ -333,7 +339,7 @@ fn direction(v: DVec3, shape: &str, key: &str) -> Result<DVec3, SceneError> {
     })
 }
 
-/// The unit vector and the distance between the two ends of an axis.
+/// Unit direction and length of the axis between two points.
 fn axis_of(from: DVec3, to: DVec3, shape: &str) -> Result<(DVec3, f64), SceneError> {
     let axis = to - from;
     let length = axis.length();
@@ -341,15 +347,15 @@ fn axis_of(from: DVec3, to: DVec3, shape: &str) -> Result<(DVec3, f64), SceneErr
         return Ok((axis / length, length));
     }
     let message = format!("`from` and `to` of a {shape} must be two points: found {from} and {to}");
-    Err(SceneError::new(ErrorCode::OutOfRange, message).help("move one of them"))
+    Err(SceneError::new(ErrorCode::OutOfRange, message).help("move one of the two points"))
 }
 
-/// The angle of (x, y) as 0..1, one half where x = 0 and y > 0.
-fn turn(x: f64, y: f64) -> f64 {
+/// The angle of (x, y) mapped to 0..1: one half at x = 0, y > 0.
+fn unit_angle(x: f64, y: f64) -> f64 {
     0.5 + atan2(x, y) / std::f64::consts::TAU
 }
 
-/// (u, v) of a cap that faces `outward`, at a point local to the frame: those of a disk.
+/// (u, v) of a cap that faces `outward`, at a point in the frame's space: those of a disk.
 fn cap_uv(frame: &Frame, outward: DVec3, local: DVec3, radius: f64) -> DVec2 {
     let (right, up) = plane::tangents(outward);
     let flat = frame.to_world(DVec3::new(local.x, local.y, 0.0)) / radius;

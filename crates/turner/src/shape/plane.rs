@@ -5,13 +5,13 @@ use crate::math::{DVec2, DVec3, Ray};
 use crate::schema::{SceneError, params};
 
 params! {
-    /// An infinite plane. (2u − 1, 2v − 1) are distances from `point` in units of the scene, so (u, v) leaves 0..1.
-    /// Seen from the side the normal points to, with +y upwards, u runs to the right and v up. On a horizontal plane u runs
-    /// along +x; with the normal +y, 2u − 1 = x − point.x and 2v − 1 = point.z − z.
+    /// An infinite plane. (u, v) are unbounded: 2u − 1 and 2v − 1 are the distances from `point` in scene
+    /// units. u runs to the right and v up, as seen from the side that the normal points to, with +y up. On a
+    /// horizontal plane u runs along +x; with the normal +y, 2u − 1 = x − point.x and 2v − 1 = point.z − z.
     pub struct PlaneDesc as "plane" {
-        /// A point of the plane.
+        /// A point on the plane.
         point: DVec3 = DVec3::ZERO;
-        /// The direction at right angles to it; its length does not matter.
+        /// Normal: the direction perpendicular to the plane, of any length.
         normal: DVec3 = DVec3::Y;
     }
     example r#"[[object]]
@@ -25,40 +25,40 @@ material = { color = "ivory" }
 /// An infinite plane.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Plane {
-    /// A point of it.
+    /// A point on it.
     pub point: DVec3,
-    /// Its unit normal.
+    /// Unit normal.
     pub normal: DVec3,
 }
 
 impl PlaneDesc {
-    /// Makes it traceable.
+    /// Converts it to the form that rays are intersected with.
     pub fn prepare(&self) -> Result<Plane, SceneError> {
         Ok(Plane { point: self.point, normal: direction(self.normal, "plane", "normal")? })
     }
 }
 
-/// Two unit tangents (right, up) at right angles to the unit vector `n`, with right × up = n: horizontal and up
-/// as seen from the side `n` points to, if +y is up; +x and n × x where `n` is vertical.
+/// Two unit tangents (right, up) of the unit normal `n`, with right × up = n. As seen from the side `n` points
+/// to, with +y up, `right` is horizontal and `up` points upwards. Where `n` is vertical they are +x and n × x.
 pub(super) fn tangents(n: DVec3) -> (DVec3, DVec3) {
     let right = DVec3::new(n.z, 0.0, -n.x);
     let length = right.length();
     let right = if length > 1e-9 { right / length } else { DVec3::X };
-    // Where n is vertical to within rounding only, X is not quite at right angles.
+    // If n is vertical only to within rounding, X is not exactly perpendicular to it.
     let right = (right - right.dot(n) * n).normalize();
     (right, n.cross(right))
 }
 
-/// Parameter at which a ray crosses the plane with unit normal `n` through `point`, if it counts.
+/// The t at which a ray crosses the plane through `point` with unit normal `n`, if in the ray's range.
 #[inline]
 pub(super) fn crossing(ray: &Ray, point: DVec3, n: DVec3) -> Option<f64> {
     let speed = ray.direction.dot(n);
     let t = (point - ray.origin).dot(n) / speed;
-    // Rays within the plane and parallel to it divide by 0; rays of infinite direction would come out at t = 0.
+    // A ray parallel to the plane divides by 0; a ray with an infinite direction would give t = 0.
     (ray.contains(t) && speed.abs() < f64::INFINITY).then_some(t)
 }
 
-/// The surface point of a flat shape: `p` moved into the plane along its normal.
+/// The surface point of a flat shape: `p` projected onto the plane along its normal.
 #[inline]
 pub(super) fn flat_point(p: DVec3, point: DVec3, n: DVec3) -> SurfacePoint {
     let p = p - (p - point).dot(n) * n;
@@ -67,15 +67,15 @@ pub(super) fn flat_point(p: DVec3, point: DVec3, n: DVec3) -> SurfacePoint {
 }
 
 impl Plane {
-    /// The one crossing, if in range.
+    /// The intersection, if in range.
     #[inline]
     pub fn intersect(&self, ray: &Ray) -> Option<ShapeHit> {
         let t = crossing(ray, self.point, self.normal)?;
-        // Farther away than numbers reach, there is no point to shade.
+        // Beyond the range of f64 there is no point to shade.
         ray.at(t).is_finite().then_some(ShapeHit { t, part: 0, u: 0.0, v: 0.0 })
     }
 
-    /// The surface at a hit.
+    /// The surface point at a hit.
     pub fn surface(&self, ray: &Ray, hit: &ShapeHit) -> SurfacePoint {
         flat_point(ray.at(hit.t), self.point, self.normal)
     }

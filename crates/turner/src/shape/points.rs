@@ -1,4 +1,4 @@
-//! Clouds of points, each shown as a small sphere.
+//! Point clouds; each point is rendered as a small sphere.
 
 use std::sync::Arc;
 
@@ -17,15 +17,15 @@ use crate::schema::{
 };
 
 params! {
-    /// A cloud of points, from a PLY file (or the vertices of an OBJ file) or written in place: each is a sphere, with (u, v) as
-    /// a sphere has them. Their colours are shown by the texture "vertex-color". Without a radius, points get three quarters of
-    /// the mean distance between neighbours.
+    /// A point cloud from a PLY file (or the vertices of an OBJ file), or given inline. Each point is a sphere
+    /// with the (u, v) of a sphere. The texture "vertex-color" shows the points' colours. Without `radius` or
+    /// `radii`, the radius is three quarters of the mean distance between neighbouring points.
     pub struct PointsKeys as "points" {
-        /// A .ply or .obj file; of a mesh, its vertices.
+        /// Path of a .ply or .obj file; of a mesh, its vertices are used.
         file: Option<String> = None;
-        /// Points, instead of `file`.
+        /// Point positions, instead of `file`.
         positions: Option<Vec<DVec3>> = None;
-        /// Colours [r, g, b, opacity], one per point in place.
+        /// Colours [r, g, b, opacity], linear, one per inline point.
         colors: Option<Vec<[f64; 4]>> = None;
         /// Radius of all points.
         radius: Option<f64> = None, in Range::POSITIVE;
@@ -41,14 +41,15 @@ material = { color = { type = "vertex-color" } }
 "##
 }
 
-/// Points, their positions and colours in the scene's list of meshes; by default the vertices of the first one there.
+/// Points whose positions and colours are in the scene's list of meshes; by default the vertices of the first
+/// mesh.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct PointsDesc {
-    /// Whose vertices they are.
+    /// The mesh whose vertices they are.
     pub points: MeshId,
-    /// The radius of all, greater than 0; without one it follows from their distances.
+    /// Radius of all points, greater than 0; by default it follows from their distances.
     pub radius: Option<f64>,
-    /// The radius of each instead, or empty.
+    /// Radius of each point, or empty.
     pub radii: Vec<f32>,
 }
 
@@ -56,12 +57,12 @@ impl PointsDesc {
     /// Its documentation.
     pub const DOC: EntryDoc = PointsKeys::DOC;
 
-    /// Moves the numbers of things it refers to.
+    /// Renumbers the ids it refers to.
     pub fn renumber(&mut self, by: &Renumber) {
         self.points = by.mesh(self.points);
     }
 
-    /// Its keys: what [`PointsDesc::read`] reads.
+    /// The keys that [`PointsDesc::read`] reads.
     pub fn write(&self, cx: &mut dyn WriteContext) -> Result<Table, SceneError> {
         let mut table = Table::default();
         match cx.mesh(self.points)? {
@@ -74,7 +75,7 @@ impl PointsDesc {
         Ok(table)
     }
 
-    /// Reads its keys; puts points written in place into the scene's list of meshes.
+    /// Reads its keys; adds inline points to the scene's list of meshes.
     pub fn read(table: &mut TableReader<'_>, cx: &mut dyn ReadContext) -> Result<PointsDesc, SceneError> {
         let keys = PointsKeys::read(table, cx)?;
         let points = match (keys.file, keys.positions) {
@@ -95,7 +96,7 @@ impl PointsDesc {
                     .help("add `file = \"cloud.ply\"`"));
             }
             _ => {
-                let message = "points have either a `file` or `positions` and `colors` in place";
+                let message = "points have either a `file` or inline `positions` and `colors`";
                 return Err(SceneError::at(ErrorCode::Conflict, table.span_of("file"), message)
                     .help("remove one of the two"));
             }
@@ -110,7 +111,7 @@ impl PointsDesc {
         Ok(PointsDesc { points, radius: keys.radius, radii })
     }
 
-    /// Makes them traceable. `meshes` are the scene's.
+    /// Converts them to the form that rays are intersected with. `meshes` are the scene's.
     pub fn prepare(
         &self,
         meshes: &[Asset<MeshData>],
@@ -125,12 +126,13 @@ impl PointsDesc {
     }
 }
 
-/// Spheres with their tree: some 90 bytes each beyond the positions, which are shared with the description.
+/// Spheres with their tree: some 90 bytes per point in addition to the positions, which are shared with the
+/// description.
 #[derive(Clone, Debug)]
 pub struct Points {
     data: Arc<MeshData>,
     radius: f64,
-    /// Of each point, or empty.
+    /// Radius of each point, or empty.
     radii: Vec<f32>,
     tree: BoxBvh,
     frame: TraversalFrame,
@@ -140,7 +142,7 @@ pub struct Points {
 }
 
 impl Points {
-    /// Builds the tree. Points that are not finite are left out, and so are ones whose own radius is not above 0.
+    /// Builds the tree. Skips points with non-finite positions, and points whose own radius is not above 0.
     pub fn build(
         data: &Arc<MeshData>,
         radius: Option<f64>,
@@ -159,15 +161,15 @@ impl Points {
             let radius = radii.get(i).map_or(radius, |r| f64::from(*r));
             Sphere { center: DVec3::from(data.positions[i].map(f64::from)), radius }
         };
-        let is_there = |s: &Sphere| s.center.is_finite() && s.radius > 0.0 && s.radius.is_finite();
+        let is_valid = |s: &Sphere| s.center.is_finite() && s.radius > 0.0 && s.radius.is_finite();
         let count = data.positions.len();
-        let all = (0..count).map(sphere).filter(is_there);
-        // A cube around a sphere has half the area 3 (2r)².
+        let all = (0..count).map(sphere).filter(is_valid);
+        // Half the surface area of the sphere's bounding cube is 3 (2r)².
         let (bounds, areas) = all.fold((Bounds::EMPTY, 0.0), |(b, areas), s| {
             (b.union(&s.bounds()), areas + 12.0 * s.radius * s.radius)
         });
         let frame = TraversalFrame::new(&bounds);
-        /// Bytes of a point while the tree is built: its box, and what the builder takes.
+        /// Bytes per point while the tree is built: its box, and the builder's memory.
         const POINT: u64 = 24 + 208;
         options
             .limits
@@ -178,7 +180,7 @@ impl Points {
         boxes.extend(
             (0..count)
                 .map(sphere)
-                .map(|s| frame.aabb(&if is_there(&s) { s.bounds() } else { Bounds::EMPTY })),
+                .map(|s| frame.aabb(&if is_valid(&s) { s.bounds() } else { Bounds::EMPTY })),
         );
         let build = BuildOptions {
             quality: options.quality,
@@ -199,17 +201,17 @@ impl Points {
         })
     }
 
-    /// The box around them; empty without points.
+    /// Bounding box; empty without points.
     pub fn bounds(&self) -> Bounds {
         self.bounds
     }
 
-    /// How many there are.
+    /// Number of points that can be hit.
     pub fn count(&self) -> usize {
         self.tree.order().len()
     }
 
-    /// Bytes they take, the data that they share with the description included.
+    /// Bytes of memory, including the data shared with the description.
     pub fn memory(&self) -> usize {
         size_of_val(self) + self.tree.bytes() + size_of_val(&self.radii[..]) + self.data.memory()
     }
@@ -219,7 +221,7 @@ impl Points {
         self.tests_per_ray
     }
 
-    /// The spheres that are there, with their numbers.
+    /// The spheres that can be hit, with their indices.
     pub fn spheres(&self) -> impl Iterator<Item = (u32, Sphere)> + '_ {
         self.tree.order().iter().map(|&point| (point, self.sphere(point)))
     }
@@ -232,12 +234,12 @@ impl Points {
         Sphere { center: DVec3::from(self.data.positions[i].map(f64::from)), radius }
     }
 
-    /// The nearest hit, of several at the same t that of the point with the lowest number.
+    /// The nearest hit; of several at the same t, that of the point with the lowest index.
     pub fn intersect(&self, ray: &Ray) -> Option<ShapeHit> {
         self.intersect_where(ray, &|_| true)
     }
 
-    /// The nearest of the hits that `accept` takes. It is asked about hits in any order.
+    /// The nearest hit that `accept` accepts. `accept` is called in any order.
     pub fn intersect_where(&self, ray: &Ray, accept: &dyn Fn(&ShapeHit) -> bool) -> Option<ShapeHit> {
         let search = self.frame.ray(ray)?;
         let mut nearest: Option<ShapeHit> = None;
@@ -253,7 +255,7 @@ impl Points {
         nearest
     }
 
-    /// Whether there is a hit that `accept` takes.
+    /// Whether there is a hit that `accept` accepts.
     pub fn occludes_where(&self, ray: &Ray, accept: &dyn Fn(&ShapeHit) -> bool) -> bool {
         let Some(search) = self.frame.ray(ray) else { return false };
         self.tree.any(&search.ray, |range| {
@@ -262,7 +264,7 @@ impl Points {
         })
     }
 
-    /// The nearest hit of one point that `accept` takes: the front or the back of its sphere.
+    /// The nearest accepted hit of one point: the front or the back of its sphere.
     #[inline]
     fn hit(&self, point: u32, ray: &Ray, accept: &dyn Fn(&ShapeHit) -> bool) -> Option<ShapeHit> {
         let sphere = self.sphere(point);
@@ -275,19 +277,20 @@ impl Points {
         accept(&hit).then_some(hit)
     }
 
-    /// The surface at a hit.
+    /// The surface point at a hit.
     pub fn surface(&self, ray: &Ray, hit: &ShapeHit) -> SurfacePoint {
         self.sphere(hit.part).surface(ray, hit)
     }
 
-    /// The colour of the point that was hit, linear RGB and opacity, if they have any.
+    /// The colour of the point that was hit, linear RGB and opacity, if the cloud has colours.
     pub fn color(&self, hit: &ShapeHit) -> Option<[f32; 4]> {
         self.data.colors.get(hit.part as usize).copied()
     }
 }
 
-/// The mean distance from a point to its nearest neighbour, roughly: neighbours are looked for among the eight before and after it
-/// on a curve through space (Morton 1966). Points at the same place do not count; 1 if there are no two.
+/// Approximate mean distance from a point to its nearest neighbour. Candidates are the eight points before and
+/// after it on a Morton curve (Morton 1966). Coinciding points do not count; 1 if there are no two distinct
+/// points.
 fn spacing(positions: &[[f32; 3]]) -> f64 {
     let finite = |p: &&[f32; 3]| p.iter().all(|x| x.is_finite());
     let wide = |p: &[f32; 3]| DVec3::from(p.map(f64::from));
@@ -300,7 +303,7 @@ fn spacing(positions: &[[f32; 3]]) -> f64 {
         let cell = ((p - bounds.min) * cells).to_array().map(|c| spread(c as u64));
         cell[0] | cell[1] << 1 | cell[2] << 2
     };
-    // A part of a large cloud would be sparser than the whole: take all.
+    // A subset of a large cloud would be sparser than the cloud: sort all points.
     let mut order: Vec<(u64, u32)> = positions
         .iter()
         .enumerate()
@@ -309,7 +312,7 @@ fn spacing(positions: &[[f32; 3]]) -> f64 {
         .collect();
     order.sort_unstable();
     let at = |i: usize| wide(&positions[order[i].1 as usize]);
-    // Every so manieth point will do for the mean.
+    // About 100,000 points are enough for the mean.
     let step = order.len().div_ceil(100_000);
     let (mut sum, mut count) = (0.0, 0_u32);
     for i in (0..order.len()).step_by(step.max(1)) {
@@ -324,7 +327,7 @@ fn spacing(positions: &[[f32; 3]]) -> f64 {
     if count == 0 { 1.0 } else { sum / f64::from(count) }
 }
 
-/// Two zero bits before each of the lower 21.
+/// Spreads the lower 21 bits: two zero bits before each.
 fn spread(x: u64) -> u64 {
     let mut x = x.min((1 << 21) - 1);
     for (shift, mask) in [
@@ -351,7 +354,7 @@ mod tests {
     }
 
     #[test]
-    fn the_tree_finds_what_each_sphere_says() {
+    fn the_tree_finds_the_nearest_sphere() {
         let data = cloud(2000, 3);
         let radii: Vec<f32> = (0..2000).map(|i| 0.01 + 0.0001 * (i % 300) as f32).collect();
         let points = Points::build(&data, None, &radii, &PrepareOptions::default()).unwrap();
@@ -373,7 +376,7 @@ mod tests {
             let surface = points.surface(&ray, &hit);
             let sphere = points.sphere(hit.part);
             assert!((surface.p.distance(sphere.center) - sphere.radius).abs() <= surface.error);
-            // The back of the first, or any other.
+            // The back of the first sphere, or another sphere.
             let behind = points.intersect_where(&ray, &|h| h.t > hit.t).unwrap();
             assert!(behind.t > hit.t);
         }
@@ -390,7 +393,7 @@ mod tests {
     }
 
     #[test]
-    fn without_a_radius_neighbours_tell() {
+    fn the_default_radius_follows_from_neighbours() {
         let grid: Vec<[f32; 3]> =
             (0..4096).map(|i| [(i % 64) as f32 * 0.25, (i / 64) as f32 * 0.25, 1.0]).collect();
         assert!((spacing(&grid) - 0.25).abs() < 0.03, "{}", spacing(&grid));

@@ -6,11 +6,11 @@ use crate::math::{Bounds, DVec2, DVec3, Ray};
 use crate::schema::{ErrorCode, SceneError, params};
 
 params! {
-    /// A flat rectangle, or a parallelogram where the edges are not at right angles. u runs from 0 to 1 along `edge_u`, v along
-    /// `edge_v`; the middle is (0.5, 0.5). The normal is edge_u × edge_v: it points to the side from which edge_u, edge_v
-    /// turn counter-clockwise.
+    /// A flat rectangle, or a parallelogram if the edges are not perpendicular. u runs from 0 to 1 along
+    /// `edge_u` and v along `edge_v`; the centre is (0.5, 0.5). The normal is edge_u × edge_v: seen from its
+    /// side, `edge_v` is counter-clockwise from `edge_u`.
     pub struct RectangleDesc as "rectangle" {
-        /// The middle.
+        /// Centre.
         center: DVec3 = DVec3::ZERO;
         /// One edge, as a vector from corner to corner.
         edge_u: DVec3 = DVec3::new(2.0, 0.0, 0.0);
@@ -33,13 +33,13 @@ pub struct Rectangle {
     edge_u: DVec3,
     edge_v: DVec3,
     pub(crate) normal: DVec3,
-    /// Vectors in the plane whose dot product with an offset from the middle gives u − 0.5, v − 0.5.
+    /// Vectors in the plane whose dot product with an offset from the centre gives u − 0.5 and v − 0.5.
     pub(crate) to_u: DVec3,
     pub(crate) to_v: DVec3,
 }
 
 impl RectangleDesc {
-    /// Makes it traceable.
+    /// Converts it to the form that rays are intersected with.
     pub fn prepare(&self) -> Result<Rectangle, SceneError> {
         let (u, v) = (self.edge_u, self.edge_v);
         let degenerate = || {
@@ -63,19 +63,19 @@ impl RectangleDesc {
 }
 
 impl Rectangle {
-    /// The box around it.
+    /// Bounding box.
     pub fn bounds(&self) -> Bounds {
         let reach = 0.5 * (self.edge_u.abs() + self.edge_v.abs());
         let reach = reach + ROUNDING * (reach.max_element() + self.center.abs().max_element());
         Bounds::new(self.center - reach, self.center + reach)
     }
 
-    /// The corner where u and v are 0, and the edges; the normal is the first times the second.
+    /// The corner with u = v = 0, and the edges; the normal is along edge_u × edge_v.
     pub(crate) fn corner_and_edges(&self) -> (DVec3, DVec3, DVec3) {
         (self.center - 0.5 * (self.edge_u + self.edge_v), self.edge_u, self.edge_v)
     }
 
-    /// The crossing with its plane, if between the edges.
+    /// The intersection with the plane, if between the edges.
     #[inline]
     pub fn intersect(&self, ray: &Ray) -> Option<ShapeHit> {
         let t = crossing(ray, self.center, self.normal)?;
@@ -84,12 +84,12 @@ impl Rectangle {
         (u.abs() <= 0.5 && v.abs() <= 0.5).then_some(ShapeHit { t, part: 0, u: u + 0.5, v: v + 0.5 })
     }
 
-    /// The surface at a hit.
+    /// The surface point at a hit.
     pub fn surface(&self, ray: &Ray, hit: &ShapeHit) -> SurfacePoint {
         flat_point(ray.at(hit.t), self.center, self.normal)
     }
 
-    /// How (u, v) change along a vector in its plane.
+    /// The derivative of (u, v) along a vector in its plane.
     pub(super) fn uv_along(&self, d: DVec3) -> DVec2 {
         DVec2::new(d.dot(self.to_u), d.dot(self.to_v))
     }

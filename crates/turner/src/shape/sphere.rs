@@ -1,4 +1,10 @@
 //! Spheres.
+//!
+//! The discriminant is r² |d|² − |f × d|², with f from the centre to the ray's origin: it compares the radius
+//! with the distance of the ray's line from the centre. Unlike b² − a c it does not cancel, and it needs no
+//! division before a miss is known. The roots come from the stable form of the quadratic formula (Haines et al.
+//! 2019, "Precision improvements for ray/sphere intersection", Ray Tracing Gems ch. 7): exact enough for a
+//! sphere of radius 5000 seen from one unit away.
 
 use super::{ROUNDING, ShapeHit, SurfacePoint};
 use crate::math::elementary::{acos, atan2};
@@ -6,12 +12,13 @@ use crate::math::{Bounds, DVec2, DVec3, Ray};
 use crate::schema::{Range, params};
 
 params! {
-    /// A sphere. u runs once around the vertical (y) axis: 0 at −z, counter-clockwise seen from above, 0.25 at −x, 0.5 at +z,
-    /// 0.75 at +x. v runs from 0 at the south pole (−y) to 1 at the north pole, in proportion to the angle.
+    /// A sphere. u runs once around the vertical (y) axis, counter-clockwise as seen from above: 0 at −z, 0.25
+    /// at −x, 0.5 at +z, 0.75 at +x. v runs from 0 at the south pole (−y) to 1 at the north pole (+y), in
+    /// proportion to the angle. Normals point outwards.
     pub struct SphereDesc as "sphere" {
-        /// The middle.
+        /// Centre.
         center: DVec3 = DVec3::ZERO;
-        /// The radius.
+        /// Radius.
         radius: f64 = 1.0, in Range::POSITIVE;
     }
     example r#"[[object]]
@@ -25,23 +32,19 @@ material = { color = "tomato" }
 /// A sphere.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Sphere {
-    /// The middle.
+    /// Centre.
     pub center: DVec3,
-    /// The radius, greater than 0.
+    /// Radius, greater than 0.
     pub radius: f64,
 }
 
 impl Sphere {
-    /// The box around it.
+    /// Bounding box.
     pub fn bounds(&self) -> Bounds {
         Bounds::new(self.center - self.radius, self.center + self.radius)
     }
 
-    /// The nearest of the two roots in range. The discriminant is r² |d|² − |f × d|², with f from the centre to the
-    /// origin: the distance of the ray's line from the centre, without the cancellation of b² − a c and without a
-    /// division before the ray is turned away. The roots are those of the stable form of the quadratic formula
-    /// (Haines et al. 2019, "Precision improvements for ray/sphere intersection", Ray Tracing Gems ch. 7): exact
-    /// enough for a sphere of radius 5000 seen from one unit away.
+    /// The nearest of the two roots in range.
     #[inline(always)]
     pub fn intersect(&self, ray: &Ray) -> Option<ShapeHit> {
         let f = ray.origin - self.center;
@@ -49,7 +52,7 @@ impl Sphere {
         let a = d.length_squared();
         let r2 = self.radius * self.radius;
         let discriminant = a * r2 - f.cross(d).length_squared();
-        // Also where something is not a number, or infinite.
+        // Also rejects NaN and infinities.
         if !(discriminant >= 0.0) {
             return None;
         }
@@ -59,19 +62,19 @@ impl Sphere {
             return None;
         }
         let q = b + discriminant.sqrt().copysign(b);
-        // c / q is the nearer root where the ray approaches the centre, the farther one where it leaves it.
+        // c / q is the nearer root if the ray approaches the centre, the farther one if it moves away.
         let t0 = if q == 0.0 { 0.0 } else { c / q };
         let t = if b > 0.0 && ray.contains(t0) {
             t0
         } else {
             let t1 = q / a;
-            // The larger one otherwise, written out so that eight rays at a time do the same.
+            // Otherwise the larger root; written out so that the version for eight rays does the same.
             if (b <= 0.0 && ray.contains(t1)) || t1 > t0 || t0.is_nan() { t1 } else { t0 }
         };
         (ray.contains(t) && a > 0.0).then_some(ShapeHit { t, part: 0, u: 0.0, v: 0.0 })
     }
 
-    /// The surface at a hit.
+    /// The surface point at a hit.
     #[inline]
     pub fn surface(&self, ray: &Ray, hit: &ShapeHit) -> SurfacePoint {
         let n = (ray.at(hit.t) - self.center).normalize();

@@ -1,15 +1,15 @@
-//! How surface coordinates change along a surface, and how it curves.
+//! Derivatives of surface coordinates along a surface, and its curvature.
 
 use super::{Shape, ShapeHit, Sphere, SurfacePoint, TriangleMesh};
 use crate::math::{DVec2, DVec3};
 
 impl Shape {
-    /// How (u, v) change along two tangent vectors at a point of the surface, in the space of the shape: the derivative times the vectors, so that there is no seam
-    /// where the coordinates start again. Finite.
+    /// Directional derivatives of (u, v) along two tangent vectors at a surface point, in the shape's space.
+    /// Where (u, v) wrap around there is no jump. Finite.
     pub fn uv_change(&self, hit: &ShapeHit, point: &SurfacePoint, along: [DVec3; 2]) -> [DVec2; 2] {
         match self {
             Shape::Mesh(mesh) => mesh.uv_change(hit, 0, along),
-            Shape::Rectangle(r) => along.map(|d| sound(r.uv_along(d))),
+            Shape::Rectangle(r) => along.map(|d| finite_or_zero(r.uv_along(d))),
             Shape::Sphere(_)
             | Shape::Plane(_)
             | Shape::Box(_)
@@ -26,17 +26,17 @@ impl Shape {
                         return DVec2::ZERO;
                     }
                     let step = 1e-5 * size / length;
-                    let there = self.uv_beside(hit, point, step * d);
+                    let there = self.uv_at_offset(hit, point, step * d);
                     let change = there - here;
-                    // Steps are small: what is more than half a turn crossed the seam.
-                    sound((change - if self.wraps() { change.round() } else { DVec2::ZERO }) / step)
+                    // The step is small: a change of more than one half crossed the seam.
+                    finite_or_zero((change - if self.wraps() { change.round() } else { DVec2::ZERO }) / step)
                 })
             }
         }
     }
 
-    /// (u, v) beside a point of the surface.
-    fn uv_beside(&self, hit: &ShapeHit, point: &SurfacePoint, offset: DVec3) -> DVec2 {
+    /// (u, v) at a point offset from a surface point.
+    fn uv_at_offset(&self, hit: &ShapeHit, point: &SurfacePoint, offset: DVec3) -> DVec2 {
         let p = point.p + offset;
         match self {
             Shape::Sphere(s) => Sphere::uv((p - s.center).normalize_or(point.ng)),
@@ -52,7 +52,8 @@ impl Shape {
         }
     }
 
-    /// A length over which (u, v) change by about as much as they do in all; steps are taken in proportion.
+    /// A length over which (u, v) change by about their full range; finite-difference steps are in proportion
+    /// to it.
     fn local_size(&self, hit: &ShapeHit, point: &SurfacePoint) -> f64 {
         match self {
             Shape::Sphere(s) => s.radius.abs(),
@@ -68,7 +69,7 @@ impl Shape {
         }
     }
 
-    /// Whether (u, v) start again somewhere on the surface.
+    /// Whether (u, v) wrap around on the surface.
     fn wraps(&self) -> bool {
         match self {
             Shape::Sphere(_) | Shape::Points(_) | Shape::Cylinder(_) | Shape::Cone(_) | Shape::Torus(_) => {
@@ -78,13 +79,14 @@ impl Shape {
         }
     }
 
-    /// How much the normal turns per unit of length along the surface, radians, about: above 0 where the surface bulges outwards. Of triangles, by their vertices' normals.
+    /// Approximate change of the normal per unit of length along the surface, in radians; positive where the
+    /// surface is convex. For triangles it comes from the vertex normals.
     pub fn curvature(&self, hit: &ShapeHit) -> f64 {
         match self {
             Shape::Sphere(s) => 1.0 / s.radius.abs().max(1e-30),
             Shape::Points(s) => 1.0 / s.sphere(hit.part).radius.max(1e-30),
             Shape::Plane(_) | Shape::Box(_) | Shape::Disk(_) | Shape::Rectangle(_) => 0.0,
-            // Curved one way, flat the other.
+            // Curved in one direction, flat in the other: the mean.
             Shape::Cylinder(_) | Shape::Cone(_) if hit.part != 0 => 0.0,
             Shape::Cylinder(c) => 0.5 / c.radius().max(1e-30),
             Shape::Cone(c) => 0.5 / c.mean_radius().max(1e-30),
@@ -95,32 +97,33 @@ impl Shape {
 }
 
 impl TriangleMesh {
-    /// How (u, v) of a set change along two vectors in the plane of the triangle that was hit. Finite.
+    /// Directional derivatives of (u, v) of a set along two vectors in the plane of the triangle that was hit.
+    /// Finite.
     pub fn uv_change(&self, hit: &ShapeHit, set: usize, along: [DVec3; 2]) -> [DVec2; 2] {
         let [p, q, r] = self.corner_points(hit.part);
         let [a, b, c] = self.corner_uvs(hit.part, set);
         let weights = Weights::new(q - p, r - p);
         along.map(|d| {
             let (wq, wr) = weights.of(d);
-            sound(wq * (b - a) + wr * (c - a))
+            finite_or_zero(wq * (b - a) + wr * (c - a))
         })
     }
 
-    /// The mean over the edges of how much the vertices' normals turn along them.
+    /// The mean over the edges of the change of the vertex normals along the edge.
     fn curvature(&self, hit: &ShapeHit) -> f64 {
         let Some(n) = self.corner_normals(hit.part) else { return 0.0 };
         let p = self.corner_points(hit.part);
-        let turn = |i: usize, j: usize| {
+        let normal_change = |i: usize, j: usize| {
             let edge = p[j] - p[i];
             let squared = edge.length_squared();
             if squared > 0.0 { (n[j] - n[i]).dot(edge) / squared } else { 0.0 }
         };
-        let mean = (turn(0, 1) + turn(1, 2) + turn(2, 0)) / 3.0;
+        let mean = (normal_change(0, 1) + normal_change(1, 2) + normal_change(2, 0)) / 3.0;
         if mean.is_finite() { mean } else { 0.0 }
     }
 }
 
-/// Vectors of a triangle's plane as sums of its edges: the dual basis.
+/// Expresses vectors in a triangle's plane as sums of its edges: the dual basis.
 struct Weights {
     q: DVec3,
     r: DVec3,
@@ -139,8 +142,8 @@ impl Weights {
     }
 }
 
-/// Coordinates that have no derivative, as at a pole, change fast but finitely.
-fn sound(v: DVec2) -> DVec2 {
+/// Makes a derivative finite, where it does not exist (at a pole): NaN becomes 0, large values are clamped.
+fn finite_or_zero(v: DVec2) -> DVec2 {
     let one = |v: f64| if v.is_nan() { 0.0 } else { v.clamp(-1e9, 1e9) };
     DVec2::new(one(v.x), one(v.y))
 }

@@ -1,7 +1,8 @@
-//! What the tests of all shapes share: random rays, and properties checked against a slow oracle.
+//! Shared by the tests of all shapes: random rays, and properties checked against a slow oracle.
 //!
-//! The oracle knows a shape only as a list of sheets: a function that changes its sign at the sheet, and which of
-//! its zeros belong. It walks along the ray in small steps and bisects where a sign changes.
+//! The oracle knows a shape only as a list of sheets. A sheet is a function that changes its sign at the
+//! surface, and a predicate for which of its zeros belong to the shape. The oracle marches along the ray in
+//! small steps and bisects where the sign changes.
 
 use super::*;
 use crate::math::{DAffine3, DMat3};
@@ -28,7 +29,7 @@ fn sheet(value: impl Fn(DVec3) -> f64 + 'static, belongs: impl Fn(DVec3) -> bool
     vec![Sheet { value: Box::new(value), belongs: Box::new(belongs) }]
 }
 
-/// Distance from an axis and height along it.
+/// Distance from an axis, and height along it.
 fn around(p: DVec3, from: DVec3, axis: DVec3) -> (f64, f64) {
     let z = (p - from).dot(axis);
     ((p - from - z * axis).length(), z)
@@ -124,7 +125,7 @@ fn cases() -> Vec<Case> {
 
 #[test]
 fn every_shape_has_a_case() {
-    // Meshes and clouds of points have tests of their own.
+    // Meshes and point clouds have tests of their own.
     let formulas = ShapeDesc::DOC.entries.iter().filter(|e| !matches!(e.name, "mesh" | "points"));
     for entry in formulas {
         assert!(cases().iter().any(|c| c.shape.word() == entry.name), "no case for the shape {}", entry.name);
@@ -132,7 +133,7 @@ fn every_shape_has_a_case() {
 }
 
 impl Case {
-    /// The nearest zero of a sheet that belongs, walking from 0 to `end` in steps.
+    /// The nearest zero of a sheet that belongs to the shape, marching from 0 to `end`.
     fn oracle(&self, ray: &Ray, end: f64, steps: u32) -> Option<f64> {
         let first = |sheet: &Sheet| {
             let at = |i: u32| end * f64::from(i) / f64::from(steps);
@@ -157,7 +158,7 @@ impl Case {
         self.sheets.iter().filter_map(first).min_by(f64::total_cmp)
     }
 
-    /// How far the ray stays from touching the surface, or from its rim: near 0 the oracle may be wrong.
+    /// Whether the ray is nearly tangent to the surface or near its rim, where the oracle may be wrong.
     fn doubtful(&self, ray: &Ray, t: f64) -> bool {
         let p = ray.at(t);
         let d = ray.direction.normalize();
@@ -184,7 +185,7 @@ fn rays(random: &mut Random, count: usize) -> Vec<Ray> {
             let target = 1.1 * random.in_cube();
             let mut direction = (target - origin) * (0.1 + 3.0 * random.unit());
             if i % 7 == 0 {
-                // Zero components.
+                // Some components are zero.
                 direction[i % 3] = 0.0;
             }
             Ray::new(origin, direction)
@@ -204,7 +205,7 @@ fn hits_agree_with_marching() {
             match (found, expected) {
                 (Some(a), Some(b)) if (a - b).abs() * ray.direction.length() < 1e-7 => hits += 1,
                 (None, None) => {}
-                // Between two steps the oracle overlooks a chord; it cannot tell at rims.
+                // The oracle misses a chord between two steps, and cannot decide at rims.
                 (Some(a), _) if case.sheets.iter().any(|s| (s.value)(ray.at(a)).abs() < 1e-9) => {
                     disputed += 1
                 }
@@ -217,7 +218,7 @@ fn hits_agree_with_marching() {
 }
 
 #[test]
-fn surfaces_are_where_and_as_they_say() {
+fn surface_points_and_normals_are_exact() {
     let mut random = Random::new(8);
     for case in cases() {
         let bounds = case.shape.bounds();
@@ -237,7 +238,7 @@ fn surfaces_are_where_and_as_they_say() {
             }
             assert!(uv.is_finite());
             let g = case.gradient(s.p);
-            // At edges the gradient belongs to two faces.
+            // At edges the gradient is that of two faces.
             if (g.length() - 1.0).abs() < 1e-6 && g.dot(s.ng) < 1.0 - 1e-8 {
                 let edge = case.gradient(s.p - 1e-4 * s.ng);
                 assert!(edge.dot(s.ng) < 0.99, "{}: normal {} but gradient {g}", case.name, s.ng);
@@ -247,8 +248,8 @@ fn surfaces_are_where_and_as_they_say() {
 }
 
 #[test]
-fn rays_that_leave_do_not_come_back() {
-    // From a point of a convex side, moved out by the error bound, outwards.
+fn leaving_rays_do_not_hit_again() {
+    // From a point on a convex side, offset by the error bound, outwards.
     let mut random = Random::new(9);
     for case in cases() {
         for ray in rays(&mut random, 2000) {

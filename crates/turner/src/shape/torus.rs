@@ -1,25 +1,49 @@
 //! Tori.
+//!
+//! A torus is a tube of radius r around a circle of radius R. A quarter of its cross-section, with ρ² = x² + y²:
+//!
+//! ```text
+//!      z ^
+//!        |          , - ,
+//!        |        /   r   \
+//!        |       |    o────|       inside: (ρ − R)² + z² < r²
+//!        |        \       /
+//!        +----------` - ´------> ρ
+//!                     R
+//! ```
+//!
+//! Along a ray the surface is the quartic F(t) = (|p|² + R² − r²)² − 4 R² (x² + y²) = 0. Closed formulas for
+//! quartics lose their digits for thin tubes, so the roots are isolated and bracketed instead:
+//!
+//! 1. t is measured from the ray's point nearest to the centre, in units of R + r. There, with a = dx² + dy², b
+//!    = x dx + y dy and k = |o|² + R² − r², the derivative is F′/4 = t³ + (k − 2 R² a) t − 2 R² b: a cubic
+//!    without quadratic term.
+//! 2. The roots of the cubic split the ray into at most four pieces on which F is monotone. A change of sign
+//!    between the ends of a piece therefore brackets exactly one root.
+//! 3. Newton's method with bisection refines it. The sign is not that of F but of the distance to the circle,
+//!    which keeps its digits for thin tubes.
 
 use std::f64::consts::TAU;
 
 use super::plane::tangents;
-use super::{AreaPoint, ROUNDING, ShapeHit, SurfacePoint, direction, turn};
+use super::{AreaPoint, ROUNDING, ShapeHit, SurfacePoint, direction, unit_angle};
 use crate::math::elementary::sin_cos;
 use crate::math::{Bounds, DVec2, DVec3, Frame, Ray};
 use crate::schema::{ErrorCode, Range, SceneError, params};
 
 params! {
-    /// A torus: a tube around a circle. u runs once around the axis, counter-clockwise seen from the tip of the axis; with the
-    /// axis +y it is that of the sphere: 0 at −z, 0.25 at −x, 0.5 at +z, 0.75 at +x. v runs once around the tube: 0 at the inner
-    /// side, 0.25 below (against the axis), 0.5 at the outer side, 0.75 above.
+    /// A torus: a tube around a circle. u runs once around the axis, counter-clockwise as seen from the tip of
+    /// the axis; with the axis +y it is the same as on a sphere: 0 at −z, 0.25 at −x, 0.5 at +z, 0.75 at +x. v
+    /// runs once around the tube: 0 at the inner side, 0.25 at the bottom (against the axis), 0.5 at the outer
+    /// side, 0.75 at the top. Normals point out of the tube.
     pub struct TorusDesc as "torus" {
-        /// The middle.
+        /// Centre.
         center: DVec3 = DVec3::ZERO;
-        /// The axis it turns about; its length does not matter.
+        /// Axis of symmetry, of any length.
         axis: DVec3 = DVec3::Y;
-        /// The radius of the circle in the middle of the tube.
+        /// Radius of the circle at the centre of the tube.
         radius: f64 = 1.0, in Range::POSITIVE;
-        /// The radius of the tube, at most `radius`.
+        /// Radius of the tube, at most `radius`.
         tube_radius: f64 = 0.25, in Range::POSITIVE;
     }
     example r#"[[object]]
@@ -42,13 +66,13 @@ pub struct Torus {
 }
 
 impl TorusDesc {
-    /// Makes it traceable.
+    /// Converts it to the form that rays are intersected with.
     pub fn prepare(&self) -> Result<Torus, SceneError> {
         let (radius, tube) = (self.radius, self.tube_radius);
         if tube > radius {
             let message = format!("`tube_radius` ({tube}) of a torus must not exceed `radius` ({radius})");
             return Err(SceneError::new(ErrorCode::OutOfRange, message)
-                .help("make the tube thinner: a torus that overlaps itself has no inside"));
+                .help("make the tube thinner: a torus that intersects itself has no well-defined inside"));
         }
         let axis = direction(self.axis, "torus", "axis")?;
         let (x, y) = tangents(axis);
@@ -58,17 +82,17 @@ impl TorusDesc {
 }
 
 impl Torus {
-    /// Middle, unit axes with the last along the axis, radius of the ring and of the tube.
+    /// Centre, unit axes with z along the axis of symmetry, radius of the circle and of the tube.
     pub(super) fn ring(&self) -> (DVec3, [DVec3; 3], f64, f64) {
         (self.center, [self.frame.x, self.frame.y, self.frame.z], self.radius, self.tube)
     }
 
-    /// The radius of its tube.
+    /// Radius of the tube.
     pub(super) fn tube_radius(&self) -> f64 {
         self.tube
     }
 
-    /// The box around it: that of its middle circle, grown by the tube.
+    /// Bounding box: that of the circle, extended by the tube radius.
     pub fn bounds(&self) -> Bounds {
         let n = self.frame.z;
         let reach = self.radius * (DVec3::ONE - n * n).max(DVec3::ZERO).map(f64::sqrt) + self.tube;
@@ -76,12 +100,7 @@ impl Torus {
         Bounds::new(self.center - reach, self.center + reach)
     }
 
-    /// The nearest root in range of the quartic F(t) = (|p|² + R² − r²)² − 4 R² (x² + y²).
-    ///
-    /// t is measured from the point of the ray nearest to the middle, in units of the torus's size. There the
-    /// derivative is F′/4 = t³ + (k − 2 R² a) t − 2 R² b, a cubic without square term; its roots cut the ray into at
-    /// most four pieces on which F is monotone, so that a change of sign brackets exactly one root. Signs are taken not
-    /// from F but from the distance to the middle circle, which keeps its digits for thin tubes.
+    /// Nearest hit: see the module documentation.
     pub fn intersect(&self, ray: &Ray) -> Option<ShapeHit> {
         if !ray.is_finite() {
             return None;
@@ -98,17 +117,17 @@ impl Torus {
         let nearest = -o.dot(d);
         let o = o + nearest * d;
         let o = o - o.dot(d) * d;
-        let miss = o.length_squared();
-        if !(miss <= 1.0 + SLACK) {
+        let distance2 = o.length_squared();
+        if !(distance2 <= 1.0 + SLACK) {
             return None;
         }
-        // Inside the bounding sphere, between the planes that touch it above and below, and in range.
-        let reach = (1.0 + SLACK - miss).max(0.0).sqrt() + SLACK;
+        // Limits: the bounding sphere, and the planes z = ±r.
+        let reach = (1.0 + SLACK - distance2).max(0.0).sqrt() + SLACK;
         let (mut lo, mut hi) = (-reach, reach);
         if d.z != 0.0 {
-            let middle = -o.z / d.z;
+            let mid = -o.z / d.z;
             let half = (minor + SLACK) / d.z.abs();
-            (lo, hi) = (lo.max(middle - half), hi.min(middle + half));
+            (lo, hi) = (lo.max(mid - half), hi.min(mid + half));
         } else if o.z.abs() > minor {
             return None;
         }
@@ -119,7 +138,7 @@ impl Torus {
         Some(ShapeHit { t, part: 0, u: 0.0, v: 0.0 })
     }
 
-    /// The surface at a hit.
+    /// The surface point at a hit.
     pub fn surface(&self, ray: &Ray, hit: &ShapeHit) -> SurfacePoint {
         let p = self.frame.to_local(ray.at(hit.t) - self.center);
         let out = DVec3::new(p.x, p.y, 0.0).normalize_or(DVec3::X);
@@ -130,14 +149,14 @@ impl Torus {
         SurfacePoint { p, error: self.error, ng: n, ns: n }
     }
 
-    /// Its area.
+    /// Surface area.
     pub fn area(&self) -> f64 {
         TAU * TAU * self.radius * self.tube
     }
 
-    /// A point that `u` chooses evenly by area: where, the normal, the part.
+    /// Samples a point uniformly by area from two random numbers in [0, 1).
     pub fn point_by_area(&self, u: [f64; 2]) -> AreaPoint {
-        let v = around_tube(u[0], self.tube / self.radius);
+        let v = tube_angle(u[0], self.tube / self.radius);
         let (sin_v, cos_v) = sin_cos(v);
         let (sin_u, cos_u) = sin_cos(TAU * u[1]);
         let n = DVec3::new(cos_v * cos_u, cos_v * sin_u, sin_v);
@@ -153,13 +172,14 @@ impl Torus {
     pub fn uv(&self, p: DVec3) -> DVec2 {
         let p = self.frame.to_local(p - self.center);
         let out = (p.x * p.x + p.y * p.y).sqrt() - self.radius;
-        DVec2::new(turn(p.x, -p.y), turn(p.z, out))
+        DVec2::new(unit_angle(p.x, -p.y), unit_angle(p.z, out))
     }
 }
 
-/// The angle around the tube, from the outer side, at which the share `u` of the area is behind: the root of v + e sin v = 2πu, with
-/// `e` within 0..=1 (Kepler's equation). Halving keeps Newton's steps where the function is flat, at the inner side.
-fn around_tube(u: f64, e: f64) -> f64 {
+/// The angle around the tube, from the outer side, at which the cumulative area reaches the fraction `u`: the
+/// root of v + e sin v = 2πu with `e` in 0..=1 (Kepler's equation). Bisection safeguards Newton's method where
+/// the function is flat, at the inner side.
+fn tube_angle(u: f64, e: f64) -> f64 {
     let target = TAU * u;
     let (mut lo, mut hi) = (0.0, TAU);
     let mut v = target;
@@ -181,10 +201,10 @@ fn around_tube(u: f64, e: f64) -> f64 {
     v
 }
 
-/// How far beyond the touching planes the search goes, in units of the torus's size.
+/// Margin of the search limits, in units of R + r.
 const SLACK: f64 = 1e-12;
 
-/// A ray in units of the torus's size, from its point nearest to the middle; the direction has unit length.
+/// A ray in units of R + r, starting at its point nearest to the centre; the direction has unit length.
 struct Line {
     o: DVec3,
     d: DVec3,
@@ -193,20 +213,20 @@ struct Line {
 }
 
 impl Line {
-    /// Squared distance to the middle circle less that of the surface, and its derivative. Negative inside.
+    /// Squared distance to the circle minus r², and its derivative. Negative inside.
     #[inline]
     fn value(&self, t: f64) -> (f64, f64) {
         let p = self.o + t * self.d;
         let rho = (p.x * p.x + p.y * p.y).sqrt();
         let off = rho - self.major;
         let slope = if rho > 0.0 { (p.x * self.d.x + p.y * self.d.y) / rho } else { 0.0 };
-        // Not (off² + z²) − r²: near the surface the differences are exact.
+        // As a product, not (off² + z²) − r²: near the surface the difference is exact.
         let distance = (off * off + p.z * p.z).sqrt();
         ((distance - self.minor) * (distance + self.minor), 2.0 * (off * slope + p.z * self.d.z))
     }
 
-    /// The first root between the limits that is accepted. Roots outside `range` need not be found; which roots there
-    /// are does not depend on it.
+    /// The first accepted root between the limits. Roots outside `range` may be skipped; `range` does not
+    /// affect which roots exist.
     fn first_root(
         &self,
         limits: (f64, f64),
@@ -236,19 +256,19 @@ impl Line {
         None
     }
 
-    /// Where F turns between lo and hi, in order.
+    /// The extrema of F between lo and hi, in order.
     fn turning_points(&self, lo: f64, hi: f64) -> ([f64; 3], usize) {
         let (o, d, m2) = (self.o, self.d, self.major * self.major);
         let k = o.length_squared() + m2 - self.minor * self.minor;
         let p = k - 2.0 * m2 * (d.x * d.x + d.y * d.y);
         let q = -2.0 * m2 * (o.x * d.x + o.y * d.y);
         let cubic = |t: f64| ((t * t + p) * t + q, 3.0 * t * t + p);
-        let turn = if p < 0.0 { (p / -3.0).sqrt() } else { f64::INFINITY };
+        let extremum = if p < 0.0 { (p / -3.0).sqrt() } else { f64::INFINITY };
         let mut found = [0.0; 3];
         let mut count = 0;
         let mut a = lo;
         let mut fa = cubic(a).0;
-        for b in [-turn, turn, hi] {
+        for b in [-extremum, extremum, hi] {
             if !(b > a) {
                 continue;
             }
@@ -264,8 +284,8 @@ impl Line {
     }
 }
 
-/// The root of a function that changes sign once between a and b, from its value and derivative: Newton's steps,
-/// halving where they leave the bracket or stall.
+/// The root of a function that changes sign once between a and b, from value and derivative: Newton's method,
+/// with bisection where a step leaves the bracket or converges slowly.
 fn bracketed(mut a: f64, mut b: f64, negative_at_a: bool, f: impl Fn(f64) -> (f64, f64)) -> f64 {
     let mut t = 0.5 * (a + b);
     let mut width = b - a;
@@ -280,7 +300,7 @@ fn bracketed(mut a: f64, mut b: f64, negative_at_a: bool, f: impl Fn(f64) -> (f6
             b = t
         }
         let step = t - value / slope;
-        // A Newton step stays in the bracket; every second round must halve it, or the middle is taken.
+        // The bracket must shrink by half at least every second step; otherwise bisect.
         let halved = b - a <= 0.5 * width;
         let next = if step > a && step < b && (halved || (step - t).abs() < 0.25 * width) {
             step
@@ -304,8 +324,8 @@ mod tests {
     use super::*;
     use crate::shape::testing::Random;
 
-    /// Walks by the exact distance to the torus, never less than a small step, and bisects where it changes sign;
-    /// also gives the least distance on the way.
+    /// Sphere tracing with a least step, bisecting where the distance changes sign. Also returns the least
+    /// distance along the ray.
     fn oracle(major: f64, minor: f64, ray: &Ray, end: f64) -> (Option<f64>, f64) {
         let distance = |t: f64| {
             let p = ray.at(t);
@@ -321,8 +341,8 @@ mod tests {
             if (after > 0.0) != outside {
                 let (mut a, mut b) = (t, next);
                 for _ in 0..60 {
-                    let middle = 0.5 * (a + b);
-                    if (distance(middle) > 0.0) == outside { a = middle } else { b = middle }
+                    let mid = 0.5 * (a + b);
+                    if (distance(mid) > 0.0) == outside { a = mid } else { b = mid }
                 }
                 return (Some(0.5 * (a + b)), 0.0);
             }
@@ -333,14 +353,14 @@ mod tests {
     }
 
     #[test]
-    fn random_rays_agree_with_walking() {
+    fn random_rays_agree_with_marching() {
         let mut random = Random::new(3);
         for (radius, tube_radius) in [(1.0, 0.3), (1.0, 1.0), (1.0, 0.9), (1.0, 0.01), (1.0, 1e-3)] {
             let desc = TorusDesc { center: DVec3::ZERO, axis: DVec3::Y, radius, tube_radius };
             let torus = desc.prepare().unwrap();
             let mut hits = 0;
             for i in 0..20_000 {
-                // From outside and inside; aimed at the tube, along its tangents, anywhere.
+                // From outside and inside; aimed at the tube, along its tangents, and anywhere.
                 let around = random.direction() * DVec3::new(1.0, 0.0, 1.0);
                 let around = around.normalize();
                 let on_tube = radius * around + tube_radius * random.direction();
@@ -361,7 +381,7 @@ mod tests {
                 match (found, expected) {
                     (Some(a), Some(b)) if (a - b).abs() < 1e-7 => hits += 1,
                     (None, None) => {}
-                    // The walk steps over chords shorter than its step: there it came very near.
+                    // The oracle steps over chords shorter than its step; there its least distance is small.
                     (Some(a), _) if least < 1e-6 || expected.is_some_and(|b| a < b && b - a < 0.5) => {
                         let p = ray.at(a);
                         let off = (p.x * p.x + p.z * p.z).sqrt() - radius;

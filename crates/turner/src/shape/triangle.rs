@@ -1,36 +1,44 @@
-//! A watertight ray and triangle test.
+//! Watertight ray-triangle intersection (Woop, Benthin and Wald 2013, "Watertight ray/triangle intersection") in f64.
 //!
-//! Woop, Benthin, Wald 2013, "Watertight ray/triangle intersection", in double precision: the vertices are sheared
-//! so that the ray runs along z from the origin, and three edge functions tell on which side of each edge it
-//! passes. Two triangles that share an edge compute the same number for it up to its sign, whose rounding is
-//! monotone, and an edge belongs to both: no ray slips through. With the vertices in single precision and the
-//! arithmetic in double, a vertex of a mesh near its ray's origin loses nothing.
+//! The vertices are translated and sheared so that the ray starts at the origin and runs along z. The ray then hits
+//! the triangle if the 2D origin is inside the projected triangle, which the signs of three edge functions decide:
+//!
+//! ```text
+//!           c
+//!          / \         u = c × b,  v = a × c,  w = b × a   (2D cross products)
+//!         / + \        hit if no two have opposite signs
+//!        a-----b       t = (u a.z + v b.z + w c.z) / (u + v + w)
+//! ```
+//!
+//! Two triangles that share an edge compute the same value for it up to its sign, rounding is monotone, and an edge
+//! belongs to both triangles: no ray passes between them. The vertices are f32 and the arithmetic is f64, so a vertex
+//! near the ray's origin loses no digits.
 
 use crate::math::Ray;
 
-/// What a ray needs for any number of triangles.
+/// Precomputed values of a ray, for any number of triangles.
 #[derive(Clone, Copy, Debug)]
 pub struct RayShear {
-    /// In the order of `axes`.
+    /// Permuted as `axes`.
     origin: [f64; 3],
-    /// The axis along which the direction is longest comes last.
+    /// Axis permutation; the axis with the largest direction component is last.
     axes: [usize; 3],
     shear: [f64; 3],
 }
 
-/// Where a ray meets a triangle.
+/// Where a ray hits a triangle.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TriangleHit {
     /// Parameter along the ray.
     pub t: f64,
-    /// Weight of the second vertex.
+    /// Barycentric weight of the second vertex.
     pub u: f64,
-    /// Weight of the third vertex.
+    /// Barycentric weight of the third vertex.
     pub v: f64,
 }
 
 impl RayShear {
-    /// For a ray with a finite direction other than zero.
+    /// For a ray with a finite, non-zero direction.
     #[inline]
     pub fn new(ray: &Ray) -> RayShear {
         let d = ray.direction.abs();
@@ -51,7 +59,7 @@ impl RayShear {
         RayShear { origin, axes, shear: [x * inv, y * inv, inv] }
     }
 
-    /// Vertices in the order of `axes`, from the origin, sheared.
+    /// Vertices permuted as `axes`, relative to the origin, sheared.
     #[inline(always)]
     fn sheared(&self, vertices: &[[f32; 3]; 3]) -> [[f64; 3]; 3] {
         let ordered = match self.axes[2] {
@@ -65,8 +73,8 @@ impl RayShear {
         })
     }
 
-    /// The hit, whatever its t; both sides count. Edges and vertices belong to the triangle; a triangle seen
-    /// exactly edge-on is not hit.
+    /// The hit at any t, from either side. Edges and vertices belong to the triangle; a triangle seen exactly edge-on
+    /// is missed.
     #[inline]
     pub fn triangle(&self, vertices: &[[f32; 3]; 3]) -> Option<TriangleHit> {
         let [a, b, c] = self.sheared(vertices);
@@ -86,8 +94,8 @@ impl RayShear {
         Some(TriangleHit { t, u: v, v: w })
     }
 
-    /// How far the ray passes from the triangle, where it just misses it: a bound on the distance to the point with the
-    /// same weights, those below zero left out.
+    /// By how much the ray misses the triangle: a bound on the distance to the point with the same barycentric
+    /// weights, negative ones set to 0.
     pub fn miss(&self, vertices: &[[f32; 3]; 3]) -> f64 {
         let [a, b, c] = self.sheared(vertices);
         let u = c[0] * b[1] - c[1] * b[0];

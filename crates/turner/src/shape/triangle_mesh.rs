@@ -1,18 +1,16 @@
-//! Triangle meshes ready to be traced.
+//! Triangle meshes that rays can be intersected with.
 //!
-//! **Search and truth.** The tree ([`turner_bvh::Bvh`]) finds the triangle in single precision; it holds the vertices
-//! as they are, or moved by a vector that loses no bit of them. Where a ray meets that triangle is then computed
-//! in double precision from the same vertices, and so are `t_min` and `t_max` decided: a surface point is off by
-//! rounding of double precision only, however large or far away the mesh is, and a ray that leaves a surface does
-//! not meet it again. Where single precision sees a hit that double precision does not, which happens within some
-//! 2^-20 of the mesh's size of an edge, the triangles around are asked in double precision: no ray slips through an
-//! edge, and none that leaves a surface at a grazing angle is caught by the next triangle.
+//! **Precision.** The tree ([`turner_bvh::Bvh`]) decides in f32 which triangle is hit; it holds the vertices exactly,
+//! or shifted without loss. Where the ray hits that triangle, and whether t is within t_min..t_max, is computed in
+//! f64 from the same vertices. Surface points are thus off by f64 rounding only, for meshes of any size and position,
+//! and a ray that leaves a surface does not hit it again. Within some 2^-20 of the mesh's size of an edge, f32 may
+//! report a hit that f64 does not confirm. Then the neighbouring triangles are tested in f64: no ray passes through
+//! an edge, and none that leaves at a grazing angle hits the next triangle. Of several triangles at the same f32 t,
+//! the one with the lowest index is hit.
 //!
-//! Of several triangles at the same t, in single precision, the one with the lowest number is hit.
-//!
-//! **Memory.** The vertices and triangles are those of the description, shared with it: 12 bytes per triangle and 12 per
-//! vertex, a vertex per two triangles. The tree takes 46 to 54 bytes per triangle: 40 in blocks of eight of which
-//! some places stay empty, the rest in nodes. Vertex normals that a file does not have take 12 bytes per vertex.
+//! **Memory.** Vertices and triangles are shared with the description: 12 bytes per triangle and 12 per vertex, with
+//! about one vertex per two triangles. The tree takes 46 to 54 bytes per triangle: 40 in partly filled blocks of
+//! eight, the rest in nodes. Computed vertex normals take 12 bytes per vertex.
 
 use std::sync::{Arc, OnceLock};
 
@@ -25,10 +23,10 @@ use super::{ROUNDING, ShapeHit, SurfacePoint, mean_parts};
 use crate::math::{Bounds, DVec2, DVec3, Ray};
 use crate::schema::{ErrorCode, MeshData, PrepareOptions, SceneError};
 
-/// Bytes that a triangle takes at the peak of a balanced build, the tree included; measured: 49.
+/// Peak bytes per triangle of a balanced build, including the tree; 49 are measured.
 const BUILD: u64 = 60;
 
-/// Triangles that are tested at a time.
+/// Triangles per intersection test.
 const BLOCK: f64 = 8.0;
 
 /// A triangle mesh with its tree.
@@ -36,24 +34,24 @@ const BLOCK: f64 = 8.0;
 pub struct TriangleMesh {
     bounds: Bounds,
     space: MeshSpace,
-    /// Built when it is known that rays go through this mesh by itself.
+    /// Built only if rays are traced through this mesh separately, not through the scene's joined mesh.
     tree: OnceLock<Bvh>,
-    /// Triangles that can be hit, and whether the list has to be cleared of others for the tree.
-    shown: usize,
+    /// Number of triangles that can be hit, and whether degenerate ones must be filtered out for the tree.
+    hittable: usize,
     has_flat: bool,
     /// See [`Shape::tests_per_ray`](super::Shape::tests_per_ray).
     tests_per_ray: f64,
     data: Arc<MeshData>,
     smooth: bool,
-    /// Computed where the data have none and `smooth` wants them.
-    made_normals: Vec<[f32; 3]>,
+    /// Computed if `smooth` is set and the data have none.
+    computed_normals: Vec<[f32; 3]>,
     error: f64,
 }
 
-/// Triangles that a mesh has but that cannot be shown.
+/// Triangles of a mesh that rays cannot hit.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct SkippedTriangles {
-    /// With a vertex that is NaN or infinite.
+    /// With a NaN or infinite vertex.
     pub non_finite: usize,
     /// Without area.
     pub flat: usize,
@@ -63,54 +61,55 @@ pub(super) fn wide(v: [f32; 3]) -> DVec3 {
     DVec3::from(v.map(f64::from))
 }
 
-/// The normal with the length of twice the area; zero or not finite for a triangle without area.
+/// The normal with twice the area as its length; zero or non-finite for a degenerate triangle.
 pub(super) fn area_normal(v: &[[f32; 3]; 3]) -> DVec3 {
     let [a, b, c] = v.map(wide);
     (b - a).cross(c - a)
 }
 
 impl TriangleMesh {
-    /// Checks the data and builds the tree. With `smooth`, normals that are missing are computed.
+    /// Checks the data and builds the tree. With `smooth`, missing normals are computed.
     pub fn build(
         data: &Arc<MeshData>,
         smooth: bool,
         options: &PrepareOptions,
     ) -> Result<(TriangleMesh, SkippedTriangles), SceneError> {
-        let (mesh, left_out) = TriangleMesh::without_tree(data, smooth)?;
+        let (mesh, skipped) = TriangleMesh::without_tree(data, smooth)?;
         mesh.build_tree(options)?;
-        Ok((mesh, left_out))
+        Ok((mesh, skipped))
     }
 
-    /// Checks the data; [`TriangleMesh::build_tree`] must follow before rays are traced.
+    /// Checks the data. Call [`TriangleMesh::build_tree`] before tracing rays.
     pub fn without_tree(
         data: &Arc<MeshData>,
         smooth: bool,
     ) -> Result<(TriangleMesh, SkippedTriangles), SceneError> {
         data.check()?;
         let extent = Extent::of(&data.positions, &data.triangles);
-        let made_normals = if smooth && data.normals.is_empty() { vertex_normals(data) } else { Vec::new() };
-        Ok((TriangleMesh::of(Arc::clone(data), &extent, smooth, made_normals), extent.left_out))
+        let computed_normals =
+            if smooth && data.normals.is_empty() { vertex_normals(data) } else { Vec::new() };
+        Ok((TriangleMesh::of(Arc::clone(data), &extent, smooth, computed_normals), extent.skipped))
     }
 
-    /// Without a tree, of data that were checked.
+    /// From checked data, without a tree.
     pub(super) fn of(
         data: Arc<MeshData>,
         extent: &Extent,
         smooth: bool,
-        made_normals: Vec<[f32; 3]>,
+        computed_normals: Vec<[f32; 3]>,
     ) -> TriangleMesh {
-        let Extent { bounds, areas, left_out } = *extent;
+        let Extent { bounds, areas, skipped } = *extent;
         let far = if bounds.is_empty() { 0.0 } else { bounds.min.abs().max(bounds.max.abs()).max_element() };
         TriangleMesh {
             bounds,
             space: MeshSpace::new(&bounds, &data.positions),
             tree: OnceLock::new(),
-            shown: data.triangles.len() - left_out.flat - left_out.non_finite,
-            has_flat: left_out.flat > 0,
+            hittable: data.triangles.len() - skipped.flat - skipped.non_finite,
+            has_flat: skipped.flat > 0,
             tests_per_ray: (mean_parts(areas, &bounds) / BLOCK).max(1.0),
             data,
             smooth,
-            made_normals,
+            computed_normals,
             error: ROUNDING * far,
         }
     }
@@ -137,7 +136,7 @@ impl TriangleMesh {
     }
 
     pub(super) fn build_options(&self, options: &PrepareOptions) -> BuildOptions<'static> {
-        // What high quality would take beyond what there is it saves.
+        // High quality falls back to what fits into the remaining memory.
         let left = usize::try_from(options.limits.memory.left()).ok().filter(|left| *left != usize::MAX);
         BuildOptions {
             quality: options.quality,
@@ -148,7 +147,7 @@ impl TriangleMesh {
         }
     }
 
-    /// Why there is no tree.
+    /// The error for a tree that could not be built.
     pub(super) fn refused(&self, error: &BuildError, options: &PrepareOptions) -> SceneError {
         let memory = &options.limits.memory;
         let refused = match error {
@@ -158,7 +157,7 @@ impl TriangleMesh {
         refused.unwrap_or_else(|| SceneError::new(ErrorCode::TooLarge, error.to_string()))
     }
 
-    /// Sets the tree if there is none; says that there is one. Another thread's tree is the same.
+    /// Sets the tree if there is none; returns true. A tree set by another thread is identical.
     pub(super) fn set_tree(&self, tree: Bvh) -> bool {
         let _ = self.tree.set(tree);
         true
@@ -177,19 +176,19 @@ impl TriangleMesh {
         }
     }
 
-    /// The box around it; empty if it has no triangles.
+    /// Bounding box; empty without triangles.
     pub fn bounds(&self) -> Bounds {
         self.bounds
     }
 
-    /// What it was made of.
+    /// The data it is prepared from.
     pub fn data(&self) -> &Arc<MeshData> {
         &self.data
     }
 
-    /// Triangles that can be hit.
+    /// Number of triangles that can be hit.
     pub fn triangle_count(&self) -> usize {
-        self.shown
+        self.hittable
     }
 
     /// Bytes of the tree.
@@ -197,9 +196,9 @@ impl TriangleMesh {
         self.tree.get().map_or(0, |tree| tree.stats().bytes)
     }
 
-    /// Bytes it takes, the data that it shares with the description included.
+    /// Bytes of memory, including the data shared with the description.
     pub fn memory(&self) -> usize {
-        size_of_val(self) + self.tree_bytes() + size_of_val(&self.made_normals[..]) + self.data.memory()
+        size_of_val(self) + self.tree_bytes() + size_of_val(&self.computed_normals[..]) + self.data.memory()
     }
 
     /// See [`Shape::tests_per_ray`](super::Shape::tests_per_ray).
@@ -207,20 +206,20 @@ impl TriangleMesh {
         self.tests_per_ray
     }
 
-    /// What lies on the way of a ray through its tree.
+    /// Counts the traversal steps of a ray through the tree.
     pub fn search_steps(&self, ray: &Ray) -> turner_bvh::Steps {
         self.space.ray(ray).map_or_else(Default::default, |search| self.tree().steps(&search.ray))
     }
 
-    /// The nearest triangle, of several at the same t the one with the lowest number.
+    /// The nearest triangle; of several at the same t, the one with the lowest index.
     pub fn intersect(&self, ray: &Ray) -> Option<ShapeHit> {
         let search = self.space.ray(ray)?;
-        let check = |hit: &Hit| !search.is_doubtful(hit) || self.exact(&search, hit).is_some();
+        let check = |hit: &Hit| !search.may_precede_start(hit) || self.exact(&search, hit).is_some();
         let hit = self.tree().intersect_filtered(&search.ray, check)?;
         self.finish(&search, &hit)
     }
 
-    /// The nearest of the hits that `accept` takes. It is asked about hits in any order.
+    /// The nearest hit that `accept` accepts. `accept` is called in any order.
     pub fn intersect_where(&self, ray: &Ray, accept: &dyn Fn(&ShapeHit) -> bool) -> Option<ShapeHit> {
         let search = self.space.ray(ray)?;
         let check = |hit: &Hit| self.exact(&search, hit).is_some_and(|hit| accept(&hit));
@@ -228,17 +227,17 @@ impl TriangleMesh {
         self.exact(&search, &hit).filter(|hit| search.ends_after(hit.t))
     }
 
-    /// Whether any triangle is hit. Between the ray's ends single precision decides: within some 2^-20 of the mesh's size of a
-    /// silhouette, a ray may be stopped that [`TriangleMesh::intersect`] lets pass, or the other way around.
+    /// Whether any triangle is hit. Between the ray's ends f32 decides: within some 2^-20 of the mesh's size of a
+    /// silhouette, the answer may differ from that of [`TriangleMesh::intersect`].
     pub fn occludes(&self, ray: &Ray) -> bool {
         let Some(search) = self.space.ray(ray) else { return false };
         let check = |hit: &Hit| {
-            search.is_certain(hit) || self.exact(&search, hit).is_some_and(|hit| search.ends_after(hit.t))
+            search.is_safe(hit) || self.exact(&search, hit).is_some_and(|hit| search.ends_after(hit.t))
         };
         self.tree().occluded_filtered(&search.ray, check)
     }
 
-    /// Whether there is a hit that `accept` takes.
+    /// Whether there is a hit that `accept` accepts.
     pub fn occludes_where(&self, ray: &Ray, accept: &dyn Fn(&ShapeHit) -> bool) -> bool {
         let Some(search) = self.space.ray(ray) else { return false };
         let check =
@@ -246,24 +245,24 @@ impl TriangleMesh {
         self.tree().occluded_filtered(&search.ray, check)
     }
 
-    /// The corners of a triangle; `None` if there are not so many.
+    /// The corners of a triangle; `None` if the index is out of range.
     pub fn triangle_corners(&self, part: u32) -> Option<[DVec3; 3]> {
         Some(self.data.triangles.get(part as usize)?.map(|i| wide(self.data.positions[i as usize])))
     }
 
-    /// Whether it is shaded with the normals of its triangles.
+    /// Whether it is shaded with the geometric normals.
     #[inline]
     pub(crate) fn is_faceted(&self) -> bool {
         self.normals().is_empty()
     }
 
-    /// Bound on the distance of points on it from the true ones.
+    /// Bound on the distance of surface points from the true surface.
     #[inline]
     pub(crate) fn error(&self) -> f64 {
         self.error
     }
 
-    /// The corners of a triangle as they are kept.
+    /// The corners of a triangle, as stored.
     #[inline]
     pub(crate) fn corners(&self, part: u32) -> [[f32; 3]; 3] {
         self.data.triangles[part as usize].map(|i| self.data.positions[i as usize])
@@ -274,7 +273,7 @@ impl TriangleMesh {
         self.corners(part).map(wide)
     }
 
-    /// The corners' (u, v) of a set, or of the first one if there are not so many; without any, the weights of the second and third corner.
+    /// The corners' (u, v) of a set (set 0 if there is no such set); without any, barycentric weights.
     pub(super) fn corner_uvs(&self, part: u32, set: usize) -> [DVec2; 3] {
         let other = set.checked_sub(1).and_then(|i| self.data.more_uvs.get(i));
         let uvs = other.unwrap_or(&self.data.uvs);
@@ -284,26 +283,26 @@ impl TriangleMesh {
         self.data.triangles[part as usize].map(|i| DVec2::from(uvs[i as usize].map(f64::from)))
     }
 
-    /// The corners' normals, if it is smooth.
+    /// The corners' shading normals, if it is smooth.
     pub(super) fn corner_normals(&self, part: u32) -> Option<[DVec3; 3]> {
         let normals = self.normals();
         let corners = self.data.triangles[part as usize];
         (!normals.is_empty()).then(|| corners.map(|i| wide(normals[i as usize])))
     }
 
-    /// Whether a hit counts that may lie before `t_min`.
+    /// Whether f64 confirms a hit near `t_min`.
     pub(super) fn is_exact(&self, ray: &Ray, hit: &Hit) -> bool {
         self.space.ray(ray).is_some_and(|search| self.exact(&search, hit).is_some())
     }
 
-    /// Whether a hit lies between the ray's ends.
+    /// Whether f64 confirms that a hit lies between the ray's ends.
     pub(super) fn is_within(&self, ray: &Ray, hit: &Hit) -> bool {
         self.space
             .ray(ray)
             .is_some_and(|search| self.exact(&search, hit).is_some_and(|hit| search.ends_after(hit.t)))
     }
 
-    /// What the search found for a ray, in double precision.
+    /// The f64 hit for a hit of the tree.
     #[inline]
     pub(super) fn finish_ray(&self, ray: &Ray, hit: &Hit) -> Option<ShapeHit> {
         if let Some(exact) = RayShear::new(ray).triangle(&self.corners(hit.primitive))
@@ -316,8 +315,7 @@ impl TriangleMesh {
         self.finish(&self.space.ray(ray)?, hit)
     }
 
-    /// What the search found, in double precision. In the rare case that it is none, the search is done again with all
-    /// hits checked.
+    /// The f64 hit for a hit of the tree. In the rare case that there is none, searches again and checks every hit.
     fn finish(&self, search: &MeshRay, hit: &Hit) -> Option<ShapeHit> {
         let exact = self.exact(search, hit).or_else(|| self.search_again(search))?;
         search.ends_after(exact.t).then_some(exact)
@@ -331,55 +329,57 @@ impl TriangleMesh {
         self.exact(search, &hit)
     }
 
-    /// A hit in double precision; `None` if it lies before `t_min`, or is none and need not count.
+    /// A hit in f64; `None` if it lies before `t_min` or is not confirmed.
     #[inline]
     fn exact(&self, search: &MeshRay, hit: &Hit) -> Option<ShapeHit> {
-        match self.strict(search, hit) {
+        match self.intersect_f64(search, hit) {
             Some(exact) => (exact.t >= search.original.t_min).then_some(exact),
-            None => self.past_an_edge(search, hit),
+            None => self.recheck_near_edge(search, hit),
         }
     }
 
-    /// Where the ray meets a triangle that the search reports, if it does in double precision.
+    /// Where the ray hits a triangle in f64, if it does.
     #[inline]
-    fn strict(&self, search: &MeshRay, hit: &Hit) -> Option<ShapeHit> {
+    fn intersect_f64(&self, search: &MeshRay, hit: &Hit) -> Option<ShapeHit> {
         let at = RayShear::new(&search.original).triangle(&self.corners(hit.primitive))?;
         let hit = ShapeHit { t: at.t, part: hit.primitive, u: at.u, v: at.v };
         at.t.is_finite().then_some(hit)
     }
 
-    /// A hit in single precision that is none in double precision: the ray passes an edge, or lies almost in the plane.
-    /// Then it meets a neighbour, which rays moved by the precision of the search find; or it passes between the
-    /// mesh and the search's idea of it.
+    /// Handles an f32 hit that f64 does not confirm: the ray passes just outside an edge, or lies almost in the
+    /// plane. Usually it hits a neighbour, which slightly offset rays find; if not, it passes the mesh within the f32
+    /// error.
     #[cold]
     #[inline(never)]
-    fn past_an_edge(&self, search: &MeshRay, hit: &Hit) -> Option<ShapeHit> {
+    fn recheck_near_edge(&self, search: &MeshRay, hit: &Hit) -> Option<ShapeHit> {
         let ray = &search.original;
         let [a, b, c] = self.corners(hit.primitive).map(wide);
         let normal = (b - a).cross(c - a);
         let start = normal.dot(ray.origin + ray.t_min * ray.direction - a);
-        let way = normal.dot(ray.direction);
-        if way > 0.0 && start > 0.0 || way < 0.0 && start < 0.0 || way == 0.0 {
-            // The plane is behind.
+        let approach = normal.dot(ray.direction);
+        if approach > 0.0 && start > 0.0 || approach < 0.0 && start < 0.0 || approach == 0.0 {
+            // The plane is behind the ray.
             return None;
         }
         let mut nearest: Option<ShapeHit> = None;
-        for moved in search.moved_around(hit) {
-            let check = |hit: &Hit| self.strict(search, hit).is_some_and(|hit| hit.t >= ray.t_min);
-            let found =
-                self.tree().intersect_filtered(&moved, check).and_then(|hit| self.strict(search, &hit));
+        for moved in search.offset_rays(hit) {
+            let check = |hit: &Hit| self.intersect_f64(search, hit).is_some_and(|hit| hit.t >= ray.t_min);
+            let found = self
+                .tree()
+                .intersect_filtered(&moved, check)
+                .and_then(|hit| self.intersect_f64(search, &hit));
             if let Some(found) = found
                 && nearest.is_none_or(|n| found.t < n.t || found.t == n.t && found.part < n.part)
             {
                 nearest = Some(found);
             }
         }
-        if nearest.is_some() || search.is_doubtful(hit) {
+        if nearest.is_some() || search.may_precede_start(hit) {
             return nearest;
         }
-        // Without a neighbour, a front that is met counts, should it be too thin to be found; a back only if it is missed by
-        // no more than rounding, or a ray that leaves a ridge would be caught by its far side.
-        if way > 0.0 && search.is_beside(RayShear::new(ray).miss(&self.corners(hit.primitive))) {
+        // No neighbour. A front face counts even so: it may be too thin to be found. A back face counts only if it is
+        // missed by no more than rounding; otherwise a ray that leaves a ridge would hit the ridge's far side.
+        if approach > 0.0 && search.is_clear_miss(RayShear::new(ray).miss(&self.corners(hit.primitive))) {
             return None;
         }
         let u = f64::from(hit.u).clamp(0.0, 1.0);
@@ -389,16 +389,16 @@ impl TriangleMesh {
         counts.then_some(ShapeHit { t, part: hit.primitive, u, v })
     }
 
-    /// Vertex normals to shade with; empty for facets.
+    /// Vertex normals for shading; empty for facets.
     fn normals(&self) -> &[[f32; 3]] {
         match (self.smooth, self.data.normals.is_empty()) {
             (false, _) => &[],
             (true, false) => &self.data.normals,
-            (true, true) => &self.made_normals,
+            (true, true) => &self.computed_normals,
         }
     }
 
-    /// The surface at a hit: the point from its weights, the shading normal on the side of the geometric one.
+    /// The surface point from the barycentric weights; the shading normal is on the side of the geometric normal.
     pub fn surface(&self, hit: &ShapeHit) -> SurfacePoint {
         let vertices = self.corners(hit.part);
         let weights = [1.0 - hit.u - hit.v, hit.u, hit.v];
@@ -420,7 +420,7 @@ impl TriangleMesh {
         SurfacePoint { p: mix(vertices.map(wide)), error: self.error, ng, ns }
     }
 
-    /// A value of the vertices, interpolated; `None` if the list is empty.
+    /// An interpolated vertex attribute; `None` if the mesh lacks it.
     fn interpolate<const N: usize>(&self, hit: &ShapeHit, values: &[[f32; N]]) -> Option<[f64; N]> {
         if values.is_empty() {
             return None;
@@ -430,31 +430,31 @@ impl TriangleMesh {
         Some(std::array::from_fn(|i| w * a[i] + hit.u * b[i] + hit.v * c[i]))
     }
 
-    /// The mesh's own (u, v), or the weights of the second and third vertex.
+    /// The mesh's own (u, v), or the barycentric weights of the second and third vertex.
     pub fn uv(&self, hit: &ShapeHit) -> DVec2 {
         self.uv_set(hit, 0)
     }
 
-    /// (u, v) of one of its sets; of the first one if there are not so many.
+    /// (u, v) of a set; of set 0 if there is no such set.
     pub fn uv_set(&self, hit: &ShapeHit, set: usize) -> DVec2 {
         let other = set.checked_sub(1).and_then(|i| self.data.more_uvs.get(i));
         let found = self.interpolate(hit, other.unwrap_or(&self.data.uvs));
         found.map_or(DVec2::new(hit.u, hit.v), DVec2::from)
     }
 
-    /// The vertex colour, linear RGB and opacity, if there are any.
+    /// The vertex colour, linear RGB and opacity, if the mesh has colours.
     pub fn color(&self, hit: &ShapeHit) -> Option<[f32; 4]> {
         self.interpolate(hit, &self.data.colors).map(|c| c.map(|x| x as f32))
     }
 
-    /// The tangent along u, unit length, and on which side the bitangent lies (1 or -1), if there are any.
+    /// The unit tangent along u, and the side of the bitangent (1 or -1), if the mesh has tangents.
     pub fn tangent(&self, hit: &ShapeHit) -> Option<(DVec3, f64)> {
         let [x, y, z, side] = self.interpolate(hit, &self.data.tangents)?;
         let tangent = DVec3::new(x, y, z).try_normalize()?;
         Some((tangent, if side < 0.0 { -1.0 } else { 1.0 }))
     }
 
-    /// The directions in which u and v of a set grow, of no particular length; `None` where they do not.
+    /// The directions in which u and v of a set increase, of any length; `None` where they are undefined.
     pub fn uv_directions(&self, hit: &ShapeHit, set: usize) -> Option<(DVec3, DVec3)> {
         let other = set.checked_sub(1).and_then(|i| self.data.more_uvs.get(i));
         let uvs = other.unwrap_or(&self.data.uvs);
@@ -473,18 +473,18 @@ impl TriangleMesh {
         known.then_some((along_u, along_v))
     }
 
-    /// Which of the mesh's materials a triangle has: 0 if it does not say.
+    /// Index of a triangle's material within the mesh; 0 if it has none.
     pub fn face_material(&self, part: u32) -> usize {
         self.data.face_materials.get(part as usize).map_or(0, |&m| usize::from(m))
     }
 }
 
-/// Sums of the normals around each vertex, weighted by area.
+/// Area-weighted means of the triangle normals around each vertex.
 fn vertex_normals(data: &MeshData) -> Vec<[f32; 3]> {
     let mut sums = vec![DVec3::ZERO; data.positions.len()];
     for t in &data.triangles {
         let n = area_normal(&t.map(|i| data.positions[i as usize]));
-        // Those left out have none that is finite.
+        // Skipped triangles may have non-finite normals.
         if n.is_finite() {
             for &i in t {
                 sums[i as usize] += n;

@@ -12,7 +12,7 @@ use crate::schema::{Asset, MeshId};
 use crate::shape::testing::Random;
 use crate::shape::{BlockRays, MeshCache, MeshDesc, MeshRays, NO_TRIANGLE};
 
-/// A sphere of radius 1 about the origin: an icosahedron, each triangle divided in four `levels` times.
+/// A unit sphere around the origin: an icosahedron whose triangles are divided in four `levels` times.
 fn icosphere(levels: u32) -> MeshData {
     let g = (1.0 + 5.0_f64.sqrt()) / 2.0;
     let mut points: Vec<DVec3> = Vec::new();
@@ -23,7 +23,7 @@ fn icosphere(levels: u32) -> MeshData {
             points.push(p.normalize());
         }
     }
-    // Faces: triples of mutually nearest points, turned outwards.
+    // Faces: triples of nearest neighbours, oriented outwards.
     let side = points.iter().map(|p| p.distance(points[0])).filter(|&d| d > 0.1).fold(9.0, f64::min);
     let near = |a: usize, b: usize| (points[a].distance(points[b]) - side).abs() < 1e-6;
     let mut triangles = Vec::new();
@@ -42,9 +42,9 @@ fn icosphere(levels: u32) -> MeshData {
         }
     }
     for _ in 0..levels {
-        let mut middles = HashMap::new();
-        let mut middle = |a: u32, b: u32| {
-            *middles.entry((a.min(b), a.max(b))).or_insert_with(|| {
+        let mut midpoints = HashMap::new();
+        let mut center = |a: u32, b: u32| {
+            *midpoints.entry((a.min(b), a.max(b))).or_insert_with(|| {
                 points.push((points[a as usize] + points[b as usize]).normalize());
                 points.len() as u32 - 1
             })
@@ -52,7 +52,7 @@ fn icosphere(levels: u32) -> MeshData {
         triangles = triangles
             .into_iter()
             .flat_map(|[a, b, c]| {
-                let (ab, bc, ca) = (middle(a, b), middle(b, c), middle(c, a));
+                let (ab, bc, ca) = (center(a, b), center(b, c), center(c, a));
                 [[a, ab, ca], [b, bc, ab], [c, ca, bc], [ab, bc, ca]]
             })
             .collect();
@@ -80,14 +80,14 @@ fn brute(data: &MeshData, ray: &Ray) -> Option<ShapeHit> {
 #[test]
 fn nothing_leaks_through_edges_and_vertices() {
     let data = icosphere(3);
-    let (mesh, left_out) = build(&data, false);
-    assert_eq!((mesh.triangle_count(), left_out), (1280, SkippedTriangles::default()));
+    let (mesh, skipped) = build(&data, false);
+    assert_eq!((mesh.triangle_count(), skipped), (1280, SkippedTriangles::default()));
     let mut random = Random::new(5);
     for i in 0..1_000_000_u32 {
         let t = data.triangles[(random.unit() * 1280.0) as usize];
         let [a, b, _] = t.map(|i| wide(data.positions[i as usize]));
         let target = if i % 2 == 0 { a } else { a + random.unit() * (b - a) };
-        // From inside every ray must hit; from outside one aimed at an edge must not pass both sides.
+        // Every ray from inside must hit; a ray from outside aimed at an edge must not pass between its two triangles.
         let origin = 0.5 * random.in_cube();
         let ray = if i % 3 == 0 {
             Ray { t_max: 1.0 + 1e-9, ..Ray::new(target * 1e3, target * -1e3) }
@@ -107,26 +107,26 @@ fn the_tree_finds_what_brute_force_finds() {
     let mut random = Random::new(6);
     for (scale, offset) in [(1.0, 0.0), (1e-6, 0.0), (1e6, 0.0), (1.0, 1e4), (1e3, 1e6)] {
         let mut data = icosphere(2);
-        let middle = DVec3::new(offset, -offset, 0.5 * offset);
+        let center = DVec3::new(offset, -offset, 0.5 * offset);
         for p in &mut data.positions {
-            *p = (wide(*p) * scale + middle).as_vec3().to_array();
+            *p = (wide(*p) * scale + center).as_vec3().to_array();
         }
         let (mesh, _) = build(&data, false);
         let (mut hits, mut equal, mut unlike) = (0, 0, 0);
         for i in 0..2500 {
             let distance = scale * [0.3, 3.0, 1e7][i % 3];
-            let origin = middle + distance * random.direction();
+            let origin = center + distance * random.direction();
             let t = data.triangles[i % data.triangles.len()];
             let target = if i % 2 == 0 {
                 wide(data.positions[t[0] as usize])
             } else {
-                middle + scale * 1.1 * random.in_cube()
+                center + scale * 1.1 * random.in_cube()
             };
             let ray = Ray::new(origin, (target - origin) * (0.1 + random.unit()));
             let expected = brute(&data, &ray);
             let found = mesh.intersect(&ray);
-            // A ray aimed at a vertex meets one of the triangles around it; others meet the same, bit for bit, unless they
-            // pass an edge within the precision of the search.
+            // A ray aimed at a vertex hits one of the triangles around it. Other rays hit the same triangle bit for
+            // bit, unless they pass an edge within the precision of the search.
             let length = ray.direction.length();
             let same = |a: Option<ShapeHit>, b: Option<ShapeHit>| match (a, b) {
                 (Some(a), Some(b)) => a == b || (a.t - b.t).abs() * length < 1e-5 * scale + 1e-15 * distance,
@@ -144,7 +144,7 @@ fn the_tree_finds_what_brute_force_finds() {
                 let ray = Ray { t_min: range.0, t_max: range.1, ..ray };
                 let again = mesh.intersect(&ray);
                 if range.0 <= hit.t {
-                    // The search starts elsewhere: of those around a vertex it may choose another.
+                    // The second search starts elsewhere and may choose another triangle around the vertex.
                     unlike += usize::from(i % 2 == 1 && !same(again, Some(hit)));
                 } else {
                     assert!(again.is_none_or(|h| h.t >= range.0), "{ray:?}");
@@ -192,7 +192,7 @@ fn smooth_normals_follow_the_sphere_and_keep_their_side() {
     for n in &mut data.positions {
         *n = n.map(|x| -x);
     }
-    // Normals of the file that point inwards.
+    // The file's normals point inwards.
     let (inward, _) = build(&data, true);
     let mut random = Random::new(7);
     for _ in 0..1000 {
@@ -225,7 +225,7 @@ fn uvs_are_interpolated() {
     assert_eq!(uv(&data), DVec2::new(3.0, 0.5));
 }
 
-/// Reads one `[[object]]` made of these keys.
+/// Reads one `[[object]]` with these keys.
 fn read_object(keys: &[(&str, Data)]) -> Result<SceneDesc, SceneError> {
     struct NoFiles;
     impl SceneAssets for NoFiles {
@@ -251,7 +251,7 @@ fn read_object(keys: &[(&str, Data)]) -> Result<SceneDesc, SceneError> {
     read_scene(&value(Data::Table(root)), &mut NoFiles)
 }
 
-/// Nested lists of numbers.
+/// Nested lists of integers.
 fn rows(rows: &[[i64; 3]]) -> Data {
     let span = Span { file: FileId(0), start: 0, end: 0 };
     let row = |r: &[i64; 3]| Data::Array(r.map(|x| Value { data: Data::Integer(x), span }).to_vec());
@@ -299,8 +299,8 @@ fn bad_data_is_refused_or_counted_and_meshes_are_shared() {
     assert_eq!(
         cache.warnings(),
         [
-            "1 triangle with a vertex that is not finite left out of the mesh \"a.obj\"",
-            "1 triangle without area left out of the mesh \"a.obj\""
+            "1 triangle with a vertex that is not finite omitted from the mesh \"a.obj\"",
+            "1 triangle without area omitted from the mesh \"a.obj\""
         ]
     );
     assert!(cache.get(&MeshDesc { mesh: MeshId(1), ..desc.clone() }).is_err());
@@ -309,7 +309,7 @@ fn bad_data_is_refused_or_counted_and_meshes_are_shared() {
     for mesh in [MeshId(0), MeshId(1)] {
         cache.get(&MeshDesc { mesh, ..desc.clone() }).unwrap();
     }
-    let flat = "2 triangles without area left out of 2 meshes, the first of them the mesh \"a.obj\"";
+    let flat = "2 triangles without area omitted from 2 meshes, the first of them the mesh \"a.obj\"";
     assert_eq!(cache.warnings()[1], flat);
     data.triangles.push([0, 1, 4]);
     let error = data.check().unwrap_err();
@@ -319,7 +319,7 @@ fn bad_data_is_refused_or_counted_and_meshes_are_shared() {
     assert_eq!(data.check().unwrap_err().message, "3 uvs for 4 vertices of a mesh");
 }
 
-/// A landscape: a grid of squares with uneven heights.
+/// A height field: a grid of squares with uneven heights.
 fn terrain(cells: u32) -> MeshData {
     let mut random = Random::new(9);
     let side = cells + 1;
@@ -338,15 +338,15 @@ fn terrain(cells: u32) -> MeshData {
     data
 }
 
-/// Rays that leave a surface, most of them flat along it, must not meet the triangle they leave, nor, where the surface is
-/// convex, any other.
-fn leaving(data: &MeshData, middle: DVec3, size: f64, convex: bool, rays: u32) {
+/// Rays that leave a surface, most of them at grazing angles, must not hit the triangle they leave. On a convex
+/// surface they must hit nothing.
+fn leaving(data: &MeshData, center: DVec3, size: f64, convex: bool, rays: u32) {
     let (mesh, _) = build(data, false);
     let mut random = Random::new(10);
     let (mut own, mut others, mut left) = (0, 0, 0);
     while left < rays {
         let origin =
-            middle + size * if convex { 3.0 * random.direction() } else { DVec3::new(0.0, 2.0, 0.0) };
+            center + size * if convex { 3.0 * random.direction() } else { DVec3::new(0.0, 2.0, 0.0) };
         let t = data.triangles[(random.unit() * data.triangles.len() as f64) as usize];
         let [a, b, c] = t.map(|i| wide(data.positions[i as usize]));
         let (u, v) = (random.unit(), random.unit());
@@ -364,7 +364,7 @@ fn leaving(data: &MeshData, middle: DVec3, size: f64, convex: bool, rays: u32) {
         let s = mesh.surface(&hit);
         let back = s.ng.dot(target - origin) > 0.0;
         if convex && back {
-            // At a vertex of the outline; its other side is the inside.
+            // At a vertex of the silhouette; behind it is the inside.
             left += 1;
             continue;
         }
@@ -380,38 +380,38 @@ fn leaving(data: &MeshData, middle: DVec3, size: f64, convex: bool, rays: u32) {
             left += 1;
         }
     }
-    assert_eq!(own, 0, "of {left}, {others} met another");
+    assert_eq!(own, 0, "of {left}, {others} hit another");
     assert!(!convex || others == 0, "{others} of {left}");
 }
 
 #[test]
-fn rays_do_not_meet_the_surface_they_leave() {
+fn rays_do_not_hit_the_surface_they_leave() {
     let rays = if cfg!(debug_assertions) { 20_000 } else { 1_000_000 };
     leaving(&icosphere(4), DVec3::ZERO, 1.0, true, rays);
     leaving(&terrain(100), DVec3::ZERO, 1.0, false, rays);
     let sizes = [(1e-6, 0.0), (1e6, 0.0), (1.0, 1e5), (1e-3, 1.0), (100.0, 1e5)];
     for (size, offset) in sizes {
-        let middle = DVec3::new(offset, -0.5 * offset, 2.0 * offset);
+        let center = DVec3::new(offset, -0.5 * offset, 2.0 * offset);
         let mut data = icosphere(2);
         for p in &mut data.positions {
-            *p = (wide(*p) * size + middle).as_vec3().to_array();
+            *p = (wide(*p) * size + center).as_vec3().to_array();
         }
-        // Moved into coarser numbers a sphere has dents.
-        leaving(&data, middle, size, offset == 0.0, rays / 5);
+        // Rounded to the coarser f32 grid far from 0, a sphere has dents.
+        leaving(&data, center, size, offset == 0.0, rays / 5);
     }
 }
 
 #[test]
 fn far_from_its_origin_a_mesh_loses_nothing_more() {
     let mut data = icosphere(3);
-    // Whole numbers over 64, which stay exact at 1e5.
+    // Multiples of 1/64, which f32 represents exactly at 1e5.
     for p in &mut data.positions {
         *p = p.map(|x| (x * 6400.0).round() / 64.0);
     }
     let (near, _) = build(&data, false);
-    let middle = DVec3::new(100_000.0, -50_000.0, 70_000.0);
+    let center = DVec3::new(100_000.0, -50_000.0, 70_000.0);
     for p in &mut data.positions {
-        *p = (wide(*p) + middle).as_vec3().to_array();
+        *p = (wide(*p) + center).as_vec3().to_array();
     }
     let (far, _) = build(&data, false);
     let mut random = Random::new(11);
@@ -420,7 +420,7 @@ fn far_from_its_origin_a_mesh_loses_nothing_more() {
         let direction = 90.0 * random.in_cube() - origin;
         let (a, b) = (
             near.intersect(&Ray::new(origin, direction)),
-            far.intersect(&Ray::new(origin + middle, direction)),
+            far.intersect(&Ray::new(origin + center, direction)),
         );
         assert_eq!(a.is_some(), b.is_some());
         if let (Some(a), Some(b)) = (a, b) {
@@ -448,7 +448,7 @@ fn batches_find_what_single_rays_find() {
             }
         })
         .collect();
-    let mut room = MeshRays::default();
+    let mut scratch = MeshRays::default();
     for count in [0, 1, 63, 64, 65, 5000] {
         let (mut hits, mut occluded) = (vec![None; count], vec![false; count]);
         let mut blocks = vec![RayBlock::NOTHING; count.div_ceil(LANES)];
@@ -458,8 +458,8 @@ fn batches_find_what_single_rays_find() {
         }
         let ends: Vec<_> = blocks.iter().map(|b| b.t_max).collect();
         let asked = BlockRays { offset: DVec3::ZERO, blocks: &blocks, ends: &ends, own: |_| NO_TRIANGLE };
-        mesh.intersect_blocks(&asked, &mut room, |i, hit| hits[i] = Some(hit));
-        mesh.occluded_blocks(&asked, &mut room, |i| occluded[i] = true);
+        mesh.intersect_blocks(&asked, &mut scratch, |i, hit| hits[i] = Some(hit));
+        mesh.occluded_blocks(&asked, &mut scratch, |i| occluded[i] = true);
         for ((ray, hit), occluded) in rays.iter().zip(hits).zip(occluded) {
             assert_eq!(hit, mesh.intersect(ray));
             assert_eq!(occluded, mesh.occludes(ray));
@@ -468,7 +468,7 @@ fn batches_find_what_single_rays_find() {
 }
 
 #[test]
-fn what_vertices_carry_is_interpolated() {
+fn vertex_attributes_are_interpolated() {
     let mut data = MeshData {
         positions: vec![[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]],
         triangles: vec![[0, 1, 2]],

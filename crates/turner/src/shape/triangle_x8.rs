@@ -1,23 +1,24 @@
-//! Rays against a triangle each, eight at a time: what [`RayShear`](super::triangle::RayShear) comes to for one, operation by operation.
+//! Eight rays against one triangle each: the same operations as [`RayShear`](super::triangle::RayShear), in the same
+//! order.
 
 use turner_bvh::lanes::{Block32, F32x8, F64x8, Mask8, Simd, Vec3x8};
 
-/// Where rays meet the planes of their triangles.
+/// Where eight rays hit the planes of their triangles.
 pub(super) struct TriangleHits<S: Simd> {
-    /// Those that meet the triangle itself, at a finite t.
-    pub(super) met: Mask8<S>,
+    /// Lanes that hit the triangle itself, at a finite t.
+    pub(super) hit: Mask8<S>,
     /// Parameters along the rays.
     pub(super) t: F64x8<S>,
-    /// Weights of the second and of the third corner.
+    /// Barycentric weights of the second and the third vertex.
     pub(super) u: F64x8<S>,
     pub(super) v: F64x8<S>,
 }
 
-/// The corners of eight triangles, coordinate by coordinate.
+/// The vertices of eight triangles: vertex, coordinate, lane.
 pub(super) type Corners = [[Block32; 3]; 3];
 
 #[inline(always)]
-pub(super) fn meet<S: Simd>(
+pub(super) fn intersect_triangles<S: Simd>(
     simd: S,
     origin: Vec3x8<S>,
     direction: Vec3x8<S>,
@@ -48,17 +49,17 @@ pub(super) fn meet<S: Simd>(
     let (u, v, w) = (u * inv, v * inv, w * inv);
     let t = (u * a.z + v * b.z + w * c.z) * shear_z;
     let finite = t.abs().lt(splat(f64::INFINITY));
-    let met = finite.and_not(below & above).and_not(det.eq(zero));
-    TriangleHits { met, t, u: v, v: w }
+    let hit = finite.and_not(below & above).and_not(det.eq(zero));
+    TriangleHits { hit, t, u: v, v: w }
 }
 
-/// Which axes come last: those along which directions are longest.
+/// Axis permutations: masks of the lanes whose last axis is x or y.
 struct Order<S: Simd> {
     along_x: Mask8<S>,
     along_y: Mask8<S>,
 }
 
-// Functions, for closures are not compiled for the caller's instructions.
+// Methods, because closures are not compiled for the caller's instruction set.
 impl<S: Simd> Order<S> {
     #[inline(always)]
     fn apply(&self, v: Vec3x8<S>) -> Vec3x8<S> {
@@ -71,7 +72,7 @@ impl<S: Simd> Order<S> {
     }
 }
 
-/// Corners in the rays' order, from their origins, sheared.
+/// Vertices permuted as the rays, relative to their origins, sheared.
 #[inline(always)]
 fn sheared<S: Simd>(
     simd: S,
@@ -99,26 +100,26 @@ mod tests {
     use crate::shape::triangle::RayShear;
     use crate::testing::Random;
 
-    struct Meet<'a> {
+    struct Intersect<'a> {
         origin: &'a [Block; 3],
         direction: &'a [Block; 3],
         corners: &'a Corners,
         out: &'a mut [Block; 3],
     }
 
-    impl Work for Meet<'_> {
+    impl Work for Intersect<'_> {
         type Output = u8;
 
         #[inline(always)]
         fn run<S: Simd>(self, simd: S) -> u8 {
             let (origin, direction) = (Vec3x8::load(simd, self.origin), Vec3x8::load(simd, self.direction));
-            let hits = meet(simd, origin, direction, self.corners);
+            let hits = intersect_triangles(simd, origin, direction, self.corners);
             Vec3x8 { x: hits.t, y: hits.u, z: hits.v }.store(self.out);
-            hits.met.bits()
+            hits.hit.bits()
         }
     }
 
-    /// Small whole numbers, so that rays through edges, corners and planes are among them.
+    /// Small integers, so that some rays pass exactly through edges, vertices and planes.
     #[test]
     fn each_lane_is_the_ray_alone() {
         let mut random = Random::new(1);
@@ -140,9 +141,9 @@ mod tests {
             }
             let mut out = [Block::default(); 3];
             let set = sets[round % sets.len()];
-            let met = dispatch(
+            let hit = dispatch(
                 set,
-                Meet { origin: &origin, direction: &direction, corners: &corners, out: &mut out },
+                Intersect { origin: &origin, direction: &direction, corners: &corners, out: &mut out },
             );
             for lane in 0..LANES {
                 let vector = |v: &[Block; 3]| DVec3::from(v.each_ref().map(|v| v.0[lane]));
@@ -153,7 +154,7 @@ mod tests {
                 let triangle = corners.each_ref().map(|c| c.each_ref().map(|v| v.0[lane]));
                 let alone = RayShear::new(&Ray::new(vector(&origin), d)).triangle(&triangle);
                 let alone = alone.filter(|hit| hit.t.is_finite());
-                assert_eq!(met >> lane & 1 == 1, alone.is_some());
+                assert_eq!(hit >> lane & 1 == 1, alone.is_some());
                 if let Some(hit) = alone {
                     let lanes = out.map(|v| v.0[lane].to_bits());
                     assert_eq!(lanes, [hit.t, hit.u, hit.v].map(f64::to_bits));

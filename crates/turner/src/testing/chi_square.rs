@@ -1,15 +1,26 @@
-//! Pearson's χ² test: whether a sampler draws what its density says, over the unit square or over all directions.
+//! Pearson's χ² test: whether a sampler follows its pdf, over the unit square or over all directions.
 //!
-//! The domain is divided into cells. What a cell is expected to hold is the integral of the density, by adaptive quadrature;
-//! cells that expect little are put together. Together with the cells the whole is tested: the density must integrate to the
-//! probability that there is a sample at all, which is 1 for most samplers.
+//! The domain is divided into cells of equal area. A cell of probability p, the integral of the pdf over it,
+//! should receive p·n of n samples. If the sampler follows the pdf, the statistic
+//!
+//! ```text
+//! χ² = Σ (counted − expected)² / expected          over all cells
+//! ```
+//!
+//! has the χ² distribution with (cells − 1) degrees of freedom, and its tail is the p-value. The distribution
+//! is approximate for small counts, so cells with an expectation below 8 are merged. The integrals are computed
+//! by adaptive Gauss-Legendre quadrature, accurately enough that their error does not matter for this number of
+//! samples.
+//!
+//! A second test checks the normalisation: the pdf must integrate to the probability that the sampler returns a
+//! sample, which is 1 for most samplers. The p-value combines both. A sample where the pdf is 0 fails at once.
 
 use super::random::direction;
 use super::tails::{chi_square_tail, normal_tails, smallest_of};
 use crate::math::elementary::atan2;
 use crate::math::{DVec2, DVec3};
 
-/// How long and how finely to test.
+/// Number of samples and resolution of the test.
 #[derive(Clone, Copy, Debug)]
 pub struct ChiSquareOptions {
     /// Samples to draw.
@@ -18,7 +29,8 @@ pub struct ChiSquareOptions {
     pub rows: u32,
     /// Cells along the second coordinate (for directions: of equal angle around z).
     pub columns: u32,
-    /// How far the integral of the density may be off beside chance: an allowance for the quadrature, for densities with edges.
+    /// Error that the integral of the pdf may have in addition to the statistical one: for the quadrature of
+    /// pdfs with edges.
     pub tolerance: f64,
 }
 
@@ -28,26 +40,27 @@ impl Default for ChiSquareOptions {
     }
 }
 
-/// What a test found.
+/// The result of a test.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ChiSquare {
     /// Σ (counted − expected)² / expected over the cells.
     pub statistic: f64,
     /// Degrees of freedom: cells, less one.
     pub freedom: f64,
-    /// The integral of the density over the domain.
+    /// The integral of the pdf over the domain.
     pub covered: f64,
-    /// The share of draws without a sample.
+    /// Fraction of draws that returned no sample.
     pub missing: f64,
-    /// Samples at which the density is not above 0.
+    /// Samples at which the pdf is not greater than 0.
     pub impossible: u32,
-    /// How probable deviations at least as large are if sampler and density agree, cells and whole taken together; 0 if there are
-    /// impossible samples.
+    /// The probability of deviations at least this large if sampler and pdf agree, for cells and normalisation
+    /// together; 0 if there are impossible samples.
     pub p_value: f64,
 }
 
-/// A sampler of directions against its density per solid angle. `sample` is called `samples` times and draws with numbers of its
-/// own; `None` is no sample, and neither is what the density does not speak of, such as a mirror's direction.
+/// Tests a sampler of directions against its pdf per solid angle. `sample` is called `samples` times and uses
+/// its own random numbers. `None` means no sample; return it for directions that the pdf does not cover as
+/// well, such as those of delta lobes.
 ///
 /// ```
 /// use turner::testing::{ChiSquareOptions, Random, chi_square_of_directions};
@@ -61,7 +74,7 @@ pub fn chi_square_of_directions(
     density: impl Fn(DVec3) -> f64,
     mut sample: impl FnMut() -> Option<DVec3>,
 ) -> ChiSquare {
-    // Height and angle in turns keep areas: 4π solid angle are the unit square.
+    // Height and azimuth preserve area: the unit square is a solid angle of 4π.
     let place = |w: DVec3| {
         let turn = atan2(w.y, w.x) / std::f64::consts::TAU;
         DVec2::new(0.5 * (1.0 - w.z), if turn < 0.0 { turn + 1.0 } else { turn })
@@ -71,7 +84,7 @@ pub fn chi_square_of_directions(
     chi_square_on_square(options, on_square, || sample().map(place))
 }
 
-/// A sampler of points of the unit square against its density per area.
+/// Tests a sampler of points of the unit square against its pdf per area.
 pub fn chi_square_on_square(
     options: &ChiSquareOptions,
     density: impl Fn(DVec2) -> f64,
@@ -89,7 +102,7 @@ pub fn chi_square_on_square(
         let along = |v: f64, n: u32| ((v * f64::from(n)) as u32).min(n - 1) as usize;
         counts[along(p.x, rows) * columns as usize + along(p.y, columns)] += 1;
     }
-    // Errors of the quadrature should be small beside those of chance.
+    // The error of the quadrature should be small next to the statistical error.
     let accuracy = 0.1 / f64::from(options.samples.max(1)).sqrt();
     let size = DVec2::new(1.0 / f64::from(rows), 1.0 / f64::from(columns));
     let cells = (0..rows).flat_map(|i| (0..columns).map(move |j| DVec2::new(f64::from(i), f64::from(j))));
@@ -109,7 +122,7 @@ fn judge(
     let drawn = n - f64::from(none);
     let (mut statistic, mut cells, mut rest) = (0.0, 0.0, (0.0, 0.0));
     for (count, share) in counts.iter().zip(expected) {
-        // How the drawn ones are divided is one question, how many are drawn another.
+        // The number of samples is tested separately: here they are distributed over the cells.
         let (count, expected) = (f64::from(*count), share / covered * drawn);
         if expected < 8.0 {
             rest = (rest.0 + count, rest.1 + expected);
@@ -119,7 +132,8 @@ fn judge(
         }
     }
     if rest != (0.0, 0.0) {
-        // Few are expected, and so few are counted: the sum is no less sure than a cell of its own from 5 on.
+        // With a small expectation the deviation is divided by at least 5, where the χ² distribution is
+        // accurate enough.
         statistic += (rest.0 - rest.1) * (rest.0 - rest.1) / rest.1.max(5.0);
         cells += 1.0;
     }
@@ -131,13 +145,13 @@ fn judge(
         true => normal_tails(off / deviation),
         false => f64::from(off == 0.0),
     };
-    // A density that is not a number is no density.
+    // A non-finite pdf is no pdf.
     let valid = impossible == 0 && statistic.is_finite() && covered.is_finite();
     let p_value = if valid { smallest_of(by_cells.min(by_whole), 2) } else { 0.0 };
     ChiSquare { statistic, freedom, covered, missing, impossible, p_value }
 }
 
-/// Points and weights of Gauss and Legendre's rules on −1..1.
+/// Nodes and weights of Gauss-Legendre quadrature on −1..1.
 const THREE: [(f64, f64); 3] =
     [(-0.774_596_669_241_483_4, 5.0 / 9.0), (0.0, 8.0 / 9.0), (0.774_596_669_241_483_4, 5.0 / 9.0)];
 const FIVE: [(f64, f64); 5] = [
@@ -148,7 +162,7 @@ const FIVE: [(f64, f64); 5] = [
     (0.906_179_845_938_664, 0.236_926_885_056_189_1),
 ];
 
-/// Over a rectangle, by subdivision until two rules agree: densities may be narrow or have edges.
+/// The integral over a rectangle, subdivided until two rules agree: the pdf may be narrow or have edges.
 fn integrate(f: &impl Fn(DVec2) -> f64, at: DVec2, size: DVec2, accuracy: f64, depth: u32) -> f64 {
     const DEEPEST: u32 = 7;
     let rule = |points: &[(f64, f64)]| {
@@ -161,7 +175,7 @@ fn integrate(f: &impl Fn(DVec2) -> f64, at: DVec2, size: DVec2, accuracy: f64, d
         0.25 * sum * size.x * size.y
     };
     let fine = rule(&FIVE);
-    // The first look may miss a narrow lobe.
+    // The first level may miss a narrow lobe.
     if depth >= DEEPEST || (depth >= 1 && (rule(&THREE) - fine).abs() <= accuracy * (fine + accuracy * 1e-2))
     {
         return fine;
@@ -178,7 +192,7 @@ mod tests {
     use super::super::Random;
     use super::*;
 
-    /// Points with the density 2x.
+    /// Points with the pdf 2x.
     fn ramp(random: &mut Random) -> Option<DVec2> {
         Some(DVec2::new(random.unit().sqrt(), random.unit()))
     }
@@ -195,14 +209,14 @@ mod tests {
         assert!(scaled.p_value == 0.0, "{scaled:?}");
         let hole = |p: DVec2| if p.x < 0.5 { 0.0 } else { 8.0 / 3.0 * p.x };
         assert!(chi_square_on_square(&options, hole, || ramp(&mut random)).impossible > 100);
-        // A sampler that gives up now and then says so by its density.
+        // The pdf of a sampler that may return none integrates to the probability of a sample.
         let mut weak = random.clone();
         let some = || ramp(&mut weak).filter(|p| p.y < 0.5);
         let half = chi_square_on_square(&options, |p| if p.y < 0.5 { 2.0 * p.x } else { 0.0 }, some);
         assert!(half.p_value > 0.01 && (half.missing - 0.5).abs() < 0.02, "{half:?}");
     }
 
-    /// P-values of right samplers are spread evenly: as many below 0.1 as there should be.
+    /// P-values of correct samplers are uniform: about as many lie below 0.1 as there should be.
     #[test]
     fn false_alarms_are_as_rare_as_promised() {
         let options = ChiSquareOptions { samples: 2_000, rows: 6, columns: 5, ..ChiSquareOptions::default() };
@@ -211,7 +225,8 @@ mod tests {
             chi_square_on_square(&options, |p| 2.0 * p.x, || ramp(&mut random)).p_value
         };
         let low = (0..400).filter(|seed| test(*seed) < 0.1).count();
-        // The whole cannot fail here, so that the combined p-value is twice too careful: 0.05 at most.
+        // The normalisation cannot fail here, so that the combined p-value is twice as large and below 0.1 for
+        // 5 % of the seeds.
         assert!((5..40).contains(&low), "{low}");
     }
 

@@ -1,38 +1,40 @@
-//! Whether two pictures are estimates of one: as a whole, in blocks, and pixel by pixel.
+//! Whether two noisy pictures estimate the same one: by the mean of the picture, of blocks, and of single pixels.
 //!
-//! Means of the picture and of blocks of pixels are compared by Welch's test, which holds for few runs and unequal errors. Single pixels
-//! are too skewed for exact p-values, so there it is the share of them that counts, as in Mitsuba's tests: with variances pooled over their
-//! neighbours and a level at which hardly one of the whole picture would fail, at most a quarter of a percent may.
+//! The means of the picture and of blocks of pixels are compared by Welch's test, which holds for few runs and
+//! unequal variances. Single pixels have distributions that are too skewed for exact p-values. Therefore, as in
+//! Mitsuba's tests, their fraction counts: at most a quarter of a percent of them may differ at a level at
+//! which hardly one of the entire picture would by chance alone. Their variances are pooled over neighbours.
 
 use super::moments::{Moments, difference};
 use super::runs::Estimate;
 use super::tails::{sidak_level, smallest_of};
 use crate::film::PixelRect;
 
-/// How to compare.
+/// Options of [`compare`].
 #[derive(Clone, Copy, Debug)]
 pub struct CompareOptions {
     /// Edge of the blocks in pixels.
     pub block: u32,
-    /// Relative difference that does not count, of the larger value: of rounding, or of physics that is known to differ.
+    /// Relative difference that is ignored, as a fraction of the larger value: for rounding, or for physics
+    /// that is known to differ.
     pub tolerance: f64,
-    /// Difference that does not count whatever the values.
+    /// Absolute difference that is ignored.
     pub absolute: f64,
-    /// The share of pixels that may be beyond.
+    /// Largest fraction of pixels that may differ.
     pub share: f64,
 }
 
 impl Default for CompareOptions {
     fn default() -> CompareOptions {
-        // Sums of colours are of single precision.
+        // Sums of colours have single precision.
         CompareOptions { block: 8, tolerance: 2e-6, absolute: 1e-12, share: 0.0025 }
     }
 }
 
-/// The pixels that differ most, in one band.
+/// The pixels that differ most, in one colour channel.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Worst {
-    /// Where.
+    /// The rectangle.
     pub pixels: PixelRect,
     /// 0 red, 1 green, 2 blue.
     pub band: usize,
@@ -44,28 +46,28 @@ pub struct Worst {
     pub t: f64,
 }
 
-/// What a comparison found.
+/// The result of a comparison.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Comparison {
-    /// Mean of the first picture over that of the second, all bands together; 1 if both are black.
+    /// Mean of the first picture divided by that of the second, over all channels; 1 if both are black.
     pub ratio: f64,
-    /// The standard error of the ratio: what the test can see.
+    /// The standard error of the ratio, which is the resolution of the test.
     pub ratio_error: f64,
-    /// The p-value of the means, the smallest of three bands.
+    /// The p-value of the means: the smallest of three channels, corrected for their number.
     pub p_mean: f64,
-    /// The p-value of the blocks, the smallest of all blocks and bands.
+    /// The p-value of the blocks: the smallest of all blocks and channels, corrected for their number.
     pub p_blocks: f64,
-    /// The share of pixels with a band that is beyond what one of the whole picture would be by chance.
+    /// Fraction of pixels with a channel that differs significantly.
     pub beyond: f64,
-    /// Whether that share is too large.
+    /// Whether that fraction is too large.
     pub too_many: bool,
-    /// The p-value of means and blocks together; 0 if too many pixels are beyond.
+    /// The p-value of means and blocks together; 0 if too many pixels differ.
     pub p_value: f64,
     /// The block that differs most.
     pub worst: Option<Worst>,
 }
 
-/// Compares two pictures of one size; pictures of different sizes have the p-value 0.
+/// Compares two pictures. The p-value is 0 if their sizes differ.
 pub fn compare(a: &dyn Estimate, b: &dyn Estimate, options: &CompareOptions) -> Comparison {
     let (width, height) = a.size();
     let mut out = Comparison {

@@ -1,9 +1,10 @@
-//! Points of the physical material that together go through all its lobes, for the tests of this crate and of others.
+//! Parameters of the principled material that together cover all its lobes, for the tests of this crate and of
+//! others.
 
 use crate::bsdf::PrincipledPoint;
 use crate::color::Spectrum;
 
-/// Names and points. Those whose name starts with "white" absorb nothing: their furnace is white.
+/// Names and parameters. Materials whose name begins with "white" absorb nothing: they pass the white furnace test.
 #[expect(clippy::too_many_lines, reason = "a table")]
 pub fn materials() -> Vec<(&'static str, PrincipledPoint)> {
     let p = PrincipledPoint { specular_weight: 0.0, ..Default::default() };

@@ -1,18 +1,20 @@
-//! Tools to find out whether what is rendered is true: for whoever writes a BSDF, a light, a sampler or an integrator, in this crate
-//! or another. `turner-lab verify` runs them at length.
+//! Tools that check whether a render is correct, for authors of BSDFs, lights, samplers and integrators in this
+//! crate or another one. `turner-lab verify` runs them at length.
 //!
-//! Every check of chance gives a p-value: how probable it is that chance alone gives a result at least as bad if all is right. Of many
-//! checks each is held against [`sidak_level`], so that all of them together raise a false alarm as rarely as one.
+//! Each statistical check returns a p-value: the probability of a result at least as bad if everything is
+//! correct. Of many checks each is compared with [`sidak_level`], so that all of them together raise a false
+//! alarm as rarely as a single one.
 //!
 //! | to check | by |
 //! |---|---|
-//! | a sampler of directions or of points against its density | [`chi_square_of_directions`], [`chi_square_on_square`] |
-//! | a BSDF's samples, density, energy, reciprocity | [`samples_follow_density`], [`samples_agree_with_eval`], [`albedo`], [`reciprocity_error`] |
-//! | two ways to render one thing | [`render_runs`] of each, then [`compare`] |
+//! | a sampler of directions or points against its pdf | [`chi_square_of_directions`], [`chi_square_on_square`] |
+//! | a BSDF's samples and pdf | [`samples_follow_density`], [`samples_agree_with_eval`] |
+//! | a BSDF's energy and reciprocity | [`albedo`], [`reciprocity_error`] |
+//! | two methods that should render the same picture | [`render_runs`] of each, then [`compare`] |
 //! | a picture against another renderer's, or a formula | [`render_runs`], then [`compare`] with a [`Reference`] |
 //! | the error of a picture | [`relative_mse`] |
 //!
-//! The check of a new BSDF in three lines, for which it takes an implementation of [`Scattering`]:
+//! A check of a new BSDF in a few lines; it needs an implementation of [`Scattering`]:
 //!
 //! ```
 //! use turner::{bsdf::Bsdf, color::Spectrum, testing::*};

@@ -1,15 +1,27 @@
-//! An estimate with what is known of its error, and the test of two of them (Welch 1947).
+//! Means with their standard errors, and the test whether two of them estimate the same value (Welch 1947).
+//!
+//! A render has noise, so two renders are never equal. Several runs with different seeds give a mean m and,
+//! from their spread, its variance v. If two means estimate the same value, then
+//!
+//! ```text
+//! t = |m_a − m_b| / √(v_a + v_b),      ν = (v_a + v_b)² / (v_a² / ν_a + v_b² / ν_b)
+//! ```
+//!
+//! follows Student's t distribution with ν degrees of freedom, approximately, where ν_a and ν_b are the numbers
+//! of runs minus one. The tail of that distribution is the p-value. Unlike Student's own test it allows
+//! different variances, which is the normal case: two integrators differ in their noise. A known value has the
+//! variance 0 and infinite ν.
 
 use super::tails::student_tails;
 
-/// A mean and how sure it is.
+/// A mean with its variance.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Moments {
     /// The mean.
     pub mean: f64,
-    /// The variance of the mean: its standard error, squared.
+    /// The variance of the mean: the square of its standard error.
     pub variance: f64,
-    /// Degrees of freedom that the variance was found with; infinite where it is known.
+    /// Degrees of freedom of the variance; infinite if it is known exactly.
     pub freedom: f64,
 }
 
@@ -19,7 +31,7 @@ impl Moments {
         Moments { mean, variance: 0.0, freedom: f64::INFINITY }
     }
 
-    /// Of independent values of one distribution; with fewer than two of them the variance is infinite.
+    /// The mean of independent values of one distribution. With fewer than two values the variance is infinite.
     pub fn of(values: impl Iterator<Item = f64> + Clone) -> Moments {
         let n = values.clone().count() as f64;
         let mean = values.clone().sum::<f64>() / n;
@@ -34,15 +46,16 @@ impl Moments {
     }
 }
 
-/// Whether two estimates are of one value, but for `tolerance` (of rounding, or of what is known to differ): the difference in standard
-/// errors, and how probable one at least so large is. Where neither has any error, only the tolerance counts.
+/// Tests whether two means differ by more than `tolerance` (for rounding, or for what is known to differ).
+/// Returns the excess in standard errors and the probability of one at least as large. If neither mean has an
+/// error, only the tolerance counts.
 pub fn difference(a: &Moments, b: &Moments, tolerance: f64) -> (f64, f64) {
     let off = (a.mean - b.mean).abs() - tolerance;
     let variance = a.variance + b.variance;
     if off <= 0.0 {
         return (0.0, 1.0);
     }
-    // What is no number is no estimate.
+    // A NaN is no estimate.
     if off.is_nan() || variance.is_nan() || variance <= 0.0 {
         return (f64::INFINITY, 0.0);
     }
@@ -70,7 +83,7 @@ mod tests {
         assert!((t - 1.8516).abs() < 1e-4 && (p - 0.1612).abs() < 1e-3, "{t} {p}");
     }
 
-    /// With few values and unequal errors, too.
+    /// Also with few values and unequal variances.
     #[test]
     fn false_alarms_are_as_rare_as_promised() {
         let mut random = Random::new(5);

@@ -1,9 +1,9 @@
-//! Numbers for tests: the same on every machine.
+//! Pseudo-random numbers for tests, equal on every machine.
 
 use crate::math::DVec3;
 use crate::math::elementary::sin_cos;
 
-/// A small generator of pseudo-random numbers (SplitMix64, Steele et al. 2014). Renders do not use it: their numbers have no state.
+/// A small pseudo-random generator (SplitMix64, Steele et al. 2014). Renders use counter-based samplers instead.
 #[derive(Clone, Debug)]
 pub struct Random(u64);
 
@@ -27,12 +27,12 @@ impl Random {
         (self.bits() >> 11) as f64 / (1u64 << 53) as f64
     }
 
-    /// Several numbers in 0..1.
+    /// Independent numbers in 0..1.
     pub fn units<const N: usize>(&mut self) -> [f64; N] {
         [0; N].map(|_| self.unit())
     }
 
-    /// −1 to 1 on each axis.
+    /// A point with coordinates in −1..1.
     pub fn in_cube(&mut self) -> DVec3 {
         DVec3::from([0; 3].map(|_| 2.0 * self.unit() - 1.0))
     }
@@ -48,7 +48,7 @@ impl Random {
     }
 }
 
-/// The k-th of a sequence of well spread points in the unit cube (Halton 1960, bases 2, 3 and 5).
+/// The k-th of a sequence of well distributed points in the unit cube (Halton 1960, bases 2, 3 and 5).
 pub fn spread(k: u32) -> [f64; 3] {
     [2u32, 3, 5].map(|base| {
         let (mut k, mut digit, mut u) = (k + 1, 1.0, 0.0);
@@ -61,7 +61,7 @@ pub fn spread(k: u32) -> [f64; 3] {
     })
 }
 
-/// The unit vector of height `z` (−1 to 1) above the xy plane, turned by `phi` radians from x.
+/// The unit vector with the given `z` (−1 to 1) at the azimuth `phi`, radians from x.
 pub fn direction(z: f64, phi: f64) -> DVec3 {
     let r = (1.0 - z * z).max(0.0).sqrt();
     let (s, c) = sin_cos(phi);

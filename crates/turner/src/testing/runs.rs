@@ -1,4 +1,4 @@
-//! Pictures with their errors: independent renders of one scene, or a reference of which the noise is known.
+//! Pictures with known errors: independent renders of one scene, or a reference of known noise.
 
 use std::sync::atomic::AtomicBool;
 
@@ -8,16 +8,16 @@ use crate::integrator::Prepared;
 use crate::render::{PassOptions, Renderer};
 use crate::schema::SceneError;
 
-/// A picture of which the error is known, at least for rectangles of pixels.
+/// A picture whose error is known for rectangles of pixels.
 pub trait Estimate {
     /// Columns and rows.
     fn size(&self) -> (u32, u32);
-    /// The mean over pixels that lie within the picture, in one of the three bands.
+    /// The mean over pixels inside the picture, in one of the three channels.
     fn moments(&self, pixels: &PixelRect, band: usize) -> Moments;
 }
 
-/// Independent renders of one scene: each with a seed of its own, so that their spread is the error, whatever the sampler and however
-/// pixels depend on each other.
+/// Independent renders of one scene with different seeds. Their spread is the error, whatever the sampler and
+/// however pixels are correlated.
 #[derive(Clone, Debug)]
 pub struct Runs {
     /// Columns.
@@ -28,11 +28,11 @@ pub struct Runs {
     pub pictures: Vec<Vec<[f32; 3]>>,
     /// Coverage, averaged over all pixels and runs.
     pub alpha: f64,
-    /// Samples that were not finite, of all runs.
+    /// Non-finite samples of all runs.
     pub non_finite: NonFinite,
 }
 
-/// Renders a scene `runs` times with seeds that follow from `seed`, each with the samples that the film asks for.
+/// Renders a scene `runs` times with seeds derived from `seed`, each with the film's number of samples.
 pub fn render_runs(prepared: &Prepared, runs: u32, seed: u64, threads: usize) -> Result<Runs, SceneError> {
     let mut random = super::Random::new(seed);
     let mut out =
@@ -54,13 +54,13 @@ pub fn render_runs(prepared: &Prepared, runs: u32, seed: u64, threads: usize) ->
 }
 
 impl Runs {
-    /// The mean over the whole picture, in one band.
+    /// The mean over the entire picture, in one channel.
     pub fn mean(&self, band: usize) -> Moments {
         self.moments(&PixelRect { x: 0, y: 0, width: self.width, height: self.height }, band)
     }
 
-    /// The differences to other runs, pair by pair: of scenes that should give one picture for one seed, rendered with the same seeds. Their mean
-    /// should be 0. Runs without a partner are left out.
+    /// The differences to other runs, pair by pair, for scenes that should give equal pictures for equal seeds.
+    /// The mean of the differences should be 0. Runs without a partner are omitted.
     pub fn minus(&self, other: &Runs) -> Runs {
         let sub = |(a, b): (&[f32; 3], &[f32; 3])| [a[0] - b[0], a[1] - b[1], a[2] - b[2]];
         let pairs = self.pictures.iter().zip(&other.pictures);
@@ -68,7 +68,7 @@ impl Runs {
         Runs { pictures, ..self.clone() }
     }
 
-    /// The mean of all runs.
+    /// The mean of all runs, pixel by pixel.
     pub fn picture(&self) -> Vec<[f64; 3]> {
         let n = self.pictures.len() as f64;
         (0..self.width as usize * self.height as usize)
@@ -97,8 +97,8 @@ impl Estimate for Runs {
     }
 }
 
-/// A picture with the variance of each of its values, which are independent: a formula's (without variance), or what another renderer
-/// gave.
+/// A picture with the variance of each value; the values are independent. It is a formula's (without variance)
+/// or another renderer's.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Reference {
     /// Columns.
@@ -112,19 +112,19 @@ pub struct Reference {
 }
 
 impl Reference {
-    /// One colour everywhere, exactly.
+    /// A constant colour, exactly.
     pub fn constant(width: u32, height: u32, color: [f64; 3]) -> Reference {
         let n = width as usize * height as usize;
         Reference { width, height, mean: vec![color; n], variance: vec![[0.0; 3]; n] }
     }
 
-    /// A picture whose noise is known as a relative mean square error ([`relative_mse`](super::relative_mse)), the same for all pixels.
+    /// A picture with the same relative mean square error ([`relative_mse`](super::relative_mse)) in all pixels.
     pub fn with_noise(width: u32, height: u32, mean: Vec<[f64; 3]>, noise: f64) -> Reference {
         let variance = mean.iter().map(|p| p.map(|v| noise * (v * v + 0.01))).collect();
         Reference { width, height, mean, variance }
     }
 
-    /// The means of blocks of `by` × `by` pixels; pixels beyond the last whole block are left out.
+    /// The means of blocks of `by` x `by` pixels; pixels beyond the last complete block are omitted.
     pub fn reduced(&self, by: u32) -> Reference {
         let by = by.max(1);
         let (width, height) = (self.width / by, self.height / by);

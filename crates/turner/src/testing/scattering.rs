@@ -1,4 +1,14 @@
-//! Checks of BSDFs: samples against densities, energy, reciprocity.
+//! Checks of BSDFs: sampled directions, sampled values, energy, reciprocity.
+//!
+//! * [`samples_follow_density`]: the χ² test of the sampled directions against the pdf.
+//! * [`samples_agree_with_eval`]: f and pdf of a sample are those that `eval_pdf` returns for its direction.
+//! * [`albedo`]: the mean of f·|cos θ| / pdf over samples is the reflected fraction of light. It is at most 1,
+//!   and exactly 1 for a BSDF that does not absorb (white furnace test).
+//! * [`reciprocity_error`]: f(wo, wi) = f(wi, wo), and f(wo, wi)·η² = f(wi, wo) for transmission, because
+//!   radiance is compressed into a smaller solid angle in a denser medium.
+//!
+//! The checks complement each other. The first two make every estimator consistent, but both accept a wrong f.
+//! Energy and reciprocity find most errors of f itself.
 
 use super::chi_square::{ChiSquare, ChiSquareOptions, chi_square_of_directions};
 use super::random::{Random, direction, spread};
@@ -6,11 +16,11 @@ use crate::bsdf::{Bsdf, BsdfSample};
 use crate::color::Spectrum;
 use crate::math::DVec3;
 
-/// What the checks ask of a BSDF; the conventions are those of [`crate::bsdf`].
+/// The BSDF interface that the checks need; its conventions are those of [`crate::bsdf`].
 pub trait Scattering {
-    /// The BSDF without the cosine, and the density of [`sample`](Scattering::sample) per solid angle.
+    /// The BSDF without the cosine, and the pdf of [`sample`](Scattering::sample) per solid angle.
     fn eval_pdf(&self, wo: DVec3, wi: DVec3) -> (Spectrum, f64);
-    /// A direction for numbers within 0..1.
+    /// Samples a direction with random numbers in 0..1.
     fn sample(&self, wo: DVec3, u: [f64; 3]) -> Option<BsdfSample>;
 }
 
@@ -23,8 +33,8 @@ impl Scattering for Bsdf {
     }
 }
 
-/// Whether directions are drawn as the density says, for light that leaves towards `wo`. Directions of delta lobes count as no
-/// sample, for which the density has no place.
+/// Tests whether sampled directions follow the pdf, for light that leaves towards `wo`. Directions of delta
+/// lobes count as no sample, because the pdf does not cover them.
 pub fn samples_follow_density(
     bsdf: &impl Scattering,
     wo: DVec3,
@@ -36,39 +46,40 @@ pub fn samples_follow_density(
     chi_square_of_directions(options, |wi| bsdf.eval_pdf(wo, wi).1, sample)
 }
 
-/// Goes through `count` samples towards `wo`: each must be of a unit direction, finite, of a density above 0, on the side that its
-/// lobe names, and of the values that `eval_pdf` gives for its direction (to 1e-4 of them). The first that is not is described.
+/// Checks `count` samples for `wo`. Each must have a finite unit direction, a pdf above 0, the side that its
+/// lobe names, and the values of `eval_pdf` for its direction (relative error 1e-4). The error describes the
+/// first sample that fails.
 pub fn samples_agree_with_eval(bsdf: &impl Scattering, wo: DVec3, count: u32) -> Result<(), String> {
     let close = |a: f64, b: f64| (a - b).abs() <= 1e-4 * a.abs().max(b.abs()) + 1e-9;
     for k in 0..count {
         let Some(s) = bsdf.sample(wo, spread(k)) else { continue };
         if (s.wi.length() - 1.0).abs() > 1e-9 {
-            return Err(format!("the direction is no unit vector: {s:?}"));
+            return Err(format!("the direction is not a unit vector: {s:?}"));
         }
         if !(s.pdf > 0.0 && s.pdf.is_finite() && s.f.is_finite()) {
-            return Err(format!("not finite, or of no density: {s:?}"));
+            return Err(format!("a non-finite value, or a pdf that is not positive: {s:?}"));
         }
         if s.lobe.is_transmission != (s.wi.z < 0.0) {
             return Err(format!("on the wrong side: {s:?}"));
         }
         let (f, pdf) = bsdf.eval_pdf(wo, s.wi);
         if s.lobe.is_delta {
-            // A mirror's direction has no area: only other lobes answer for it.
+            // Other lobes may contribute at the direction of a delta lobe, but not the delta lobe itself.
             if !f.is_finite() || pdf > 1e3 {
-                return Err(format!("a delta lobe is evaluated: density {pdf}, {s:?}"));
+                return Err(format!("a delta lobe is evaluated: pdf {pdf}, {s:?}"));
             }
             continue;
         }
         let same = f.to_array().into_iter().zip(s.f.to_array()).all(|(a, b)| close(a.into(), b.into()));
         if !close(pdf, s.pdf) || !same {
-            return Err(format!("eval gives {f:?} with density {pdf}, but the sample is {s:?}"));
+            return Err(format!("eval_pdf returns {f:?} and the pdf {pdf}, but the sample is {s:?}"));
         }
     }
     Ok(())
 }
 
-/// The share of light from all around that leaves towards `wo`, by `count` samples: of power, so without the scale of radiance in a
-/// denser medium. In a white furnace this is what is seen.
+/// Fraction of the power of uniform illumination that leaves towards `wo`, from `count` samples. The scaling of
+/// radiance in a denser medium is undone. In a white furnace this is the radiance of the surface.
 pub fn albedo(bsdf: &impl Scattering, wo: DVec3, count: u32) -> [f64; 3] {
     let mut sum = [0.0; 3];
     for k in 0..count {
@@ -82,10 +93,10 @@ pub fn albedo(bsdf: &impl Scattering, wo: DVec3, count: u32) -> [f64; 3] {
     sum.map(|v| v / f64::from(count.max(1)))
 }
 
-/// The largest difference, in relation to the larger value, between light that goes one way and light that goes the other, over
-/// `count` pairs of directions. On one side of the surface f(wo, wi) = f(wi, wo). With `other`, the same surface seen from its other
-/// side (x as it is, y and z turned over) and the index of refraction there over that on wo's side, pairs through the surface are
-/// compared: f(wo, wi) · eta² = f(wi, wo). Values below 1e-7 do not count.
+/// The largest relative difference between f and f with the directions exchanged, over `count` pairs of
+/// directions. On one side of the surface f(wo, wi) = f(wi, wo). With `other`, the same surface from its other
+/// side (x unchanged, y and z negated) and the relative index of refraction `eta` of that side, pairs through
+/// the surface are compared: f(wo, wi) · eta² = f(wi, wo). Values below 1e-7 are ignored.
 pub fn reciprocity_error<B: Scattering>(bsdf: &B, other: Option<(&B, f64)>, count: u32) -> f64 {
     let mut worst: f64 = 0.0;
     for k in 0..count {
@@ -102,7 +113,7 @@ pub fn reciprocity_error<B: Scattering>(bsdf: &B, other: Option<(&B, f64)>, coun
         for (x, y) in there.to_array().into_iter().zip(back.to_array()) {
             let (x, y) = (f64::from(x), f64::from(y));
             let error = ((x - y).abs() - 1e-7).max(0.0) / x.abs().max(y.abs()).max(1e-300);
-            // What is not a number is as wrong as can be.
+            // A NaN is as wrong as possible.
             worst = if error.is_nan() { f64::INFINITY } else { worst.max(error) };
         }
     }
@@ -114,7 +125,7 @@ mod tests {
     use super::*;
     use crate::bsdf::Lobe;
 
-    /// Lambert's reflection with faults on demand.
+    /// Lambertian reflection with optional errors.
     struct Faulty {
         albedo: f32,
         density: f64,

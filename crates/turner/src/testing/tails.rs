@@ -1,11 +1,11 @@
-//! How likely chance alone is to give a value at least so extreme: tails of the distributions that the tests use.
+//! Tails of probability distributions: the probability of a value at least as extreme by chance alone.
 //!
-//! Accurate to about 1e-10 relative for the arguments that tests meet; all in terms of the incomplete gamma and beta functions
-//! (Press et al., "Numerical Recipes", chapter 6; Lanczos 1964 for ln Γ).
+//! The relative error is about 1e-10 for the arguments that tests use. All tails are expressed by the
+//! incomplete gamma and beta functions (Press et al., "Numerical Recipes", chapter 6; Lanczos 1964 for ln Γ).
 
 use crate::math::elementary::{exp, ln};
 
-/// Steps after which series and fractions stop; a few hundred are enough up to 10⁵ degrees of freedom.
+/// Most terms of series and continued fractions; a few hundred are enough up to 10⁵ degrees of freedom.
 const STEPS: u32 = 20_000;
 const TINY: f64 = 1e-300;
 
@@ -42,7 +42,7 @@ pub fn gamma_tail(a: f64, x: f64) -> f64 {
     }
     let front = exp(a * ln(x) - x - ln_gamma(a));
     if x < a + 1.0 {
-        // The series of the lower function.
+        // The series of the lower incomplete gamma function.
         let (mut term, mut sum) = (1.0 / a, 1.0 / a);
         for n in 1..STEPS {
             term *= x / (a + f64::from(n));
@@ -53,7 +53,7 @@ pub fn gamma_tail(a: f64, x: f64) -> f64 {
         }
         return (1.0 - front * sum).clamp(0.0, 1.0);
     }
-    // The continued fraction, by Lentz' method.
+    // The continued fraction, by Lentz's method.
     let mut b = x + 1.0 - a;
     let mut c = 1.0 / TINY;
     let mut d = 1.0 / b;
@@ -112,17 +112,17 @@ fn beta_fraction(a: f64, b: f64, x: f64) -> f64 {
     h
 }
 
-/// The probability that χ² with so many degrees of freedom is at least `x`.
+/// The probability that χ² with `freedom` degrees of freedom is at least `x`.
 pub fn chi_square_tail(x: f64, freedom: f64) -> f64 {
     gamma_tail(0.5 * freedom, 0.5 * x)
 }
 
-/// The probability that a normal variable is at least `z` standard deviations from its mean, to either side.
+/// The probability that a normal variable is at least `z` standard deviations from its mean, on either side.
 pub fn normal_tails(z: f64) -> f64 {
     gamma_tail(0.5, 0.5 * z * z)
 }
 
-/// The same for Student's t with so many degrees of freedom; infinitely many are the normal distribution.
+/// The same for Student's t with `freedom` degrees of freedom; with infinitely many it is the normal distribution.
 pub fn student_tails(t: f64, freedom: f64) -> f64 {
     if freedom > 1e9 {
         return normal_tails(t);
@@ -139,12 +139,12 @@ pub fn binomial_tail(k: u64, n: u64, p: f64) -> f64 {
     }
 }
 
-/// The level at which each of `tests` independent tests may fail so that any of them fails with probability `alpha` (Šidák 1967).
+/// The level for each of `tests` independent tests at which any of them fails with probability `alpha` (Šidák 1967).
 pub fn sidak_level(alpha: f64, tests: usize) -> f64 {
     1.0 - exp(ln(1.0 - alpha) / tests.max(1) as f64)
 }
 
-/// The p-value of the smallest of so many independent p-values: what one test over all of them has.
+/// The p-value of the smallest of `tests` independent p-values.
 pub fn smallest_of(p: f64, tests: usize) -> f64 {
     // 1 − (1 − p)ⁿ, without losing the digits of small p.
     if p < 1e-9 {

@@ -1,12 +1,12 @@
-//! One colour.
+//! A constant colour.
 
-use super::prepare::{Kind, Preparing};
+use super::prepare::{Kind, PrepareContext};
 use super::{Mapping, TexturePoint, Textures};
 use crate::color::Spectrum;
 use crate::schema::{ColorSource, SceneError, params};
 
 params! {
-    /// The same colour everywhere: gives a colour a name.
+    /// The same colour everywhere. Use it to give a colour a name.
     pub struct ConstantDesc as "constant" {
         /// The colour.
         color: Spectrum = Spectrum::WHITE;
@@ -21,13 +21,13 @@ material = { color = "brick" }
 "##
 }
 
-/// One colour.
+/// A constant colour.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Constant(Spectrum);
 
 impl Kind for ConstantDesc {
-    type Ready = Constant;
-    const AT_ONCE: u64 = 0;
+    type Prepared = Constant;
+    const MAX_INPUTS: u64 = 0;
 
     fn sources(&self, _: &mut dyn FnMut(ColorSource)) {}
 
@@ -35,7 +35,7 @@ impl Kind for ConstantDesc {
         Mapping::Solid
     }
 
-    fn prepare(&self, _: &mut Preparing<'_>) -> Result<Constant, SceneError> {
+    fn prepare(&self, _: &mut PrepareContext<'_>) -> Result<Constant, SceneError> {
         Ok(Constant(self.color))
     }
 }
@@ -45,7 +45,7 @@ impl Constant {
         self.0
     }
 
-    /// It has no measure of its own.
+    /// It has no scale.
     pub(super) fn spacing(&self, _: &Textures, _: &TexturePoint<'_>) -> Option<f64> {
         None
     }
@@ -57,12 +57,12 @@ impl Constant {
 
 #[cfg(test)]
 mod tests {
-    use super::super::tests::{at, ready, text};
+    use super::super::tests::{at, prepare_texture, text};
     use super::*;
 
     #[test]
     fn it_is_the_same_everywhere() {
-        let red = ready("constant", &[("color", text("red"))]);
+        let red = prepare_texture("constant", &[("color", text("red"))]);
         assert_eq!(at(&red, 0.1, -7.0), Spectrum::new(1.0, 0.0, 0.0));
     }
 }

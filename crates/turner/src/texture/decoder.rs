@@ -1,13 +1,13 @@
-//! From the samples of a picture to scene values.
+//! Decoding image samples to scene values.
 
 use crate::color::{Spectrum, Transfer};
 use crate::image::{Image, Pixels};
 
-/// Tables from the samples of integer pictures to scene values, shared by all pictures of a scene.
+/// Lookup tables from integer samples to scene values, shared by all images of a scene.
 #[derive(Clone, Debug)]
 pub(super) struct Decoder {
     eight: Box<[f32]>,
-    /// Empty until a picture needs it.
+    /// Empty until a 16-bit image needs it.
     sixteen: Box<[f32]>,
 }
 
@@ -18,13 +18,13 @@ impl Default for Decoder {
 }
 
 impl Decoder {
-    /// Eight bits at once, sixteen when asked for.
+    /// With the table for 8 bits; [`Decoder::include`] adds the one for 16 bits.
     pub(super) fn new(transfer: Transfer) -> Decoder {
         let eight = (0..=u8::MAX).map(|v| transfer.decode(f32::from(v) / 255.0)).collect();
         Decoder { eight, sixteen: Box::default() }
     }
 
-    /// Makes the table that a picture needs.
+    /// Adds the table that an image needs.
     pub(super) fn include(&mut self, image: &Image, transfer: Transfer) {
         if matches!(image.pixels, Pixels::U16(_)) && self.sixteen.is_empty() {
             self.sixteen = (0..=u16::MAX).map(|v| transfer.decode(f32::from(v) / 65535.0)).collect();
@@ -36,12 +36,12 @@ impl Decoder {
         size_of_val(&*self.eight) + size_of_val(&*self.sixteen)
     }
 
-    /// Texel (x, y), which lies inside the picture.
+    /// Texel (x, y), which must be inside the image.
     #[inline]
     pub(super) fn texel(&self, image: &Image, x: u32, y: u32) -> Spectrum {
         let n = usize::from(image.channels);
         let i = (y as usize * image.width as usize + x as usize) * n;
-        // Grey, with or without alpha, is repeated.
+        // Greyscale, with or without alpha: repeat the first channel.
         let (g, b) = if n < 3 { (i, i) } else { (i + 1, i + 2) };
         let bands = match &image.pixels {
             Pixels::U8(v) => [v[i], v[g], v[b]].map(|v| self.eight[usize::from(v)]),

@@ -1,4 +1,4 @@
-//! Textures by what a sample covers of them: a board to the horizon, mappings and relief.
+//! Tests of texture filtering: a checkerboard to the horizon, mappings, bump and normal maps.
 
 use std::sync::Arc;
 
@@ -18,7 +18,7 @@ use crate::schema::{Asset, ColorSource, ImageId, MeshData, PrepareOptions, Textu
 use crate::shape::{BoxDesc, ShapeDesc};
 use crate::testing::scenes::{cuboid, grey, path, pixel, placed, plane, rectangle, render, sphere, v};
 
-/// A picture of 8 × 8 texels.
+/// An image of 8 × 8 texels.
 fn picture(at: impl Fn(u32, u32) -> [u8; 3]) -> Image {
     let samples = (0..64).flat_map(|i| at(i % 8, i / 8)).collect();
     Image { width: 8, height: 8, channels: 3, pixels: Pixels::U8(samples) }
@@ -33,7 +33,7 @@ fn prepared(desc: &SceneDesc) -> Prepared {
     desc.prepare(&PrepareOptions { threads: 1, ..Default::default() }).unwrap()
 }
 
-/// A plane to the horizon, seen slantwise, from which only its own colour comes.
+/// An unlit plane to the horizon, at a grazing angle.
 fn ground(color: impl Fn(&mut SceneDesc) -> ColorSource) -> SceneDesc {
     let mut desc = path(PathDesc::default())
         .before(0.5)
@@ -52,21 +52,21 @@ fn board(density: f64) -> TextureDesc {
     TextureDesc::Checkerboard(CheckerboardDesc { density, ..CheckerboardDesc::default() })
 }
 
-/// At one sample per pixel.
+/// Rendered at one sample per pixel.
 fn show(desc: &SceneDesc, texture_filter: TextureFilter) -> Picture {
     let mut desc = desc.clone();
     desc.film.texture_filter = texture_filter;
     render(&desc).0
 }
 
-/// At many.
+/// Rendered at many samples per pixel.
 fn show_finely(desc: &SceneDesc, samples: u32, texture_filter: TextureFilter) -> Picture {
     let mut desc = desc.clone();
     (desc.film.antialias, desc.film.samples) = (Antialias::Grid, samples);
     show(&desc, texture_filter)
 }
 
-/// The root of the mean square of the differences in some rows of the cropped picture, and the largest difference.
+/// The root mean square of the differences in some rows of the cropped picture, and the largest difference.
 fn difference(a: &Picture, b: &Picture, rows: std::ops::Range<u32>) -> (f64, f64) {
     let (mut sum, mut most, mut count) = (0.0, 0.0_f64, 0.0);
     for y in rows {
@@ -78,19 +78,19 @@ fn difference(a: &Picture, b: &Picture, rows: std::ops::Range<u32>) -> (f64, f64
     ((sum / count).sqrt(), most)
 }
 
-/// One sample per pixel, filtered, beside 1024 at points.
+/// Compares one filtered sample per pixel with 1024 unfiltered ones.
 fn against_reference(desc: &SceneDesc, rms: f64, most: f64) {
     let one = show(desc, TextureFilter::Auto);
     let points = show(desc, TextureFilter::Off);
     let reference = show_finely(desc, 1024, TextureFilter::Off);
-    // The horizon lies in row 6 or so of the crop; the rows below it hold hundreds of squares per pixel.
+    // The horizon is at about row 6 of the crop; the rows below it hold hundreds of squares per pixel.
     let far = 10..20;
     let (filtered, worst) = difference(&one, &reference, far.clone());
     let (aliased, _) = difference(&points, &reference, far);
     println!("far: filtered {filtered:.4} (at most {worst:.4}), points {aliased:.4}");
     assert!(filtered < rms && worst < most, "filtered {filtered}, at most {worst}");
-    assert!(aliased > 0.3, "points alone: {aliased}");
-    // Near, edges are one pixel soft in both.
+    assert!(aliased > 0.3, "unfiltered: {aliased}");
+    // Nearby, edges are blurred over one pixel in both.
     let (filtered, worst) = difference(&one, &reference, 20..58);
     let (aliased, _) = difference(&points, &reference, 20..58);
     println!("near: filtered {filtered:.4} (at most {worst:.4}), points {aliased:.4}");
@@ -98,19 +98,19 @@ fn against_reference(desc: &SceneDesc, rms: f64, most: f64) {
 }
 
 #[test]
-fn a_chessboard_to_the_horizon_has_no_moire_at_one_sample() {
+fn a_checkerboard_to_the_horizon_has_no_moire_at_one_sample() {
     against_reference(&horizon(board(4.0)), 0.02, 0.08);
 }
 
 #[test]
-fn a_picture_of_a_board_has_none_either() {
+fn an_image_of_a_checkerboard_has_none_either() {
     let squares = picture(|x, y| [if (x / 4 + y / 4) % 2 == 0 { 255 } else { 0 }; 3]);
     let texture = ImageDesc { file: ImageId(0), density: 2.0, ..ImageDesc::default() };
     against_reference(&with_picture(horizon(TextureDesc::Image(texture)), &squares), 0.03, 0.15);
 }
 
 #[test]
-fn noise_and_stripes_become_even_far_away() {
+fn noise_and_stripes_become_uniform_far_away() {
     for texture in [
         TextureDesc::Stripes(StripesDesc { density: 9.0, axis: Axis::Y, ..StripesDesc::default() }),
         TextureDesc::Noise(NoiseDesc { density: 30.0, contrast: 4.0, ..NoiseDesc::default() }),
@@ -128,7 +128,7 @@ fn noise_and_stripes_become_even_far_away() {
 }
 
 #[test]
-fn many_samples_keep_pictures_as_sharp_as_they_were() {
+fn many_samples_keep_textures_sharp() {
     let [on, off] = [TextureFilter::Auto, TextureFilter::Off]
         .map(|filter| show_finely(&horizon(board(1.0)), 256, filter));
     let (rms, most) = difference(&on, &off, 10..58);
@@ -145,25 +145,25 @@ fn the_classic_integrator_filters_when_asked() {
     assert!(on == show(&path, TextureFilter::Auto).linear);
 }
 
-/// Scenes are filtered by one of 16 samples' cones: what is seen of a mirror's texture is as wide as what is seen of the thing itself.
+/// Views have a pixel cone if the scene has textures to filter.
 #[test]
-fn cones_are_made_where_textures_are() {
+fn views_have_pixel_cones_if_there_are_textures() {
     assert_eq!(prepared(&ground(|_| grey(0.5))).view.pixel_cone, None);
     let Prepared { view, .. } = prepared(&horizon(board(1.0)));
     assert_eq!(view.pixel_cone, Some(PixelCone::new(&view.camera, &view.film)));
 }
 
-/// The surface that a ray downwards or into the picture meets.
-fn met(scene: &Scene, origin: DVec3, direction: DVec3) -> SurfaceInteraction {
+/// The surface that a ray hits.
+fn hit_surface(scene: &Scene, origin: DVec3, direction: DVec3) -> SurfaceInteraction {
     let ray = Ray::new(origin, direction);
     let hit = scene.intersect(&ray).unwrap();
     scene.surface(&ray, &hit)
 }
 
-/// What such a texture gives is asked of this scene, as its first one.
+/// The first texture of the scene.
 const TEXTURE: ColorSource = ColorSource::Texture(TextureId(0));
 
-/// An object with that texture, for the classic integrator.
+/// An object with a texture, for the classic integrator.
 fn textured(mut desc: SceneDesc, texture: TextureDesc, object: ObjectDesc) -> SceneDesc {
     let color = desc.texture(texture);
     desc.with_object(object, ClassicMaterial { color, ..ClassicMaterial::default() })
@@ -186,7 +186,7 @@ fn a_bumped_slope_has_the_normal_of_the_slope() {
     });
     let square = rectangle(DVec3::ZERO, v(2.0, 0.0, 0.0), v(0.0, 0.0, -2.0));
     let cube = cuboid(v(-1.0, -2.0, -1.0), v(1.0, 0.0, 1.0));
-    let seen = |scene: &Scene| met(scene, v(0.3, 2.0, -0.2), DVec3::NEG_Y);
+    let seen = |scene: &Scene| hit_surface(scene, v(0.3, 2.0, -0.2), DVec3::NEG_Y);
     for shape in [plane(), square.clone(), mesh, cube] {
         let name = shape.type_name();
         for mapping in [Mapping::Uv, Mapping::Solid, Mapping::Triplanar] {
@@ -206,7 +206,7 @@ fn a_bumped_slope_has_the_normal_of_the_slope() {
             }
         }
     }
-    // Scaled by its object, heights stay those of the scene: the ramp is twice as long.
+    // Heights are in scene units, also on a scaled object: there the ramp is twice as long.
     let large = placed(square, DAffine3::from_scale(DVec3::splat(2.0)));
     let scene = sloped(desc, large, Mapping::Uv);
     let bump = Bump { map: TEXTURE, scale: 1.2, unit: BumpUnit::Scene };
@@ -214,7 +214,7 @@ fn a_bumped_slope_has_the_normal_of_the_slope() {
     assert!((n - expected).length() < 1e-5, "{n}");
 }
 
-/// A shape with a picture of plain numbers.
+/// A shape with an image of linear values.
 fn shown(image: &Image, texture: ImageDesc, shape: ShapeDesc) -> Arc<Scene> {
     let texture = TextureDesc::Image(ImageDesc { encoding: Encoding::Linear, ..texture });
     let desc = textured(SceneDesc::default(), texture, ObjectDesc::new(shape));
@@ -222,7 +222,7 @@ fn shown(image: &Image, texture: ImageDesc, shape: ShapeDesc) -> Arc<Scene> {
 }
 
 #[test]
-fn normal_maps_lie_as_their_mapping_does() {
+fn normal_maps_follow_their_mapping() {
     // 0.6 to the right, 0.8 outwards.
     let tilted = picture(|_, _| [204, 128, 230]);
     let ball = || sphere(DVec3::ZERO, 1.0);
@@ -242,37 +242,37 @@ fn normal_maps_lie_as_their_mapping_does() {
     for (shape, mapping, from, tangent, n) in cases {
         let name = shape.type_name();
         let scene = shown(&tilted, ImageDesc { mapping, ..ImageDesc::default() }, shape);
-        let surface = met(&scene, from, -from.normalize());
+        let surface = hit_surface(&scene, from, -from.normalize());
         let found = mapped_normal(&*scene, &surface, TEXTURE, 1.0).unwrap();
         let expected = 0.6 * tangent + 0.8 * n;
-        // The picture has 256 steps, and the ray to the box runs slantwise.
+        // The image has 256 steps, and the ray hits the box at an angle.
         assert!((found - expected).length() < 0.02, "{name} {mapping:?} {from:?}: {found} {expected}");
     }
 }
 
 #[test]
-fn mappings_look_up_known_places() {
+fn mappings_reach_known_texels() {
     // Columns in red, rows in green.
     let picture = picture(|x, y| [(x * 30) as u8, (y * 30) as u8, 0]);
     let color = |mapping, direction: DVec3| {
         let texture = ImageDesc { filter: ImageFilter::Nearest, mapping, ..ImageDesc::default() };
         let scene = shown(&picture, texture, sphere(DVec3::ZERO, 1.0));
         let from = 5.0 * direction.normalize();
-        let surface = met(&scene, from, -from.normalize());
+        let surface = hit_surface(&scene, from, -from.normalize());
         let c = scene.textures.color(TEXTURE, &scene.texture_point(&surface));
         [c.r, c.g].map(|v| (v * 255.0 / 30.0).round())
     };
-    // A little right of and above the middle of the front: column 4, row 3 (from the top).
+    // Slightly right of and above the centre of the front: column 4, row 3 (from the top).
     for mapping in
         [Mapping::Uv, Mapping::Planar, Mapping::Spherical, Mapping::Cylindrical, Mapping::Triplanar]
     {
         assert_eq!(color(mapping, v(0.1, 0.1, 1.0)), [4.0, 3.0], "{mapping:?}");
     }
-    // To the right, three quarters of the way around; a projector along z sees the picture's edge there.
+    // On the right, at three quarters of the circumference; a projection along z sees the image's edge there.
     for mapping in [Mapping::Uv, Mapping::Spherical, Mapping::Cylindrical] {
         assert_eq!(color(mapping, v(1.0, 0.1, 0.05)), [5.0, 3.0], "{mapping:?}");
     }
     assert_eq!(color(Mapping::Planar, v(1.0, 0.1, 0.05)), [7.0, 3.0]);
-    // From the right, triplanar: a little left of the middle, for z points to the left.
+    // Triplanar from the right: slightly left of the centre, because z points to the left.
     assert_eq!(color(Mapping::Triplanar, v(1.0, 0.1, 0.1)), [3.0, 3.0]);
 }

@@ -1,6 +1,6 @@
-//! A run from colour to colour.
+//! Colour gradients.
 
-use super::prepare::{Kind, Preparing};
+use super::prepare::{Kind, PrepareContext};
 use super::{Axis, Mapping, Placement, TexturePoint, Textures};
 use crate::color::Spectrum;
 use crate::schema::value::{Data, Value};
@@ -11,19 +11,19 @@ use crate::schema::{
 };
 
 choice! {
-    /// How a gradient runs.
+    /// Direction of a gradient.
     pub enum GradientKind {
-        /// Along an axis: 0 at −1, 1 at 1.
+        /// Along an axis: from −1 to 1.
         Linear = "linear",
-        /// Outwards: 0 at the origin, 1 at distance 1 from it.
+        /// Outwards: from the origin to distance 1.
         Radial = "radial",
     }
 }
 
-/// A colour at a place on a gradient.
+/// A colour at a position of a gradient.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Stop {
-    /// The place, 0..=1.
+    /// The position, 0..=1.
     pub at: f64,
     /// The colour there.
     pub color: ColorSource,
@@ -31,14 +31,14 @@ pub struct Stop {
 
 impl ParamType for Stop {
     fn kind() -> String {
-        format!("[place, {}]", ColorSource::kind())
+        format!("[position, {}]", ColorSource::kind())
     }
     fn read(value: &Value, cx: &mut dyn ReadContext) -> Result<Stop, SceneError> {
         match &value.data {
             Data::Array(items) if items.len() == 2 => {
                 Ok(Stop { at: f64::read(&items[0], cx)?, color: ColorSource::read(&items[1], cx)? })
             }
-            _ => Err(wrong_type(value, "a pair [place, colour]")),
+            _ => Err(wrong_type(value, "a pair [position, colour]")),
         }
     }
     fn show(&self) -> String {
@@ -56,27 +56,29 @@ impl ParamType for Stop {
 }
 
 params! {
-    /// Runs from one colour to another, along an axis or outwards, through others on the way if wanted. Along an axis it begins at −1
-    /// and ends at 1, so that density 1 covers a shape; outwards it begins at the origin (the middle of a surface) and ends at distance 1.
-    /// Beyond the ends the last colour goes on.
+    /// A gradient from one colour to another, along an axis or outwards, optionally through further colours. A linear
+    /// gradient runs from −1 to 1, so that density 1 covers a shape; a radial one runs from the origin (the centre of
+    /// the surface) to distance 1. Outside this range the colour of the nearer end continues.
     pub struct GradientDesc as "gradient" {
-        /// The colour at the beginning.
+        /// The colour at the start.
         from: ColorSource = ColorSource::Constant(Spectrum::BLACK);
         /// The colour at the end.
         to: ColorSource = ColorSource::Constant(Spectrum::WHITE);
-        /// Colours on the way: [[place, colour], …] with places in order, 0 the beginning and 1 the end. Two at one place make an edge.
+        /// Colours in between: [[position, colour], …], with positions in order from 0, the start, to 1, the end. Two
+        /// stops at one position make a hard edge.
         stops: Vec<Stop> = Vec::new(), in Range::UNIT;
-        /// Along an axis, or outwards.
+        /// Linear (along an axis) or radial (outwards).
         kind: GradientKind = GradientKind::Linear;
-        /// The axis of a linear gradient: "x" is s on a surface, "y" is t; "z" is for `mapping = "solid"`.
+        /// Axis of a linear gradient: "x" is the first texture coordinate (u on a surface), "y" the second (v); "z"
+        /// is for `mapping = "solid"`.
         axis: Axis = Axis::X;
-        /// Number of times it fits into −1..1.
+        /// Scales the gradient: with density 2 it is half as long.
         density: f64 = 1.0;
-        /// How the gradient lies on the surface or goes through the solid.
+        /// Where the texture coordinates come from.
         mapping: Mapping = Mapping::Uv;
-        /// For `mapping = "triplanar"`: how sharply one direction follows another where the surface turns.
+        /// For `mapping = "triplanar"`: sharpness of the transitions between the three projections; higher is sharper.
         blend: f64 = 4.0, in Range::closed(1.0, 64.0);
-        /// Moves and turns the gradient.
+        /// Translates, rotates or scales the gradient.
         transform: Transform = Transform::IDENTITY;
     }
     example r##"[texture.dusk]
@@ -92,10 +94,10 @@ material = { color = "dusk" }
 "##
 }
 
-/// A run from colour to colour.
+/// A colour gradient.
 #[derive(Clone, Debug)]
 pub(super) struct Gradient {
-    /// From 0 to 1, in order.
+    /// From position 0 to 1, in order.
     stops: Box<[Stop]>,
     kind: GradientKind,
     axis: Axis,
@@ -103,8 +105,8 @@ pub(super) struct Gradient {
 }
 
 impl Kind for GradientDesc {
-    type Ready = Gradient;
-    const AT_ONCE: u64 = 2;
+    type Prepared = Gradient;
+    const MAX_INPUTS: u64 = 2;
 
     fn sources(&self, visit: &mut dyn FnMut(ColorSource)) {
         visit(self.from);
@@ -120,12 +122,12 @@ impl Kind for GradientDesc {
         (self.mapping == Mapping::Triplanar).then_some((self.blend, self.transform))
     }
 
-    fn prepare(&self, _: &mut Preparing<'_>) -> Result<Gradient, SceneError> {
+    fn prepare(&self, _: &mut PrepareContext<'_>) -> Result<Gradient, SceneError> {
         let mut stops = vec![Stop { at: 0.0, color: self.from }];
         stops.extend_from_slice(&self.stops);
         stops.push(Stop { at: 1.0, color: self.to });
         if let Some(bad) = stops.iter().find(|stop| !(0.0..=1.0).contains(&stop.at)) {
-            let message = format!("the places of stops must be 0 to 1, found {}", bad.at);
+            let message = format!("the positions of stops must be from 0 to 1, found {}", bad.at);
             return Err(SceneError::new(ErrorCode::OutOfRange, message));
         }
         if let Some(pair) = stops.windows(2).find(|pair| pair[0].at > pair[1].at) {
@@ -144,21 +146,21 @@ impl Kind for GradientDesc {
 impl Gradient {
     pub(super) fn eval(&self, textures: &Textures, at: &TexturePoint<'_>) -> Spectrum {
         let c = self.placement.coordinates(at);
-        let place = match self.kind {
+        let position = match self.kind {
             GradientKind::Linear => 0.5 + 0.5 * self.axis.of(c),
             GradientKind::Radial => c.length(),
         };
-        // Of the stops at one place the last counts from there on.
-        let after = self.stops.partition_point(|stop| stop.at <= place);
+        // Of several stops at one position the last applies from there on.
+        let after = self.stops.partition_point(|stop| stop.at <= position);
         if after == 0 {
             return textures.color(self.stops[0].color, at);
         }
         let a = self.stops[after - 1];
         let Some(b) = self.stops.get(after) else { return textures.color(a.color, at) };
-        textures.mix(a.color, b.color, (place - a.at) / (b.at - a.at), at)
+        textures.mix(a.color, b.color, (position - a.at) / (b.at - a.at), at)
     }
 
-    /// A step on the surface over which it changes little, as [`Placement::spacing`].
+    /// See [`Placement::spacing`].
     pub(super) fn spacing(&self, _: &Textures, at: &TexturePoint<'_>) -> Option<f64> {
         self.placement.spacing(at)
     }
@@ -170,36 +172,36 @@ impl Gradient {
 
 #[cfg(test)]
 mod tests {
-    use super::super::tests::{at, read, ready, table, text, value};
+    use super::super::tests::{at, prepare_texture, read, table, text, value};
     use super::*;
     use crate::color::Transfer;
 
-    fn stop(place: f64, color: &str) -> Value {
-        value(Data::Array(vec![value(Data::Number(place)), value(text(color))]))
+    fn stop(position: f64, color: &str) -> Value {
+        value(Data::Array(vec![value(Data::Number(position)), value(text(color))]))
     }
 
     #[test]
     fn a_gradient_runs_from_end_to_end_and_goes_on() {
-        let g = ready("gradient", &[]);
+        let g = prepare_texture("gradient", &[]);
         for (s, expected) in [(-5.0, 0.0), (-1.0, 0.0), (-0.5, 0.25), (0.0, 0.5), (1.0, 1.0), (9.0, 1.0)] {
             assert_eq!(at(&g, s, 0.3), Spectrum::grey(expected), "at {s}");
         }
-        let g = ready("gradient", &[("axis", text("y")), ("density", Data::Integer(2))]);
+        let g = prepare_texture("gradient", &[("axis", text("y")), ("density", Data::Integer(2))]);
         assert_eq!(at(&g, 0.9, 0.25), Spectrum::grey(0.75));
         assert_eq!(at(&g, 0.9, 0.5), Spectrum::WHITE);
-        let g = ready("gradient", &[("kind", text("radial"))]);
+        let g = prepare_texture("gradient", &[("kind", text("radial"))]);
         assert_eq!(at(&g, 0.0, 0.0), Spectrum::BLACK);
         assert_eq!(at(&g, -0.3, 0.4), Spectrum::grey(0.5));
         assert_eq!(at(&g, 1.0, 1.0), Spectrum::WHITE);
         let turn = table(&[("rotate", super::super::tests::list(&[0.0, 0.0, 90.0]))]);
-        let g = ready("gradient", &[("transform", turn)]);
+        let g = prepare_texture("gradient", &[("transform", turn)]);
         assert_eq!(at(&g, 0.7, 0.5), Spectrum::grey(0.75));
     }
 
     #[test]
     fn stops_are_reached_and_two_at_one_place_make_an_edge() {
         let stops = vec![stop(0.25, "red"), stop(0.5, "lime"), stop(0.5, "blue")];
-        let g = ready("gradient", &[("stops", Data::Array(stops))]);
+        let g = prepare_texture("gradient", &[("stops", Data::Array(stops))]);
         assert_eq!(at(&g, -0.5, 0.0), Spectrum::new(1.0, 0.0, 0.0));
         assert_eq!(at(&g, -0.25, 0.0), Spectrum::new(0.5, 0.5, 0.0));
         assert_eq!(at(&g, 0.0, 0.0), Spectrum::new(0.0, 0.0, 1.0));

@@ -1,14 +1,14 @@
-//! Pictures.
+//! Image textures.
 //!
-//! The picture covers s, t in −1..1 once, upright: (−1, −1) is its lower left corner, (1, 1) its upper right one.
-//! Texel (x, y) of a picture of w × h, row 0 at the top, is the square around its centre
-//! s = 2(x + ½)/w − 1, t = 1 − 2(y + ½)/h.
+//! The image covers s, t in −1..1 once, upright: (−1, −1) is its lower left corner, (1, 1) its upper right corner.
+//! Texel (x, y) of an image of w × h texels, row 0 at the top, is the square around its centre s = 2(x + ½)/w − 1, t
+//! = 1 − 2(y + ½)/h.
 
 use std::sync::Arc;
 
 use super::footprint::Ellipse;
 use super::mipmap::{Mipmap, Taps};
-use super::prepare::{Kind, Preparing};
+use super::prepare::{Kind, PrepareContext};
 use super::{Mapping, Placement, TexturePoint, Textures, Wrap};
 use crate::color::{Spectrum, Transfer};
 use crate::image::Image;
@@ -16,23 +16,23 @@ use crate::math::DVec2;
 use crate::schema::{ColorSource, ImageId, Range, SceneError, Transform, choice, params};
 
 choice! {
-    /// What stands between the centres of texels, and what a ray that covers many of them sees.
+    /// How texels are interpolated and averaged.
     pub enum ImageFilter {
-        /// Near, the four texels around the point, weighted by nearness; far away, the mean of what the ray's cone covers.
+        /// Bilinear where texels are larger than pixels; otherwise the mean over the ray's footprint, from a mipmap.
         Mipmap = "mipmap",
-        /// The four texels around the point at any distance.
+        /// Interpolates the four nearest texels, at any distance.
         Bilinear = "bilinear",
-        /// The texel that the point lies in at any distance: sharp squares.
+        /// The nearest texel, at any distance: sharp squares.
         Nearest = "nearest",
-        /// Near, the texel that the point lies in; far away, as "mipmap".
+        /// The nearest texel where texels are larger than pixels; otherwise as "mipmap".
         NearestMipmap = "nearest-mipmap",
     }
 }
 
 choice! {
-    /// Which part of a picture counts.
+    /// The channel of an image that is used.
     pub enum ImageChannel {
-        /// Its colour.
+        /// The colour.
         Rgb = "rgb",
         /// Red, as grey.
         R = "r",
@@ -40,25 +40,25 @@ choice! {
         G = "g",
         /// Blue, as grey.
         B = "b",
-        /// Alpha, as grey; 1 for a picture without.
+        /// Alpha, as grey; 1 for images without alpha.
         A = "a",
     }
 }
 
 choice! {
-    /// What the numbers in a picture of 8 or 16 bits mean.
+    /// The meaning of the values of an 8- or 16-bit image.
     pub enum Encoding {
-        /// What the film's transfer curve says.
+        /// Decoded by the film's transfer curve.
         Auto = "auto",
-        /// Display values: colours.
+        /// sRGB-encoded: for colours.
         Srgb = "srgb",
-        /// Plain numbers: roughness, normals, masks.
+        /// Linear values: for roughness, normals and masks.
         Linear = "linear",
     }
 }
 
 impl Encoding {
-    /// The curve that samples are decoded by; `film` is the film's.
+    /// The curve that decodes samples; `film` is the film's.
     pub(super) fn transfer(self, film: Transfer) -> Transfer {
         match self {
             Encoding::Auto => film,
@@ -69,44 +69,46 @@ impl Encoding {
 }
 
 params! {
-    /// A picture file: PNG, JPEG, WebP, TGA, BMP, EXR, HDR or PFM. It covers a shape's surface coordinates once, upright: its lower left corner lies at
-    /// u = v = 0, its upper right corner at u = v = 1. With `mapping = "solid"` it covers x and y from −1 to 1 and is the same at every z.
-    /// Pictures of 8 and 16 bits are decoded by the film's transfer curve before they are interpolated, float pictures are taken as they are
-    /// (samples that are infinite or NaN count as 0). An alpha channel counts for a
-    /// material's `opacity` alone.
-    /// Around a sphere the picture closes without a seam; `wrap_v = "clamp"` keeps the poles from mixing.
+    /// An image file: PNG, JPEG, WebP, TGA, BMP, EXR, HDR or PFM. It covers (u, v) in 0..1 once, upright: the lower
+    /// left corner is at u = v = 0, the upper right corner at u = v = 1. With `mapping = "solid"` it covers x and y
+    /// from −1 to 1 and is the same for every z. Images of 8 and 16 bits are decoded by `encoding` before
+    /// interpolation; float images are used unchanged, with infinite and NaN samples as 0. An alpha channel affects
+    /// only the `opacity` of a material. Around a sphere the image closes without a seam; `wrap_v = "clamp"` keeps
+    /// the poles from blending.
     pub struct ImageDesc as "image" {
-        /// The picture, relative to the scene file.
+        /// Path of the image, relative to the scene file.
         file: ImageId, required, default ImageId(0);
-        /// What stands between the centres of texels, and what is seen from afar. Without `texture_filter` in `[film]` the mip-mapped ones are as their near part.
+        /// Interpolation and filtering of texels. Where the film does not filter textures (`texture_filter` in
+        /// `[film]`), "mipmap" acts as "bilinear" and "nearest-mipmap" as "nearest".
         filter: ImageFilter = ImageFilter::Mipmap;
-        /// What stands outside the picture: the picture again, its mirror image, its border drawn out, or black.
+        /// How the texture continues outside the image: repeated, mirrored, with its border extended, or black.
         wrap: Wrap = Wrap::Repeat;
-        /// The same for left and right alone; `wrap` unless given.
+        /// The same for the left and right side only; `wrap` unless given.
         wrap_u: Option<Wrap> = None;
-        /// The same for top and bottom alone; `wrap` unless given.
+        /// The same for top and bottom only; `wrap` unless given.
         wrap_v: Option<Wrap> = None;
-        /// The colours are multiplied by this.
+        /// Factor for the colours.
         gain: f64 = 1.0, in Range::NON_NEGATIVE;
-        /// How often the picture covers the surface coordinates, per axis; below 1, the part of it that is seen.
+        /// Number of repetitions of the image per axis; below 1 only its central part is visible.
         density: f64 = 1.0;
-        /// How the picture lies on the surface or goes through the solid.
+        /// Where the texture coordinates come from.
         mapping: Mapping = Mapping::Uv;
-        /// For `mapping = "triplanar"`: how sharply one direction follows another where the surface turns.
+        /// For `mapping = "triplanar"`: sharpness of the transitions between the three projections; higher is sharper.
         blend: f64 = 4.0, in Range::closed(1.0, 64.0);
-        /// Moves the picture.
+        /// Translates, rotates or scales the image.
         transform: Transform = Transform::IDENTITY;
-        /// Changes surface coordinates before the look-up, by rows [a, b, c, d, e, f]: u becomes a·u + b·v + c, v becomes d·u + e·v + f.
+        /// Affine transform of (u, v) before the lookup, as rows [a, b, c, d, e, f]: u becomes a·u + b·v + c, v
+        /// becomes d·u + e·v + f.
         uv_matrix: Option<[f64; 6]> = None;
-        /// Which part of the picture counts.
+        /// The channel to use.
         channel: ImageChannel = ImageChannel::Rgb;
-        /// What the numbers of an 8- or 16-bit picture mean.
+        /// How the values of an 8- or 16-bit image are decoded.
         encoding: Encoding = Encoding::Auto;
-        /// The colours are multiplied by this, too.
+        /// Further factor for the colours, per band.
         tint: Spectrum = Spectrum::WHITE;
-        /// What is added last.
+        /// Added to the colours after the factors.
         offset: Spectrum = Spectrum::BLACK;
-        /// Which of a mesh's sets of surface coordinates; the first if it has not so many.
+        /// Index of the mesh's set of texture coordinates, from 0; set 0 if the mesh has no such set.
         uv_set: u32 = 0;
     }
     example r##"[texture.earth]
@@ -120,12 +122,12 @@ material = { color = "earth" }
 "##
 }
 
-/// A picture.
+/// An image texture.
 #[derive(Clone, Debug)]
 pub(super) struct ImageTexture {
     image: Arc<Image>,
     filter: ImageFilter,
-    /// Its smaller sizes, where they are looked at.
+    /// The smaller levels, if they are used.
     mipmap: Option<Arc<Mipmap>>,
     wrap_u: Wrap,
     wrap_v: Wrap,
@@ -140,8 +142,8 @@ pub(super) struct ImageTexture {
 }
 
 impl Kind for ImageDesc {
-    type Ready = ImageTexture;
-    const AT_ONCE: u64 = 0;
+    type Prepared = ImageTexture;
+    const MAX_INPUTS: u64 = 0;
 
     fn sources(&self, _: &mut dyn FnMut(ColorSource)) {}
 
@@ -153,7 +155,7 @@ impl Kind for ImageDesc {
         (self.mapping == Mapping::Triplanar).then_some((self.blend, self.transform))
     }
 
-    fn prepare(&self, cx: &mut Preparing<'_>) -> Result<ImageTexture, SceneError> {
+    fn prepare(&self, cx: &mut PrepareContext<'_>) -> Result<ImageTexture, SceneError> {
         let image = cx.image(self.file, self.encoding)?;
         let mipmap = match self.filter {
             ImageFilter::Mipmap | ImageFilter::NearestMipmap => cx.mipmap(self.file, &image, self.encoding),
@@ -183,7 +185,7 @@ impl ImageTexture {
         }
         let decoder = &textures.decoders[self.encoding as usize];
         let texel = |image: &Image, x, y| decoder.texel(image, x, y);
-        let color = self.look_up(at, texel, Spectrum::lerp, Spectrum::BLACK);
+        let color = self.lookup(at, texel, Spectrum::lerp, Spectrum::BLACK);
         let color = match self.channel {
             ImageChannel::Rgb | ImageChannel::A => color,
             ImageChannel::R => Spectrum::grey(color.r),
@@ -193,12 +195,12 @@ impl ImageTexture {
         color * self.factor + self.offset
     }
 
-    /// Which set of (u, v) it is looked up at.
+    /// The set of (u, v) that it uses.
     pub(super) fn uv_set(&self) -> u32 {
         self.uv_set
     }
 
-    /// The alpha of a picture that has one and is not asked for another channel; 0 outside where `wrap` is black.
+    /// The alpha of an image that has an alpha channel and whose colour is used; 0 outside with `wrap = "black"`.
     pub(super) fn alpha(&self, at: &TexturePoint<'_>) -> Option<f32> {
         let has_alpha = matches!(self.image.channels, 2 | 4) && self.channel == ImageChannel::Rgb;
         has_alpha.then(|| self.alpha_channel(at))
@@ -206,12 +208,13 @@ impl ImageTexture {
 
     fn alpha_channel(&self, at: &TexturePoint<'_>) -> f32 {
         let texel = |image: &Image, x, y| image.alpha(x, y);
-        self.look_up(at, texel, |a: f32, b, t| a + (b - a) * t, 0.0)
+        self.lookup(at, texel, |a: f32, b, t| a + (b - a) * t, 0.0)
     }
 
-    /// Where a point lies in the picture, (0, 0) its upper left and (1, 1) its lower right corner, and the axes of its footprint.
+    /// Position in the image, (0, 0) the upper left and (1, 1) the lower right corner, and the axes of the footprint
+    /// there.
     #[inline(always)]
-    fn place(&self, at: &TexturePoint<'_>, with_axes: bool) -> (DVec2, Option<[DVec2; 2]>) {
+    fn image_position(&self, at: &TexturePoint<'_>, with_axes: bool) -> (DVec2, Option<[DVec2; 2]>) {
         let mut at = at.with_uv_set(self.uv_set);
         if let Some([a, b, c, d, e, f]) = self.uv_matrix {
             let linear = |v: DVec2| DVec2::new(a * v.x + b * v.y, d * v.x + e * v.y);
@@ -226,36 +229,37 @@ impl ImageTexture {
         (DVec2::new(0.5 + 0.5 * c.x, 0.5 - 0.5 * c.y), axes)
     }
 
-    /// How far one comes in the picture along the axes of the footprint, upwards.
+    /// The axes of the footprint in the image, as fractions of its width and height, y upwards.
     pub(super) fn axes(&self, at: &TexturePoint<'_>) -> Option<[DVec2; 2]> {
-        let (_, axes) = self.place(at, true);
+        let (_, axes) = self.image_position(at, true);
         axes.map(|axes| axes.map(|d| DVec2::new(d.x, -d.y)))
     }
 
-    /// Whether it lies on the surface by (u, v), without being turned or stretched.
+    /// Whether it is mapped by the unchanged (u, v).
     pub(super) fn lies_on_uv(&self) -> bool {
         self.placement.is_plain_uv() && self.uv_matrix.is_none()
     }
 
-    /// How long a step on the surface is that leads from texel to texel, for axes of unit length in the footprint of `at`; `None` if it is not known.
+    /// The length of a step on the surface from texel to texel, for unit axes in the footprint of `at`; `None` if
+    /// unknown.
     pub(super) fn spacing(&self, _: &Textures, at: &TexturePoint<'_>) -> Option<f64> {
-        let (_, axes) = self.place(at, true);
+        let (_, axes) = self.image_position(at, true);
         let size = DVec2::new(f64::from(self.image.width), f64::from(self.image.height));
         let texels = Ellipse::new(axes?.map(|d| d * size)).length;
         (texels > 0.0).then(|| 1.0 / texels)
     }
 
-    /// What lies at a point, or over its footprint; `outside` where there is nothing.
+    /// The value at a point, or the mean over its footprint; `outside` where the image does not continue.
     #[inline(always)]
-    fn look_up<T: Copy>(
+    fn lookup<T: Copy>(
         &self,
         at: &TexturePoint<'_>,
         texel: impl Fn(&Image, u32, u32) -> T,
         lerp: impl Fn(T, T, f32) -> T,
         outside: T,
     ) -> T {
-        let (uv, axes) = self.place(at, self.mipmap.is_some());
-        let is_near = matches!(self.filter, ImageFilter::Nearest | ImageFilter::NearestMipmap);
+        let (uv, axes) = self.image_position(at, self.mipmap.is_some());
+        let is_nearest = matches!(self.filter, ImageFilter::Nearest | ImageFilter::NearestMipmap);
         if let (Some(mipmap), Some(axes)) = (&self.mipmap, axes) {
             let size = DVec2::new(f64::from(self.image.width), f64::from(self.image.height));
             let ellipse = Ellipse::new(axes.map(|d| d * size));
@@ -277,7 +281,7 @@ impl ImageTexture {
                 return mean;
             }
         }
-        if !is_near {
+        if !is_nearest {
             return self.bilinear(&self.image, uv, &texel, &lerp, outside);
         }
         if self.wrap_u.is_outside(uv.x) || self.wrap_v.is_outside(uv.y) {
@@ -288,7 +292,7 @@ impl ImageTexture {
         texel(&self.image, x, y)
     }
 
-    /// The four texels of a level around a point.
+    /// Bilinear interpolation of the four nearest texels of a level.
     #[inline(always)]
     fn bilinear<T>(
         &self,
@@ -301,13 +305,13 @@ impl ImageTexture {
         if self.wrap_u.is_outside(uv.x) || self.wrap_v.is_outside(uv.y) {
             return outside;
         }
-        let (x0, x1, fx) = self.wrap_u.around(uv.x, image.width);
-        let (y0, y1, fy) = self.wrap_v.around(uv.y, image.height);
+        let (x0, x1, fx) = self.wrap_u.neighbours(uv.x, image.width);
+        let (y0, y1, fy) = self.wrap_v.neighbours(uv.y, image.height);
         let row = |y| lerp(texel(image, x0, y), texel(image, x1, y), fx);
         lerp(row(y0), row(y1), fy)
     }
 
-    /// The picture is counted by [`Textures::memory`], which knows what is shared.
+    /// Images are counted by [`Textures::memory`], because textures share them.
     pub(super) fn memory(&self) -> usize {
         0
     }
@@ -315,7 +319,7 @@ impl ImageTexture {
 
 #[cfg(test)]
 mod tests {
-    use super::super::tests::{picture, ready, text};
+    use super::super::tests::{picture, prepare_texture, text};
     use super::*;
     use crate::color::Transfer;
     use crate::image::Pixels;
@@ -323,10 +327,10 @@ mod tests {
     use crate::schema::{Asset, Named, TextureId};
     use crate::texture::{TextureDesc, Wrap};
 
-    /// The picture of [`picture`] with some keys.
+    /// A texture of [`picture`] with some keys.
     fn with(keys: &[(&str, &str)]) -> Textures {
         let keys: Vec<_> = keys.iter().map(|(k, v)| (*k, text(v))).collect();
-        ready("image", &[vec![("file", text("p.png"))], keys].concat())
+        prepare_texture("image", &[vec![("file", text("p.png"))], keys].concat())
     }
 
     fn at(textures: &Textures, s: f64, t: f64) -> Spectrum {
@@ -339,7 +343,7 @@ mod tests {
         Spectrum::from(picture().rgb(x, y))
     }
 
-    /// The centre of texel (x, y) of [`picture`]; also of those outside.
+    /// The centre of texel (x, y) of [`picture`], also outside the image.
     fn centre(x: i32, y: i32) -> (f64, f64) {
         (2.0 * (f64::from(x) + 0.5) / 4.0 - 1.0, 1.0 - 2.0 * (f64::from(y) + 0.5) / 2.0)
     }
@@ -374,7 +378,7 @@ mod tests {
         assert_eq!(at(&near, 1.0, -1.0), texel(3, 1));
         assert_eq!(at(&near, -1.0, 1.0), texel(0, 0));
         assert_eq!(at(&near, 1.0, 1.0), texel(3, 0));
-        // A border between texels belongs to the right and lower one.
+        // A border between texels belongs to the right or lower one.
         assert_eq!(at(&near, -0.5, 0.0), texel(1, 1));
         let soft = with(&[("wrap", "black")]);
         assert_eq!(at(&soft, -1.0, 1.0), texel(0, 0));
@@ -387,24 +391,24 @@ mod tests {
         let soft = with(&[]);
         assert_eq!(at(&soft, -0.5, 0.5), mean(texel(0, 0), texel(1, 0)));
         assert_eq!(at(&soft, 0.25, 0.0), mean(texel(2, 0), texel(2, 1)));
-        // Left and right edge are one line around a sphere.
+        // Around a sphere the left and right edges are one line.
         let seam = mean(texel(3, 0), texel(0, 0));
         assert_eq!(at(&soft, -1.0, 0.5), seam);
         assert_eq!(at(&soft, 1.0, 0.5), seam);
         let before = at(&soft, 1.0 - 1e-9, 0.5);
         assert!((before.r - seam.r).abs() < 1e-6);
-        // Each axis can have its own.
+        // Each axis can have its own wrap mode.
         let own = with(&[("wrap_v", "clamp")]);
         assert_eq!(at(&own, -0.75, 1.0), texel(0, 0));
         assert_eq!(at(&own, -0.75, 5.0), texel(0, 0));
         assert_eq!(at(&own, -1.0, 0.5), seam);
     }
 
-    /// A picture of two texels, side by side.
+    /// An image of two texels, side by side.
     fn two(pixels: Pixels, channels: u8, gain: f64, transfer: Transfer) -> Textures {
         let image = Image { width: 2, height: 1, channels, pixels };
         let scene = super::super::tests::read("image", &[("file", text("p.png"))]).unwrap();
-        let TextureDesc::Image(desc) = &scene.textures[0].value else { panic!("asked for a picture") };
+        let TextureDesc::Image(desc) = &scene.textures[0].value else { panic!("expected an image") };
         let value = TextureDesc::Image(ImageDesc { gain, ..desc.clone() });
         let descs = [Named { name: None, span: None, value }];
         Textures::prepare(&descs, &[Asset { uri: "p".into(), data: Arc::new(image) }], transfer, false)
@@ -437,7 +441,7 @@ mod tests {
     #[test]
     fn density_repeats_the_picture() {
         let keys = [("file", text("p.png")), ("density", crate::schema::value::Data::Integer(3))];
-        let (once, thrice) = (with(&[]), ready("image", &keys));
+        let (once, thrice) = (with(&[]), prepare_texture("image", &keys));
         for (s, t) in [(0.1, 0.2), (-0.3, 0.33), (0.9, -0.7)] {
             assert_eq!(at(&thrice, s, t), at(&once, 3.0 * s, 3.0 * t));
         }

@@ -1,41 +1,43 @@
-//! From places on and in objects to texture coordinates, and their derivatives.
+//! Mappings from surface points to texture coordinates, and their derivatives.
 
-use super::footprint::sound;
+use super::footprint::finite_change;
 use crate::math::elementary::{acos, atan2};
 use crate::math::{DVec2, DVec3};
 use crate::schema::choice;
 
 choice! {
-    /// Which coordinates a texture is looked up at.
+    /// Where texture coordinates come from.
     pub enum Mapping {
-        /// The surface's (u, v), scaled to (−1..1).
+        /// The surface's (u, v), scaled from 0..1 to −1..1.
         Uv = "uv",
-        /// The position in the space of the object: the pattern goes through the solid.
+        /// The position in object space: the pattern fills the solid.
         Solid = "solid",
-        /// The position in the world: shapes stand in one pattern, and move through it.
+        /// The position in world space: all objects share one pattern and move through it.
         World = "world",
-        /// The position seen along −z: x and y, the same at every z, like a slide projector far away.
+        /// The position projected along z: x and y, the same for every z, as from a distant slide projector.
         Planar = "planar",
-        /// The direction from the origin: once around y from left to right, from pole to pole upwards, as on a sphere.
+        /// The direction from the origin as on a sphere: once around y from left to right, and upwards from pole to
+        /// pole.
         Spherical = "spherical",
-        /// Once around y from left to right; upwards y, from −1 to 1: as on the side of a cylinder.
+        /// As on the side of a cylinder: once around y from left to right, and upwards along y from −1 to 1.
         Cylindrical = "cylindrical",
-        /// Along x, y and z at once, mixed by which way the surface faces (`blend`): no seams and no stretching on any shape.
+        /// Projections along x, y and z, blended by the surface normal (`blend`): no seams and no stretching on any
+        /// shape.
         Triplanar = "triplanar",
     }
 }
 
-/// One of the three directions of projection of a triplanar mapping, and the side it comes from.
+/// One of the three projections of a triplanar mapping, and the side it projects from.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Side {
     /// 0 along x, 1 along y, 2 along z.
     pub(super) axis: usize,
-    /// 1 for surfaces that face along the axis, −1 for those that face the other way: texts read from left to right on both.
+    /// 1 for surfaces that face along the axis, −1 for those that face against it. Text is not mirrored on either side.
     pub(super) sign: f64,
 }
 
 impl Side {
-    /// The texture's s and t directions, as on the faces of a box.
+    /// The directions of s and t, as on the faces of a box.
     pub(super) fn directions(self) -> [DVec3; 2] {
         match self.axis {
             0 => [DVec3::new(0.0, 0.0, -self.sign), DVec3::Y],
@@ -52,7 +54,7 @@ impl Side {
 }
 
 impl Mapping {
-    /// Texture coordinates of a place in the mapping's space; `side` is the side a triplanar mapping is looked at from.
+    /// Texture coordinates of a point in the mapping's space; `side` is for triplanar mappings.
     #[inline]
     pub(super) fn project(self, q: DVec3, side: Side) -> DVec3 {
         use std::f64::consts::PI;
@@ -69,12 +71,12 @@ impl Mapping {
         }
     }
 
-    /// How texture coordinates change as the place `q` moves by `d`: the derivative, so that there is no seam where the coordinates jump.
+    /// The derivative of the texture coordinates as the point `q` moves along `d`. It has no jump at seams.
     #[inline]
     pub(super) fn change(self, q: DVec3, d: DVec3, side: Side) -> DVec3 {
         use std::f64::consts::PI;
         let around = || (q.z * d.x - q.x * d.z) / ((q.x * q.x + q.z * q.z) * PI);
-        sound(match self {
+        finite_change(match self {
             Mapping::Uv | Mapping::Solid | Mapping::World => d,
             Mapping::Planar => DVec3::new(d.x, d.y, 0.0),
             Mapping::Spherical => {
@@ -95,7 +97,7 @@ mod tests {
     const FRONT: Side = Side { axis: 2, sign: 1.0 };
 
     #[test]
-    fn known_places() {
+    fn known_points() {
         let close = |mapping: Mapping, q: [f64; 3], expected: [f64; 2]| {
             let c = mapping.project(DVec3::from(q), FRONT);
             assert!(
@@ -104,7 +106,7 @@ mod tests {
             );
         };
         close(Mapping::Planar, [0.3, -0.7, 9.0], [0.3, -0.7]);
-        // In front the middle, to the right a quarter turn, up the upper edge.
+        // Front: the centre; right: a quarter turn; up: the upper edge.
         for r in [1.0, 7.0] {
             close(Mapping::Spherical, [0.0, 0.0, r], [0.0, 0.0]);
             close(Mapping::Spherical, [r, 0.0, 0.0], [0.5, 0.0]);
@@ -123,7 +125,7 @@ mod tests {
             (2, 1.0, DVec3::Z),
             (2, -1.0, DVec3::NEG_Z),
         ] {
-            // Seen from outside, s leads to the right of t.
+            // Seen from outside, s points to the right and t upwards.
             let [s, t] = (Side { axis, sign }).directions();
             assert_eq!(s.cross(t), n);
         }
@@ -144,7 +146,7 @@ mod tests {
             }
             assert!(mapping.change(DVec3::ZERO, DVec3::X, FRONT).is_finite());
         }
-        // Also where the coordinates jump.
+        // Also at the seam.
         let seam = Mapping::Spherical.change(DVec3::new(0.0, 0.0, -1.0), DVec3::X, FRONT);
         assert!((seam.x + 1.0 / std::f64::consts::PI).abs() < 1e-12);
     }

@@ -1,11 +1,11 @@
-//! Marble: veins drawn by a sine that noise displaces (after Perlin 1985, "An image synthesizer").
+//! Marble: veins from a sine that noise displaces (after Perlin 1985, "An image synthesizer").
 //!
-//! φ = π·(veins·d·p + distortion·fbm(p)); a vein stands where sin φ = 0, thin with sharp = 1 and washed out with
-//! sharp = 0. A second, finer and fainter set stands across the first. Both fade in and out with the clouds of
-//! a third colour that lie in the stone.
+//! The phase is φ = π·(veins·d·p + distortion·fbm(p)), with d perpendicular to the undisturbed veins. Veins are where
+//! sin φ = 0: thin for sharp = 1, broad and soft for sharp = 0. A second set, finer and fainter, crosses the first.
+//! Both fade in and out with clouds of a third colour.
 
 use super::placement::smoothstep;
-use super::prepare::{Kind, Preparing};
+use super::prepare::{Kind, PrepareContext};
 use super::{Fractal, Mapping, Placement, TexturePoint, Textures, Tint};
 use crate::color::Spectrum;
 use crate::math::DVec3;
@@ -13,29 +13,29 @@ use crate::math::elementary::sin;
 use crate::schema::{ColorSource, Range, SceneError, Transform, params};
 
 params! {
-    /// Marble: dark veins through a light, cloudy stone. The veins follow one another across the diagonal of the solid.
+    /// Marble: dark veins through a light, cloudy stone. The veins are slanted sheets through the solid.
     pub struct MarbleDesc as "marble" {
-        /// The stone.
+        /// Colour of the stone.
         base: Tint = Tint::Display(0xf2efe9);
-        /// The clouds in it.
+        /// Colour of the clouds.
         cloud: Tint = Tint::Display(0xb0b4b8);
-        /// The veins.
+        /// Colour of the veins.
         vein: Tint = Tint::Display(0x3d4249);
         /// Number of veins per unit of texture coordinates.
         veins: f64 = 2.0, in Range::closed(0.0, 1e6);
-        /// How far the veins stray from planes.
+        /// How far noise displaces the veins: 0 leaves flat sheets.
         distortion: f64 = 2.0, in Range::closed(0.0, 1000.0);
-        /// Thinness of the veins, 0 to 1.
+        /// Sharpness of the veins: 0 is broad and soft, 1 is thin.
         sharp: f64 = 0.8, in Range::UNIT;
-        /// Another number, another stone.
+        /// Seed: another value gives another stone.
         seed: u32 = 0;
-        /// Scales the whole pattern: twice as much, half as large.
+        /// Scales the pattern: with density 2 it is half as large.
         density: f64 = 1.0;
-        /// How the pattern lies on the surface or goes through the solid.
+        /// Where the texture coordinates come from.
         mapping: Mapping = Mapping::Solid;
-        /// For `mapping = "triplanar"`: how sharply one direction follows another where the surface turns.
+        /// For `mapping = "triplanar"`: sharpness of the transitions between the three projections; higher is sharper.
         blend: f64 = 4.0, in Range::closed(1.0, 64.0);
-        /// Moves and turns the stone.
+        /// Translates, rotates or scales the pattern.
         transform: Transform = Transform::IDENTITY;
     }
     example r##"[texture.carrara]
@@ -64,24 +64,24 @@ pub(super) struct Marble {
     mean: Vein,
 }
 
-/// What the veins follow one another along: (4, 5, −2)/√45.
+/// Direction perpendicular to the veins: (4, 5, −2)/√45.
 const ACROSS: DVec3 = DVec3::new(0.596_284_793_999_944, 0.745_355_992_499_93, -0.298_142_396_999_972);
 
-/// What the fine veins follow one another along: at right angles to that, (2, 0, 4)/√20.
+/// Direction perpendicular to the fine veins, and to the other one: (2, 0, 4)/√20.
 const ALONG: DVec3 = DVec3::new(0.447_213_595_499_958, 0.0, 0.894_427_190_999_916);
 
-/// One sort of vein at a point.
+/// Strength of a vein at a point.
 #[derive(Clone, Copy, Debug)]
 struct Vein {
-    /// 1 in its middle, 0 beside it.
+    /// 1 at its centre, 0 outside.
     core: f64,
-    /// 1 in its middle, falling off to half way to the next.
+    /// 1 at its centre, falling off to half-way to the next vein.
     halo: f64,
 }
 
 impl Kind for MarbleDesc {
-    type Ready = Marble;
-    const AT_ONCE: u64 = 3;
+    type Prepared = Marble;
+    const MAX_INPUTS: u64 = 3;
 
     fn sources(&self, visit: &mut dyn FnMut(ColorSource)) {
         self.base.visit(visit);
@@ -97,7 +97,7 @@ impl Kind for MarbleDesc {
         (self.mapping == Mapping::Triplanar).then_some((self.blend, self.transform))
     }
 
-    fn prepare(&self, cx: &mut Preparing<'_>) -> Result<Marble, SceneError> {
+    fn prepare(&self, cx: &mut PrepareContext<'_>) -> Result<Marble, SceneError> {
         let seed = u64::from(self.seed) << 8;
         let mut marble = Marble {
             base: self.base.resolve(cx.transfer),
@@ -127,13 +127,13 @@ impl Marble {
         let (p, width) = (self.placement.coordinates(at), self.placement.width(at));
         let shift = self.displacement.fbm(1.1 * p, 1.1 * width);
         let drift = self.fine.fbm(2.3 * p, 2.3 * width);
-        // Noise changes by about as much as it is wide.
+        // Noise changes by about its amplitude per unit.
         let phases = width * (self.veins + self.distortion);
         let main = self.vein(self.veins * ACROSS.dot(p) + self.distortion * shift, phases);
         let fine = self
             .vein(1.7 * self.veins * ALONG.dot(p) + self.distortion * (0.5 * shift + drift), 1.7 * phases);
         let clouds = self.clouds.fbm(0.9 * p + DVec3::splat(0.6 * shift), 1.5 * width);
-        // Veins are darkest where the clouds are; elsewhere they are hairs or lost, the fine ones first.
+        // Veins are darkest in the clouds; elsewhere they are thin or vanish, the fine ones first.
         let strength = smoothstep(-0.3, 0.25, clouds);
         let cloudy = smoothstep(-0.2, 0.4, clouds) + 0.5 * main.halo * strength;
         let veined =
@@ -145,7 +145,8 @@ impl Marble {
         if veined > 0.0 { stone.lerp(textures.color(self.vein, at), veined as f32) } else { stone }
     }
 
-    /// How dark a vein is at a phase, which is whole in its middle; the mean of all phases where a footprint covers one or more.
+    /// The vein at a phase, an integer at its centre. Where a footprint covers one or more phases, the mean of all
+    /// phases.
     fn vein(&self, phase: f64, covered: f64) -> Vein {
         let lost = if covered > 0.0 { smoothstep(0.25, 1.0, covered) } else { 0.0 };
         let own = if lost < 1.0 { self.vein_at(phase) } else { Vein { core: 0.0, halo: 0.0 } };
@@ -159,7 +160,7 @@ impl Marble {
         Vein { core: 1.0 - smoothstep(0.0, width, away), halo: (1.0 - away) * (1.0 - away) }
     }
 
-    /// A step on the surface over which it changes little, as [`Placement::spacing`].
+    /// See [`Placement::spacing`].
     pub(super) fn spacing(&self, _: &Textures, at: &TexturePoint<'_>) -> Option<f64> {
         self.placement.spacing(at)
     }
@@ -171,7 +172,7 @@ impl Marble {
 
 #[cfg(test)]
 mod tests {
-    use super::super::tests::{ready, text};
+    use super::super::tests::{prepare_texture, text};
     use super::*;
     use crate::math::DVec2;
     use crate::schema::TextureId;
@@ -180,10 +181,10 @@ mod tests {
     #[test]
     fn without_noise_veins_are_planes() {
         let keys = [("distortion", Data::Integer(0)), ("base", text("white")), ("cloud", text("white"))];
-        let marble = ready("marble", &keys);
+        let marble = prepare_texture("marble", &keys);
         let at = |p: DVec3| marble.eval(TextureId(0), &TexturePoint::new(DVec2::ZERO, p));
-        // In the middle of a vein it is darker than the stone, wherever along the vein; between veins it is stone
-        // or a fine vein.
+        // At the centre of a vein it is darker than the stone, anywhere along the vein. Between veins it is stone or
+        // a fine vein.
         let inside = DVec3::new(1.0, 0.0, 2.0);
         for k in -20..20 {
             let on = at(0.37 * f64::from(k) * inside);
@@ -199,7 +200,7 @@ mod tests {
 
     #[test]
     fn marble_is_mostly_stone() {
-        let marble = ready("marble", &[]);
+        let marble = prepare_texture("marble", &[]);
         let dark = (0..10_000).filter(|i| {
             let p = DVec3::new(f64::from(i % 100), f64::from(i / 100), 0.3) * 0.173;
             marble.eval(TextureId(0), &TexturePoint::new(DVec2::ZERO, p)).g < 0.6

@@ -1,11 +1,29 @@
-//! Pictures at halved sizes (Williams 1983, "Pyramidal parametrics"), and look-ups of elongated footprints in them.
+//! Mipmaps (Williams 1983, "Pyramidal parametrics") and anisotropic lookups in them.
 //!
-//! Each level halves width and height, rounded down, down to one texel. A texel is the mean over the area that it covers of the picture, also where a size is odd (weights of
-//! three texels), so that every level has the picture's mean. Means are taken of scene values (after the transfer curve), of colours weighted by alpha where
-//! there is one, and stored as the picture is: the pyramid takes a third of the picture's memory more.
+//! Each level has half the width and height of the one before, rounded down, to a single texel:
 //!
-//! An ellipse of length a and width b texels is looked up at ⌈a/b⌉ places along its major axis, at most sixteen, on the level whose texels are as wide as
-//! b, between levels by their weights (after McCormack et al. 1999, "Feline: fast elliptical lines for anisotropic texture mapping").
+//! ```text
+//!     +-------+   +---+   +-+
+//!     |       |   |   |   +-+ ...   a third more memory in total
+//!     |       |   +---+
+//!     +-------+
+//! ```
+//!
+//! A texel is the mean over its area in the level before. For odd sizes that are three texels with different weights,
+//! so every level has the mean of the image. Means are taken of scene values (after the transfer curve) and weighted
+//! by alpha; levels are stored in the image's own format.
+//!
+//! An isotropic lookup would blur textures at grazing angles, where footprints are long ellipses. An ellipse of
+//! length a and width b texels is therefore sampled by ⌈a/b⌉ trilinear lookups ("taps"), at most sixteen, along its
+//! major axis, on the levels whose texels are about as wide as b (after McCormack et al. 1999, "Feline: fast
+//! elliptical lines for anisotropic texture mapping"):
+//!
+//! ```text
+//!        .-------------------------.
+//!      (    x     x     x     x     )     b
+//!        `-------------------------´
+//!                     a
+//! ```
 
 use super::footprint::Ellipse;
 use crate::color::Transfer;
@@ -13,49 +31,49 @@ use crate::image::{Image, Pixels};
 use crate::math::DVec2;
 use crate::math::elementary::ln;
 
-/// The smaller sizes of a picture, half the size first.
+/// The smaller levels of an image, half the size first.
 #[derive(Clone, Debug)]
 pub(super) struct Mipmap {
     levels: Vec<Image>,
 }
 
-/// Footprints are looked up as if no longer than so many of their widths.
-const MOST_TAPS: f64 = 16.0;
+/// Maximum number of taps; longer ellipses are widened.
+const MAX_TAPS: f64 = 16.0;
 
-/// Where an ellipse is looked up.
+/// The taps of an ellipse.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Taps {
-    /// How many places along the major axis.
+    /// Number of taps along the major axis.
     pub(super) count: u32,
-    /// From one to the next, in texels of the picture itself.
+    /// Distance between taps, in texels of the full image.
     pub(super) step: DVec2,
-    /// The finer of the two levels; 0 is the picture itself.
+    /// The finer of the two levels; 0 is the full image.
     pub(super) level: usize,
-    /// The share of the coarser one.
+    /// The weight of the coarser level.
     pub(super) coarser: f32,
 }
 
 impl Taps {
-    /// For an ellipse in texels, on a pyramid of so many levels, the picture itself counted.
+    /// The taps for an ellipse in texels, with `levels` levels including the full image.
     pub(super) fn new(ellipse: &Ellipse, levels: usize) -> Taps {
         let length = ellipse.length.min(1e9);
-        let width = ellipse.width.max(length / MOST_TAPS).max(1.0);
-        let count = (length / width).ceil().clamp(1.0, MOST_TAPS);
+        let width = ellipse.width.max(length / MAX_TAPS).max(1.0);
+        let count = (length / width).ceil().clamp(1.0, MAX_TAPS);
         let level = (ln(width) * std::f64::consts::LOG2_E).clamp(0.0, levels.saturating_sub(1) as f64);
         let whole = level as usize;
         let step = if count > 1.0 { ellipse.major * (length / ellipse.length / count) } else { DVec2::ZERO };
         Taps { count: count as u32, step, level: whole, coarser: (level - whole as f64) as f32 }
     }
 
-    /// The places, in texels of the picture from its middle.
+    /// Offsets of the taps from the centre, in texels of the full image.
     pub(super) fn offsets(self) -> impl Iterator<Item = DVec2> {
-        let middle = 0.5 * (f64::from(self.count) - 1.0);
-        (0..self.count).map(move |i| self.step * (f64::from(i) - middle))
+        let center = 0.5 * (f64::from(self.count) - 1.0);
+        (0..self.count).map(move |i| self.step * (f64::from(i) - center))
     }
 }
 
 impl Mipmap {
-    /// Of a picture whose samples fit its size, decoded by a curve.
+    /// The mipmap of a consistent image, decoded by a curve.
     pub(super) fn new(image: &Image, transfer: Transfer) -> Mipmap {
         let curves = Curves::new(image, transfer);
         let mut levels: Vec<Image> = Vec::new();
@@ -73,31 +91,31 @@ impl Mipmap {
         Mipmap { levels }
     }
 
-    /// How many levels there are, the picture itself counted.
+    /// Number of levels, including the full image.
     pub(super) fn count(&self) -> usize {
         self.levels.len() + 1
     }
 
-    /// A level of the picture that it was made of.
+    /// A level; `base` is the full image.
     #[inline]
     pub(super) fn level<'a>(&'a self, base: &'a Image, level: usize) -> &'a Image {
         level.checked_sub(1).and_then(|i| self.levels.get(i)).unwrap_or(base)
     }
 
-    /// Bytes of the smaller sizes.
+    /// Bytes of the smaller levels.
     pub(super) fn memory(&self) -> usize {
         self.levels.iter().map(Image::memory).sum()
     }
 }
 
-/// A level in scene values, with straight alpha as the last channel where there is one.
+/// A level in scene values, with straight (not premultiplied) alpha as the last channel if there is one.
 struct Values {
     width: u32,
     height: u32,
     samples: Vec<f32>,
 }
 
-/// The texels that texel `i` of `m` covers of `n`, m = ⌊n/2⌋ or 1: the first, and their weights.
+/// The texels of a row of `n` that texel `i` of the next level covers: the first, and their weights.
 fn covered(i: u32, n: u32) -> (u32, [f32; 3]) {
     if n == 1 {
         return (0, [1.0, 0.0, 0.0]);
@@ -109,7 +127,7 @@ fn covered(i: u32, n: u32) -> (u32, [f32; 3]) {
     (2 * i as u32, [(m - i) / n, m / n, (i + 1.0) / n])
 }
 
-/// Half the size, by means over areas.
+/// The next level: means over areas.
 fn halved(channels: u8, width: u32, height: u32, at: impl Fn(usize) -> f32) -> Values {
     let n = usize::from(channels);
     let (w, h) = ((width / 2).max(1), (height / 2).max(1));
@@ -135,7 +153,7 @@ fn halved(channels: u8, width: u32, height: u32, at: impl Fn(usize) -> f32) -> V
             }
             let alpha = plain[n - 1];
             if has_alpha && alpha > 0.0 {
-                // What cannot be seen has no colour to give.
+                // Invisible texels do not contribute colour.
                 samples.extend(weighted[..n - 1].iter().map(|v| v / alpha));
                 samples.push(alpha);
             } else {
@@ -146,17 +164,17 @@ fn halved(channels: u8, width: u32, height: u32, at: impl Fn(usize) -> f32) -> V
     Values { width: w, height: h, samples }
 }
 
-/// Between the samples of a picture and scene values.
+/// Conversion between image samples and scene values.
 struct Curves {
     transfer: Transfer,
-    /// Scene values of the samples of integer pictures.
+    /// Scene values of integer samples.
     decoded: Vec<f32>,
-    /// Of eight bits, the sample nearest to each of evenly spaced scene values.
+    /// For 8 bits, the nearest sample to each of evenly spaced scene values.
     eight: Vec<u8>,
     channels: usize,
 }
 
-/// Steps of the table from scene values to eight bits: five to the narrowest interval of the curve.
+/// Entries of the table from scene values to 8 bits: five per narrowest interval of the curve.
 const STEPS: usize = 1 << 14;
 
 impl Curves {
@@ -174,7 +192,7 @@ impl Curves {
         Curves { transfer, decoded, eight, channels: usize::from(image.channels) }
     }
 
-    /// Whether a sample is alpha, which has no curve.
+    /// Whether a sample is alpha, to which no curve applies.
     #[inline]
     fn is_alpha(&self, i: usize) -> bool {
         matches!(self.channels, 2 | 4) && i % self.channels == self.channels - 1
@@ -182,7 +200,7 @@ impl Curves {
 
     #[inline]
     fn decode(&self, image: &Image, i: usize) -> f32 {
-        let curve = |v: usize, most: f32| if self.is_alpha(i) { v as f32 / most } else { self.decoded[v] };
+        let curve = |v: usize, max: f32| if self.is_alpha(i) { v as f32 / max } else { self.decoded[v] };
         match &image.pixels {
             Pixels::U8(v) => curve(usize::from(v[i]), 255.0),
             Pixels::U16(v) => curve(usize::from(v[i]), 65535.0),
@@ -261,7 +279,7 @@ mod tests {
                         "{transfer:?} {value}"
                     );
                 }
-                // But for the last levels, which are a texel wide.
+                // Except for the last levels, which are one texel wide.
                 assert!(mipmap.memory() <= image.memory() / 3 + 16);
             }
         }
@@ -271,7 +289,7 @@ mod tests {
     }
 
     #[test]
-    fn display_values_are_averaged_as_light() {
+    fn display_values_are_averaged_in_linear_light() {
         let pixels = Pixels::U8(vec![0, 255, 255, 0]);
         let image = Image { width: 2, height: 2, channels: 1, pixels };
         let half = |transfer| Mipmap::new(&image, transfer).levels[0].pixels.clone();
@@ -281,7 +299,7 @@ mod tests {
     }
 
     #[test]
-    fn colours_count_as_far_as_they_are_seen() {
+    fn colours_are_weighted_by_alpha() {
         let pixels = Pixels::U8(vec![200, 255, 10, 0]);
         let image = Image { width: 2, height: 1, channels: 2, pixels };
         assert_eq!(Mipmap::new(&image, Transfer::None).levels[0].pixels, Pixels::U8(vec![200, 128]));
@@ -292,20 +310,20 @@ mod tests {
     #[test]
     fn taps_cover_the_ellipse() {
         let taps = |a: DVec2, b: DVec2| Taps::new(&Ellipse::new([a, b]), 8);
-        // Smaller than a texel: the picture itself, once.
+        // Smaller than a texel: the full image, one tap.
         let point = taps(DVec2::new(0.3, 0.0), DVec2::new(0.0, 0.1));
         assert_eq!((point.count, point.level, point.coarser), (1, 0, 0.0));
-        // Round: one place between levels.
+        // Round: one tap between levels.
         let round = taps(DVec2::new(0.0, 4.0), DVec2::new(-4.0, 0.0));
         assert_eq!((round.count, round.level), (1, 2));
         assert!(round.coarser < 1e-9);
-        // Long: several places, which reach as far as the axis less their own width.
+        // Long: several taps; they extend as far as the axis minus their own width.
         let long = taps(DVec2::new(0.0, 8.0), DVec2::new(2.0, 0.0));
         assert_eq!((long.count, long.level), (4, 1));
-        let places: Vec<_> = long.offsets().collect();
-        assert!((places[3] - places[0]).length() - 6.0 < 1e-9);
-        assert!(places.iter().sum::<DVec2>().length() < 1e-9);
-        // Too long: wider ones.
+        let offsets: Vec<_> = long.offsets().collect();
+        assert!((offsets[3] - offsets[0]).length() - 6.0 < 1e-9);
+        assert!(offsets.iter().sum::<DVec2>().length() < 1e-9);
+        // Too long: wider taps.
         let longest = taps(DVec2::new(64.0, 0.0), DVec2::new(0.0, 1.0));
         assert_eq!((longest.count, longest.level), (16, 2));
         // The last level is the coarsest.

@@ -1,18 +1,21 @@
-//! Textures: colours that vary over a surface or through space. One file each; the table below holds their names
-//! in a scene.
+//! Textures: colours that vary over a surface or through space. Each texture has its own file; the table below lists
+//! their names in a scene.
 //!
-//! The contract, which every texture keeps:
+//! Every texture keeps this contract:
 //!
-//! - It is given a [`TexturePoint`]: (u, v), position and geometric normal in the space of the object, and for meshes the triangle.
-//! - It is evaluated at texture coordinates (s, t, r). With `mapping = "uv"` they are the paper's: (2u − 1, 2v − 1, 0), so that (−1..1) spans
-//!   the shape; with `mapping = "solid"` they are the object-space position. The texture's own transform is undone and `density`
-//!   scales them, before the pattern is looked up.
-//! - What comes out is a linear colour, or numbers where a material wants numbers. It may be negative or above 1: each material cuts it to its own range.
-//!   It is finite whatever the point.
-//! - A `footprint` is what a ray's cone covers of the surface; a texture may return the mean over it. `None` is the point alone, and the same colour to the last
-//!   bit wherever the ray came from.
-//! - Opacity is apart from colour: the alpha of a picture or a vertex colour; the mean of the colour where a texture has no opacity of its own (`None`).
-//! - A texture whose keys name other textures looks them up at the same point; [`Textures::prepare`] refuses cycles, so evaluation ends.
+//! - Its input is a [`TexturePoint`]: (u, v), position and geometric normal in object space, and for meshes the
+//!   triangle.
+//! - It is evaluated at texture coordinates (s, t, r). With `mapping = "uv"` they are (2u − 1, 2v − 1, 0), as in the
+//!   classic documents, so that −1..1 spans the shape; with `mapping = "solid"` they are the position in object
+//!   space. First the inverse of the texture's transform is applied, then `density` scales the coordinates.
+//! - The result is a linear colour, or values where a material expects values. It may be negative or above 1: each
+//!   material clamps it to its own range. It is finite for any input.
+//! - A `footprint` is the area that a ray cone covers on the surface; a texture may return the mean over it. Without
+//!   a footprint the result belongs to the point alone, and is the same bit for bit for any ray.
+//! - Opacity is separate from colour: the alpha of an image or a vertex colour. Where a texture has no opacity of its
+//!   own (`None`), opacity is the mean of the colour's bands.
+//! - Inputs that are textures are evaluated at the same point. [`Textures::prepare`] rejects cycles, so evaluation
+//!   ends.
 //! - It depends on the point alone: no state, no random numbers.
 
 mod checkerboard;
@@ -67,25 +70,26 @@ pub use wrap::Wrap;
 use self::decoder::Decoder;
 use self::mapping::Side;
 pub use self::prepare::CachedMipmaps;
-use self::prepare::{Kind, Preparing};
+use self::prepare::{Kind, PrepareContext};
 use crate::color::Spectrum;
 use crate::math::{DAffine3, DVec2, DVec3};
 use crate::schema::{ColorSource, ImageId, SceneError, TextureId, Transform, family};
 use crate::shape::{Shape, ShapeHit, SurfacePoint, TriangleMesh};
 
-/// The table of textures: `Variant(description => what is evaluated)`.
+/// The table of textures: `Variant(description => prepared form)`.
 macro_rules! textures {
-    ($($variant:ident($desc:ty => $ready:ty),)*) => {
+    ($($variant:ident($desc:ty => $prepared:ty),)*) => {
         family! {
-            /// Textures: a colour that varies. Named ones stand in `[texture.NAME]`; any colour that may be a texture takes the name or a table `{ type = …, … }`.
+            /// Textures: colours that vary. Named textures are tables `[texture.NAME]`; every colour key that accepts
+            /// textures takes such a name or an inline table `{ type = …, … }`.
             pub enum TextureDesc as "texture", "textures" { $($variant($desc),)* }
         }
 
-        /// One texture ready to be evaluated.
+        /// A prepared texture.
         #[derive(Clone, Debug)]
         enum Texture {
-            $($variant($ready),)*
-            /// Any of them, looked up along three axes.
+            $($variant($prepared),)*
+            /// Any other texture, projected along three axes.
             Triplanar(Box<triplanar::Triplanar>),
         }
 
@@ -93,8 +97,8 @@ macro_rules! textures {
             fn sources(&self, visit: &mut dyn FnMut(ColorSource)) {
                 match self { $(TextureDesc::$variant(d) => d.sources(visit),)* }
             }
-            fn at_once(&self) -> u64 {
-                match self { $(TextureDesc::$variant(_) => <$desc as Kind>::AT_ONCE,)* }
+            fn max_inputs(&self) -> u64 {
+                match self { $(TextureDesc::$variant(_) => <$desc as Kind>::MAX_INPUTS,)* }
             }
             fn uses_uv(&self) -> bool {
                 match self { $(TextureDesc::$variant(d) => d.mapping() == Mapping::Uv,)* }
@@ -102,7 +106,7 @@ macro_rules! textures {
             fn triplanar(&self) -> Option<(f64, Transform)> {
                 match self { $(TextureDesc::$variant(d) => d.triplanar(),)* }
             }
-            fn prepare(&self, cx: &mut Preparing<'_>) -> Result<Texture, SceneError> {
+            fn prepare(&self, cx: &mut PrepareContext<'_>) -> Result<Texture, SceneError> {
                 let texture = match self { $(TextureDesc::$variant(d) => d.prepare(cx).map(Texture::$variant)?,)* };
                 Ok(match self.triplanar() {
                     Some((blend, transform)) => {
@@ -121,7 +125,7 @@ macro_rules! textures {
                     Texture::Triplanar(t) => t.eval(textures, at),
                 }
             }
-            /// A step on the surface over which it changes little, for axes of unit length in the footprint of `at`.
+            /// A step on the surface over which it changes little, for unit axes in the footprint of `at`.
             fn spacing(&self, textures: &Textures, at: &TexturePoint<'_>) -> Option<f64> {
                 match self {
                     $(Texture::$variant(t) => t.spacing(textures, at),)*
@@ -149,12 +153,12 @@ textures! {
     Noise(NoiseDesc => noise::Noise),
     Perlin(PerlinDesc => reference_noise::Perlin),
     VertexColor(VertexColorDesc => vertex_color::VertexColor),
-    Product(MultiplyDesc => multiply::Product),
+    Multiply(MultiplyDesc => multiply::Multiply),
     Mix(MixDesc => mix::Mix),
 }
 
 impl TextureDesc {
-    /// The picture that it shows.
+    /// The image of an image texture.
     pub(crate) fn picture(&self) -> Option<ImageId> {
         match self {
             TextureDesc::Image(d) => Some(d.file),
@@ -167,40 +171,40 @@ impl TextureDesc {
             | TextureDesc::Noise(_)
             | TextureDesc::Perlin(_)
             | TextureDesc::VertexColor(_)
-            | TextureDesc::Product(_)
+            | TextureDesc::Multiply(_)
             | TextureDesc::Mix(_) => None,
         }
     }
 }
 
-/// Where a texture is looked up.
+/// The point at which textures are evaluated.
 #[derive(Clone, Copy, Debug)]
 pub struct TexturePoint<'a> {
-    /// Surface coordinates.
+    /// Texture coordinates of the surface.
     pub uv: DVec2,
-    /// Position in the space of the object.
+    /// Position in object space.
     pub p: DVec3,
-    /// From there to the world; `None` where they are one.
+    /// From object space to world space; `None` if they are the same.
     pub to_world: Option<&'a DAffine3>,
-    /// The mesh and the place on it, for what only meshes have.
+    /// The mesh and the hit on it, for attributes that only meshes have.
     pub mesh: Option<(&'a TriangleMesh, ShapeHit)>,
-    /// The colour of the point of a cloud, linear RGB and opacity.
+    /// The colour of a point of a point cloud, linear RGB and opacity.
     pub point_color: Option<[f32; 4]>,
-    /// Geometric normal in the space of the object, unit, for mappings that ask which way the surface faces.
+    /// Unit geometric normal in object space, for mappings that depend on it.
     pub n: DVec3,
-    /// What the look-up stands for; `None` for the point alone.
+    /// The area that the lookup represents; `None` for the point alone.
     pub footprint: Option<Footprint>,
-    /// The side that a triplanar mapping is looked at from.
+    /// The projection side of a triplanar mapping.
     side: Side,
-    /// How far it was moved from the hit, in the space of the object.
+    /// Offset from the hit, in object space.
     moved: DVec3,
 }
 
-/// The side that stands where none is chosen.
+/// The default projection side.
 const FRONT: Side = Side { axis: 2, sign: 1.0 };
 
 impl<'a> TexturePoint<'a> {
-    /// A point of a surface with the normal `n`, without a footprint.
+    /// A surface point with the normal `n`, without a footprint.
     fn on_surface(
         uv: DVec2,
         p: DVec3,
@@ -227,12 +231,12 @@ impl<'a> TexturePoint<'a> {
 }
 
 impl TexturePoint<'_> {
-    /// A point of a shape that is no mesh.
+    /// A point of a shape other than a mesh.
     pub fn new(uv: DVec2, p: DVec3) -> TexturePoint<'static> {
         TexturePoint::on_surface(uv, p, DVec3::Z, None, None)
     }
 
-    /// A point beside it: moved by so much in the space of the object and in the first set of (u, v).
+    /// A nearby point, offset in object space and in the first set of (u, v).
     pub(crate) fn beside(&self, p: DVec3, uv: DVec2) -> Self {
         TexturePoint { p: self.p + p, uv: self.uv + uv, moved: self.moved + p, ..*self }
     }
@@ -242,7 +246,7 @@ impl TexturePoint<'_> {
         TexturePoint { footprint: None, ..*self }
     }
 
-    /// The same point with (u, v) of another set, if the shape has one.
+    /// The same point with (u, v) of another set, if the shape has it.
     fn with_uv_set(&self, set: u32) -> Self {
         match self.mesh {
             Some((mesh, hit)) if set > 0 => {
@@ -255,17 +259,17 @@ impl TexturePoint<'_> {
         }
     }
 
-    /// The vertex colour, linear RGB and opacity, where there is one.
+    /// The vertex or point colour, linear RGB and opacity, if there is one.
     fn color(&self) -> Option<[f32; 4]> {
         self.point_color.or_else(|| self.mesh.and_then(|(mesh, hit)| mesh.color(&hit)))
     }
 }
 
-/// The scene's textures, ready to be evaluated; made once, shared by all threads.
+/// The prepared textures of a scene, shared by all threads.
 #[derive(Clone, Debug, Default)]
 pub struct Textures {
     list: Vec<Texture>,
-    /// Per texture: whether it or one that it names looks at (u, v).
+    /// Per texture: whether it or one of its inputs uses (u, v).
     uv: Vec<bool>,
     /// By [`Encoding`].
     decoders: [Decoder; 3],
@@ -282,14 +286,14 @@ impl Textures {
         }
     }
 
-    /// The colour of a texture at a point: finite, whatever the point.
+    /// The colour of a texture at a point; always finite.
     pub fn eval(&self, id: TextureId, at: &TexturePoint<'_>) -> Spectrum {
         let c = self.list[id.index()].eval(self, at);
         if c.is_finite() { c } else { c.map(finite) }
     }
 
-    /// How opaque a source is at a point: its alpha if it is a picture with alpha or a vertex colour, the mean of
-    /// its colour if not.
+    /// The opacity of a source at a point: the alpha of an image or a vertex colour if there is one, else the mean of
+    /// the colour's bands.
     pub fn opacity(&self, source: ColorSource, at: &TexturePoint<'_>) -> f32 {
         let alpha = match source {
             ColorSource::Texture(id) => self.list[id.index()].opacity(self, at),
@@ -301,7 +305,7 @@ impl Textures {
         })
     }
 
-    /// Which set of (u, v) a picture is looked up at; 0 for other textures.
+    /// The set of (u, v) that an image texture uses; 0 for other textures.
     pub fn uv_set(&self, id: TextureId) -> u32 {
         match &self.list[id.index()] {
             Texture::Image(image) => image.uv_set(),
@@ -309,7 +313,8 @@ impl Textures {
         }
     }
 
-    /// How long a step on the surface is over which a source changes little, for axes of unit length in the footprint of `at`; `None` where that is not known.
+    /// The length of a step on the surface over which a source changes little, for unit axes in the footprint of
+    /// `at`; `None` if unknown.
     pub(crate) fn spacing(&self, source: ColorSource, at: &TexturePoint<'_>) -> Option<f64> {
         match source {
             ColorSource::Constant(_) => None,
@@ -317,7 +322,8 @@ impl Textures {
         }
     }
 
-    /// From where a picture is looked at and how it lies there, for axes of the footprint of `at`; none of other textures.
+    /// The projections of an image texture and how it is mapped in each, for the axes of the footprint of `at`; none
+    /// for other textures.
     pub(crate) fn projections(&self, id: TextureId, at: &TexturePoint<'_>) -> [Option<Projection>; 3] {
         match &self.list[id.index()] {
             Texture::Triplanar(t) => t.projections(at),
@@ -325,7 +331,7 @@ impl Textures {
         }
     }
 
-    /// The colour of a picture from one of its [`Textures::projections`].
+    /// The colour of an image in one of its [`Textures::projections`].
     pub(crate) fn look(&self, id: TextureId, from: &Projection, at: &TexturePoint<'_>) -> Spectrum {
         let at = TexturePoint { side: from.side, ..*at };
         match &self.list[id.index()] {
@@ -334,12 +340,12 @@ impl Textures {
         }
     }
 
-    /// Whether a texture is a picture that lies on the surface by its own (u, v).
+    /// Whether a texture is an image mapped by the surface's own (u, v).
     pub(crate) fn lies_on_uv(&self, id: TextureId) -> bool {
         matches!(&self.list[id.index()], Texture::Image(image) if image.lies_on_uv())
     }
 
-    /// Whether a source looks at (u, v). Where it does not, [`TexturePoint::uv`] may be anything.
+    /// Whether a source uses (u, v). If not, [`TexturePoint::uv`] may have any value.
     pub fn uses_uv(&self, source: ColorSource) -> bool {
         match source {
             ColorSource::Constant(_) => false,
@@ -347,7 +353,7 @@ impl Textures {
         }
     }
 
-    /// Bytes they take, with their pictures (each counted once).
+    /// Bytes of memory, including images (each counted once).
     pub fn memory(&self) -> usize {
         let own: usize = self.list.iter().map(Texture::memory).sum();
         own + self.list.capacity() * size_of::<Texture>()
@@ -356,12 +362,12 @@ impl Textures {
             + self.image_memory
     }
 
-    /// Bytes of the pictures that are looked at, each counted once, with their smaller sizes.
+    /// Bytes of the images in use, each counted once, including mipmap levels.
     pub fn picture_memory(&self) -> usize {
         self.image_memory
     }
 
-    /// (1 − t)·a + t·b; what has no share is not evaluated.
+    /// (1 − t)·a + t·b; a source with weight 0 is not evaluated.
     #[inline]
     fn mix(&self, a: ColorSource, b: ColorSource, t: f64, at: &TexturePoint<'_>) -> Spectrum {
         if t <= 0.0 || t.is_nan() || a == b {
@@ -374,29 +380,29 @@ impl Textures {
     }
 }
 
-/// A look at a picture.
+/// One projection of an image texture.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Projection {
-    /// The share of this look.
+    /// The weight of this projection.
     pub(crate) weight: f64,
     side: Side,
-    /// How far one comes in the picture along each axis of the footprint, (1, 1) being its width and its height, upwards.
+    /// The axes of the footprint in the image, as fractions of its width and height, y upwards.
     pub(crate) axes: [DVec2; 2],
 }
 
 impl Texture {
-    /// How a picture lies on the surface; `None` of others.
+    /// The projection of an image texture; `None` for other textures.
     fn projection(&self, at: &TexturePoint<'_>) -> Option<Projection> {
         let Texture::Image(image) = self else { return None };
         Some(Projection { weight: 1.0, side: at.side, axes: image.axes(at)? })
     }
 
-    /// Its own opacity, if it has one.
+    /// The texture's own opacity, if it has one.
     fn opacity(&self, textures: &Textures, at: &TexturePoint<'_>) -> Option<f32> {
         match self {
             Texture::Image(image) => image.alpha(at),
             Texture::VertexColor(_) => at.color().map(|c| c[3]),
-            Texture::Product(p) => Some(textures.opacity(p.a, at) * textures.opacity(p.b, at)),
+            Texture::Multiply(p) => Some(textures.opacity(p.a, at) * textures.opacity(p.b, at)),
             Texture::Triplanar(t) => t.opacity(textures, at),
             Texture::Mix(m) => Some(m.opacity(textures, at)),
             Texture::Constant(_)
@@ -411,7 +417,7 @@ impl Texture {
     }
 }
 
-/// Sums of the largest numbers overflow: the nearest finite number, 0 for NaN.
+/// For sums that overflow: the nearest finite value, 0 for NaN.
 #[cold]
 fn finite(v: f32) -> f32 {
     if v.is_nan() { 0.0 } else { v.clamp(f32::MIN, f32::MAX) }

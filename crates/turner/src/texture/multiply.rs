@@ -1,17 +1,17 @@
-//! Two textures multiplied.
+//! The product of two textures.
 
-use super::prepare::{Kind, Preparing};
+use super::prepare::{Kind, PrepareContext};
 use super::{Mapping, TexturePoint, Textures};
 use crate::color::Spectrum;
 use crate::schema::{ColorSource, SceneError, params};
 
 params! {
-    /// Two colours or textures multiplied, band by band: a picture tinted by vertex colours, a label under dirt. The opacity of the product
-    /// is the product of theirs.
+    /// The product of two colours or textures, band by band: for example an image tinted by vertex colours, or a
+    /// label under dirt. The opacities are multiplied, too.
     pub struct MultiplyDesc as "multiply" {
-        /// One.
+        /// The first factor.
         a: ColorSource, required, default ColorSource::Constant(Spectrum::WHITE);
-        /// The other.
+        /// The second factor.
         b: ColorSource, required, default ColorSource::Constant(Spectrum::WHITE);
     }
     example r##"[texture.stained]
@@ -25,16 +25,16 @@ material = { color = "stained" }
 "##
 }
 
-/// Two textures multiplied.
+/// The product of two textures.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Product {
+pub(super) struct Multiply {
     pub(super) a: ColorSource,
     pub(super) b: ColorSource,
 }
 
 impl Kind for MultiplyDesc {
-    type Ready = Product;
-    const AT_ONCE: u64 = 2;
+    type Prepared = Multiply;
+    const MAX_INPUTS: u64 = 2;
 
     fn sources(&self, visit: &mut dyn FnMut(ColorSource)) {
         visit(self.a);
@@ -45,17 +45,17 @@ impl Kind for MultiplyDesc {
         Mapping::Solid
     }
 
-    fn prepare(&self, _: &mut Preparing<'_>) -> Result<Product, SceneError> {
-        Ok(Product { a: self.a, b: self.b })
+    fn prepare(&self, _: &mut PrepareContext<'_>) -> Result<Multiply, SceneError> {
+        Ok(Multiply { a: self.a, b: self.b })
     }
 }
 
-impl Product {
+impl Multiply {
     pub(super) fn eval(&self, textures: &Textures, at: &TexturePoint<'_>) -> Spectrum {
         textures.color(self.a, at) * textures.color(self.b, at)
     }
 
-    /// The shorter of theirs.
+    /// The smaller spacing of its inputs.
     pub(super) fn spacing(&self, textures: &Textures, at: &TexturePoint<'_>) -> Option<f64> {
         let own = [self.a, self.b].map(|source| textures.spacing(source, at));
         own.into_iter().flatten().reduce(f64::min)

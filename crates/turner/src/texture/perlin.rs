@@ -1,13 +1,22 @@
-//! Gradient noise (Perlin 2002, "Improving noise"), and sums of it.
+//! Gradient noise (Perlin 2002, "Improving noise") and its fractal sums.
 //!
-//! Differs from the paper where a machine has changed since: lattice points are hashed by 64-bit arithmetic, so
-//! that nothing repeats, and the gradients are 48 unit vectors (the corners of a truncated cuboctahedron), so
-//! that no axis stands out. The same bits everywhere: only additions, multiplications and comparisons.
+//! Each point of the integer lattice gets a pseudo-random gradient. Within a cell, the eight linear functions that
+//! the corners' gradients define are blended by a quintic polynomial:
+//!
+//! ```text
+//!      g01 o---------o g11        value = Σ w(d) · g · d
+//!          |    . p  |            d: vector from the corner to p
+//!      g00 o---------o g10        w: fade(1 − |dx|) fade(1 − |dy|) ...
+//! ```
+//!
+//! There are two differences to the paper: lattice points are hashed by 64-bit arithmetic instead of a table, so the
+//! noise does not repeat; and the gradients are 48 unit vectors (the corners of a truncated cuboctahedron), so no
+//! axis stands out. Only additions, multiplications and comparisons are used: the same bits on every machine.
 
 use super::placement::{floor, smoothstep};
 use crate::math::DVec3;
 
-/// Coordinates of the 48 directions (±a, ±b, ±c) and their permutations: 1, 1 + √2, 1 + 2√2, to unit length.
+/// Coordinates of the 48 directions (±a, ±b, ±c) and their permutations: 1, 1 + √2, 1 + 2√2, normalized.
 const A: f64 = 0.215_739_405_272_266_48;
 const B: f64 = 0.520_840_998_146_611_3;
 const C: f64 = 0.825_942_591_020_956_2;
@@ -29,15 +38,15 @@ const GRADIENTS: [DVec3; 48] = {
     list
 };
 
-/// Unit gradients reach √3/2 at most: the weights w of the corners at distances d give
-/// |Σ w g·d| ≤ √(Σ w d²), and Σ w d² ≤ 1/4 per axis.
+/// Scales the noise to −1..1. Its largest value for unit gradients is √3/2: the weights w of the corners at offsets d
+/// give |Σ w g·d| ≤ √(Σ w d²), and Σ w d² ≤ 1/4 per axis.
 const TO_UNIT: f64 = 1.154_700_538_379_251_7;
 
-/// The mean size of the noise, measured.
-const MEAN_SIZE: f64 = 0.219;
+/// The mean absolute value of the noise, measured.
+const MEAN_ABS: f64 = 0.219;
 
-/// Gradient noise: values in −1..1 with mean 0, two continuous derivatives, 0 at all whole coordinates, features
-/// about one unit across.
+/// Gradient noise: values in −1..1 with mean 0 and two continuous derivatives, 0 at all integer coordinates, with
+/// features about one unit wide.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Perlin {
     seed: u64,
@@ -49,7 +58,7 @@ impl Perlin {
         Perlin { seed: mix(seed.wrapping_add(0x9e37_79b9_7f4a_7c15)) }
     }
 
-    /// The value at a point; 0 where a coordinate is not finite, or so large (2^52) that it has no fraction.
+    /// The value at a point; 0 if a coordinate is not finite or too large (2^52) to have a fraction.
     pub fn at(&self, p: DVec3) -> f64 {
         let small = |v: f64| v.abs() < 4_503_599_627_370_496.0;
         if !(small(p.x) && small(p.y) && small(p.z)) {
@@ -87,14 +96,14 @@ fn key(i: i64, k: u64) -> u64 {
     (i as u64).wrapping_mul(k)
 }
 
-/// Well-mixed bits (the finaliser of SplitMix64, Steele et al. 2014).
+/// A hash of 64 bits (the finalizer of SplitMix64, Steele et al. 2014).
 fn mix(mut z: u64) -> u64 {
     z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
     z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
     z ^ (z >> 31)
 }
 
-/// 6t⁵ − 15t⁴ + 10t³: first and second derivative are 0 at both ends.
+/// 6t⁵ − 15t⁴ + 10t³: first and second derivatives are 0 at both ends.
 fn fade(t: f64) -> f64 {
     t * t * t * (t * (t * 6.0 - 15.0) + 10.0)
 }
@@ -103,20 +112,20 @@ fn lerp(a: f64, b: f64, t: f64) -> f64 {
     a + t * (b - a)
 }
 
-/// Octaves of noise, each finer and fainter than the one before. Between octaves the lattice is turned and
-/// shifted, so that their zeros do not meet: summed over one lattice they show as a grid.
+/// Fractal noise: octaves of noise with increasing frequency and decreasing amplitude. Between octaves the lattice is
+/// rotated and shifted; on a common lattice the octaves' zeros would coincide and show as a grid.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Fractal {
     seed: u64,
     octaves: u32,
     lacunarity: f64,
     gain: f64,
-    /// One over the sum of the amplitudes.
+    /// 1 / the sum of the amplitudes.
     scale: f64,
 }
 
 impl Fractal {
-    /// `octaves` (at least 1) of noise, each `lacunarity` times finer and `gain` times fainter.
+    /// `octaves` (at least 1) of noise, each with `lacunarity` times the frequency and `gain` times the amplitude.
     pub fn new(seed: u64, octaves: u32, lacunarity: f64, gain: f64) -> Fractal {
         let octaves = octaves.max(1);
         let (mut sum, mut amplitude) = (0.0, 1.0);
@@ -133,22 +142,24 @@ impl Fractal {
         }
     }
 
-    /// The sum of the octaves, in −1..1, mean 0. Octaves too fine for a footprint of this `width` give way to their mean (clamping, Norton et al. 1982); 0 is a point.
+    /// Fractal Brownian motion: the sum of the octaves, in −1..1, mean 0. Octaves too fine for a footprint of this
+    /// `width` fade to their mean (clamping, Norton et al. 1982); width 0 is a point.
     pub fn fbm(&self, p: DVec3, width: f64) -> f64 {
         self.sum(p, width, 0.0, |n| n)
     }
 
-    /// The sum of the octaves' sizes, in 0..1: creased where one passes through 0. `width` as in [`Fractal::fbm`].
+    /// The sum of the octaves' absolute values, in 0..1; it has creases where an octave is 0. `width` as in
+    /// [`Fractal::fbm`].
     pub fn turbulence(&self, p: DVec3, width: f64) -> f64 {
-        self.sum(p, width, MEAN_SIZE, f64::abs)
+        self.sum(p, width, MEAN_ABS, f64::abs)
     }
 
     #[inline]
     fn sum(&self, mut p: DVec3, mut width: f64, mean: f64, f: impl Fn(f64) -> f64) -> f64 {
         let (mut sum, mut amplitude) = (0.0, self.scale);
         for octave in 0..self.octaves {
-            p = turn(p);
-            // Features are about a unit across: a footprint of half of one begins to miss them.
+            p = rotate_lattice(p);
+            // Features are about one unit wide: a footprint half as wide begins to average them.
             let lost = if width > 0.0 { smoothstep(0.3, 1.0, width) } else { 0.0 };
             if lost < 1.0 {
                 let value = f(Perlin::new(self.seed.wrapping_add(u64::from(octave))).at(p));
@@ -164,10 +175,10 @@ impl Fractal {
     }
 }
 
-/// A rotation by a quaternion of whole numbers, (1, 2, 3, 4)/√30, so that it is exact to the last bit or so, and
-/// a shift: no axis, diagonal or coordinate plane comes to lie in the lattice.
+/// A rotation by the integer quaternion (1, 2, 3, 4)/√30, exact to about the last bit, and a shift. No axis, diagonal
+/// or coordinate plane is aligned with the lattice.
 #[inline]
-fn turn(p: DVec3) -> DVec3 {
+fn rotate_lattice(p: DVec3) -> DVec3 {
     DVec3::new(
         (-20.0 * p.x + 4.0 * p.y + 22.0 * p.z) / 30.0 + 0.419_38,
         (20.0 * p.x - 10.0 * p.y + 20.0 * p.z) / 30.0 + 7.217_51,
@@ -179,7 +190,7 @@ fn turn(p: DVec3) -> DVec3 {
 mod tests {
     use super::*;
 
-    /// Points without pattern, over ±50.
+    /// Irregular points within ±50.
     fn points(n: u64) -> impl Iterator<Item = DVec3> {
         let unit = |i: u64| (mix(i.wrapping_mul(KX)) >> 11) as f64 / (1u64 << 53) as f64;
         (1..=n).map(move |i| 100.0 * DVec3::new(unit(3 * i), unit(3 * i + 1), unit(3 * i + 2)) - 50.0)
@@ -209,7 +220,7 @@ mod tests {
     }
 
     #[test]
-    fn whole_points_are_zero() {
+    fn integer_points_are_zero() {
         let noise = Perlin::new(1);
         for (x, y, z) in [(0.0, 0.0, 0.0), (-3.0, 7.0, 1.0), (1e9, -1e9, 0.0), (1e300, -1e300, 9e18)] {
             assert_eq!(noise.at(DVec3::new(x, y, z)), 0.0);
@@ -224,7 +235,7 @@ mod tests {
         let h = 1e-5;
         for p in points(2000) {
             for axis in [DVec3::X, DVec3::Y, DVec3::Z] {
-                // Where the axis meets the wall of a cell, and anywhere.
+                // Where the axis crosses a cell boundary, and anywhere.
                 let wall = p - axis * (p.dot(axis) - p.dot(axis).floor());
                 for q in [p, wall] {
                     let [a, b, c] = [-h, 0.0, h].map(|d| noise.at(q + axis * d));
@@ -262,7 +273,7 @@ mod tests {
 
     #[test]
     fn the_lattice_does_not_show_in_a_slice() {
-        // On the plane z = 0, plain noise is 0 at all whole points; a sum, even of one octave, is not.
+        // On the plane z = 0, plain noise is 0 at all integer points; a fractal sum, even of one octave, is not.
         let f = Fractal::new(0, 1, 2.0, 0.5);
         let square = |i: u32| {
             let v = f.fbm(DVec3::new(f64::from(i % 40), f64::from(i / 40), 0.0), 0.0);

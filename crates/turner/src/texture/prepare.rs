@@ -1,5 +1,5 @@
-//! From descriptions to textures that can be evaluated without end or surprise: every reference exists, none
-//! leads back to itself, none nests too deep or costs too much.
+//! Preparation of textures, with checks that make evaluation safe: every reference exists, there are no cycles, and
+//! depth and cost are bounded.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -12,56 +12,56 @@ use crate::image::Image;
 use crate::schema::error::escape;
 use crate::schema::{Asset, ColorSource, ErrorCode, ImageId, Named, SceneError, TextureId, Transform};
 
-/// How many textures may stand one inside the other; bounds the recursion of evaluation.
+/// How deep textures may nest; bounds the recursion of evaluation.
 pub(super) const MAX_DEPTH: u32 = 64;
 
-/// How many textures one lookup may evaluate: a dozen textures that each mix two of the next would take
-/// thousands, sixty of them forever.
+/// How many textures one lookup may evaluate. A dozen textures that each mix two of the next would need thousands of
+/// evaluations; sixty would never end.
 pub(super) const MAX_LOOKUPS: u64 = 4096;
 
-/// What every texture description can do.
+/// What every texture description provides.
 pub(super) trait Kind {
-    /// What it becomes.
-    type Ready;
-    /// How many of its colours one lookup may need.
-    const AT_ONCE: u64;
-    /// Its colours that may be textures.
+    /// The prepared form.
+    type Prepared;
+    /// The maximum number of its inputs that one lookup evaluates.
+    const MAX_INPUTS: u64;
+    /// Visits its inputs: colours that may be textures.
     fn sources(&self, visit: &mut dyn FnMut(ColorSource));
-    /// Where it looks itself up.
+    /// The mapping it is evaluated with.
     fn mapping(&self) -> Mapping;
-    /// The exponent of mixing and the transform of one that is looked up along three axes.
+    /// Blend exponent and transform, if its mapping is triplanar.
     fn triplanar(&self) -> Option<(f64, Transform)> {
         None
     }
-    /// Makes it ready.
-    fn prepare(&self, cx: &mut Preparing<'_>) -> Result<Self::Ready, SceneError>;
+    /// Prepares it.
+    fn prepare(&self, cx: &mut PrepareContext<'_>) -> Result<Self::Prepared, SceneError>;
 }
 
-/// What preparing one texture may need.
-pub(super) struct Preparing<'a> {
+/// The context for preparing a texture.
+pub(super) struct PrepareContext<'a> {
     /// The film's transfer curve.
     pub(super) transfer: Transfer,
     images: &'a [Asset<Image>],
     used: Vec<bool>,
     decoders: [Decoder; 3],
-    /// Whether look-ups have footprints.
+    /// Whether lookups have footprints.
     filtered: bool,
-    /// By picture and by whether it is decoded by a curve.
+    /// By image, and whether a curve decodes it.
     mipmaps: BTreeMap<(u32, bool), Arc<Mipmap>>,
     kept: &'a CachedMipmaps,
 }
 
-/// Pyramids of pictures as they were made, by the pictures: what a later preparation need not make again.
+/// Prepared mipmaps by image, which the next preparation can reuse.
 #[derive(Debug, Default)]
 pub struct CachedMipmaps {
-    /// By the address of the picture, which is held, and whether it is decoded by a curve.
+    /// Key: the address of the image (kept alive by the entry), and whether a curve decodes it.
     mipmaps: BTreeMap<(usize, bool), (Arc<Image>, Arc<Mipmap>)>,
 }
 
-impl Preparing<'_> {
-    /// A picture, checked, whose samples will be taken as `encoding` says.
+impl PrepareContext<'_> {
+    /// A checked image, whose samples will be decoded by `encoding`.
     pub(super) fn image(&mut self, id: ImageId, encoding: Encoding) -> Result<Arc<Image>, SceneError> {
-        let asset = self.images.get(id.index()).ok_or_else(|| dangling("a picture"))?;
+        let asset = self.images.get(id.index()).ok_or_else(|| dangling("an image"))?;
         if !asset.data.is_consistent() {
             let message = format!("the samples of {} do not fit its size", escape(&asset.uri));
             return Err(SceneError::new(ErrorCode::Image, message));
@@ -71,7 +71,7 @@ impl Preparing<'_> {
         Ok(asset.data.clone())
     }
 
-    /// The smaller sizes of a picture, made once, if anything will look at them.
+    /// The mipmap of an image, created once, if lookups are filtered.
     pub(super) fn mipmap(&mut self, id: ImageId, image: &Image, encoding: Encoding) -> Option<Arc<Mipmap>> {
         let transfer = encoding.transfer(self.transfer);
         let data = self.images.get(id.index()).map_or(0, |asset| Arc::as_ptr(&asset.data) as usize);
@@ -87,11 +87,11 @@ fn dangling(what: &str) -> SceneError {
 }
 
 impl Textures {
-    /// Makes the textures of a scene ready. `images` are the scene's, by [`ImageId`]; `transfer` is the film's. Where look-ups
-    /// will have footprints (`filtered`) pictures get pyramids of smaller sizes.
+    /// Prepares the textures of a scene. `images` are the scene's, by [`ImageId`]; `transfer` is the film's. If
+    /// lookups have footprints (`filtered`), images get mipmaps.
     ///
-    /// Refuses textures that contain themselves or nest deeper than 64 ([`ErrorCode::Cycle`]) and textures that
-    /// mix so many others that one lookup would take more than 4096 ([`ErrorCode::TooLarge`]).
+    /// Errors: textures that contain themselves or nest deeper than 64 ([`ErrorCode::Cycle`]); textures of which one
+    /// lookup would evaluate more than 4096 ([`ErrorCode::TooLarge`]).
     pub fn prepare(
         descs: &[Named<TextureDesc>],
         images: &[Asset<Image>],
@@ -101,7 +101,7 @@ impl Textures {
         Textures::prepare_with(descs, images, transfer, filtered, &mut CachedMipmaps::default())
     }
 
-    /// The same, where pyramids of the same pictures are taken from `kept`, which then has those of these textures.
+    /// As [`Textures::prepare`]; reuses mipmaps from `kept`, and replaces its contents by those of these textures.
     pub fn prepare_with(
         descs: &[Named<TextureDesc>],
         images: &[Asset<Image>],
@@ -114,7 +114,7 @@ impl Textures {
             [Encoding::Auto, Encoding::Srgb, Encoding::Linear].map(|e| Decoder::new(e.transfer(transfer)));
         let used = vec![false; images.len()];
         let mipmaps = BTreeMap::new();
-        let mut cx = Preparing { transfer, images, used, decoders, filtered, mipmaps, kept };
+        let mut cx = PrepareContext { transfer, images, used, decoders, filtered, mipmaps, kept };
         let mut list = Vec::with_capacity(descs.len());
         for desc in descs {
             list.push(desc.value.prepare(&mut cx).map_err(|e| e.or_at(desc.span))?);
@@ -133,7 +133,7 @@ impl Textures {
     }
 }
 
-/// What is known of a texture once all it refers to is known.
+/// Properties of a texture, known once those of its inputs are.
 #[derive(Clone, Copy)]
 struct Known {
     depth: u32,
@@ -141,8 +141,8 @@ struct Known {
     uv: bool,
 }
 
-/// Depth first, with a stack of our own: scenes may chain any number of named textures. Says for each texture
-/// whether it needs (u, v).
+/// Computes, for each texture, whether it needs (u, v), and checks all references. Depth-first with an explicit
+/// stack, because scenes may chain any number of named textures.
 fn check_references(descs: &[Named<TextureDesc>]) -> Result<Vec<bool>, SceneError> {
     let mut known: Vec<Option<Known>> = vec![None; descs.len()];
     let mut entered = vec![false; descs.len()];
@@ -160,7 +160,8 @@ fn check_references(descs: &[Named<TextureDesc>]) -> Result<Vec<bool>, SceneErro
                     continue;
                 }
                 if entered[child] {
-                    let first = path.iter().position(|(n, _)| *n == child).expect("entered, not left");
+                    let first =
+                        path.iter().position(|(n, _)| *n == child).expect("an open node is on the path");
                     let mut cycle: Vec<usize> = path[first..].iter().map(|(n, _)| *n).collect();
                     cycle.push(child);
                     let message = format!("a texture contains itself: {}", chain(descs, &cycle));
@@ -177,7 +178,7 @@ fn check_references(descs: &[Named<TextureDesc>]) -> Result<Vec<bool>, SceneErro
     Ok(known.into_iter().map(|k| k.is_some_and(|k| k.uv)).collect())
 }
 
-/// The textures that a texture names, the first on top of the stack.
+/// The inputs of a texture that are textures, in reverse order.
 fn children(descs: &[Named<TextureDesc>], node: usize) -> Result<Vec<usize>, SceneError> {
     let mut list = Vec::new();
     descs[node].value.sources(&mut |source| {
@@ -200,14 +201,14 @@ fn summarise(
     let desc = &descs[node];
     let mut named = children(descs, node)?;
     named.sort_unstable();
-    // A texture that is mixed with itself is looked up once.
+    // A texture that is mixed with itself is evaluated once.
     named.dedup();
     let inner: Vec<Known> = named.into_iter().filter_map(|c| known[c]).collect();
     let costliest = inner.iter().map(|k| k.lookups).max().unwrap_or(0);
     let sides = if desc.value.triplanar().is_some() { 3 } else { 1 };
-    let at_once = sides * desc.value.at_once().min(inner.len() as u64);
+    let max_inputs = sides * desc.value.max_inputs().min(inner.len() as u64);
     let depth = 1 + inner.iter().map(|k| k.depth).max().unwrap_or(0);
-    let lookups = costliest.saturating_mul(at_once).saturating_add(1);
+    let lookups = costliest.saturating_mul(max_inputs).saturating_add(1);
     if depth > MAX_DEPTH {
         let message =
             format!("textures nest deeper than {MAX_DEPTH}: {}", chain(descs, &deepest(descs, node)));
@@ -218,23 +219,23 @@ fn summarise(
             format!("the texture {} mixes more than {MAX_LOOKUPS} textures at a point", label(descs, node));
         return Err(SceneError::new(ErrorCode::TooLarge, message)
             .or_at(desc.span)
-            .help("use plain colours in some of the textures that it is made of"));
+            .help("use plain colours for some of its inputs"));
     }
     Ok(Known { depth, lookups, uv: desc.value.uses_uv() || inner.iter().any(|k| k.uv) })
 }
 
-/// Some way down from a texture that nests too deep: its first references, which is what a reader follows.
+/// A chain of nested textures from one that nests too deep: the first input at each level.
 fn deepest(descs: &[Named<TextureDesc>], node: usize) -> Vec<usize> {
-    let mut way = vec![node];
-    while let Ok(inner) = children(descs, way[way.len() - 1])
+    let mut path = vec![node];
+    while let Ok(inner) = children(descs, path[path.len() - 1])
         && let Some(first) = inner.last()
     {
-        way.push(*first);
+        path.push(*first);
     }
-    way
+    path
 }
 
-/// `a -> b -> a`; long ones shortened.
+/// `a -> b -> a`; long chains are shortened.
 fn chain(descs: &[Named<TextureDesc>], nodes: &[usize]) -> String {
     const SHOWN: usize = 12;
     let mut labels: Vec<String> = nodes.iter().map(|n| label(descs, *n)).collect();
@@ -245,7 +246,7 @@ fn chain(descs: &[Named<TextureDesc>], nodes: &[usize]) -> String {
     labels.join(" -> ")
 }
 
-/// The name, or the type of a texture written in place.
+/// The name, or the type of an inline texture.
 fn label(descs: &[Named<TextureDesc>], node: usize) -> String {
     match &descs[node].name {
         Some(name) => escape(name),

@@ -1,10 +1,10 @@
-//! Textures of Perlin's reference noise as pbrt makes them, so that its scenes have their own clouds, wrinkles, veins and dots.
+//! pbrt's noise textures, so that its scenes keep their own clouds, wrinkles, veins and dots.
 //!
-//! Noise: Perlin 2002, "Improving noise", whose table of permutations is the 256 numbers below. Sums of it: Pharr, Jakob and Humphreys, "Physically Based
-//! Rendering", 3rd ed., §10.6; octaves that are finer than the footprint give way.
+//! The noise is that of Perlin 2002, "Improving noise", with its permutation table. The sums are those of Pharr,
+//! Jakob and Humphreys, "Physically Based Rendering", 3rd ed., §10.6; octaves finer than the footprint fade out.
 
 use super::placement::{floor, smoothstep};
-use super::prepare::{Kind, Preparing};
+use super::prepare::{Kind, PrepareContext};
 use super::{Mapping, Placement, TexturePoint, Textures};
 use crate::color::Spectrum;
 use crate::math::elementary::{ln, sin};
@@ -12,15 +12,16 @@ use crate::math::{DVec2, DVec3};
 use crate::schema::{ColorSource, Range, SceneError, Transform, choice, params};
 
 choice! {
-    /// What is made of the noise.
+    /// The pattern made from the noise.
     pub enum PerlinKind {
-        /// Octaves summed: clouds; as often below 0 as above.
+        /// The sum of octaves: clouds, negative as often as positive.
         Fbm = "fbm",
-        /// The sizes of the octaves summed: creases.
+        /// The sum of the octaves' absolute values: creases.
         Wrinkled = "wrinkled",
-        /// Waves whose height a coarser noise says.
+        /// Waves whose height a coarser noise modulates.
         Windy = "windy",
-        /// White stone with dark veins across y, displaced by noise; in colours of its own, between `low` and `high`.
+        /// White stone with dark veins across y, displaced by noise. Its colours are its own, applied between `low`
+        /// and `high`.
         Marble = "marble",
         /// Dots in about half of the squares of (s, t).
         Dots = "dots",
@@ -28,27 +29,28 @@ choice! {
 }
 
 params! {
-    /// Perlin's reference noise, with the sums and the numbers of pbrt's textures: colours `low` + noise · (`high` − `low`), not cut where the noise is below 0 or above 1.
+    /// Perlin's reference noise, with the sums and constants of pbrt's textures. The colour is `low` + noise ·
+    /// (`high` − `low`), not clamped where the noise is below 0 or above 1.
     pub struct PerlinDesc as "perlin" {
         /// The colour where the noise is 0.
         low: ColorSource = ColorSource::Constant(Spectrum::BLACK);
-        /// The colour where it is 1.
+        /// The colour where the noise is 1.
         high: ColorSource = ColorSource::Constant(Spectrum::WHITE);
-        /// What is made of the noise.
+        /// The pattern made from the noise.
         kind: PerlinKind = PerlinKind::Fbm;
-        /// Number of layers of detail, each 1.99 times finer than the one before, of "fbm", "wrinkled" and "marble".
+        /// Number of octaves of "fbm", "wrinkled" and "marble"; each has 1.99 times the frequency of the one before.
         octaves: u32 = 8, in Range::closed(1.0, 16.0);
-        /// How much fainter each layer is than the one before.
+        /// Amplitude ratio of successive octaves.
         gain: f64 = 0.5, in Range::UNIT;
         /// How far noise displaces the veins of "marble".
         variation: f64 = 0.2, in Range::closed(0.0, 1e6);
         /// Number of the largest features per unit of texture coordinates.
         density: f64 = 1.0;
-        /// How the noise lies on the surface or goes through the solid.
+        /// Where the texture coordinates come from.
         mapping: Mapping = Mapping::Solid;
-        /// For `mapping = "triplanar"`: how sharply one direction follows another where the surface turns.
+        /// For `mapping = "triplanar"`: sharpness of the transitions between the three projections; higher is sharper.
         blend: f64 = 4.0, in Range::closed(1.0, 64.0);
-        /// Moves, turns or stretches the noise.
+        /// Translates, rotates or scales the noise.
         transform: Transform = Transform::IDENTITY;
     }
     example r##"[texture.wrinkles]
@@ -62,7 +64,7 @@ material = { color = "wrinkles" }
 "##
 }
 
-/// Ready to be evaluated.
+/// The prepared texture.
 #[derive(Clone, Debug)]
 pub(super) struct Perlin {
     desc: PerlinDesc,
@@ -70,8 +72,8 @@ pub(super) struct Perlin {
 }
 
 impl Kind for PerlinDesc {
-    type Ready = Perlin;
-    const AT_ONCE: u64 = 2;
+    type Prepared = Perlin;
+    const MAX_INPUTS: u64 = 2;
 
     fn sources(&self, visit: &mut dyn FnMut(ColorSource)) {
         visit(self.low);
@@ -86,7 +88,7 @@ impl Kind for PerlinDesc {
         (self.mapping == Mapping::Triplanar).then_some((self.blend, self.transform))
     }
 
-    fn prepare(&self, _: &mut Preparing<'_>) -> Result<Perlin, SceneError> {
+    fn prepare(&self, _: &mut PrepareContext<'_>) -> Result<Perlin, SceneError> {
         let desc = PerlinDesc { octaves: self.octaves.clamp(1, 16), ..self.clone() };
         Ok(Perlin { desc, placement: Placement::new(self.mapping, self.density, self.transform) })
     }
@@ -111,7 +113,7 @@ impl Perlin {
         low + (high - low) * value as f32
     }
 
-    /// A step on the surface over which it changes little, as [`Placement::spacing`].
+    /// See [`Placement::spacing`].
     pub(super) fn spacing(&self, _: &Textures, at: &TexturePoint<'_>) -> Option<f64> {
         self.placement.spacing(at)
     }
@@ -121,7 +123,7 @@ impl Perlin {
     }
 }
 
-/// Numbers 0 to 255 in the order of the reference.
+/// The permutation of 0 to 255 of the reference implementation.
 const PERMUTATION: [u8; 256] = [
     151, 160, 137, 91, 90, 15, 131, 13, 201, 95, 96, 53, 194, 233, 7, 225, 140, 36, 103, 30, 69, 142, 8, 99,
     37, 240, 21, 10, 23, 190, 6, 148, 247, 120, 234, 75, 0, 26, 197, 62, 94, 252, 219, 203, 117, 35, 11, 32,
@@ -137,14 +139,14 @@ const PERMUTATION: [u8; 256] = [
     66, 215, 61, 156, 180,
 ];
 
-/// The reference's noise: within ±1 or so, mean 0, 0 at whole coordinates; it repeats after 256.
+/// The reference noise: about ±1, mean 0, 0 at integer coordinates; it repeats with period 256.
 fn noise(p: DVec3) -> f64 {
     let cell = [p.x, p.y, p.z].map(floor);
     let d = p - DVec3::new(cell[0] as f64, cell[1] as f64, cell[2] as f64);
     let [x, y, z] = cell.map(|v| v as u8);
     let at = |i: usize| PERMUTATION.get(i & 255).map_or(0, |v| usize::from(*v));
     let corner = |i: u8, j: u8, k: u8| {
-        // The sums reach beyond 255 and begin again.
+        // Sums beyond 255 wrap around.
         let hash = at(at(at(usize::from(x.wrapping_add(i))) + usize::from(y) + usize::from(j))
             + usize::from(z)
             + usize::from(k))
@@ -163,19 +165,19 @@ fn noise(p: DVec3) -> f64 {
     lerp(wz, side(0), side(1))
 }
 
-/// Whole octaves that a footprint of a width leaves, and how much of the next one.
-fn octaves(width: f64, most: u32) -> (u32, f64) {
+/// The number of octaves that a footprint of a width resolves completely, and the weight of the next one.
+fn octaves(width: f64, max_octaves: u32) -> (u32, f64) {
     if width <= 0.0 {
-        return (most, 0.0);
+        return (max_octaves, 0.0);
     }
-    // A footprint of a width of 2^-(n + 1) leaves n.
-    let n = (-1.0 - ln(width) / std::f64::consts::LN_2).clamp(0.0, f64::from(most));
+    // A footprint of width 2^-(n + 1) keeps n octaves.
+    let n = (-1.0 - ln(width) / std::f64::consts::LN_2).clamp(0.0, f64::from(max_octaves));
     let whole = n as u32;
     (whole, smoothstep(0.3, 0.7, n - f64::from(whole)))
 }
 
-fn fbm(p: DVec3, width: f64, gain: f64, most: u32) -> f64 {
-    let (whole, part) = octaves(width, most);
+fn fbm(p: DVec3, width: f64, gain: f64, max_octaves: u32) -> f64 {
+    let (whole, part) = octaves(width, max_octaves);
     let (mut sum, mut scale, mut weight) = (0.0, 1.0, 1.0);
     for _ in 0..whole {
         sum += weight * noise(scale * p);
@@ -185,27 +187,27 @@ fn fbm(p: DVec3, width: f64, gain: f64, most: u32) -> f64 {
     if part > 0.0 { sum + weight * part * noise(scale * p) } else { sum }
 }
 
-/// What octaves that are too fine bring, on average.
-const MEAN_SIZE: f64 = 0.2;
+/// Mean absolute value of octaves that are too fine.
+const MEAN_ABS: f64 = 0.2;
 
-fn turbulence(p: DVec3, width: f64, gain: f64, most: u32) -> f64 {
-    let (whole, part) = octaves(width, most);
+fn turbulence(p: DVec3, width: f64, gain: f64, max_octaves: u32) -> f64 {
+    let (whole, part) = octaves(width, max_octaves);
     let (mut sum, mut scale, mut weight) = (0.0, 1.0, 1.0);
     for _ in 0..whole {
         sum += weight * noise(scale * p).abs();
         scale *= 1.99;
         weight *= gain;
     }
-    // As pbrt has it: one octave more than is asked for, and the mean of those that are left out beside it.
-    sum += weight * (MEAN_SIZE + part * (noise(scale * p).abs() - MEAN_SIZE));
-    for _ in whole..most {
-        sum += weight * MEAN_SIZE;
+    // As in pbrt: one octave more than requested, and in addition the mean of the omitted ones.
+    sum += weight * (MEAN_ABS + part * (noise(scale * p).abs() - MEAN_ABS));
+    for _ in whole..max_octaves {
+        sum += weight * MEAN_ABS;
         weight *= gain;
     }
     sum
 }
 
-/// Whether a place lies in a dot: about every other square has one, of radius 0.35.
+/// Whether a point is in a dot: about every second square has one, of radius 0.35.
 fn in_dot(p: DVec2) -> bool {
     const RADIUS: f64 = 0.35;
     const SHIFT: f64 = 0.5 - RADIUS;
@@ -218,7 +220,7 @@ fn in_dot(p: DVec2) -> bool {
     (p - center).length_squared() < RADIUS * RADIUS
 }
 
-/// Colour of marble along its veins, `t` from 0 to 1: cubic Bézier curves through these colours.
+/// The colour of marble across its veins, `t` from 0 to 1: cubic Bézier curves with these control points.
 fn stone(t: f64) -> Spectrum {
     const WHITE: Spectrum = Spectrum::new(0.58, 0.58, 0.6);
     const COLORS: [Spectrum; 9] = [
@@ -253,7 +255,7 @@ mod tests {
 
     #[test]
     fn noise_is_that_of_the_reference() {
-        // Of an independent implementation (pbrt-v4).
+        // Values from an independent implementation (pbrt-v4).
         for (p, expected) in [
             ([0.3, 0.4, 0.5], 0.0989154),
             ([1.7, -2.2, 3.9], -0.0264796),
@@ -283,7 +285,7 @@ mod tests {
             .filter(|i| in_dot(DVec2::new(f64::from(i % 200) * 0.1 + 0.03, f64::from(i / 200) * 0.1 + 0.03)))
             .count();
         // π 0.35² of a square.
-        let share = inside as f64 / 40_000.0 / 0.385;
-        assert!((0.35..0.65).contains(&share), "{share}");
+        let fraction = inside as f64 / 40_000.0 / 0.385;
+        assert!((0.35..0.65).contains(&fraction), "{fraction}");
     }
 }

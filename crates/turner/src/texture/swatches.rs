@@ -1,4 +1,5 @@
-//! Pictures of every texture, to look at: `cargo test -p turner swatches -- --ignored` writes one per texture into the system's folder for temporary files: a plane over −1..1 beside a sphere.
+//! Swatch pictures of every texture for visual inspection. `cargo test -p turner swatches -- --ignored` writes one
+//! per texture to the system's temporary folder: a plane over −1..1 and a sphere.
 
 use std::io::Write;
 
@@ -53,7 +54,7 @@ fn swatches() {
         ("turbulence", "noise", noise("turbulence")),
         ("plain", "noise", [noise("plain"), vec![("density", Data::Integer(8))]].concat()),
     ] {
-        let scene = read(name, &keys).expect("the keys are right");
+        let scene = read(name, &keys).expect("valid keys");
         let textures =
             Textures::prepare(&scene.textures, &scene.images, Transfer::None, false).expect("prepared");
         let path = std::env::temp_dir().join(format!("turner-{file}.ppm"));

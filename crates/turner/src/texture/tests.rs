@@ -1,4 +1,4 @@
-//! Tests over all textures, and what the tests of single ones share.
+//! Tests of all textures, and helpers for the tests of single ones.
 
 use std::sync::Arc;
 
@@ -33,7 +33,7 @@ pub(super) fn table(entries: &[(&str, Data)]) -> Data {
     Data::Table(Table { entries: entries.iter().map(entry).collect() })
 }
 
-/// Every picture file is this one: 4 × 2 texels, red counting columns, green counting rows.
+/// Stands for every image file: 4 × 2 texels, with the column in red and the row in green.
 pub(super) fn picture() -> Image {
     let samples = (0..8u8).flat_map(|i| [(i % 4) * 60, (i / 4) * 200, 40]).collect();
     Image { width: 4, height: 2, channels: 3, pixels: Pixels::U8(samples) }
@@ -53,21 +53,21 @@ impl SceneAssets for OnePicture {
     }
 }
 
-/// The scene that `[texture.NAME]` tables make.
+/// The scene of some `[texture.NAME]` tables.
 pub(super) fn scene(textures: &[(&str, Data)]) -> Result<SceneDesc, SceneError> {
     let root = value(table(&[("texture", table(textures))]));
     read_scene(&root, &mut OnePicture(Arc::new(picture())))
 }
 
-/// A scene of one texture.
+/// A scene with one texture.
 pub(super) fn read(kind: &str, keys: &[(&str, Data)]) -> Result<SceneDesc, SceneError> {
     let mut entries = vec![("type", text(kind))];
     entries.extend_from_slice(keys);
     scene(&[("t", table(&entries))])
 }
 
-/// One texture, ready; display values as they stand.
-pub(super) fn ready(kind: &str, keys: &[(&str, Data)]) -> Textures {
+/// One prepared texture, with display values unchanged.
+pub(super) fn prepare_texture(kind: &str, keys: &[(&str, Data)]) -> Textures {
     prepared(&read(kind, keys).unwrap())
 }
 
@@ -75,13 +75,13 @@ pub(super) fn prepared(scene: &SceneDesc) -> Textures {
     Textures::prepare(&scene.textures, &scene.images, Transfer::None, false).unwrap()
 }
 
-/// At texture coordinates (s, t), and at (s, t, 0) in space.
+/// The colour at texture coordinates (s, t), and at (s, t, 0) in space.
 pub(super) fn at(textures: &Textures, s: f64, t: f64) -> Spectrum {
     let uv = DVec2::new(0.5 + 0.5 * s, 0.5 + 0.5 * t);
     textures.eval(TextureId(0), &TexturePoint::new(uv, DVec3::new(s, t, 0.0)))
 }
 
-/// A texture of two colours, each a colour name or a texture.
+/// A checkerboard of two colours, each a colour name or a texture.
 fn board(even: &str, odd: &str) -> Data {
     table(&[("type", text("checkerboard")), ("even", text(even)), ("odd", text(odd))])
 }
@@ -110,7 +110,7 @@ fn every_texture_is_finite_everywhere() {
         [vec![], huge, turned].map(|more| (doc.name, [keys.clone(), more].concat()))
     });
     for (name, keys) in everything {
-        let textures = ready(name, &keys);
+        let textures = prepare_texture(name, &keys);
         for x in odd {
             for y in odd {
                 for z in odd {
@@ -126,7 +126,7 @@ fn every_texture_is_finite_everywhere() {
 #[test]
 fn defaults_stay_between_their_colours() {
     for name in ["checkerboard", "stripes", "gradient", "wood", "marble", "noise"] {
-        let textures = ready(name, &[]);
+        let textures = prepare_texture(name, &[]);
         for i in 0..2000 {
             let c = at(&textures, f64::from(i % 50) * 0.11 - 2.0, f64::from(i / 50) * 0.13 - 2.0);
             assert!(c.to_array().iter().all(|v| (0.0..=1.0).contains(v)), "{name}: {c:?}");
@@ -135,8 +135,8 @@ fn defaults_stay_between_their_colours() {
 }
 
 #[test]
-fn chessboard_squares_alternate_across_zero() {
-    let board = ready("checkerboard", &[("density", Data::Integer(4))]);
+fn checkerboard_squares_alternate_across_zero() {
+    let board = prepare_texture("checkerboard", &[("density", Data::Integer(4))]);
     for i in -12..12 {
         for j in -12..12 {
             let c = at(&board, (f64::from(i) + 0.5) / 4.0, (f64::from(j) + 0.25) / 4.0);
@@ -144,7 +144,7 @@ fn chessboard_squares_alternate_across_zero() {
             assert_eq!(c, if even { Spectrum::WHITE } else { Spectrum::BLACK }, "square {i}, {j}");
         }
     }
-    // A square holds its lower left edges.
+    // The lower and left edges belong to a square.
     assert_eq!(at(&board, 0.0, 0.0), Spectrum::WHITE);
     assert_eq!(at(&board, 0.25, 0.0), Spectrum::BLACK);
     assert_eq!(at(&board, -1.0, -1.0), Spectrum::WHITE);
@@ -162,7 +162,7 @@ fn hex_defaults_follow_the_transfer_curve() {
 }
 
 #[test]
-fn textures_stand_in_textures() {
+fn textures_nest() {
     let scene = scene(&[
         ("a", board("b", "red")),
         ("b", table(&[("type", text("gradient")), ("from", text("lime")), ("to", board("blue", "b2"))])),
@@ -171,7 +171,7 @@ fn textures_stand_in_textures() {
     .unwrap();
     let textures = prepared(&scene);
     assert_eq!(at(&textures, 0.25, -0.5), Spectrum::new(1.0, 0.0, 0.0));
-    // Half way from lime to blue at s = 0, in an even square.
+    // Half-way from lime to blue at s = 0, in an even square.
     assert_eq!(at(&textures, 0.0, 0.5), Spectrum::new(0.0, 0.5, 0.5));
     assert!(textures.uses_uv(ColorSource::Texture(TextureId(0))));
     assert!(!textures.uses_uv(ColorSource::Texture(TextureId(2))));
@@ -194,7 +194,7 @@ fn cycles_are_refused_with_their_names() {
     assert_eq!(error.message, "a texture contains itself: a -> { checkerboard } -> a");
 }
 
-/// The keys that a texture of a kind must have, whatever they are.
+/// The keys that a texture type requires, with any values.
 fn needed(kind: &str) -> Vec<(&'static str, Data)> {
     match kind {
         "image" => vec![("file", text("picture.png"))],
@@ -203,7 +203,7 @@ fn needed(kind: &str) -> Vec<(&'static str, Data)> {
     }
 }
 
-/// What a kind says of itself agrees with its keys: the textures that it names, and where it looks itself up.
+/// What a texture type reports agrees with its keys: its input textures, and its mapping.
 #[test]
 fn kinds_know_all_their_keys() {
     for entry in TextureDesc::DOC.entries {
@@ -231,7 +231,7 @@ fn kinds_know_all_their_keys() {
     }
 }
 
-/// Boards t0, t1, …, each with the next in it, the last plain.
+/// Checkerboards t0, t1, …, each nested in the one before; the last is plain.
 fn chained(n: u32, odd: impl Fn(u32) -> String) -> SceneDesc {
     let names: Vec<String> = (0..=n).map(|i| format!("t{i}")).collect();
     let texture = |i: u32| {
@@ -251,7 +251,7 @@ fn nesting_has_a_limit() {
     let error = refused(&chained(MAX_DEPTH + 1, |_| "red".into()));
     assert_eq!(error.code, ErrorCode::Cycle);
     assert!(error.message.starts_with("textures nest deeper than 64: t0 -> t1 -> "), "{}", error.message);
-    // Far too many for a recursion; the message stays short.
+    // Too many for a recursion; the message stays short.
     let error = refused(&chained(20_000, |_| "red".into()));
     assert_eq!(error.code, ErrorCode::Cycle);
     assert!(error.message.len() < 300);
@@ -262,7 +262,7 @@ fn textures_that_would_take_forever_are_refused() {
     let names: Vec<String> = (0..40).map(|i| format!("t{i}")).collect();
     let list: Vec<(&str, Data)> = (0..40)
         .map(|i| {
-            // Mixed with itself a texture is looked up once; with the next but one, ever more often.
+            // A texture mixed with itself is evaluated once; with the next but one, exponentially often.
             let inner = |i: usize| names.get(i).map_or("red", String::as_str);
             let keys = [("type", text("noise")), ("low", text(inner(i + 1))), ("high", text(inner(i + 2)))];
             (names[i].as_str(), table(&keys))
@@ -281,7 +281,7 @@ fn dangling_references_are_errors_not_panics() {
     let missing = ColorSource::Texture(TextureId(7));
     let constant = ColorSource::Constant(Spectrum::BLACK);
     let mut descs: Vec<Named<TextureDesc>> = read("checkerboard", &[]).unwrap().textures;
-    let TextureDesc::Checkerboard(board) = &mut descs[0].value else { panic!("asked for a chessboard") };
+    let TextureDesc::Checkerboard(board) = &mut descs[0].value else { panic!("expected a checkerboard") };
     (board.even, board.odd) = (missing, constant);
     assert_eq!(Textures::prepare(&descs, &[], Transfer::None, false).unwrap_err().code, ErrorCode::Internal);
 }

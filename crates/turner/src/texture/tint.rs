@@ -1,11 +1,11 @@
-//! Colours with a default that looks the same under every transfer curve.
+//! Colours whose defaults look the same under every transfer curve.
 
 use crate::color::{Transfer, from_rgb24};
 use crate::schema::value::{Data, Value};
 use crate::schema::{ColorSource, ParamType, ReadContext, Renumber, SceneError, WriteContext};
 
-/// A colour or texture as read from a scene, or a display colour 0xrrggbb, decoded by the film's transfer curve
-/// when the texture is prepared. The defaults of wood and marble are of the second sort: brown stays brown.
+/// A colour or texture from a scene, or a display colour 0xrrggbb that the film's transfer curve decodes when the
+/// texture is prepared. The defaults of wood and marble are display colours: they look the same under every curve.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Tint {
     /// A display colour.
@@ -15,7 +15,7 @@ pub enum Tint {
 }
 
 impl Tint {
-    /// In scene values.
+    /// Converts to scene values.
     pub fn resolve(self, transfer: Transfer) -> ColorSource {
         match self {
             Tint::Display(rgb) => ColorSource::Constant(transfer.decode_color(from_rgb24(rgb))),
@@ -23,7 +23,7 @@ impl Tint {
         }
     }
 
-    /// Shows it to `visit` unless it is a display colour.
+    /// Visits the source unless it is a display colour.
     pub(super) fn visit(self, visit: &mut dyn FnMut(ColorSource)) {
         if let Tint::Source(source) = self {
             visit(source);

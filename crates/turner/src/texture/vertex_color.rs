@@ -1,13 +1,14 @@
-//! The colours of a mesh's vertices.
+//! The vertex colours of a mesh.
 
-use super::prepare::{Kind, Preparing};
+use super::prepare::{Kind, PrepareContext};
 use super::{Mapping, TexturePoint, Textures};
 use crate::color::Spectrum;
 use crate::schema::{ColorSource, SceneError, params};
 
 params! {
-    /// The colours of a mesh's vertices, interpolated over its triangles. Those of PLY files that are bytes are decoded by the sRGB
-    /// curve, floating-point numbers are taken as they are, also those of OBJ files.
+    /// The vertex colours of a mesh, interpolated over its triangles, or the colours of a point cloud. Byte colours
+    /// of PLY files are decoded by the sRGB curve; floating-point colours, also those of OBJ files, are used
+    /// unchanged.
     pub struct VertexColorDesc as "vertex-color" {
         /// The colour of shapes without vertex colours.
         fallback: Spectrum = Spectrum::WHITE;
@@ -21,13 +22,13 @@ material = { color = { type = "vertex-color" } }
 "##
 }
 
-/// Vertex colours.
+/// Vertex colours, with the fallback.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct VertexColor(Spectrum);
 
 impl Kind for VertexColorDesc {
-    type Ready = VertexColor;
-    const AT_ONCE: u64 = 0;
+    type Prepared = VertexColor;
+    const MAX_INPUTS: u64 = 0;
 
     fn sources(&self, _: &mut dyn FnMut(ColorSource)) {}
 
@@ -35,7 +36,7 @@ impl Kind for VertexColorDesc {
         Mapping::Solid
     }
 
-    fn prepare(&self, _: &mut Preparing<'_>) -> Result<VertexColor, SceneError> {
+    fn prepare(&self, _: &mut PrepareContext<'_>) -> Result<VertexColor, SceneError> {
         Ok(VertexColor(self.fallback))
     }
 }
@@ -45,7 +46,7 @@ impl VertexColor {
         at.color().map_or(self.0, |[r, g, b, _]| Spectrum::new(r, g, b))
     }
 
-    /// It has no measure of its own.
+    /// It has no known scale.
     pub(super) fn spacing(&self, _: &Textures, _: &TexturePoint<'_>) -> Option<f64> {
         None
     }

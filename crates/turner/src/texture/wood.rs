@@ -1,44 +1,45 @@
-//! Wood: the year rings of a trunk and the fibres along it.
+//! Wood: annual rings around a trunk, and fibres along it.
 //!
-//! In coordinates with the trunk's axis as z, the ring number at radius ρ = √(x² + y²) is
-//! rings·(ρ + distortion·fbm), plus a slow noise of itself, since years differ. Within a ring the colour darkens
-//! from the light, wide early wood to the dark, thin late wood, and falls back within a few hundredths. Fibres
-//! are noise drawn out twenty-fold along the trunk.
+//! In coordinates whose z axis is the trunk's axis, the ring number at radius ρ = √(x² + y²) is rings·(ρ +
+//! distortion·fbm), plus a slow noise of itself, because years differ. Within a ring the colour darkens from the
+//! light, wide early wood to the dark, thin late wood, and falls back within a few hundredths of the ring. Fibres are
+//! noise stretched about twenty-fold along the trunk.
 
 use super::placement::{floor, smoothstep};
-use super::prepare::{Kind, Preparing};
+use super::prepare::{Kind, PrepareContext};
 use super::{Fractal, Mapping, Perlin, Placement, TexturePoint, Textures, Tint};
 use crate::color::Spectrum;
 use crate::math::{DVec3, Frame};
 use crate::schema::{ColorSource, ErrorCode, Range, SceneError, Transform, params};
 
 params! {
-    /// Wood: rings around a trunk, which goes through the solid. The shape is as if cut from a trunk whose pith (its middle) runs past the
-    /// shape behind and to the left, so that rings, arches and grain are all seen; `pith = [0, 0, 0]` puts it in the middle.
+    /// Wood: annual rings around a trunk through the solid. By default the pith (the centre of the trunk) passes
+    /// behind and to the left of the shape, so that rings, arches and grain are visible; `pith = [0, 0, 0]` centres
+    /// it.
     pub struct WoodDesc as "wood" {
-        /// The wood that grows in spring.
+        /// Colour of the early wood, which grows in spring.
         light: Tint = Tint::Display(0xd9a066);
-        /// The wood that grows in summer, and the fibres.
+        /// Colour of the late wood, which grows in summer, and of the fibres.
         dark: Tint = Tint::Display(0x7a4420);
         /// Number of rings per unit of texture coordinates.
         rings: f64 = 12.0, in Range::closed(0.0, 1e6);
-        /// How far the rings stray from circles.
+        /// How far the rings deviate from circles: 0 is exact circles.
         distortion: f64 = 0.25, in Range::closed(0.0, 1000.0);
-        /// Strength of the fibres: 0 for none.
+        /// Strength of the fibres; 0 is none.
         grain: f64 = 0.5, in Range::UNIT;
-        /// A point in the middle of the trunk.
+        /// A point on the pith, the centre line of the trunk.
         pith: DVec3 = DVec3::new(-0.45, 0.0, -0.6);
-        /// The direction of the trunk.
+        /// Direction of the trunk, of any length.
         axis: DVec3 = DVec3::new(0.15, 1.0, -0.25);
-        /// Another number, another tree.
+        /// Seed: another value gives another tree.
         seed: u32 = 0;
-        /// Scales the whole pattern: twice as much, half as large.
+        /// Scales the pattern: with density 2 it is half as large.
         density: f64 = 1.0;
-        /// How the pattern lies on the surface or goes through the solid.
+        /// Where the texture coordinates come from.
         mapping: Mapping = Mapping::Solid;
-        /// For `mapping = "triplanar"`: how sharply one direction follows another where the surface turns.
+        /// For `mapping = "triplanar"`: sharpness of the transitions between the three projections; higher is sharper.
         blend: f64 = 4.0, in Range::closed(1.0, 64.0);
-        /// Moves and turns the trunk.
+        /// Translates, rotates or scales the trunk.
         transform: Transform = Transform::IDENTITY;
     }
     example r##"[texture.oak]
@@ -67,8 +68,8 @@ pub(super) struct Wood {
 }
 
 impl Kind for WoodDesc {
-    type Ready = Wood;
-    const AT_ONCE: u64 = 2;
+    type Prepared = Wood;
+    const MAX_INPUTS: u64 = 2;
 
     fn sources(&self, visit: &mut dyn FnMut(ColorSource)) {
         self.light.visit(visit);
@@ -83,10 +84,11 @@ impl Kind for WoodDesc {
         (self.mapping == Mapping::Triplanar).then_some((self.blend, self.transform))
     }
 
-    fn prepare(&self, cx: &mut Preparing<'_>) -> Result<Wood, SceneError> {
-        let axis = self.axis.try_normalize().ok_or_else(|| {
-            SceneError::new(ErrorCode::OutOfRange, "the `axis` of wood must have a length other than 0")
-        })?;
+    fn prepare(&self, cx: &mut PrepareContext<'_>) -> Result<Wood, SceneError> {
+        let axis = self
+            .axis
+            .try_normalize()
+            .ok_or_else(|| SceneError::new(ErrorCode::OutOfRange, "the `axis` of wood must not be zero"))?;
         let seed = u64::from(self.seed) << 8;
         Ok(Wood {
             light: self.light.resolve(cx.transfer),
@@ -104,7 +106,8 @@ impl Kind for WoodDesc {
     }
 }
 
-/// The mean of the late wood's share over a year: a rise from 0.15 to 0.92 and a fall from 0.94 to 1, each half of its length, and what is between.
+/// The mean weight of late wood over a year: a rise from 0.15 to 0.92 and a fall from 0.94 to 1, each with half of
+/// its length, and the plateau in between.
 const MEAN_LATE: f64 = 0.5 * 0.77 + 0.02 + 0.5 * 0.06;
 
 impl Wood {
@@ -118,17 +121,17 @@ impl Wood {
         let year = floor(ring) as f64;
         let season = ring - year;
         let late = smoothstep(0.15, 0.92, season) * (1.0 - smoothstep(0.94, 1.0, season));
-        // Over one ring or more: the mean of a year.
+        // A footprint of one ring or more: the mean of a year.
         let rings = self.rings * (1.0 + self.distortion) * width;
         let lost = if rings > 0.0 { smoothstep(0.3, 1.2, rings) } else { 0.0 };
         let late = late + lost * (MEAN_LATE - late);
         let strength = 0.62 + 0.5 * (1.0 - lost) * self.years.at(DVec3::new(0.5, 0.37 * year, 7.5));
         let fibre = self.fibres.fbm(DVec3::new(56.0 * q.x, 56.0 * q.y, 2.4 * q.z), 56.0 * width);
-        let share = 0.08 + strength * late + self.grain * (0.55 * fibre + 0.25 * fibre.abs());
-        textures.mix(self.light, self.dark, share, at)
+        let dark = 0.08 + strength * late + self.grain * (0.55 * fibre + 0.25 * fibre.abs());
+        textures.mix(self.light, self.dark, dark, at)
     }
 
-    /// A step on the surface over which it changes little, as [`Placement::spacing`].
+    /// See [`Placement::spacing`].
     pub(super) fn spacing(&self, _: &Textures, at: &TexturePoint<'_>) -> Option<f64> {
         self.placement.spacing(at)
     }
@@ -140,7 +143,7 @@ impl Wood {
 
 #[cfg(test)]
 mod tests {
-    use super::super::tests::{at, list, read, ready};
+    use super::super::tests::{at, list, prepare_texture, read};
     use super::*;
     use crate::color::Transfer;
     use crate::schema::value::Data;
@@ -153,7 +156,7 @@ mod tests {
             ("pith", list(&[0.0, 0.0, 0.0])),
             ("axis", list(&[0.0, 0.0, 5.0])),
         ];
-        let wood = ready("wood", &keys);
+        let wood = prepare_texture("wood", &keys);
         for i in 0..50 {
             let r = f64::from(i) / 40.0;
             let a = at(&wood, r, 0.0);

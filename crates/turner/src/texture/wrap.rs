@@ -1,24 +1,24 @@
-//! What stands outside a picture.
+//! Wrap modes: what continues outside an image.
 
 use super::placement::{floor, fract};
 use crate::schema::choice;
 
 choice! {
-    /// What stands outside the picture.
+    /// How a texture continues outside its image.
     pub enum Wrap {
-        /// The picture again.
+        /// The image repeats.
         Repeat = "repeat",
-        /// Its mirror image: no seam, whatever the picture.
+        /// The image is mirrored at its borders: no seams.
         Mirror = "mirror",
-        /// Its border, drawn out.
+        /// The border is extended.
         Clamp = "clamp",
-        /// Nothing: black.
+        /// Black.
         Black = "black",
     }
 }
 
 impl Wrap {
-    /// A coordinate brought into one picture, 0..=1. Black lies inside already.
+    /// Maps a coordinate into the image, 0..=1. With `Black` it must be inside already.
     #[inline]
     fn fold(self, v: f64) -> f64 {
         match self {
@@ -31,15 +31,15 @@ impl Wrap {
         }
     }
 
-    /// The texel that a coordinate lies in, of `n`.
+    /// The texel, of `n`, that contains a coordinate.
     #[inline]
     pub(super) fn nearest(self, v: f64, n: u32) -> u32 {
         ((self.fold(v) * f64::from(n)) as u32).min(n - 1)
     }
 
-    /// The texels whose centres lie before and after a coordinate, and its way from the one to the other.
+    /// The texels with the nearest centres before and after a coordinate, and the interpolation weight of the second.
     #[inline]
-    pub(super) fn around(self, v: f64, n: u32) -> (u32, u32, f32) {
+    pub(super) fn neighbours(self, v: f64, n: u32) -> (u32, u32, f32) {
         let x = self.fold(v) * f64::from(n) - 0.5;
         let first = floor(x);
         let weight = (x - first as f64) as f32;
@@ -55,7 +55,7 @@ impl Wrap {
         (texel(first), texel(first + 1), weight)
     }
 
-    /// Whether there is nothing at a coordinate.
+    /// Whether the image is black at a coordinate outside.
     #[inline]
     pub(super) fn is_outside(self, v: f64) -> bool {
         self == Wrap::Black && !(0.0..=1.0).contains(&v)

@@ -12,7 +12,7 @@
 //! ```
 //!
 //! The SAH cost (see [`super`]) counts 1 per node and 1 per block of a leaf, weighted by surface area.
-//! Binary splits come first because good criteria for them are known; collapse then removes binary levels:
+//! Binary splits come first because good criteria for them are known. Collapsing then removes binary levels:
 //!
 //! ```text
 //!              o                                        o
@@ -56,7 +56,7 @@ use crate::Aabb;
 use crate::node::{MAX_BLOCKS, WideNode};
 use crate::triangle::{BLOCK, Block};
 
-/// What a BVH is built over.
+/// The primitives that a BVH is built over.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum Source<'a> {
     /// Triangles. Every position is first multiplied by `scale`, a power of two.
@@ -96,12 +96,12 @@ pub(crate) struct WideTree {
 /// An unused slot of a block.
 pub(crate) const NO_PRIMITIVE: u32 = u32::MAX;
 
-/// `High` must reach at most this fraction of the balanced BVH's SAH cost, otherwise the balanced BVH is used: it is
-/// smaller and has no duplicate references. Architecture: cost ratio 0.94, rays take 1.07 times as long. Thin sticks:
-/// cost ratio 0.80, rays take 0.83 times as long.
+/// The BVH of quality `High` is used if its SAH cost is at most this fraction of the balanced BVH's. Otherwise the
+/// balanced BVH is used, which is smaller and has no duplicate references. Architecture: cost ratio 0.94, rays take
+/// 1.07 times as long. Thin sticks: cost ratio 0.80, rays take 0.83 times as long.
 const MAX_COST_RATIO: f64 = 0.9;
 
-/// Like [`build`], but returns the balanced BVH if high quality does not pay.
+/// Like [`build`], but returns the balanced BVH where high quality gains too little.
 pub(crate) fn build_best(source: &Source<'_>, options: &BuildOptions<'_>) -> Result<WideTree, BuildError> {
     let tree = build(source, options)?;
     if options.quality != Quality::High {
@@ -109,7 +109,7 @@ pub(crate) fn build_best(source: &Source<'_>, options: &BuildOptions<'_>) -> Res
     }
     let options = BuildOptions { quality: Quality::Balanced, progress: None, ..*options };
     let balanced = match build(source, &options) {
-        // Memory for both is not available.
+        // There is no memory for a second BVH.
         Err(BuildError::OutOfMemory { .. }) => return Ok(tree),
         balanced => balanced?,
     };

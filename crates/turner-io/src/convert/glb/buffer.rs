@@ -1,21 +1,21 @@
-//! The binary part of a .glb: what is in it is noted first and written in one go, so that no mesh is copied.
+//! The binary chunk of a GLB file. Its parts are planned first and written at the end, so that no mesh is copied.
 
 use serde_json::{Value, json};
 use std::io::{self, Write};
 
-/// What a part of the buffer is for (glTF's `target`).
+/// Purpose of a buffer view (glTF's `target`).
 #[derive(Clone, Copy)]
 pub(super) enum Target {
-    /// Numbers of vertices.
+    /// Vertex attributes.
     Vertices = 34962,
-    /// Numbers of triangles' corners.
+    /// Vertex indices.
     Indices = 34963,
 }
 
-/// Writes a part, as many bytes as were announced.
+/// Writes a part with exactly the announced number of bytes.
 type WritePart<'a> = Box<dyn Fn(&mut dyn Write) -> io::Result<()> + 'a>;
 
-/// All parts, and the JSON that says what they are.
+/// The parts, and the JSON of their buffer views and accessors.
 #[derive(Default)]
 pub(super) struct Buffer<'a> {
     parts: Vec<(u64, WritePart<'a>)>,
@@ -30,7 +30,7 @@ fn padding(length: u64) -> u64 {
 }
 
 impl<'a> Buffer<'a> {
-    /// Adds a part of so many bytes; gives the number of its buffer view.
+    /// Adds a part of `length` bytes; returns the index of its buffer view.
     pub(super) fn view(
         &mut self,
         length: u64,
@@ -47,7 +47,7 @@ impl<'a> Buffer<'a> {
         self.views.len() - 1
     }
 
-    /// Adds rows of floats, one for each vertex, as `make` makes them of those of a mesh.
+    /// Adds an accessor of float vectors, one per vertex, each converted by `make`; returns its index.
     pub(super) fn rows<const N: usize>(
         &mut self,
         rows: &'a [[f32; N]],
@@ -83,7 +83,7 @@ impl<'a> Buffer<'a> {
         self.accessors.len() - 1
     }
 
-    /// Adds the corners of those triangles that `wanted` takes by their number.
+    /// Adds an accessor with the indices of those triangles whose index `wanted` accepts.
     pub(super) fn triangles(
         &mut self,
         triangles: &'a [[u32; 3]],
@@ -111,19 +111,19 @@ impl<'a> Buffer<'a> {
         Some(self.accessors.len() - 1)
     }
 
-    /// Bytes of the whole buffer.
+    /// Length of the buffer, in bytes.
     pub(super) fn length(&self) -> u64 {
         self.length
     }
 
-    /// Writes a .glb: its header, the JSON, the parts (glTF 2.0, §4.4). Files have less than 4 GiB.
+    /// Writes a GLB file: header, JSON, parts (glTF 2.0 §4.4). The format allows less than 4 GiB.
     pub(super) fn write(&self, json: &[u8], out: &mut dyn Write) -> io::Result<()> {
         let json_length = json.len() as u64 + padding(json.len() as u64);
         let has_binary = u64::from(self.length > 0);
         let total = 12 + 8 + json_length + has_binary * (8 + self.length);
         let word = |v: u64| {
             let too_large =
-                || io::Error::new(io::ErrorKind::InvalidInput, "more than 4 GiB do not fit a .glb");
+                || io::Error::new(io::ErrorKind::InvalidInput, "a .glb file cannot hold more than 4 GiB");
             u32::try_from(v).map(u32::to_le_bytes).map_err(|_| too_large())
         };
         out.write_all(b"glTF")?;
@@ -132,7 +132,7 @@ impl<'a> Buffer<'a> {
         out.write_all(&word(json_length)?)?;
         out.write_all(b"JSON")?;
         out.write_all(json)?;
-        // Blanks behind JSON, zeros behind numbers.
+        // JSON is padded with spaces, binary data with zeros.
         out.write_all(&b"   "[..padding(json.len() as u64) as usize])?;
         if has_binary == 0 {
             return Ok(());

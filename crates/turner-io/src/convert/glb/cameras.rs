@@ -1,4 +1,4 @@
-//! Cameras and lights, each on a node of its own.
+//! Cameras and lights, each on its own root node.
 
 use std::f64::consts::FRAC_PI_2;
 
@@ -13,7 +13,7 @@ use turner::math::{DAffine3, DMat3, DVec2, DVec3, radians};
 use super::nodes::Nodes;
 use super::remarks::Remarks;
 
-/// Adds those of a scene; gives the document's cameras and lights.
+/// Adds the cameras and lights of a scene; returns the document's lists of them.
 pub(super) fn add(desc: &SceneDesc, nodes: &mut Nodes, remarks: &mut Remarks) -> (Vec<Value>, Vec<Value>) {
     let (mut cameras, mut lights) = (Vec::new(), Vec::new());
     let aspect = f64::from(desc.film.width) / f64::from(desc.film.height.max(1));
@@ -33,7 +33,7 @@ pub(super) fn add(desc: &SceneDesc, nodes: &mut Nodes, remarks: &mut Remarks) ->
     (cameras, lights)
 }
 
-/// Looks along −z with +y upwards.
+/// A transform whose −z axis points forward and +y axis up.
 fn looking(position: DVec3, forward: DVec3, up: DVec3, mirrored: bool) -> Option<DAffine3> {
     let z = -forward.try_normalize()?;
     let x = up.cross(z).try_normalize()?;
@@ -52,12 +52,12 @@ fn camera_json(camera: &CameraDesc, aspect: f64, remarks: &mut Remarks) -> Optio
         _ => false,
     };
     if shifted {
-        remarks.approximated("the shift of a camera: it looks straight ahead");
+        remarks.approximated("shifted cameras: written without shift");
     }
     let (handedness, json) = match camera {
         CameraDesc::Pinhole(c) => (c.handedness, perspective(c, distance, aspect)),
         CameraDesc::ThinLens(c) => {
-            remarks.approximated("the lens of a camera: everything is sharp");
+            remarks.approximated("thin-lens cameras: written without depth of field");
             let pinhole = PinholeDesc {
                 position,
                 look_at,
@@ -80,7 +80,7 @@ fn camera_json(camera: &CameraDesc, aspect: f64, remarks: &mut Remarks) -> Optio
             (c.handedness, json)
         }
         _ => {
-            remarks.ignored("cameras that see all around");
+            remarks.ignored("panoramic and fisheye cameras");
             return None;
         }
     };
@@ -100,12 +100,12 @@ fn perspective(c: &PinholeDesc, to_target: f64, aspect: f64) -> Value {
         }
         (fov, _) => (radians(fov.unwrap_or(40.0)), aspect),
     };
-    // The least that counts must be above 0 there.
+    // glTF requires a near plane above 0.
     let near = if c.near > 0.0 { c.near } else { 1e-4 * to_target.max(1e-30) };
     json!({ "type": "perspective", "perspective": { "yfov": fov, "aspectRatio": aspect, "znear": near } })
 }
 
-/// A colour whose largest part is at most 1, and the rest of its strength.
+/// Splits colour times intensity into a colour with components of at most 1 and an intensity.
 fn strength(color: Spectrum, intensity: f64) -> (Value, f64) {
     let most = color.max_component().max(1.0);
     let color = color.to_array().map(|v| f64::from(v.max(0.0) / most));
@@ -113,25 +113,26 @@ fn strength(color: Spectrum, intensity: f64) -> (Value, f64) {
 }
 
 fn light_json(light: &LightDesc, remarks: &mut Remarks) -> Option<(Value, DAffine3)> {
-    let weakens = |attenuation: &Attenuation, remarks: &mut Remarks| {
+    let check_falloff = |attenuation: &Attenuation, remarks: &mut Remarks| {
         if attenuation.coefficients != [0.0, 0.0, 1.0] {
-            remarks.approximated("lights that do not weaken by the square of the distance");
+            remarks
+                .approximated("lights without inverse-square falloff: written with inverse-square falloff");
         }
     };
     match light {
         LightDesc::Point(l) => {
-            weakens(&l.attenuation, remarks);
+            check_falloff(&l.attenuation, remarks);
             if l.ies.is_some() {
-                remarks.ignored("measurements of lamps (ies)");
+                remarks.ignored("IES profiles");
             }
             let (color, intensity) = strength(l.color, l.intensity);
             let json = json!({ "type": "point", "color": color, "intensity": intensity });
             Some((json, DAffine3::from_translation(l.position)))
         }
         LightDesc::Spot(l) => {
-            weakens(&l.attenuation, remarks);
+            check_falloff(&l.attenuation, remarks);
             if l.ies.is_some() {
-                remarks.ignored("measurements of lamps (ies)");
+                remarks.ignored("IES profiles");
             }
             let (color, intensity) = strength(l.color, l.intensity);
             let outer = radians(l.angle).clamp(1e-6, FRAC_PI_2);
@@ -143,28 +144,28 @@ fn light_json(light: &LightDesc, remarks: &mut Remarks) -> Option<(Value, DAffin
         LightDesc::Directional(l) => {
             let direction = l.direction.or(l.from.map(|from| -from))?;
             if l.angle > 0.0 {
-                remarks.approximated("suns with a width: their shadows are sharp");
+                remarks.approximated("directional lights with an angular size: shadows become sharp");
             }
             let (color, intensity) = strength(l.color, l.intensity);
             let json = json!({ "type": "directional", "color": color, "intensity": intensity });
             Some((json, facing(DVec3::ZERO, direction)?))
         }
         LightDesc::Ambient(_) => {
-            remarks.ignored("ambient light");
+            remarks.ignored("ambient lights");
             None
         }
         LightDesc::Environment(_) | LightDesc::Sky(_) => {
-            remarks.ignored("light from all around (environments, skies)");
+            remarks.ignored("environment lights and skies");
             None
         }
         LightDesc::Rectangle(_) | LightDesc::Disk(_) | LightDesc::Sphere(_) => {
-            remarks.ignored("lights with an extent that cannot be seen; shining surfaces are kept");
+            remarks.ignored("invisible area lights; emissive surfaces are written");
             None
         }
     }
 }
 
-/// Shines along −z.
+/// A transform whose −z axis points along `direction`.
 fn facing(position: DVec3, direction: DVec3) -> Option<DAffine3> {
     let direction = direction.try_normalize()?;
     looking(position, direction, direction.any_orthonormal_vector(), false)

@@ -1,4 +1,5 @@
-//! Materials: OpenPBR's terms in those of metallic-roughness and its extensions. The table of `gltf::materials`, read from right to left.
+//! Materials: maps OpenPBR parameters to metallic-roughness and its extensions, the inverse of the table in
+//! `gltf::materials`.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -13,7 +14,7 @@ use turner::texture::ImageChannel;
 use super::remarks::Remarks;
 use super::textures::{Product, TextureWriter, Used, is_channel};
 
-/// Which material for which sort of mesh.
+/// Material, number of UV sets of the mesh, and whether vertex colours are used.
 type Key = (Option<MaterialId>, usize, bool);
 
 /// The document's materials.
@@ -21,15 +22,15 @@ pub(super) struct MaterialWriter<'a> {
     desc: &'a SceneDesc,
     pub(super) textures: TextureWriter<'a>,
     pub(super) list: Vec<Value>,
-    /// Those that have a picture of normals: their meshes keep their tangents.
+    /// Indices of materials with a normal map; their meshes need tangents.
     pub(super) normal_mapped: BTreeSet<usize>,
-    /// How many sets of surface coordinates each asks for.
+    /// Number of UV sets that each material needs.
     pub(super) uv_sets: Vec<usize>,
     known: BTreeMap<Key, usize>,
     pub(super) extensions: BTreeSet<&'static str>,
 }
 
-/// A number between 0 and 1.
+/// Clamps to 0..=1.
 fn unit(v: f32) -> f64 {
     f64::from(v.clamp(0.0, 1.0))
 }
@@ -38,12 +39,12 @@ fn unit_color(c: Spectrum) -> [f64; 3] {
     c.to_array().map(unit)
 }
 
-/// Adds `key: value`.
+/// Inserts `key: value`.
 fn put(out: &mut Map<String, Value>, key: &str, value: impl Into<Value>) {
     out.insert(key.into(), value.into());
 }
 
-/// One more than the highest set of surface coordinates that a material's textures name; 0 without textures.
+/// One more than the highest UV set that the material's textures refer to; 0 without textures.
 fn sets_asked_for(json: &Value) -> usize {
     let Value::Object(map) = json else { return 0 };
     let set = map.get("texCoord").and_then(Value::as_u64).unwrap_or(0) as usize;
@@ -51,12 +52,12 @@ fn sets_asked_for(json: &Value) -> usize {
     map.values().map(sets_asked_for).fold(own, usize::max)
 }
 
-/// Adds what there is.
+/// Inserts the values that are present.
 fn put_all<const N: usize>(out: &mut Map<String, Value>, named: [(&str, Option<Value>); N]) {
     out.extend(named.into_iter().filter_map(|(key, value)| Some((key.to_owned(), value?))));
 }
 
-/// What a material's writing goes on with.
+/// Context of writing a material.
 struct Job<'r> {
     uv_sets: usize,
     remarks: &'r mut Remarks,
@@ -75,7 +76,7 @@ impl<'a> MaterialWriter<'a> {
         }
     }
 
-    /// The number of a material for meshes with so many sets of surface coordinates, with colours of vertices or not; whether it shows those.
+    /// The index of a material for meshes with this number of UV sets, and whether it uses vertex colours.
     pub(super) fn number(
         &mut self,
         id: Option<MaterialId>,
@@ -87,12 +88,12 @@ impl<'a> MaterialWriter<'a> {
         let mut desc = named.map_or(&default, |m| &m.value);
         for _ in 0..16 {
             let MaterialDesc::Mix(mix) = desc else { break };
-            remarks.approximated("mixes of materials: the first of them alone");
+            remarks.approximated("mixed materials: only the first is written");
             let first = mix.materials.first().and_then(|id| self.desc.materials.get(id.index()));
             desc = first.map_or(&default, |m| &m.value);
         }
-        if matches!(desc, MaterialDesc::Boundary(_)) {
-            remarks.ignored("media: fog, smoke and what is inside of their boundaries");
+        if matches!(desc, MaterialDesc::Interface(_)) {
+            remarks.ignored("participating media");
         }
         let material = desc.principled().unwrap_or_default();
         let colors = self.textures.product(material.base_color, 0, &mut Remarks::default()).vertex_colors;
@@ -112,7 +113,7 @@ impl<'a> MaterialWriter<'a> {
         Ok((number, colors))
     }
 
-    /// A colour: its factor, and its picture.
+    /// A colour: its factor and texture.
     fn color(
         &mut self,
         source: ColorSource,
@@ -122,7 +123,7 @@ impl<'a> MaterialWriter<'a> {
         let used = match &product.picture {
             Some(picture) => {
                 if !is_channel(picture, ImageChannel::Rgb) {
-                    job.remarks.approximated("one channel of a picture as a colour");
+                    job.remarks.approximated("colours from one channel of an image: all channels are used");
                 }
                 self.textures.used(picture, job.uv_sets, true, job.remarks)?
             }
@@ -131,7 +132,7 @@ impl<'a> MaterialWriter<'a> {
         Ok((product, used))
     }
 
-    /// A number: its factor, and the picture whose channel it is.
+    /// A scalar: its factor, and the texture if it uses the given channel.
     fn value(
         &mut self,
         source: ColorSource,
@@ -147,7 +148,7 @@ impl<'a> MaterialWriter<'a> {
             }
             Some(_) => {
                 job.remarks.approximated(
-                    "numbers in a channel of a picture where glTF has another: half of their factors",
+                    "textures in other channels than glTF's: half their factor is written instead",
                 );
                 Ok((0.5 * factor, None))
             }
@@ -168,19 +169,19 @@ impl<'a> MaterialWriter<'a> {
         }
         let mut pbr = Map::new();
         let (transmission, transmission_texture) = self.value(m.transmission_weight, ImageChannel::R, job)?;
-        // Light that passes takes the colour of the base.
+        // glTF tints transmitted light by the base colour.
         let tinted = transmission > 0.5 && m.transmission_depth == 0.0;
         let (base, base_used) = self.color(if tinted { m.transmission_color } else { m.base_color }, job)?;
         let (weight, _) = self.value(m.base_weight, ImageChannel::Rgb, job)?;
         let mut factor = base.factor * weight as f32;
         let (subsurface, _) = self.value(m.subsurface_weight, ImageChannel::A, job)?;
         if subsurface > 0.0 {
-            job.remarks.approximated("light that walks about inside of bodies: a diffuse surface");
+            job.remarks.approximated("subsurface scattering: written as diffuse reflection");
             let (color, _) = self.color(m.subsurface_color, job)?;
             factor = factor.lerp(color.factor, subsurface.clamp(0.0, 1.0) as f32);
         }
         if factor.max_component() > 1.0 {
-            job.remarks.approximated("colours of surfaces beyond 1");
+            job.remarks.approximated("surface colours above 1: clamped");
         }
         let alpha = self.alpha(m, base_used.as_ref(), &mut out, job)?;
         let [r, g, b] = unit_color(factor);
@@ -208,18 +209,19 @@ impl<'a> MaterialWriter<'a> {
         }
         self.layers(m, &mut ext, job)?;
         if m.interior.is_some() {
-            job.remarks.ignored("media: fog, smoke and what is inside of their boundaries");
+            job.remarks.ignored("participating media");
         }
         if m.bump_map.is_some() {
-            job.remarks.ignored("textures of heights (bump_map)");
+            job.remarks.ignored("bump maps (bump_map)");
         }
         if m.base_diffuse_roughness != ColorSource::Constant(Spectrum::BLACK) {
-            job.remarks.approximated("the roughness of the diffuse part");
+            job.remarks.approximated("diffuse roughness (base_diffuse_roughness): written as 0");
         }
         if m.unlit {
             put(&mut ext, "KHR_materials_unlit", json!({}));
         }
-        // Glass has a back in any case; what has an inside is not to say that it has two sides.
+        // A solid transmissive object is rendered from both sides anyway, and `doubleSided` would mark it as
+        // thin.
         if m.double_sided && !ext.contains_key("KHR_materials_volume") {
             put(&mut out, "doubleSided", true);
         }
@@ -234,7 +236,7 @@ impl<'a> MaterialWriter<'a> {
         Ok(Value::Object(out))
     }
 
-    /// Opacity: the mode, and the factor of alpha.
+    /// Writes the alpha mode; returns the factor of alpha.
     fn alpha(
         &mut self,
         m: &PrincipledMaterial,
@@ -254,7 +256,7 @@ impl<'a> MaterialWriter<'a> {
         if let Some(picture) = &opacity.picture
             && !(same_picture(picture) && matches!(picture.channel, ImageChannel::A | ImageChannel::Rgb))
         {
-            job.remarks.ignored("opacity from another picture than the colour's");
+            job.remarks.ignored("opacity from another image than the base colour");
             return Ok(1.0);
         }
         match m.alpha_mode {
@@ -279,13 +281,12 @@ impl<'a> MaterialWriter<'a> {
         put(pbr, "roughnessFactor", rough.clamp(0.0, 1.0));
         let texture = match (metal_texture, rough_texture) {
             (Some(a), Some(b)) if a == b => Some(a),
-            // What is nowhere metal needs no picture of that.
+            // A material without metalness needs no metalness texture.
             (None, Some(b)) if metal == 0.0 => Some(b),
             (None, None) => None,
             (a, b) => {
-                job.remarks.approximated(
-                    "metalness and roughness of which one alone, or each another, has a picture",
-                );
+                job.remarks
+                    .approximated("metalness and roughness with separate textures: only one is written");
                 a.or(b)
             }
         };
@@ -295,7 +296,7 @@ impl<'a> MaterialWriter<'a> {
         Ok(())
     }
 
-    /// A picture of normals or of occlusion.
+    /// The texture of a normal map or occlusion map.
     fn data(&mut self, source: Option<ColorSource>, job: &mut Job<'_>) -> Result<Option<Value>, SceneError> {
         let Some(source) = source else { return Ok(None) };
         let product = self.textures.product(source, 0, job.remarks);
@@ -349,7 +350,7 @@ impl<'a> MaterialWriter<'a> {
             put(ext, "KHR_materials_emissive_strength", json!({ "emissiveStrength": strength }));
         }
         if m.emission_front_only && m.double_sided {
-            job.remarks.approximated("surfaces that shine to one side alone");
+            job.remarks.approximated("one-sided emission of double-sided materials: written as two-sided");
         }
         Ok(())
     }
@@ -361,10 +362,10 @@ impl<'a> MaterialWriter<'a> {
         job: &mut Job<'_>,
     ) -> Result<(), SceneError> {
         if !m.specular_multiple_scattering {
-            job.remarks.approximated("microfacets that pass no light on to one another");
+            job.remarks.approximated("single-scattering microfacets (specular_multiple_scattering = false)");
         }
         let ior = if m.specular_ior > 0.0 && m.specular_ior < 1.0 {
-            job.remarks.approximated("indices of refraction below 1");
+            job.remarks.approximated("indices of refraction below 1: written as 1");
             1.0
         } else {
             m.specular_ior
@@ -377,7 +378,7 @@ impl<'a> MaterialWriter<'a> {
         if weight != 1.0 || texture.is_some() || color.factor != Spectrum::WHITE || used.is_some() {
             let mut x = Map::new();
             put(&mut x, "specularFactor", weight.clamp(0.0, 1.0));
-            // The colour may be beyond 1, the weight may not.
+            // In glTF the colour may exceed 1, the weight may not.
             let factor = color.factor * weight.max(1.0) as f32;
             put(&mut x, "specularColorFactor", json!(factor.to_array().map(|v| v.max(0.0))));
             if let Some(texture) = texture {
@@ -399,7 +400,7 @@ impl<'a> MaterialWriter<'a> {
     ) -> Result<(), SceneError> {
         let (thickness, texture) = self.value(m.thickness, ImageChannel::G, job)?;
         let mut x = Map::new();
-        // Whatever has an inside has a thickness.
+        // glTF requires a thickness above 0 for volumes.
         put(&mut x, "thicknessFactor", if thickness > 0.0 { thickness } else { 1.0 });
         if let Some(texture) = texture {
             put(&mut x, "thicknessTexture", texture);
@@ -438,7 +439,7 @@ impl<'a> MaterialWriter<'a> {
             put_all(&mut x, named);
             put(ext, "KHR_materials_clearcoat", x);
             if m.coat_ior != 1.5 || m.coat_color != ColorSource::Constant(Spectrum::WHITE) {
-                job.remarks.approximated("the colour and the index of refraction of coats");
+                job.remarks.approximated("colour and index of refraction of coats");
             }
         }
         let (fuzz, _) = self.value(m.fuzz_weight, ImageChannel::R, job)?;
@@ -459,7 +460,7 @@ impl<'a> MaterialWriter<'a> {
             let mut x = Map::new();
             put(&mut x, "iridescenceFactor", film.clamp(0.0, 1.0));
             put(&mut x, "iridescenceIor", m.thin_film_ior.max(1.0));
-            // Nanometres there, micrometres here.
+            // Micrometres to nanometres.
             put(&mut x, "iridescenceThicknessMaximum", thickness * 1000.0);
             if let Some(texture) = texture {
                 put(&mut x, "iridescenceTexture", texture);
@@ -480,7 +481,7 @@ impl<'a> MaterialWriter<'a> {
     }
 }
 
-/// What materials may use.
+/// The extensions that materials may use.
 const EXTENSIONS: &[&str] = &[
     "KHR_materials_anisotropy",
     "KHR_materials_clearcoat",

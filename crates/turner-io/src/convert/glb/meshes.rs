@@ -1,4 +1,4 @@
-//! Meshes: one primitive for each material of a mesh.
+//! Meshes: one glTF primitive per material of a mesh.
 
 use std::collections::BTreeMap;
 
@@ -13,14 +13,14 @@ use super::buffer::Buffer;
 use super::materials::MaterialWriter;
 use super::remarks::Remarks;
 
-/// Whose lists: a mesh of the scene, or what the shape of an object became.
+/// Origin of a mesh: a mesh of the scene, or the tessellation of an object's shape.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 enum Source {
     Mesh(u32),
     Shape(usize),
 }
 
-/// A list that is written once however many primitives use it.
+/// A list of a mesh, written once even if several primitives use it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 enum List {
     Positions,
@@ -28,11 +28,12 @@ enum List {
     Tangents,
     Uvs(usize),
     Colors,
-    /// Corners of the triangles with this number of a material; of all of them without.
+    /// Indices of the triangles with this face material; of all triangles if `None`.
     Triangles(Option<u16>),
 }
 
-/// What a mesh of the document is made of: its lists, whether normals are left out, and the materials of its parts.
+/// Identity of a glTF mesh: its source, whether it is flat-shaded, whether it is points, and the materials of its
+/// parts.
 type Key = (Source, bool, bool, Vec<Option<MaterialId>>);
 
 /// The document's meshes.
@@ -46,7 +47,7 @@ pub(super) struct MeshWriter<'a> {
     known: BTreeMap<Key, Option<usize>>,
 }
 
-/// Of unit length in single precision; what has no direction points upwards.
+/// Normalises in double precision; +y for zero vectors, because glTF requires unit normals.
 fn direction(v: [f32; 3]) -> [f32; 3] {
     let unit = DVec3::from(v.map(f64::from)).try_normalize().unwrap_or(DVec3::Y);
     unit.as_vec3().to_array()
@@ -65,8 +66,8 @@ impl<'a> MeshWriter<'a> {
         }
     }
 
-    /// The number of the mesh that an object shows with a material for what has none of its own; `None` where nothing is to be seen. `index` is the object's
-    /// place among all.
+    /// The index of the mesh of an object; `None` if nothing is visible. `material` applies to parts without
+    /// their own. `index` is the position of the object in [`Shapes`].
     pub(super) fn number(
         &mut self,
         object: &ObjectDesc,
@@ -76,7 +77,7 @@ impl<'a> MeshWriter<'a> {
     ) -> Result<Option<usize>, SceneError> {
         let ObjectContent::Shape(shape) = &object.content else { return Ok(None) };
         let mesh = |id: MeshId| {
-            let message = "an object shows a mesh that the description does not have";
+            let message = "an object refers to a mesh that does not exist";
             self.desc
                 .meshes
                 .get(id.index())
@@ -87,20 +88,20 @@ impl<'a> MeshWriter<'a> {
             ShapeDesc::Mesh(m) => {
                 let data = mesh(m.mesh)?;
                 if m.smooth == Some(true) && data.normals.is_empty() {
-                    remarks.approximated("smooth meshes without normals of their own: flat");
+                    remarks.approximated("smooth meshes without normals: flat-shaded");
                 }
                 (Source::Mesh(m.mesh.0), data, m.smooth == Some(false), m.materials.clone(), false)
             }
             ShapeDesc::Points(p) => {
-                remarks.approximated("clouds of points: points without size");
+                remarks.approximated("point clouds: written as points without a radius");
                 (Source::Mesh(p.points.0), mesh(p.points)?, true, Vec::new(), true)
             }
             other => {
                 let Some(Some(data)) = self.shapes.get(index) else { return Ok(None) };
                 match other {
-                    ShapeDesc::Plane(_) => remarks.approximated("infinite planes: large squares"),
+                    ShapeDesc::Plane(_) => remarks.approximated("infinite planes: written as large squares"),
                     ShapeDesc::Box(_) | ShapeDesc::Rectangle(_) => {}
-                    _ => remarks.approximated("round shapes: triangles within 0.06 % of the radius"),
+                    _ => remarks.approximated("curved shapes: tessellated, within 0.06 % of the radius"),
                 }
                 (Source::Shape(index), data, false, Vec::new(), false)
             }
@@ -142,7 +143,7 @@ impl<'a> MeshWriter<'a> {
         material: Option<MaterialId>,
         remarks: &mut Remarks,
     ) -> Result<Vec<Value>, SceneError> {
-        // The numbers of materials that triangles have.
+        // The face materials in use.
         let mut numbers: Vec<Option<u16>> = data.face_materials.iter().map(|m| Some(*m)).collect();
         numbers.sort_unstable();
         numbers.dedup();
@@ -152,7 +153,7 @@ impl<'a> MeshWriter<'a> {
         let uv_sets = if data.uvs.is_empty() || points {
             0
         } else {
-            // glTF's sets follow one another without a gap.
+            // glTF requires consecutive UV sets.
             1 + data.more_uvs.iter().take_while(|set| !set.is_empty()).count()
         };
         let mut out = Vec::new();
@@ -195,7 +196,7 @@ impl<'a> MeshWriter<'a> {
         Ok(out)
     }
 
-    /// The accessor of a list; `None` of an empty one.
+    /// The accessor of a list; `None` if the list is empty.
     fn list_number(&mut self, source: Source, list: List, data: &'a MeshData) -> Option<usize> {
         if let Some(known) = self.lists.get(&(source, list)) {
             return *known;
@@ -212,7 +213,7 @@ impl<'a> MeshWriter<'a> {
             }),
             List::Uvs(set) => {
                 let uvs = if set == 0 { Some(&data.uvs) } else { data.more_uvs.get(set - 1) };
-                // v grows downwards there.
+                // In glTF v points down.
                 uvs.filter(|uvs| !uvs.is_empty()).map(|uvs| buffer.rows(uvs, |[u, v]| [u, 1.0 - v]))
             }
             List::Colors => {

@@ -1,7 +1,8 @@
-//! A scene as one file of glTF 2.0.
+//! Writes a scene as one glTF 2.0 file in binary form (GLB).
 //!
-//! Objects become nodes; groups, which glTF does not have, are written out wherever they are placed, sharing their meshes. Shapes given by formulas become triangles
-//! ([`tessellate`]). What glTF cannot hold is remarked on, counted. The file is laid out first and then written in one go: no mesh is copied.
+//! Objects become nodes. Groups, which glTF lacks, become copies of nodes wherever they are placed; the copies share
+//! their meshes. Analytic shapes become triangles ([`tessellate`]). What glTF cannot represent is counted and
+//! reported. The file is planned first and written in one pass; no mesh is copied.
 
 mod buffer;
 mod cameras;
@@ -28,10 +29,10 @@ use turner::shape::ShapeDesc;
 
 use super::{ConvertOptions, Converted, WrittenFile, create, output_error};
 
-/// Writes what glTF 2.0 can say of a scene as a binary file.
+/// Writes what glTF 2.0 can represent of a scene as a GLB file.
 ///
-/// Errors: a file that is there already, unless it may be replaced; with `strict`, anything that cannot be written; more than 4 GiB; descriptions that
-/// name what they do not have.
+/// Errors: an existing file, unless it may be replaced; with `strict`, anything that would be omitted; more than 4
+/// GiB; invalid references in the description.
 pub fn to_glb(desc: &SceneDesc, out: &Path, options: &ConvertOptions) -> Result<Converted, SceneError> {
     let file = create(out, options.overwrite)?;
     let mut remarks = Remarks::default();
@@ -42,9 +43,7 @@ pub fn to_glb(desc: &SceneDesc, out: &Path, options: &ConvertOptions) -> Result<
     nodes.objects(desc, &mut meshes, &mut remarks)?;
     let (cameras, lights) = cameras::add(desc, &mut nodes, &mut remarks);
     if desc.film.transfer == Transfer::None {
-        remarks.approximated(
-            "colours of scenes whose film has no transfer curve: they are taken for linear light",
-        );
+        remarks.approximated("film.transfer = \"none\": colours are written as linear values");
     }
     let MeshWriter { mut buffer, list: mesh_list, materials, .. } = meshes;
     let root = document(desc, (nodes, mesh_list, cameras, lights), materials, &mut buffer);
@@ -53,9 +52,8 @@ pub fn to_glb(desc: &SceneDesc, out: &Path, options: &ConvertOptions) -> Result<
     if options.strict
         && let Some(first) = warnings.iter().find(|w| w.kind == WarningKind::Ignored)
     {
-        return Err(
-            SceneError::new(ErrorCode::Strict, first.message.clone()).help("a .toml holds everything")
-        );
+        return Err(SceneError::new(ErrorCode::Strict, first.message.clone())
+            .help("convert to a .toml file, which stores everything"));
     }
     let mut bytes = 0;
     file.commit_with(|out| {
@@ -66,7 +64,7 @@ pub fn to_glb(desc: &SceneDesc, out: &Path, options: &ConvertOptions) -> Result<
     Ok(Converted { files: vec![WrittenFile { path: out.to_owned(), bytes }], warnings })
 }
 
-/// Counts what is written.
+/// Counts the bytes written.
 struct Counted<'a> {
     out: &'a mut dyn std::io::Write,
     bytes: &'a mut u64,
@@ -83,7 +81,8 @@ impl std::io::Write for Counted<'_> {
     }
 }
 
-/// Meshes that shapes of the scene become, made before all else: the buffer borrows them. In the order of objects, those of groups first.
+/// Tessellated shapes by object, objects of groups first. Built before everything else, because the buffer borrows
+/// them.
 type Shapes = Vec<Option<MeshData>>;
 
 fn shapes(desc: &SceneDesc) -> Result<Shapes, SceneError> {
@@ -94,7 +93,7 @@ fn shapes(desc: &SceneDesc) -> Result<Shapes, SceneError> {
         (ObjectContent::Shape(shape), reach) => tessellate::triangles(shape, reach.unwrap_or(1.0)),
     };
     let mut shapes: Shapes = all().map(|object| made(object, None)).collect::<Result<_, _>>()?;
-    // How far planes go depends on all else.
+    // The size of infinite planes depends on everything else.
     let is_plane = |o: &ObjectDesc| matches!(o.content, ObjectContent::Shape(ShapeDesc::Plane(_)));
     if all().any(is_plane) {
         let reach = nodes::reach(desc, &shapes);
@@ -105,7 +104,7 @@ fn shapes(desc: &SceneDesc) -> Result<Shapes, SceneError> {
     Ok(shapes)
 }
 
-/// The JSON of the file.
+/// The JSON of the document.
 fn document(
     desc: &SceneDesc,
     (nodes, meshes, cameras, lights): (Nodes, Vec<Value>, Vec<Value>, Vec<Value>),
@@ -150,7 +149,7 @@ fn document(
     if buffer.length() > 0 {
         lists.push(("buffers", vec![json!({ "byteLength": buffer.length() })]));
     }
-    // Empty lists are not allowed.
+    // glTF forbids empty lists.
     for (key, list) in lists.into_iter().filter(|(_, list)| !list.is_empty()) {
         root.insert(key.into(), Value::Array(list));
     }

@@ -1,4 +1,4 @@
-//! Nodes: where things are.
+//! The node hierarchy.
 
 use serde_json::{Map, Value, json};
 use turner::description::{ObjectContent, ObjectDesc, SceneDesc};
@@ -12,7 +12,7 @@ use super::remarks::Remarks;
 
 /// Most nodes of a file.
 const MAX_NODES: usize = 4_000_000;
-/// How deep groups may nest.
+/// Deepest nesting of groups.
 const MAX_DEPTH: u32 = 64;
 
 /// The document's nodes.
@@ -22,14 +22,15 @@ pub(super) struct Nodes {
     pub(super) roots: Vec<usize>,
 }
 
-/// A rotation, lengths along its axes, and a rotation before that: together any matrix that can be undone.
+/// A factorisation outer · scale · inner of a matrix, with rotations `outer` and `inner`.
 pub(super) struct Parts {
     outer: DMat3,
     scale: DVec3,
     inner: Option<DMat3>,
 }
 
-/// Takes a matrix apart: outer · scale · inner. Without shear there is no inner rotation (singular values, by Jacobi's rotations of MᵀM).
+/// Factors a matrix as outer · scale · inner. Without shear, `inner` is `None`. With shear this is the singular value
+/// decomposition, from the eigenvectors of MᵀM by Jacobi rotations.
 pub(super) fn parts(m: &DMat3) -> Parts {
     let columns = [m.x_axis, m.y_axis, m.z_axis];
     let mut gram = m.transpose() * *m;
@@ -59,7 +60,7 @@ pub(super) fn parts(m: &DMat3) -> Parts {
             }
         }
     }
-    // Columns at right angles: their lengths, and their directions.
+    // The columns are now orthogonal: their lengths are the scale, their directions the outer rotation.
     let turned = *m * inner;
     let mut scale = DVec3::new(turned.x_axis.length(), turned.y_axis.length(), turned.z_axis.length());
     let x = turned.x_axis.normalize_or(DVec3::X);
@@ -71,7 +72,7 @@ pub(super) fn parts(m: &DMat3) -> Parts {
     Parts { outer: DMat3::from_cols(x, y, z), scale, inner: (!is_plain).then(|| inner.transpose()) }
 }
 
-/// A unit quaternion x, y, z, w of a rotation (Shepperd 1978).
+/// The unit quaternion (x, y, z, w) of a rotation matrix (Shepperd 1978).
 fn quaternion(m: &DMat3) -> [f64; 4] {
     let at = |row: usize, column: usize| m.col(column)[row];
     let trace = at(0, 0) + at(1, 1) + at(2, 2);
@@ -79,7 +80,7 @@ fn quaternion(m: &DMat3) -> [f64; 4] {
         let s = 2.0 * (trace + 1.0).sqrt();
         [(at(2, 1) - at(1, 2)) / s, (at(0, 2) - at(2, 0)) / s, (at(1, 0) - at(0, 1)) / s, 0.25 * s]
     } else {
-        // The largest of the diagonal: no small divisor.
+        // Start from the largest diagonal element, so that the divisor is not small.
         let i = if at(0, 0) >= at(1, 1) && at(0, 0) >= at(2, 2) {
             0
         } else {
@@ -98,7 +99,7 @@ fn quaternion(m: &DMat3) -> [f64; 4] {
     q.map(|v| v / length)
 }
 
-/// Adds translation, rotation and scale that are not the defaults.
+/// Inserts translation, rotation and scale where they differ from the defaults.
 fn place(node: &mut Map<String, Value>, translation: DVec3, parts: &Parts) {
     if translation != DVec3::ZERO {
         node.insert("translation".into(), json!(translation.to_array()));
@@ -115,15 +116,15 @@ fn place(node: &mut Map<String, Value>, translation: DVec3, parts: &Parts) {
 impl Nodes {
     fn push(&mut self, node: Map<String, Value>) -> Result<usize, SceneError> {
         if self.list.len() >= MAX_NODES {
-            let message = format!("the scene comes to more than {MAX_NODES} nodes of glTF");
+            let message = format!("the scene needs more than {MAX_NODES} glTF nodes");
             return Err(SceneError::new(ErrorCode::TooLarge, message)
-                .help("a .toml keeps groups as they are, however often they are placed"));
+                .help("convert to a .toml file, which stores each group once"));
         }
         self.list.push(Value::Object(node));
         Ok(self.list.len() - 1)
     }
 
-    /// A node at a place, with what `fill` puts into it. What is sheared takes a second node inside.
+    /// Adds a node with a transform. A transform with shear needs a second, inner node.
     fn placed(
         &mut self,
         name: Option<&str>,
@@ -146,7 +147,7 @@ impl Nodes {
         self.push(node)
     }
 
-    /// A node of the scene itself with something of its own, such as a camera. The transform has no shear.
+    /// Adds a root node with one member, such as a camera. The transform must not have shear.
     pub(super) fn root(&mut self, name: Option<&str>, transform: &DAffine3, key: &str, value: Value) -> bool {
         let mut content = Map::new();
         content.insert(key.into(), value);
@@ -154,14 +155,14 @@ impl Nodes {
         node.map(|node| self.roots.push(node)).is_ok()
     }
 
-    /// All objects of a scene.
+    /// Adds all objects of a scene.
     pub(super) fn objects(
         &mut self,
         desc: &SceneDesc,
         meshes: &mut MeshWriter<'_>,
         remarks: &mut Remarks,
     ) -> Result<(), SceneError> {
-        // The place of each group's first object among all objects.
+        // The index of each group's first object in `Shapes`.
         let mut firsts = Vec::with_capacity(desc.groups.len());
         let mut count = 0;
         for group in &desc.groups {
@@ -186,7 +187,7 @@ impl Nodes {
         job: &mut Job<'_, '_>,
     ) -> Result<Option<usize>, SceneError> {
         if object.motion.is_some() {
-            job.remarks.ignored("motion while the shutter is open");
+            job.remarks.ignored("motion blur");
         }
         let material = object.material.or(material);
         let mut content = Map::new();
@@ -216,13 +217,13 @@ impl Nodes {
         job: &mut Job<'_, '_>,
     ) -> Result<Vec<usize>, SceneError> {
         if depth >= MAX_DEPTH {
-            let message = format!("groups contain themselves, or nest deeper than {MAX_DEPTH}");
+            let message = format!("groups contain themselves or are nested deeper than {MAX_DEPTH}");
             return Err(SceneError::new(ErrorCode::Cycle, message));
         }
         let desc = job.desc;
         let (Some(group), Some(first)) = (desc.groups.get(id.index()), job.firsts.get(id.index()).copied())
         else {
-            let message = format!("an object places group {}, which there is not", id.0);
+            let message = format!("an object places group {}, which does not exist", id.0);
             return Err(SceneError::new(ErrorCode::UnknownName, message));
         };
         let mut children = Vec::new();
@@ -233,7 +234,7 @@ impl Nodes {
     }
 }
 
-/// What stays the same for all objects.
+/// Context shared by all objects.
 struct Job<'j, 'a> {
     desc: &'j SceneDesc,
     firsts: Vec<usize>,
@@ -241,7 +242,7 @@ struct Job<'j, 'a> {
     remarks: &'j mut Remarks,
 }
 
-/// How far infinite planes are to go: twenty times as far as anything else, the camera's distance included.
+/// Half the side of infinite planes: twenty times the extent of all other objects and the cameras.
 pub(super) fn reach(desc: &SceneDesc, shapes: &Shapes) -> f64 {
     let mut bounds = Bounds::EMPTY;
     let mut add = |p: DVec3| bounds = bounds.union(&Bounds { min: p, max: p });

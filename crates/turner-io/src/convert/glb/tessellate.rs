@@ -1,7 +1,7 @@
-//! Shapes given by formulas as triangles.
+//! Tessellates analytic shapes.
 //!
-//! Circles have 96 corners on them, so that what is round is at most 1 − cos(π/96) = 0.054 % of its radius inside of the true surface; normals are those of the
-//! true surface, and (u, v) are those of the shape.
+//! A circle has 96 corners, so a curved surface lies at most 1 − cos(π/96) = 0.054 % of its radius inside the true
+//! surface. Normals are those of the true surface; (u, v) are those of the shape.
 
 use turner::math::DVec3;
 use turner::math::elementary::{cos, sin};
@@ -9,10 +9,10 @@ use turner::schema::{ErrorCode, MeshData, SceneError};
 use turner::shape::ShapeDesc;
 
 /// Corners of a circle.
-const AROUND: u32 = 96;
-const TURN: f64 = 2.0 * std::f64::consts::PI;
+const SIDES: u32 = 96;
+const TAU: f64 = 2.0 * std::f64::consts::PI;
 
-/// What is added to a mesh.
+/// A mesh under construction.
 #[derive(Default)]
 struct Builder(MeshData);
 
@@ -23,8 +23,8 @@ impl Builder {
         self.0.uvs.push([u as f32, v as f32]);
     }
 
-    /// A grid of `columns` by `rows` squares; `at` gives place, normal and (u, v) by shares of the way. Corners turn counter-clockwise where the first direction
-    /// × the second is outward.
+    /// Adds a grid of `columns` by `rows` quads. `at` maps the parameters s and t in 0..=1 to position, normal
+    /// and (u, v). Triangles are counter-clockwise seen from the side of ∂p/∂s × ∂p/∂t.
     fn grid(&mut self, columns: u32, rows: u32, at: impl Fn(f64, f64) -> (DVec3, DVec3, f64, f64)) {
         let first = self.0.positions.len() as u32;
         for j in 0..=rows {
@@ -38,7 +38,7 @@ impl Builder {
                 let a = first + j * (columns + 1) + i;
                 let [b, c, d] = [a + 1, a + columns + 2, a + columns + 1];
                 for triangle in [[a, b, c], [a, c, d]] {
-                    // None at poles and tips, where two corners are one place.
+                    // Skip degenerate triangles at poles and tips.
                     let [p, q, r] = triangle.map(|k| self.0.positions[k as usize]);
                     if p != q && q != r && r != p {
                         self.0.triangles.push(triangle);
@@ -48,43 +48,44 @@ impl Builder {
         }
     }
 
-    /// A disk or ring that faces along `n`, with its (u, v) around it.
+    /// Adds a disk or annulus facing `n`.
     fn disk(&mut self, center: DVec3, n: DVec3, radius: f64, inner: f64) {
         let (right, up) = plane_axes(n);
         let rows = 1;
-        self.grid(AROUND, rows, |s, t| {
-            // Inwards, so that the first direction × the second is along n.
+        self.grid(SIDES, rows, |s, t| {
+            // t runs inwards, so that ∂p/∂s × ∂p/∂t points along n.
             let r = radius + (inner - radius) * t;
-            let (x, y) = (cos(TURN * s) * r, sin(TURN * s) * r);
+            let (x, y) = (cos(TAU * s) * r, sin(TAU * s) * r);
             (center + right * x + up * y, n, 0.5 + 0.5 * x / radius, 0.5 + 0.5 * y / radius)
         });
     }
 
-    /// The side of a cone or cylinder around an axis.
+    /// Adds the side of a cone or cylinder.
     fn side(&mut self, from: DVec3, to: DVec3, [bottom, top]: [f64; 2]) {
         let axis = to - from;
         let length = axis.length();
         let direction = axis / length;
-        let (zero, quarter) = around(direction);
-        // The normal leans by what the radius loses along the axis.
+        let (zero, quarter) = perpendicular(direction);
+        // A decreasing radius tilts the normal towards the axis direction.
         let lean = (bottom - top) / length;
-        self.grid(AROUND, 1, |s, t| {
-            let out = zero * cos(TURN * s) + quarter * sin(TURN * s);
+        self.grid(SIDES, 1, |s, t| {
+            let out = zero * cos(TAU * s) + quarter * sin(TAU * s);
             let p = from + axis * t + out * (bottom + (top - bottom) * t);
             (p, (out + direction * lean).normalize(), s, t)
         });
     }
 }
 
-/// Directions at right angles to an axis: where u is 0 and a quarter, counter-clockwise seen from its tip; with +y they are −z and −x.
-fn around(axis: DVec3) -> (DVec3, DVec3) {
+/// Two directions perpendicular to an axis, at u = 0 and u = 1/4, counter-clockwise seen from its tip; for +y they
+/// are −z and −x.
+fn perpendicular(axis: DVec3) -> (DVec3, DVec3) {
     let flat = |v: DVec3| (v - axis * axis.dot(v)).try_normalize();
     let zero = if axis.z.abs() > 1.0 - 1e-6 { None } else { flat(DVec3::NEG_Z) };
     let zero = zero.or_else(|| flat(DVec3::NEG_Y)).unwrap_or(DVec3::NEG_Z);
     (zero, axis.cross(zero))
 }
 
-/// To the right and up, seen from the side that a normal points to.
+/// The directions right and up in a plane, seen from the side of its normal.
 fn plane_axes(n: DVec3) -> (DVec3, DVec3) {
     if n.y.abs() > 1.0 - 1e-9 {
         return (DVec3::X, n.cross(DVec3::X));
@@ -94,19 +95,19 @@ fn plane_axes(n: DVec3) -> (DVec3, DVec3) {
 }
 
 fn unit(v: DVec3) -> Result<DVec3, SceneError> {
-    let message = "a shape with a direction of no length cannot be made of triangles";
+    let message = "a shape with a zero direction vector cannot be tessellated";
     v.try_normalize().ok_or_else(|| SceneError::new(ErrorCode::OutOfRange, message))
 }
 
-/// The triangles of a shape; `reach` is how far infinite planes go. `None` for meshes and points.
+/// Tessellates a shape; `reach` is half the side of infinite planes. `None` for meshes and points.
 pub(super) fn triangles(shape: &ShapeDesc, reach: f64) -> Result<Option<MeshData>, SceneError> {
     let mut b = Builder::default();
     match shape {
-        ShapeDesc::Sphere(s) => b.grid(AROUND, AROUND / 2, |u, v| {
-            let (height, around) = (TURN / 2.0 * (v - 0.5), TURN * u);
+        ShapeDesc::Sphere(s) => b.grid(SIDES, SIDES / 2, |u, v| {
+            let (height, azimuth) = (TAU / 2.0 * (v - 0.5), TAU * u);
             let flat = if v == 0.0 || v == 1.0 { 0.0 } else { cos(height) };
-            let n = DVec3::new(-sin(around) * flat, sin(height), -cos(around) * flat);
-            // The seam closes to the last bit.
+            let n = DVec3::new(-sin(azimuth) * flat, sin(height), -cos(azimuth) * flat);
+            // Make the seam close exactly.
             let n = if u == 1.0 { DVec3::new(0.0, n.y, -flat) } else { n };
             (s.center + n * s.radius, n, u, v)
         }),
@@ -127,12 +128,12 @@ pub(super) fn triangles(shape: &ShapeDesc, reach: f64) -> Result<Option<MeshData
                     (center - half, center + half)
                 }
             };
-            let (middle, half) = ((min + max) * 0.5, (max - min) * 0.5);
+            let (center_point, half) = ((min + max) * 0.5, (max - min) * 0.5);
             for n in [DVec3::X, DVec3::NEG_X, DVec3::Y, DVec3::NEG_Y, DVec3::Z, DVec3::NEG_Z] {
                 let (right, up) = plane_axes(n);
                 b.grid(1, 1, |s, t| {
                     let p = n + right * (2.0 * s - 1.0) + up * (2.0 * t - 1.0);
-                    (middle + p * half, n, s, t)
+                    (center_point + p * half, n, s, t)
                 });
             }
         }
@@ -161,11 +162,11 @@ pub(super) fn triangles(shape: &ShapeDesc, reach: f64) -> Result<Option<MeshData
         }
         ShapeDesc::Torus(t) => {
             let axis = unit(t.axis)?;
-            let (zero, quarter) = around(axis);
-            b.grid(AROUND, AROUND / 2, |u, v| {
-                let out = zero * cos(TURN * u) + quarter * sin(TURN * u);
-                // From the inner side, then below.
-                let n = out * -cos(TURN * v) - axis * sin(TURN * v);
+            let (zero, quarter) = perpendicular(axis);
+            b.grid(SIDES, SIDES / 2, |u, v| {
+                let out = zero * cos(TAU * u) + quarter * sin(TAU * u);
+                // v starts at the inner side and continues below.
+                let n = out * -cos(TAU * v) - axis * sin(TAU * v);
                 (t.center + out * t.radius + n * t.tube_radius, n, u, v)
             });
         }
@@ -178,7 +179,7 @@ pub(super) fn triangles(shape: &ShapeDesc, reach: f64) -> Result<Option<MeshData
 mod tests {
     use super::*;
 
-    /// Triangles face the way that their normals point, and normals have unit length.
+    /// Triangles face the side of their normals; normals have unit length.
     #[test]
     fn triangles_face_outwards() {
         let scenes = [

@@ -1,4 +1,4 @@
-//! Pictures as glTF's textures.
+//! Textures: image textures with their samplers and UV transforms.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -18,16 +18,16 @@ use super::remarks::Remarks;
 use crate::convert::ConvertOptions;
 use crate::image::{ImageFormat, png};
 
-/// A picture's use in a material.
+/// A texture reference in a material.
 #[derive(Clone, Debug)]
 pub(super) struct Used {
-    /// The texture of the scene.
+    /// The scene's texture.
     pub(super) desc: ImageDesc,
-    /// `index`, `texCoord` and extensions.
+    /// `index`, `texCoord` and extensions, as JSON.
     pub(super) info: Value,
 }
 
-/// What a colour comes to: a factor, perhaps a picture, perhaps the vertices' colours.
+/// A colour source reduced to a factor, optionally times an image, optionally times the vertex colour.
 #[derive(Clone, Debug)]
 pub(super) struct Product {
     pub(super) factor: Spectrum,
@@ -35,15 +35,15 @@ pub(super) struct Product {
     pub(super) vertex_colors: bool,
 }
 
-/// Textures, images and samplers of the document.
+/// The textures, images and samplers of the document.
 pub(super) struct TextureWriter<'a> {
     desc: &'a SceneDesc,
     options: &'a ConvertOptions,
-    /// The scene's own, to find the mean of those that are computed.
+    /// The scene's prepared textures, for the mean of procedural ones.
     prepared: Option<Textures>,
     pub(super) textures: Vec<Value>,
     pub(super) samplers: Vec<Value>,
-    /// Pictures in their files' encodings, with their types and names.
+    /// Encoded images with their media types and names.
     pub(super) images: Vec<(Arc<[u8]>, &'static str, String)>,
     known_images: BTreeMap<u32, usize>,
     known: BTreeMap<(usize, usize), usize>,
@@ -65,7 +65,7 @@ impl<'a> TextureWriter<'a> {
         }
     }
 
-    /// What a source is made of; what glTF has no words for is replaced by its mean.
+    /// Reduces a colour source. Anything that glTF cannot represent is replaced by its mean colour.
     pub(super) fn product(&mut self, source: ColorSource, depth: u32, remarks: &mut Remarks) -> Product {
         let constant = |factor| Product { factor, picture: None, vertex_colors: false };
         let id = match source {
@@ -76,18 +76,18 @@ impl<'a> TextureWriter<'a> {
             Some(TextureDesc::Image(image)) if image.mapping == Mapping::Uv => {
                 let factor = image.tint * image.gain as f32;
                 if image.offset != Spectrum::BLACK {
-                    remarks.approximated("what textures add to their pictures (offset)");
+                    remarks.approximated("texture offsets (offset): omitted");
                 }
                 Product { factor, picture: Some(image.clone()), vertex_colors: false }
             }
             Some(TextureDesc::VertexColor(_)) => {
                 Product { factor: Spectrum::WHITE, picture: None, vertex_colors: true }
             }
-            Some(TextureDesc::Product(p)) if depth < 16 => {
+            Some(TextureDesc::Multiply(p)) if depth < 16 => {
                 let a = self.product(p.a, depth + 1, remarks);
                 let b = self.product(p.b, depth + 1, remarks);
                 if a.picture.is_some() && b.picture.is_some() {
-                    remarks.approximated("products of two pictures: the first alone");
+                    remarks.approximated("products of two images: only the first is written");
                 }
                 Product {
                     factor: a.factor * b.factor,
@@ -96,18 +96,18 @@ impl<'a> TextureWriter<'a> {
                 }
             }
             _ => {
-                remarks.approximated("textures that are computed or lie in space: their mean colour");
+                remarks.approximated("procedural and projected textures: written as their mean colour");
                 constant(self.mean(source))
             }
         }
     }
 
-    /// The mean of a source over the surface and the space around the origin.
+    /// The mean of a colour source over the UV square and a cube around the origin.
     fn mean(&mut self, source: ColorSource) -> Spectrum {
         const SIDE: u32 = 16;
         let desc = self.desc;
         let prepared = self.prepared.get_or_insert_with(|| {
-            // Textures that cannot be made ready are no reason to refuse the rest.
+            // If textures cannot be prepared, the rest is still written.
             Textures::prepare(&desc.textures, &desc.images, desc.film.transfer, false).unwrap_or_default()
         });
         if let ColorSource::Texture(id) = source
@@ -116,19 +116,22 @@ impl<'a> TextureWriter<'a> {
             return Spectrum::grey(0.5);
         }
         let mut sum = Spectrum::BLACK;
-        let share = |i: u32| (f64::from(i) + 0.5) / f64::from(SIDE);
+        let coordinate = |i: u32| (f64::from(i) + 0.5) / f64::from(SIDE);
         for i in 0..SIDE {
             for j in 0..SIDE {
-                let uv = DVec2::new(share(i), share(j));
-                let p =
-                    DVec3::new(2.0 * uv.x - 1.0, 2.0 * uv.y - 1.0, 2.0 * share((5 * i + 3 * j) % SIDE) - 1.0);
+                let uv = DVec2::new(coordinate(i), coordinate(j));
+                let p = DVec3::new(
+                    2.0 * uv.x - 1.0,
+                    2.0 * uv.y - 1.0,
+                    2.0 * coordinate((5 * i + 3 * j) % SIDE) - 1.0,
+                );
                 sum += prepared.color(source, &TexturePoint::new(uv, p));
             }
         }
         sum * (1.0 / (SIDE * SIDE) as f32)
     }
 
-    /// A use of a picture; `None` where the mesh has no surface coordinates for it.
+    /// A texture reference; `None` if the mesh has no UV set.
     pub(super) fn used(
         &mut self,
         picture: &ImageDesc,
@@ -139,7 +142,7 @@ impl<'a> TextureWriter<'a> {
         let set = picture.uv_set as usize;
         let set = if set < uv_sets { set } else { 0 };
         if uv_sets == 0 {
-            remarks.approximated("pictures on meshes without surface coordinates: their factors alone");
+            remarks.approximated("textures on meshes without UV sets: only their factor is written");
             return Ok(None);
         }
         let wanted = if is_color { Transfer::Srgb } else { Transfer::None };
@@ -149,9 +152,7 @@ impl<'a> TextureWriter<'a> {
             Encoding::Linear => Transfer::None,
         };
         if meant != wanted {
-            remarks.approximated(
-                "pictures whose numbers mean something else in glTF (sRGB colours, linear data)",
-            );
+            remarks.approximated("images with another encoding than glTF's (sRGB colours, linear data)");
         }
         let Some(image) = self.image(picture, remarks)? else { return Ok(None) };
         let index = self.texture(picture, image);
@@ -191,7 +192,7 @@ impl<'a> TextureWriter<'a> {
         })
     }
 
-    /// The number of a picture among the document's images.
+    /// The index of an image in the document.
     fn image(&mut self, picture: &ImageDesc, remarks: &mut Remarks) -> Result<Option<usize>, SceneError> {
         let Some(asset) = self.desc.images.get(picture.file.index()) else { return Ok(None) };
         if let Some(known) = self.known_images.get(&picture.file.0) {
@@ -211,7 +212,7 @@ impl<'a> TextureWriter<'a> {
                 (png::encode_samples(&asset.data).map_err(failed)?.into(), "image/png")
             }
             None => {
-                remarks.approximated("pictures of floats, written with 8 bits: what is brighter than 1 is 1");
+                remarks.approximated("floating-point images: written with 8 bits, clamped to 1");
                 (png::encode_samples(&display(&asset.data)).map_err(failed)?.into(), "image/png")
             }
         };
@@ -221,7 +222,7 @@ impl<'a> TextureWriter<'a> {
     }
 }
 
-/// A picture of floats as one of display values.
+/// Converts an image of floats to 8-bit display values.
 fn display(image: &Image) -> Image {
     let n = usize::from(image.channels);
     let Pixels::F32(samples) = &image.pixels else { return image.clone() };
@@ -233,26 +234,26 @@ fn display(image: &Image) -> Image {
     Image { pixels: Pixels::U8(samples.iter().enumerate().map(byte).collect()), ..image.clone() }
 }
 
-/// What `KHR_texture_transform` says of how a picture lies; `None` where it lies plainly.
+/// The `KHR_texture_transform` of a texture; `None` for the identity.
 fn texture_transform(picture: &ImageDesc, remarks: &mut Remarks) -> Option<Value> {
     if !picture.transform.is_identity() {
-        remarks.approximated("pictures that are moved by a transform in space: they stay where they are");
+        remarks.approximated("textures with a transform: written without it");
     }
     let d = picture.density;
     let [a, b, c, e, f, g] = picture.uv_matrix.unwrap_or([1.0, 0.0, 0.0, 0.0, 1.0, 0.0]);
-    // Density is about the middle of the picture.
-    let middle = (1.0 - d) / 2.0;
-    let [a, b, c] = [d * a, d * b, d * c + middle];
-    let [e, f, g] = [d * e, d * f, d * g + middle];
+    // Density scales about the centre of the image.
+    let center = (1.0 - d) / 2.0;
+    let [a, b, c] = [d * a, d * b, d * c + center];
+    let [e, f, g] = [d * e, d * f, d * g + center];
     if [a, b, c, e, f, g] == [1.0, 0.0, 0.0, 0.0, 1.0, 0.0] {
         return None;
     }
-    // Rows are [c·sx, −s·sy, ox + s·sy] and [s·sx, c·sy, 1 − oy − c·sy], with v upwards.
+    // The rows are [c·sx, −s·sy, ox + s·sy] and [s·sx, c·sy, 1 − oy − c·sy], with v up.
     let sx = (a * a + e * e).sqrt();
     let (cos, sin) = if sx > 0.0 { (a / sx, e / sx) } else { (1.0, 0.0) };
     let sy = cos * f - sin * b;
     if (b + sin * sy).abs() > 1e-6 * (1.0 + sy.abs()) || (f - cos * sy).abs() > 1e-6 * (1.0 + sy.abs()) {
-        remarks.approximated("pictures that are sheared on the surface");
+        remarks.approximated("sheared textures: written without shear");
     }
     let mut out = Map::new();
     let offset = [c - sin * sy, 1.0 - g - cos * sy];
@@ -268,7 +269,7 @@ fn texture_transform(picture: &ImageDesc, remarks: &mut Remarks) -> Option<Value
     Some(Value::Object(out))
 }
 
-/// Whether a picture's use is of one channel, as glTF has it.
+/// Whether a texture uses this channel.
 pub(super) fn is_channel(picture: &ImageDesc, channel: ImageChannel) -> bool {
     picture.channel == channel
 }

@@ -50,7 +50,7 @@ fn strides_and_offsets_interleave() {
     let (a, b) = (opened.elements(0).unwrap(), opened.elements(1).unwrap());
     assert_eq!([a.get(0), a.get(1)], [[1.0, 2.0, 3.0], [4.0, 5.0, 6.0]]);
     assert_eq!([b.get(0), b.get(1)], [[10.0, 20.0], [30.0, 40.0]]);
-    // Numbers that an element has not are zero.
+    // Missing components are zero.
     assert_eq!(b.get::<3>(1), [30.0, 40.0, 0.0]);
 }
 
@@ -68,7 +68,7 @@ fn sparse_elements_replace_those_of_the_view_or_zeros() {
     let read = |a| (0..4).map(|i| opened.elements(a).unwrap().get::<1>(i)[0]).collect::<Vec<_>>();
     assert_eq!(read(0), [1.0, 9.0, 3.0, 8.0]);
     assert_eq!(read(1), [0.0, 9.0, 0.0, 8.0]);
-    // Not growing, or beyond the count.
+    // Not increasing, or out of range.
     for bad in [[3u8, 0, 1, 0], [1, 0, 1, 0], [1, 0, 4, 0]] {
         let mut bin = bin.clone();
         bin[24..].copy_from_slice(&bad);
@@ -87,9 +87,9 @@ fn what_reaches_beyond_its_view_is_refused() {
         "a.glb: /accessors/0: 6 elements of 12 bytes reach byte 72, but buffer view 0 ends at 64"
     );
     let huge = r#""componentType":5126,"count":18446744073709551615,"type":"MAT4""#;
-    assert!(said(&accessor(huge)).contains("beyond all bounds"), "{}", said(&accessor(huge)));
+    assert!(said(&accessor(huge)).contains("an address that overflows"), "{}", said(&accessor(huge)));
     let offset = r#""byteOffset":18446744073709551615,"componentType":5121,"count":2,"type":"SCALAR""#;
-    assert!(said(&accessor(offset)).contains("beyond all bounds"));
+    assert!(said(&accessor(offset)).contains("an address that overflows"));
     assert!(
         said(&accessor(r#""componentType":5127,"count":1,"type":"VEC3""#))
             .contains("/componentType: is 5127")
@@ -104,7 +104,7 @@ fn what_reaches_beyond_its_view_is_refused() {
         "accessors":[{"bufferView":0,"componentType":5126,"count":2,"type":"VEC3"}]"#;
     assert!(said(overlapping).contains("overlap"));
     let view = r#""buffers":[{"byteLength":64}],"bufferViews":[{"buffer":0,"byteOffset":60,"byteLength":8}]"#;
-    assert!(said(view).starts_with("a.glb: /bufferViews/0: 8 bytes from byte 60 on"), "{}", said(view));
+    assert!(said(view).starts_with("a.glb: /bufferViews/0: 8 bytes from byte 60,"), "{}", said(view));
     let buffer = r#""buffers":[{"byteLength":65000}]"#;
     assert!(said(buffer).contains("/buffers/0: says 65000 bytes, but there are 64"));
     assert!(

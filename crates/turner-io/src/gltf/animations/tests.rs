@@ -51,7 +51,7 @@ fn steps_and_lines_are_clamped_outside() {
 
 #[test]
 fn cubic_splines_take_their_tangents_by_second() {
-    // In-tangent, value, out-tangent of each key: x = t², of slope 2t, from 1 to 4 over keys 1, 2, 4.
+    // In-tangent, value and out-tangent of x = t², whose slope is 2t, at the keys 1, 2 and 4.
     let values: Vec<f32> = [1.0f32, 2.0, 4.0]
         .iter()
         .flat_map(|t| [[2.0 * t, 0.0, 0.0], [t * t, 0.0, 0.0], [2.0 * t, 0.0, 0.0]].concat())
@@ -67,12 +67,12 @@ fn cubic_splines_take_their_tangents_by_second() {
 #[test]
 fn rotations_go_the_short_way_at_even_speed() {
     let h = std::f32::consts::FRAC_1_SQRT_2;
-    // From no turn to a quarter turn about z, the latter also as its opposite quaternion.
+    // From the identity to a rotation by 90 degrees about z, also written as the opposite quaternion.
     for sign in [1.0, -1.0] {
         let values = [0.0, 0.0, 0.0, 1.0, 0.0, 0.0, sign * h, sign * h];
         let pose = sampled("rotation", "VEC4", "LINEAR", &[0.0, 3.0], &values, 1.0);
         let x = pose.locals[0].matrix().transform_vector3(DVec3::X);
-        // A third of a quarter turn: 30 degrees.
+        // At one third of the time: 30 degrees.
         assert!((x - DVec3::new(0.75f64.sqrt(), 0.5, 0.0)).length() < 1e-6, "{x}");
     }
 }

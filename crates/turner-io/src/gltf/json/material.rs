@@ -1,9 +1,9 @@
-//! Materials, textures, samplers and images as JSON gives them.
+//! Materials, textures, samplers and images, as in the JSON.
 
 use super::number::Index;
 use serde::Deserialize;
 
-/// A material. Where a member is missing, the specification's default holds; see `materials`.
+/// A material. Missing members have the defaults of the specification; see `materials`.
 #[derive(Debug, Default, Deserialize)]
 #[serde(rename_all = "camelCase", default)]
 pub(crate) struct Material {
@@ -30,21 +30,21 @@ pub(crate) struct MetallicRoughness {
     pub(crate) metallic_roughness_texture: Option<Box<TextureInfo>>,
 }
 
-/// A texture and how it lies; also a normal map with its scale and an occlusion map with its strength.
+/// A reference to a texture; also a normal map with its scale, or an occlusion map with its strength.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(rename_all = "camelCase")]
 pub(crate) struct TextureInfo {
     pub(crate) index: Index,
     #[serde(default)]
     pub(crate) tex_coord: Index,
-    /// Of a normal map.
+    /// Of normal maps.
     pub(crate) scale: Option<f64>,
-    /// Of an occlusion map.
+    /// Of occlusion maps.
     pub(crate) strength: Option<f64>,
     pub(crate) extensions: Option<Box<TextureInfoExtensions>>,
 }
 
-/// Extensions of a texture's use.
+/// Extensions of a texture reference.
 #[derive(Clone, Debug, Default, Deserialize)]
 #[serde(default)]
 pub(crate) struct TextureInfoExtensions {
@@ -197,7 +197,7 @@ pub(crate) struct DiffuseTransmission {
     pub(crate) diffuse_transmission_color_texture: Option<Box<TextureInfo>>,
 }
 
-/// `KHR_materials_volume_scatter`; drafts of it had the factor by another name.
+/// `KHR_materials_volume_scatter`; drafts of the extension named the factor differently.
 #[derive(Debug, Default, Deserialize)]
 #[serde(rename_all = "camelCase", default)]
 pub(crate) struct VolumeScatter {
@@ -231,7 +231,7 @@ pub(crate) struct Texture {
     pub(crate) extensions: Option<Box<TextureExtensions>>,
 }
 
-/// Extensions of a texture: other images.
+/// Extensions of a texture: alternative images.
 #[derive(Debug, Default, Deserialize)]
 #[serde(default)]
 pub(crate) struct TextureExtensions {
@@ -241,14 +241,14 @@ pub(crate) struct TextureExtensions {
     pub(crate) basisu: Option<OtherSource>,
 }
 
-/// An image of another format.
+/// An image in another format.
 #[derive(Debug, Default, Deserialize)]
 #[serde(default)]
 pub(crate) struct OtherSource {
     pub(crate) source: Option<Index>,
 }
 
-/// Filters and wrapping, as the numbers of OpenGL.
+/// Filters and wrap modes, as OpenGL constants.
 #[derive(Debug, Default, Deserialize)]
 #[serde(rename_all = "camelCase", default)]
 pub(crate) struct Sampler {

@@ -1,7 +1,7 @@
-//! The document as JSON gives it (glTF 2.0 §5 and the schemas of the extensions).
+//! The glTF document, as in the JSON (glTF 2.0 §5 and the schemas of the extensions).
 //!
-//! Members that are not listed here, `extras` and unknown extensions among them, are skipped. Lists of things that
-//! files have many of are held in [`List`], which bounds what a text of commas can make the program allocate.
+//! Members not declared here are skipped, including `extras` and unknown extensions. Arrays that can be long are
+//! [`List`]s, which bound how much memory a few bytes of JSON can allocate.
 
 mod material;
 mod number;
@@ -16,7 +16,7 @@ use turner::schema::ErrorCode;
 
 use super::fault::{Fault, Outcome};
 
-/// A whole document.
+/// The document.
 #[derive(Debug, Default, Deserialize)]
 #[serde(rename_all = "camelCase", default)]
 pub(super) struct Document {
@@ -58,7 +58,7 @@ pub(super) struct Header {
     pub(super) min_version: Option<String>,
 }
 
-/// A set of root nodes.
+/// A scene: a set of root nodes.
 #[derive(Debug, Default, Deserialize)]
 #[serde(default)]
 pub(super) struct SceneJson {
@@ -72,7 +72,7 @@ pub(super) struct SceneJson {
 pub(super) struct Node {
     pub(super) name: Option<String>,
     pub(super) children: Vec<Index>,
-    /// Column by column.
+    /// Column-major.
     pub(super) matrix: Option<Box<[f64; 16]>>,
     pub(super) translation: Option<Box<[f64; 3]>>,
     /// (x, y, z, w).
@@ -103,7 +103,7 @@ pub(super) struct LightReference {
     pub(super) light: Index,
 }
 
-/// `EXT_mesh_gpu_instancing`: accessors by attribute.
+/// `EXT_mesh_gpu_instancing`: accessors by attribute name.
 #[derive(Debug, Default, Deserialize)]
 #[serde(default)]
 pub(super) struct Instancing {
@@ -132,7 +132,7 @@ pub(super) struct Mesh {
     pub(super) weights: Vec<f64>,
 }
 
-/// A part of a mesh with one material.
+/// A primitive: part of a mesh with one material.
 #[derive(Debug, Default, Deserialize)]
 #[serde(default)]
 pub(super) struct Primitive {
@@ -154,7 +154,7 @@ pub(super) struct PrimitiveExtensions {
     pub(super) variants: Option<VariantMappings>,
 }
 
-/// `KHR_draco_mesh_compression`: that it is there.
+/// `KHR_draco_mesh_compression`. Only its presence matters.
 #[derive(Debug, Deserialize)]
 pub(super) struct Draco {}
 
@@ -165,7 +165,7 @@ pub(super) struct VariantMappings {
     pub(super) mappings: Vec<VariantMapping>,
 }
 
-/// Which material stands for which variants.
+/// A material and the variants in which it is used.
 #[derive(Debug, Deserialize)]
 pub(super) struct VariantMapping {
     pub(super) material: Index,
@@ -186,7 +186,7 @@ pub(super) struct Variant {
     pub(super) name: String,
 }
 
-/// Typed elements in a buffer view.
+/// An accessor: typed elements in a buffer view.
 #[derive(Debug, Default, Deserialize)]
 #[serde(rename_all = "camelCase", default)]
 pub(super) struct Accessor {
@@ -200,7 +200,7 @@ pub(super) struct Accessor {
     pub(super) sparse: Option<Box<Sparse>>,
 }
 
-/// Elements that differ.
+/// Sparse elements of an accessor.
 #[derive(Debug, Deserialize)]
 pub(super) struct Sparse {
     pub(super) count: Size,
@@ -208,7 +208,7 @@ pub(super) struct Sparse {
     pub(super) values: SparseValues,
 }
 
-/// Which elements differ.
+/// Indices of the sparse elements.
 #[derive(Debug, Deserialize)]
 #[serde(rename_all = "camelCase")]
 pub(super) struct SparseIndices {
@@ -218,7 +218,7 @@ pub(super) struct SparseIndices {
     pub(super) component_type: Index,
 }
 
-/// What they are.
+/// Values of the sparse elements.
 #[derive(Debug, Deserialize)]
 #[serde(rename_all = "camelCase")]
 pub(super) struct SparseValues {
@@ -227,7 +227,7 @@ pub(super) struct SparseValues {
     pub(super) byte_offset: Size,
 }
 
-/// A part of a buffer.
+/// A buffer view: a range of a buffer.
 #[derive(Debug, Default, Deserialize)]
 #[serde(rename_all = "camelCase", default)]
 pub(super) struct BufferView {
@@ -260,7 +260,7 @@ pub(super) struct Meshopt {
     pub(super) filter: Option<String>,
 }
 
-/// Bytes.
+/// A buffer.
 #[derive(Debug, Default, Deserialize)]
 #[serde(rename_all = "camelCase", default)]
 pub(super) struct Buffer {
@@ -296,7 +296,7 @@ pub(super) struct Camera {
 /// A perspective camera.
 #[derive(Debug, Deserialize)]
 pub(super) struct Perspective {
-    /// Radians, of the whole height.
+    /// Vertical field of view, in radians.
     pub(super) yfov: f64,
     #[serde(default)]
     pub(super) znear: f64,
@@ -313,7 +313,7 @@ pub(super) struct Orthographic {
     pub(super) znear: f64,
 }
 
-/// Joints.
+/// A skin.
 #[derive(Debug, Default, Deserialize)]
 #[serde(rename_all = "camelCase", default)]
 pub(super) struct Skin {
@@ -330,7 +330,7 @@ pub(super) struct Animation {
     pub(super) samplers: List<AnimationSampler>,
 }
 
-/// What a sampler drives.
+/// A channel: a sampler and the property that it animates.
 #[derive(Debug, Deserialize)]
 pub(super) struct Channel {
     pub(super) sampler: Index,
@@ -345,7 +345,7 @@ pub(super) struct Target {
     pub(super) path: String,
 }
 
-/// Keys over time.
+/// A sampler: key times and values.
 #[derive(Debug, Deserialize)]
 pub(super) struct AnimationSampler {
     pub(super) input: Index,
@@ -373,7 +373,7 @@ pub(super) struct LightJson {
     pub(super) spot: Option<SpotJson>,
 }
 
-/// The cone of a spot light, radians from its axis.
+/// The cone of a spot light, as angles from its axis in radians.
 #[derive(Debug, Default, Deserialize)]
 #[serde(rename_all = "camelCase", default)]
 pub(super) struct SpotJson {
@@ -381,20 +381,20 @@ pub(super) struct SpotJson {
     pub(super) outer_cone_angle: Option<f64>,
 }
 
-/// Reads a document.
+/// Parses a document.
 pub(super) fn parse(text: &[u8]) -> Outcome<Document> {
-    // The binary container pads its text with spaces; some writers use zeros.
+    // GLB pads the JSON with spaces; some writers pad it with zeros.
     let end = text.iter().rposition(|b| *b != 0).map_or(0, |last| last + 1);
     let document: Document = serde_json::from_slice(&text[..end]).map_err(|e| {
         let place = format!("line {} column {}", e.line(), e.column());
-        // The message ends with the place again.
+        // serde's message repeats the position at its end.
         let said = e.to_string();
         let said = said.strip_suffix(&format!(" at {place}")).unwrap_or(&said);
         Fault::of_file(format!("{place} of the JSON text: {said}")).code(ErrorCode::Syntax)
     })?;
     let Some(version) = document.asset.as_ref().and_then(|a| a.version.as_deref()) else {
         return Err(Fault::at("/asset/version", "is missing; expected \"2.0\"").help(
-            "this may be JSON of another kind; a glTF file begins with {\"asset\": {\"version\": \"2.0\"}",
+            "this may be another kind of JSON; a glTF file contains {\"asset\": {\"version\": \"2.0\"}",
         ));
     };
     let least = document.asset.as_ref().and_then(|a| a.min_version.as_deref()).unwrap_or("2.0");

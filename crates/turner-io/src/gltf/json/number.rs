@@ -1,14 +1,14 @@
-//! Whole numbers and bounded lists.
+//! Integers and bounded lists.
 
 use serde::de::{Deserialize, Deserializer, Error, SeqAccess, Visitor};
 use std::fmt;
 use std::marker::PhantomData;
 use std::ops::{Deref, Index as IndexOp};
 
-/// Most bytes that the elements of one list may take: 1 GiB.
+/// Most bytes that the elements of a list may take: 1 GiB.
 const MAX_LIST_BYTES: usize = 1 << 30;
 
-/// Reads a whole number from 0 to `most`; exporters that know only one kind of number write `3.0`.
+/// Reads an integer from 0 to `most`. Exporters whose only number type is floating point write `3.0`.
 struct Whole {
     most: u64,
 }
@@ -17,7 +17,7 @@ impl Visitor<'_> for Whole {
     type Value = u64;
 
     fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "a whole number from 0 to {}", self.most)
+        write!(f, "an integer from 0 to {}", self.most)
     }
 
     fn visit_u64<E: Error>(self, v: u64) -> Result<u64, E> {
@@ -32,7 +32,7 @@ impl Visitor<'_> for Whole {
     }
 
     fn visit_f64<E: Error>(self, v: f64) -> Result<u64, E> {
-        // Up to 2^53 every whole number is a double.
+        // Up to 2^53 a double represents every integer exactly.
         if (0.0..=9_007_199_254_740_992.0).contains(&v) && v == v.floor() {
             self.visit_u64(v as u64)
         } else {
@@ -41,12 +41,12 @@ impl Visitor<'_> for Whole {
     }
 }
 
-/// The number of a thing in one of the document's lists, or a small constant.
+/// An index into one of the document's lists, or a small constant.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub(crate) struct Index(pub(crate) u32);
 
 impl Index {
-    /// As an index into its list.
+    /// As `usize`.
     pub(crate) fn index(self) -> usize {
         self.0 as usize
     }
@@ -59,7 +59,7 @@ impl<'de> Deserialize<'de> for Index {
     }
 }
 
-/// A count or a number of bytes.
+/// A count or a size in bytes.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
 pub(crate) struct Size(pub(crate) u64);
 
@@ -69,7 +69,7 @@ impl<'de> Deserialize<'de> for Size {
     }
 }
 
-/// A list of at most [`MAX_LIST_BYTES`].
+/// A list of at most [`MAX_LIST_BYTES`] bytes.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct List<T>(Vec<T>);
 
@@ -88,7 +88,7 @@ impl<T> Deref for List<T> {
 
 impl<T> IndexOp<Index> for List<T> {
     type Output = T;
-    /// For indices that were checked when the document was read.
+    /// Panics if out of range; only for indices that were checked after parsing.
     fn index(&self, index: Index) -> &T {
         &self.0[index.index()]
     }

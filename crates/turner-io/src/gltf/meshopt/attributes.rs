@@ -1,5 +1,16 @@
-//! Vertex attributes: blocks of up to 256 elements; within a block each byte of an element has its own stream of
-//! differences, in groups of sixteen. Version 0 is that of EXT_meshopt_compression, version 1 that of KHR.
+//! Mode ATTRIBUTES (appendix A): vertex attributes as byte-wise differences.
+//!
+//! The elements are split into blocks of up to 256. Within a block, each byte of the element has its own stream; four
+//! bytes form a channel. A stream stores the difference of each value to that of the element before:
+//!
+//! ```text
+//! header | block | block | … | tail: padding, first element's predecessor, channel modes (version 1)
+//!          └── per channel: 4 streams, one per byte of the channel
+//!               └── groups of 16 values: packed with 0, 1, 2, 4 or 8 bits per value
+//! ```
+//!
+//! Differences are bytes in zigzag code (version 0 of EXT_meshopt_compression). Version 1 of KHR_meshopt_compression
+//! adds, per channel, 16-bit differences in zigzag code and 32-bit XOR with a rotation.
 
 use super::{Reader, unzigzag};
 
@@ -18,7 +29,7 @@ pub(super) fn decode(source: &[u8], stride: usize, out: &mut [u8]) -> Option<()>
     let control_size = if version == 0 { 0 } else { stride / 4 };
     let tail = stride + control_size;
     let padded = tail.max(if version == 0 { 32 } else { 24 });
-    // The tail: padding, the element that the first one differs from, and how to put channels together.
+    // The tail: padding, the element before the first one, and the modes of the channels.
     let (streams, end) = body.split_at_checked(body.len().checked_sub(padded)?)?;
     let (last, channels) = end[padded - tail..].split_at(stride);
     let mut last = last.to_vec();
@@ -66,11 +77,11 @@ pub(super) fn decode(source: &[u8], stride: usize, out: &mut [u8]) -> Option<()>
                     }
                 }
                 2 => {
-                    let turn = u32::from(32 - (how >> 4)) & 31;
+                    let rotation = u32::from(32 - (how >> 4)) & 31;
                     let mut v = u32::from_le_bytes([before[0], before[1], before[2], before[3]]);
                     for i in 0..count {
                         let d = [0, 1, 2, 3].map(|k| bytes[k * BLOCK_ELEMENTS + i]);
-                        v ^= u32::from_le_bytes(d).rotate_left(turn);
+                        v ^= u32::from_le_bytes(d).rotate_left(rotation);
                         elements[i * stride + at..][..4].copy_from_slice(&v.to_le_bytes());
                     }
                     before.copy_from_slice(&v.to_le_bytes());
@@ -82,8 +93,8 @@ pub(super) fn decode(source: &[u8], stride: usize, out: &mut [u8]) -> Option<()>
     reader.bytes.is_empty().then_some(())
 }
 
-/// A stream of bytes in groups of sixteen: two bits per group choose among `widths` how many bits a byte has.
-/// A value of all ones stands for a whole byte that follows the group.
+/// Decodes one stream. For each group of sixteen values, two header bits select one of `widths`, the bits per value.
+/// A value with all bits set is an escape: the actual byte follows after the group.
 fn groups(reader: &mut Reader<'_>, out: &mut [u8], widths: &[usize; 4]) -> Option<()> {
     let headers = reader.take(out.len().div_ceil(GROUP).div_ceil(4))?;
     for (g, group) in out.chunks_mut(GROUP).enumerate() {
@@ -94,16 +105,17 @@ fn groups(reader: &mut Reader<'_>, out: &mut [u8], widths: &[usize; 4]) -> Optio
             _ => {
                 let packed = reader.take(GROUP * width / 8)?;
                 let mask = (1u8 << width) - 1;
-                // A last group that is not full has its sixteen values all the same.
+                // An incomplete last group still stores sixteen values.
                 for i in 0..GROUP {
                     let byte = packed[i * width / 8];
                     let within = i * width % 8;
-                    // Single bits begin with the lowest, pairs and quadruples with the highest.
+                    // Single bits start at the least significant bit, pairs and nibbles at the
+                    // most significant.
                     let shift = if width == 1 { within } else { 8 - width - within };
                     let value = byte >> shift & mask;
                     let value = if value == mask { reader.byte()? } else { value };
-                    if let Some(place) = group.get_mut(i) {
-                        *place = value;
+                    if let Some(slot) = group.get_mut(i) {
+                        *slot = value;
                     }
                 }
             }

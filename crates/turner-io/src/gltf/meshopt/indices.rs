@@ -1,11 +1,25 @@
-//! Index buffers: triangles that share edges and vertices with those before them, and sequences of differences.
+//! Modes TRIANGLES and INDICES (appendix A): index buffers.
+//!
+//! TRIANGLES stores one code byte per triangle and exploits that neighbouring triangles share edges and vertices. The
+//! decoder keeps the last sixteen edges and the last sixteen vertices:
+//!
+//! ```text
+//! code  high nibble 0..14: reuse that recent edge (a, b); low nibble gives c:
+//!         0 next unused vertex | 1.. recent vertex | 13, 14 last explicit ∓ 1 (version 1) | 15 explicit
+//!       high nibble 15: no shared edge; a is the next unused vertex (or explicit, low nibble 15);
+//!         low nibble 0..13 selects a byte of the 16-byte table, 14 and 15 read a byte from the data;
+//!         its nibbles give b and c: 0 next unused | 1..14 recent | 15 recent, in a byte from the data explicit
+//! ```
+//!
+//! Explicit vertices are zigzag differences to the last explicit one, as variable-length integers. INDICES stores
+//! only such differences, to one of two previous values.
 
 use super::{Reader, unzigzag};
 
 const TRIANGLES: u8 = 0xe0;
 const SEQUENCE: u8 = 0xd0;
 
-/// The last sixteen of something.
+/// The last sixteen items pushed.
 struct Fifo<T> {
     items: [T; 16],
     next: usize,
@@ -21,7 +35,7 @@ impl<T: Copy> Fifo<T> {
         self.next += 1;
     }
 
-    /// The one that was pushed `back` pushes before the last.
+    /// The item pushed `back` pushes before the last one.
     fn get(&self, back: usize) -> T {
         self.items[self.next.wrapping_sub(1 + back) & 15]
     }
@@ -34,7 +48,7 @@ fn store(out: &mut [u8], index: u32) {
     }
 }
 
-/// Fills `out` with triangles of indices of `stride` bytes each, 2 or 4.
+/// Mode TRIANGLES. Fills `out` with triangles whose indices take `stride` bytes, 2 or 4.
 pub(super) fn decode_triangles(source: &[u8], stride: usize, out: &mut [u8]) -> Option<()> {
     let count = out.len() / stride / 3;
     let (&header, body) = source.split_first()?;
@@ -47,7 +61,7 @@ pub(super) fn decode_triangles(source: &[u8], stride: usize, out: &mut [u8]) -> 
     let mut data = Reader { bytes: data };
     let mut edges = Fifo::new((u32::MAX, u32::MAX));
     let mut vertices = Fifo::new(u32::MAX);
-    // The next vertex that was not seen yet, and the last that was named by its number.
+    // The next unused vertex, and the last explicit one.
     let (mut next, mut last) = (0u32, 0u32);
     let fresh = |next: &mut u32| {
         let v = *next;
@@ -88,7 +102,7 @@ pub(super) fn decode_triangles(source: &[u8], stride: usize, out: &mut [u8]) -> 
                 next = 0;
             }
             let (second, third) = (usize::from(pair >> 4), usize::from(pair & 15));
-            // How far back is counted from before this triangle's own vertices: the first is always pushed.
+            // Distances count from before this triangle's own vertices; the first is always pushed.
             let a_is_free = low == 15;
             let a = if a_is_free { 0 } else { fresh(&mut next) };
             let recent = |back: usize| vertices.items[vertices.next.wrapping_sub(back) & 15];
@@ -109,14 +123,14 @@ pub(super) fn decode_triangles(source: &[u8], stride: usize, out: &mut [u8]) -> 
             edges.push((a, c));
             [a, b, c]
         };
-        for (place, index) in triangle.chunks_exact_mut(stride).zip(corners) {
-            store(place, index);
+        for (slot, index) in triangle.chunks_exact_mut(stride).zip(corners) {
+            store(slot, index);
         }
     }
     data.bytes.is_empty().then_some(())
 }
 
-/// Fills `out` with indices of `stride` bytes each, 2 or 4.
+/// Mode INDICES. Fills `out` with indices of `stride` bytes, 2 or 4.
 pub(super) fn decode_sequence(source: &[u8], stride: usize, out: &mut [u8]) -> Option<()> {
     let (&header, body) = source.split_first()?;
     if header & 0xf0 != SEQUENCE || header & 15 > 1 {
@@ -124,11 +138,11 @@ pub(super) fn decode_sequence(source: &[u8], stride: usize, out: &mut [u8]) -> O
     }
     let mut data = Reader { bytes: body.get(..body.len().checked_sub(4)?)? };
     let mut last = [0u32; 2];
-    for place in out.chunks_exact_mut(stride) {
+    for slot in out.chunks_exact_mut(stride) {
         let v = data.varint()?;
         let base = &mut last[(v & 1) as usize];
         *base = base.wrapping_add(unzigzag(v >> 1));
-        store(place, *base);
+        store(slot, *base);
     }
     data.bytes.is_empty().then_some(())
 }

@@ -1,7 +1,15 @@
-//! Decoders for `EXT_meshopt_compression` and `KHR_meshopt_compression`: what a compressed buffer view holds.
+//! Decompression of buffer views (`EXT_meshopt_compression`, `KHR_meshopt_compression`).
 //!
-//! The bitstreams are those of the extensions' appendices A (attributes, triangles, indices) and B (filters). All
-//! reads are checked: a damaged stream is refused, whatever is in it.
+//! meshoptimizer's codecs exploit that neighbouring elements are similar. A compressed buffer view has a mode:
+//!
+//! - ATTRIBUTES: vertex attributes, as differences of each byte to the element before, packed with few bits.
+//! - TRIANGLES: triangle indices, coded against recently used edges and vertices.
+//! - INDICES: other index buffers, as differences to recent indices.
+//!
+//! Attributes may then pass a filter (OCTAHEDRAL, QUATERNION, EXPONENTIAL, COLOR) that restores quantised vectors,
+//! rotations, floats or colours. The bitstreams are those of the extensions' appendices A (modes) and B (filters).
+//!
+//! All reads are bounds-checked: a damaged stream is rejected or decodes to wrong values of the right length.
 
 mod attributes;
 mod filters;
@@ -11,7 +19,7 @@ use super::budget::Budget;
 use super::fault::{Fault, Outcome};
 use super::json::Meshopt;
 
-/// Reads bytes from front to back.
+/// Reads bytes in order.
 struct Reader<'a> {
     bytes: &'a [u8],
 }
@@ -29,7 +37,7 @@ impl<'a> Reader<'a> {
         Some(taken)
     }
 
-    /// An unsigned number, seven bits per byte, the lowest first.
+    /// A variable-length unsigned integer: seven bits per byte, lowest first.
     fn varint(&mut self) -> Option<u32> {
         let mut value = 0u32;
         for shift in [0, 7, 14, 21, 28] {
@@ -43,12 +51,12 @@ impl<'a> Reader<'a> {
     }
 }
 
-/// The difference that an unsigned number stands for: 0, -1, 1, -2, …
+/// Decodes zigzag: 0, 1, 2, 3, … become 0, −1, 1, −2, …
 fn unzigzag(v: u32) -> u32 {
     (v >> 1) ^ (v & 1).wrapping_neg()
 }
 
-/// Decodes a buffer view, named `pointer` in errors, from its compressed bytes.
+/// Decodes a buffer view from its compressed bytes. `pointer` is its JSON pointer, for errors.
 pub(super) fn decode(how: &Meshopt, source: &[u8], budget: &Budget, pointer: &str) -> Outcome<Vec<u8>> {
     let stride = how.byte_stride.0;
     let fault = |message: String| Err(Fault::at(pointer, message));
@@ -68,7 +76,7 @@ pub(super) fn decode(how: &Meshopt, source: &[u8], budget: &Budget, pointer: &st
     let done = match how.mode.as_str() {
         "ATTRIBUTES" => attributes::decode(source, stride, &mut out),
         "TRIANGLES" if count % 3 != 0 => {
-            return fault(format!("has {count} indices, not three per triangle"));
+            return fault(format!("has {count} indices; expected a multiple of 3"));
         }
         "TRIANGLES" => indices::decode_triangles(source, stride, &mut out),
         _ => indices::decode_sequence(source, stride, &mut out),

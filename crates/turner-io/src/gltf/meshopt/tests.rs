@@ -1,4 +1,4 @@
-//! Streams of the reference encoder, and the same with bits turned over.
+//! Streams of the reference encoder, as they are and damaged.
 
 use super::*;
 use crate::gltf::json::{Index, Size};
@@ -8,7 +8,7 @@ fn hex(text: &str) -> Vec<u8> {
     text.as_bytes().chunks(2).map(|pair| digit(pair[0]) << 4 | digit(pair[1])).collect()
 }
 
-/// How each stream is compressed, its bytes, and what it holds.
+/// Each stream's compression parameters, its bytes and the expected result.
 fn vectors() -> Vec<(Meshopt, Vec<u8>, Vec<u8>)> {
     let lines = include_str!("vectors.txt").lines().filter(|l| !l.starts_with('#'));
     let vector = |line: &str| {
@@ -39,7 +39,7 @@ fn streams_of_the_reference_encoder_are_decoded() {
         } else if matches!(how.filter.as_deref(), Some("NONE" | "EXPONENTIAL")) {
             assert_eq!(found, expected, "{how:?}");
         } else {
-            // Filters end with a rounding, which processors with fused operations do in another way.
+            // Filters end with a rounding, which can differ by one on processors with fused multiply-add.
             let numbers = |bytes: &[u8]| -> Vec<i32> {
                 if how.byte_stride.0 == 4 && how.filter.as_deref() == Some("COLOR") {
                     bytes.iter().map(|b| i32::from(*b)).collect()

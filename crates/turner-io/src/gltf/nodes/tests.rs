@@ -17,10 +17,10 @@ fn only_trees_are_taken() {
         refusal(r#"{"children":[2]},{"children":[2]},{}"#).contains("node 2 has two parents, nodes 0 and 1")
     );
     assert!(refusal(r#"{"children":[1,1]},{}"#).contains("node 1 has two parents"));
-    assert!(refusal(r#"{"children":[7]}"#).contains("names node 7, but there are 1"));
+    assert!(refusal(r#"{"children":[7]}"#).contains("refers to node 7, but there are 1"));
     let ring = r#"{},{"children":[2]},{"children":[3]},{"children":[1]}"#;
-    assert!(refusal(ring).contains("/nodes/1: node 1 hangs on itself"), "{}", refusal(ring));
-    // Each level names the next twice: 2^40 nodes if it were a tree.
+    assert!(refusal(ring).contains("/nodes/1: node 1 is its own ancestor"), "{}", refusal(ring));
+    // Each level refers to the next one twice: 2^40 nodes if that were allowed.
     let levels: Vec<String> = (0..40).map(|i| format!(r#"{{"children":[{0},{0}]}}"#, i + 1)).collect();
     assert!(refusal(&format!("{},{{}}", levels.join(","))).contains("two parents"));
 }
@@ -45,7 +45,7 @@ fn a_chain_of_100_000_nodes_is_walked() {
 
 #[test]
 fn children_move_with_their_parents() {
-    // A quarter turn about y takes x to −z.
+    // A rotation by 90 degrees about y maps x to −z.
     let h = std::f64::consts::FRAC_1_SQRT_2;
     let members = format!(
         r#""nodes":[{{"translation":[1,2,3],"rotation":[0,{h},0,{h}],"scale":[2,2,2],"children":[1]}},

@@ -1,16 +1,16 @@
-//! The attributes in an EXR header, as bytes: name NUL type NUL size value, ended by an empty name.
+//! The attributes of an EXR header. Each is stored as: name NUL type NUL size value; an empty name ends the list.
 
 use super::FORMAT;
 use crate::image::{ImageError, MetaValue, Metadata};
 use std::ops::Range;
 
-/// Where the first header begins: after the magic number and the version.
+/// Offset of the first header, after the magic number and the version.
 const START: usize = 8;
 
-/// Attributes that describe the file's structure, not the picture.
+/// Attributes that describe the structure of the file and are not reported as metadata.
 const STRUCTURE: &[&str] = &["name", "type", "view", "version", "chunkCount", "maxSamplesPerPixel"];
 
-/// An attribute and the bytes it takes.
+/// An attribute and its byte range.
 pub(super) struct Attribute<'a> {
     pub(super) name: &'a [u8],
     kind: &'a [u8],
@@ -18,7 +18,7 @@ pub(super) struct Attribute<'a> {
     pub(super) range: Range<usize>,
 }
 
-/// The attributes of the first header, or `None` where it runs beyond the end of the bytes.
+/// The attributes of the first header; `None` if it extends beyond the end of the bytes.
 pub(super) fn attributes(bytes: &[u8]) -> Option<Vec<Attribute<'_>>> {
     let mut found = Vec::new();
     let mut at = START;
@@ -47,7 +47,7 @@ fn until_nul<'a>(bytes: &'a [u8], at: &mut usize) -> Option<&'a [u8]> {
 /// The `string` and `int` attributes of the first part, by name.
 pub fn read_metadata(bytes: &[u8], name: &str) -> Result<Metadata, ImageError> {
     let list = attributes(bytes)
-        .ok_or_else(|| ImageError::damaged(name, FORMAT, "the header runs beyond the end of the file"))?;
+        .ok_or_else(|| ImageError::damaged(name, FORMAT, "the header extends beyond the end of the file"))?;
     let mut metadata = Metadata::new();
     for attribute in list {
         let value = match (attribute.kind, attribute.value) {
@@ -63,8 +63,8 @@ pub fn read_metadata(bytes: &[u8], name: &str) -> Result<Metadata, ImageError> {
     Ok(metadata)
 }
 
-/// Puts the header's attributes into the order of their names, in place. The exr crate keeps custom ones in a hash
-/// map, whose order changes from run to run. Sizes and offsets stay as they are.
+/// Sorts the attributes of the header by name, in place. The exr crate keeps custom attributes in a hash map, whose
+/// order differs between runs; sorting makes files reproducible. Sizes and offsets do not change.
 pub(super) fn sort_attributes(bytes: &mut [u8]) {
     let Some(mut list) = attributes(bytes) else { return };
     list.sort_by_key(|a| a.name);

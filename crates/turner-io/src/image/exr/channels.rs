@@ -1,22 +1,22 @@
-//! Which channels of an EXR part make the picture.
+//! Selects the channels of an EXR file that make up the image.
 
 use super::FORMAT;
 use crate::image::ImageError;
 use exr::meta::header::Header;
 
-/// A layer and, for each of its channels, the channel of the picture that it becomes.
+/// A layer, and for each of its channels the image channel that it becomes.
 pub(super) struct Choice {
     pub(super) layer: usize,
-    /// By index in the header's channel list.
+    /// By index in the header's channel list; `None` if unused.
     pub(super) to: Vec<Option<u8>>,
     /// 1, 2, 3 or 4.
     pub(super) channels: u8,
 }
 
-/// What a picture may be made of: names in the order of the picture's channels.
+/// The supported channel sets, in order of preference; the names are in the order of the image's channels.
 const SETS: &[&[&str]] = &[&["R", "G", "B", "A"], &["R", "G", "B"], &["Y", "A"], &["Y"]];
 
-/// Chooses the picture's channels, or says which are there and which are missing.
+/// Selects the channels; the error names the channels that exist and those that are missing.
 pub(super) fn choose(headers: &[Header], name: &str) -> Result<Choice, ImageError> {
     let flat = || headers.iter().enumerate().filter(|(_, h)| !h.deep);
     if flat().next().is_none() {
@@ -42,7 +42,7 @@ pub(super) fn choose(headers: &[Header], name: &str) -> Result<Choice, ImageErro
         return Err(ImageError::unsupported(name, FORMAT, found, "R, G, B (and A), Y, or a single channel"));
     };
     let list = &headers[choice.layer].channels.list;
-    // Luminance and chroma: Y alone would be the picture without its colours.
+    // Luminance/chroma files: Y alone would drop the colours.
     let chroma = list.iter().any(|c| matches!(c.name.as_slice(), b"RY" | b"BY"));
     if (chroma && choice.channels < 3) || list.iter().any(|c| c.sampling.0 != 1 || c.sampling.1 != 1) {
         let found = "luminance and chroma or subsampled channels";
@@ -62,7 +62,7 @@ fn in_layer(layer: usize, names: &[String], prefix: &str) -> Option<Choice> {
     })
 }
 
-/// Channel lists are sorted by name, so the first named layer is the first in the alphabet.
+/// Channel lists are sorted by name, so the first named layer is the alphabetically first.
 fn in_any_named_layer(layer: usize, names: &[String]) -> Option<Choice> {
     let mut last = "";
     names.iter().filter_map(|n| n.rfind('.').map(|dot| &n[..=dot])).find_map(|prefix| {

@@ -1,12 +1,24 @@
 //! OpenEXR: linear floats with metadata.
 //!
-//! Read: scan lines and tiles, every compression of the exr crate, half, float and integer channels, many layers.
-//! The picture is what the display window shows: pixels outside the data window are 0, those outside the display
-//! window are cut off. Chosen, in this order, are the first part's `R G B [A]`, `Y [A]`, the same in a named layer
-//! (`diffuse.R`, …), or an only channel as grey. NaN and infinities come back as stored.
+//! An EXR file has one or more parts (layers). Each part has channels with names such as `R` or `diffuse.R`, stored
+//! as half, float or 32-bit integer, in blocks of scan lines or tiles, and two rectangles in pixels:
 //!
-//! Written: one part of 32-bit `R G B [A]`, ZIP16, metadata as `string` and `int` attributes in the order of their
-//! names, nothing that depends on time or machine.
+//! ```text
+//!   display window: the image          data window: the pixels stored
+//!   ┌───────────────────┐              may be smaller, larger or elsewhere
+//!   │     ┌─────────────┼───┐
+//!   │ 0   │ shown       │cut│
+//!   └─────┼─────────────┘   │
+//!         └─────────────────┘
+//! ```
+//!
+//! Reading: the image is the display window. Pixels outside the data window are 0; pixels outside the display window
+//! are dropped. The channels are, in this order: `R G B [A]` of the first part that has them, `Y [A]`, the same in a
+//! named layer, or a single channel as grey. All compressions of the exr crate are supported. NaN and infinite values
+//! are kept. EXR stores colours premultiplied by alpha; [`decode`] divides by alpha, [`decode_as_stored`] does not.
+//!
+//! Writing: one part with 32-bit `R G B [A]`, ZIP compression of 16 scan lines per block, and metadata as `string`
+//! and `int` attributes sorted by name. Nothing depends on time, machine or thread count.
 
 mod attributes;
 mod channels;

@@ -1,4 +1,4 @@
-//! EXR to floats.
+//! Reads EXR files.
 
 use super::FORMAT;
 use super::channels::{Choice, choose};
@@ -14,8 +14,8 @@ use std::collections::HashSet;
 use std::io::Cursor;
 use turner::image::{Image, Pixels};
 
-/// Reads an EXR; colours associated with alpha are divided by it, since [`Image`] has straight alpha. Where alpha
-/// is 0, the colour (light without coverage) stays.
+/// Reads an EXR file. Colours are divided by alpha, because [`Image`] has straight alpha. Where alpha is 0 the colour
+/// (emission without coverage) is kept.
 pub fn decode(bytes: &[u8], name: &str, limits: &DecodeLimits) -> Result<Image, ImageError> {
     let mut image = decode_as_stored(bytes, name, limits)?;
     if let (Pixels::F32(samples), n @ (2 | 4)) = (&mut image.pixels, usize::from(image.channels)) {
@@ -29,7 +29,7 @@ pub fn decode(bytes: &[u8], name: &str, limits: &DecodeLimits) -> Result<Image, 
     Ok(image)
 }
 
-/// Reads an EXR with the very numbers in it: colour stays associated with alpha.
+/// Reads an EXR file with the values as stored: colours stay premultiplied by alpha.
 pub fn decode_as_stored(bytes: &[u8], name: &str, limits: &DecodeLimits) -> Result<Image, ImageError> {
     contain(name, FORMAT, || read(bytes, name, limits))
 }
@@ -49,7 +49,7 @@ fn read(bytes: &[u8], name: &str, limits: &DecodeLimits) -> Result<Image, ImageE
     let channels = usize::from(choice.channels);
     let source = Source { name, format: FORMAT, bytes: bytes.len() };
     let window = header.shared_attributes.display_window;
-    // The display window's size is independent of what the file holds; the data's size is not.
+    // The display window can be larger than the data in the file; the data window cannot.
     let size =
         limits.check(source, window.size.0 as u64, window.size.1 as u64, 4 * channels as u64, u64::MAX)?;
     let stored_pixel = header.channels.bytes_per_pixel as u64;
@@ -62,9 +62,9 @@ fn read(bytes: &[u8], name: &str, limits: &DecodeLimits) -> Result<Image, ImageE
         i64::from(position.0) - i64::from(window.position.0),
         i64::from(position.1) - i64::from(window.position.1),
     );
-    let meets = |at: i64, length: usize, side: u32| at < i64::from(side) && at + length as i64 > 0;
-    if !meets(offset.0, data.0, size.width) || !meets(offset.1, data.1, size.height) {
-        return Err(ImageError::damaged(name, FORMAT, "no stored pixel lies in the display window"));
+    let overlaps = |at: i64, length: usize, side: u32| at < i64::from(side) && at + length as i64 > 0;
+    if !overlaps(offset.0, data.0, size.width) || !overlaps(offset.1, data.1, size.height) {
+        return Err(ImageError::damaged(name, FORMAT, "the data window lies outside the display window"));
     }
     let mut picture = Picture {
         samples: buffer(size.pixels * channels, name)?,
@@ -85,10 +85,14 @@ fn read(bytes: &[u8], name: &str, limits: &DecodeLimits) -> Result<Image, ImageE
         let at = block.index.pixel_position;
         let area = block.index.pixel_size.0.saturating_mul(block.index.pixel_size.1);
         if block.index.layer != layer || block.index.level.0 != 0 || block.index.level.1 != 0 {
-            return Err(ImageError::damaged(name, FORMAT, "the offset table leads to another part"));
+            return Err(ImageError::damaged(
+                name,
+                FORMAT,
+                "the offset table refers to a block of another part",
+            ));
         }
         if !seen.insert((at.0, at.1)) {
-            return Err(ImageError::damaged(name, FORMAT, "the offset table leads to a block twice"));
+            return Err(ImageError::damaged(name, FORMAT, "the offset table refers to a block twice"));
         }
         pixels = pixels.saturating_add(area);
         picture.add(&block, &header, &choice);
@@ -101,18 +105,18 @@ fn read(bytes: &[u8], name: &str, limits: &DecodeLimits) -> Result<Image, ImageE
     Ok(Image { width, height, channels: choice.channels, pixels: Pixels::F32(picture.samples) })
 }
 
-/// The offset tables, eight bytes for each chunk, must fit the file before anything walks through them.
+/// Checks that the offset tables, eight bytes per chunk, fit in the file before they are used.
 fn check_tables(headers: &[Header], bytes: &[u8], name: &str) -> Result<(), ImageError> {
     let chunks = headers.iter().fold(0_usize, |sum, h| sum.saturating_add(h.chunk_count));
     if chunks > bytes.len() / 8 {
-        let problem = format!("{chunks} blocks are announced in a file of {} bytes", bytes.len());
+        let problem = format!("{chunks} blocks announced in a file of {} bytes", bytes.len());
         return Err(ImageError::damaged(name, FORMAT, problem));
     }
     Ok(())
 }
 
-/// The most pixels that a byte of the file can hold. Deflate makes at most 1032 bytes of one, and the other
-/// methods less, but for DWA, which deflates what it has already shortened.
+/// Most pixels that a byte of the file can represent. Deflate expands at most 1032 times, other methods less, except
+/// DWA, which deflates data that is already reduced.
 fn pixels_per_byte(header: &Header) -> u64 {
     match header.compression {
         Compression::DWAA(_) | Compression::DWAB(_) => 1 << 17,
@@ -120,17 +124,17 @@ fn pixels_per_byte(header: &Header) -> u64 {
     }
 }
 
-/// The samples of the display window.
+/// The image under construction: the samples of the display window.
 struct Picture {
     samples: Vec<f32>,
     width: i64,
     height: i64,
-    /// Where the data window begins in the display window.
+    /// Position of the data window in the display window.
     offset: (i64, i64),
 }
 
 impl Picture {
-    /// Copies the chosen channels of a block, as far as they lie in the display window.
+    /// Copies the selected channels of a block, clipped to the display window.
     fn add(&mut self, block: &UncompressedBlock, header: &Header, choice: &Choice) {
         let n = usize::from(choice.channels);
         for line in block.lines(&header.channels) {
@@ -152,7 +156,7 @@ impl Picture {
             let end = row + (last - first) as usize * n;
             let Some(out) = self.samples.get_mut(row..end) else { continue };
             let out = out.chunks_exact_mut(n).map(|p| &mut p[usize::from(*to)]);
-            // The exr crate hands out samples in the machine's byte order.
+            // The exr crate returns samples in native byte order.
             match description.sample_type {
                 SampleType::F16 => copy(line.value, skip, out, |b| f16::from_ne_bytes(b).to_f32()),
                 SampleType::F32 => copy(line.value, skip, out, f32::from_ne_bytes),

@@ -1,4 +1,4 @@
-//! Floats to EXR.
+//! Writes EXR files.
 
 use super::FORMAT;
 use super::attributes::sort_attributes;
@@ -15,10 +15,10 @@ use miniz_oxide::deflate::compress_to_vec_zlib;
 use std::io::Cursor;
 use turner::image::{Image, Pixels};
 
-/// Writes the linear samples and the metadata.
+/// Encodes the linear samples and the metadata.
 pub fn encode(image: &OutputImage<'_>) -> Result<Vec<u8>, ImageError> {
     let linear = image.linear(FORMAT)?;
-    // In the order of the names, as the format wants it.
+    // The format requires alphabetical order.
     let names: &[&str] = if image.alpha { &["A", "B", "G", "R"] } else { &["B", "G", "R"] };
     let mut header = header(image.width, image.height, names);
     add_metadata(&mut header, image.metadata)?;
@@ -26,7 +26,7 @@ pub fn encode(image: &OutputImage<'_>) -> Result<Vec<u8>, ImageError> {
         header,
         &|row, width, data| {
             let pixels = linear.get(row * width..(row + 1) * width).unwrap_or_default();
-            // Channels are stored backwards: A B G R.
+            // Channels are stored in reverse: A B G R.
             for channel in (0..names.len()).rev() {
                 data.extend(pixels.iter().flat_map(|p| p[channel].to_le_bytes()));
             }
@@ -35,15 +35,16 @@ pub fn encode(image: &OutputImage<'_>) -> Result<Vec<u8>, ImageError> {
     )
 }
 
-/// Writes a picture of floats as it is: its channels as Y, Y A, R G B or R G B A, colours multiplied by alpha as EXR has it.
+/// Encodes an image of floats with its channels as Y, Y A, R G B or R G B A; colours are premultiplied by alpha, as
+/// EXR requires.
 pub fn encode_samples(image: &Image) -> Result<Vec<u8>, ImageError> {
     let Pixels::F32(samples) = &image.pixels else {
-        return Err(ImageError::encode(FORMAT, "samples that are no floats"));
+        return Err(ImageError::encode(FORMAT, "the samples are not floats"));
     };
     if !image.is_consistent() {
-        return Err(ImageError::encode(FORMAT, "samples that do not fit the size"));
+        return Err(ImageError::encode(FORMAT, "the number of samples does not match the size"));
     }
-    // Names in the order of the alphabet, each with its place in a pixel.
+    // Names in alphabetical order, each with its index in a pixel.
     let channels: &[(&str, usize)] = match image.channels {
         1 => &[("Y", 0)],
         2 => &[("A", 1), ("Y", 0)],
@@ -65,7 +66,7 @@ pub fn encode_samples(image: &Image) -> Result<Vec<u8>, ImageError> {
     )
 }
 
-/// Adds the samples of a row of so many pixels, channel by channel.
+/// Appends the samples of row `y` with `width` pixels, channel by channel.
 type Row<'a> = &'a (dyn Fn(usize, usize, &mut Vec<u8>) + Sync);
 
 fn write(header: Header, row: Row<'_>, threads: usize) -> Result<Vec<u8>, ImageError> {
@@ -91,7 +92,7 @@ fn header(width: u32, height: u32, names: &[&str]) -> Header {
         BlockDescription::ScanLines,
         LineOrder::Increasing,
     );
-    // A lone part needs no name.
+    // A single part needs no name.
     header.own_attributes.layer_name = None;
     header
 }
@@ -106,7 +107,7 @@ fn add_metadata(header: &mut Header, metadata: &Metadata) -> Result<(), ImageErr
         }
         let value = match value {
             MetaValue::Integer(i) => AttributeValue::I32(*i),
-            // UTF-8, as the format has it; the crate's own conversion is to Latin-1.
+            // EXR text is UTF-8; the crate's own conversion produces Latin-1.
             MetaValue::Text(t) => AttributeValue::Text(Text::from_slice_unchecked(t.as_bytes())),
         };
         header.own_attributes.other.insert(Text::from_slice_unchecked(name.as_bytes()), value);
@@ -114,7 +115,7 @@ fn add_metadata(header: &mut Header, metadata: &Metadata) -> Result<(), ImageErr
     Ok(())
 }
 
-/// Compresses all blocks, each thread a run of neighbours, in the order of the rows.
+/// Compresses all blocks; each thread takes a contiguous range. The result is in row order.
 fn compress(row: Row<'_>, threads: usize, meta: &MetaData) -> Result<Vec<Chunk>, Error> {
     let blocks: Vec<_> = meta.enumerate_ordered_header_block_indices().map(|(_, block)| block).collect();
     let channels = meta.headers.first().map_or(0, |h| h.channels.list.len());
@@ -140,19 +141,19 @@ fn compress(row: Row<'_>, threads: usize, meta: &MetaData) -> Result<Vec<Chunk>,
             .collect();
         let mut chunks = Vec::with_capacity(blocks.len());
         for part in parts {
-            let done = part.join().map_err(|_| Error::Invalid("a compressing thread stopped".into()))?;
+            let done = part.join().map_err(|_| Error::Invalid("a compression thread failed".into()))?;
             chunks.extend(done);
         }
         Ok(chunks)
     })
 }
 
-/// Effort of deflate, of 10. Of a noisy 1920 x 1080 picture on one thread, level 1 makes 16.9 MB in 0.38 s, the
-/// exr crate's level 4 makes 15.8 MB in 1.1 s. fdeflate takes 0.17 s and saves nothing.
+/// Deflate level, of 10. For a noisy 1920 x 1080 image on one thread, level 1 gives 16.9 MB in 0.38 s and the exr
+/// crate's level 4 gives 15.8 MB in 1.1 s. fdeflate takes 0.17 s but does not compress it at all.
 const LEVEL: u8 = 1;
 
-/// The ZIP method of EXR: even bytes, then odd bytes, as differences to the byte before, deflated; or the bytes
-/// as they are where that is not shorter.
+/// EXR's ZIP method: even bytes followed by odd bytes, as differences to the previous byte, deflated; uncompressed if
+/// that is not shorter.
 fn compress_zip(data: Vec<u8>) -> Vec<u8> {
     let (even, odd) = (data.iter().step_by(2), data.iter().skip(1).step_by(2));
     let mut packed: Vec<u8> = even.chain(odd).copied().collect();

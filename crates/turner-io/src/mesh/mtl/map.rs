@@ -1,11 +1,11 @@
-//! A picture of a material, with the options that stand before (or after) its name.
+//! An MTL texture map: a file name with options before or after it.
 
 use crate::mesh::number::parse_f32;
 
-/// A picture and how it is laid on. (u, v) become scale · (u, v) + offset; a value x becomes base + gain · x.
+/// A texture map. (u, v) becomes scale · (u, v) + offset; a value x becomes base + gain · x.
 #[derive(Clone, Debug, PartialEq)]
 pub(in crate::mesh) struct MtlMap {
-    /// Its name as written.
+    /// The file name as written.
     pub(in crate::mesh) file: String,
     /// `-s`.
     pub(in crate::mesh) scale: [f32; 2],
@@ -22,7 +22,7 @@ pub(in crate::mesh) struct MtlMap {
     pub(in crate::mesh) channel: Option<u8>,
 }
 
-/// A number of numbers, a word, or an on or off.
+/// What follows an option: a count of numbers (least, most), or a word.
 enum Argument {
     Numbers(usize, usize),
     Word,
@@ -40,7 +40,7 @@ fn arguments(option: &[u8]) -> Option<Argument> {
     })
 }
 
-/// The next word of a text and what comes after it.
+/// The next word of a text, and the rest.
 fn word(text: &[u8]) -> Option<(&[u8], &[u8])> {
     let text = text.trim_ascii_start();
     let end = text.iter().position(u8::is_ascii_whitespace).unwrap_or(text.len());
@@ -48,7 +48,7 @@ fn word(text: &[u8]) -> Option<(&[u8], &[u8])> {
 }
 
 impl MtlMap {
-    /// What stands after the keyword; `None` without a name. The second part lists options that have no effect.
+    /// Parses what follows the keyword; `None` without a file name. The second part lists options without effect.
     pub(super) fn parse(text: &[u8]) -> (Option<MtlMap>, Vec<String>) {
         let (scale, offset, file) = ([1.0; 2], [0.0; 2], String::new());
         let mut map =
@@ -58,7 +58,7 @@ impl MtlMap {
         let mut name: Vec<u8> = Vec::new();
         while let Some((option, after)) = word(rest).filter(|(word, _)| !word.starts_with(b"#")) {
             let Some(argument) = arguments(option) else {
-                // A part of the name, with the blanks before it.
+                // Part of the file name, with the white space before it.
                 let blanks = rest.len() - rest.trim_ascii_start().len();
                 if !name.is_empty() {
                     name.extend_from_slice(&rest[..blanks]);
@@ -76,7 +76,7 @@ impl MtlMap {
         ((!map.file.is_empty()).then_some(map), ignored)
     }
 
-    /// Takes the numbers after an option; gives what comes after them.
+    /// Reads the numbers of an option; returns the rest.
     fn numbers<'a>(
         &mut self,
         option: &[u8],
@@ -112,7 +112,7 @@ impl MtlMap {
         match low.as_slice() {
             b"-clamp" => self.clamp = value == b"on",
             b"-imfchan" => self.channel = value.first().copied().filter(|c| b"rgbmlz".contains(c)),
-            // What they say is what is done anyway.
+            // These values are the behaviour anyway.
             b"-blendu" | b"-blendv" if value == b"on" => {}
             b"-cc" if value == b"off" => {}
             _ => ignored.push(String::from_utf8_lossy(&low).into_owned()),

@@ -1,7 +1,8 @@
-//! Wavefront MTL: the materials of OBJ files, with the keys for physical rendering that exporters add (`Pr`, `Pm`, …).
+//! Wavefront MTL: materials of OBJ files, with the keys for physically based rendering that exporters add (`Pr`,
+//! `Pm`, …).
 //!
-//! [`parse`] reads a library into [`MtlMaterial`]s, what the file says; [`physical`] makes of each the physical material that
-//! comes closest. What a statement says that has no counterpart is counted by its keyword.
+//! [`parse`] reads a library into [`MtlMaterial`]s; [`physical`] converts each to the closest physically based
+//! material. Statements without a counterpart are counted by keyword.
 
 mod map;
 pub(super) mod physical;
@@ -12,14 +13,14 @@ use super::number::parse_f32;
 use crate::assets::printable;
 use std::collections::BTreeMap;
 
-/// Most materials of one library; `usemtl` can tell apart no more.
+/// Most materials of a library; a triangle's material index can distinguish no more.
 const MAX_MATERIALS: usize = 1 << 16;
 
-/// A material as a library describes it. `None` is what it does not say.
+/// A material of a library. `None`: not given.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(super) struct MtlMaterial {
     pub(super) name: String,
-    /// Diffuse colour (`Kd`), and so on for the other colours.
+    /// Diffuse colour (`Kd`); the other colours likewise.
     pub(super) diffuse: Option<[f32; 3]>,
     pub(super) specular: Option<[f32; 3]>,
     pub(super) ambient: Option<[f32; 3]>,
@@ -41,21 +42,21 @@ pub(super) struct MtlMaterial {
     pub(super) coat_roughness: Option<f32>,
     pub(super) anisotropy: Option<f32>,
     pub(super) anisotropy_rotation: Option<f32>,
-    /// Pictures by the keyword they stand after, in lower case: `map_kd`, `map_bump`, `norm`, …
+    /// Texture maps by lower-case keyword: `map_kd`, `map_bump`, `norm`, …
     pub(super) maps: BTreeMap<&'static str, MtlMap>,
-    /// Whether `Tr` was read, which `d` overrules.
+    /// Whether `dissolve` comes from `Tr`; `d` overrides it.
     from_transparency: bool,
 }
 
-/// A library of materials.
+/// A material library.
 #[derive(Debug, Default)]
 pub(super) struct MtlFile {
     pub(super) materials: Vec<MtlMaterial>,
-    /// Keywords and options without a counterpart, and how often they occur.
+    /// Keywords and options without a counterpart, with their counts.
     pub(super) ignored: BTreeMap<String, u64>,
 }
 
-/// Keywords of pictures, in lower case, and the name under which they are kept.
+/// Keywords of texture maps, in lower case, and the key under which each is kept.
 const MAPS: [(&str, &str); 20] = [
     ("map_kd", "map_kd"),
     ("map_ks", "map_ks"),
@@ -79,7 +80,7 @@ const MAPS: [(&str, &str); 20] = [
     ("refl", "refl"),
 ];
 
-/// Reads a library. No text is an error: statements that cannot be read are counted as ignored.
+/// Parses a library. Nothing is an error: statements that cannot be read are counted as ignored.
 pub(super) fn parse(bytes: &[u8]) -> MtlFile {
     let bytes = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
     let mut file = MtlFile::default();
@@ -108,7 +109,7 @@ pub(super) fn parse(bytes: &[u8]) -> MtlFile {
         };
         if let Some((_, kept)) = MAPS.iter().find(|(k, _)| *k == keyword) {
             let (map, options) = MtlMap::parse(rest);
-            // The first of several, as `map_Bump` and `bump` in one material.
+            // The first of several counts, such as `map_Bump` and `bump` in one material.
             if let Some(map) = map {
                 material.maps.entry(kept).or_insert(map);
             }
@@ -122,7 +123,7 @@ pub(super) fn parse(bytes: &[u8]) -> MtlFile {
 
 impl MtlFile {
     fn ignore(&mut self, what: &str) {
-        // However many keywords a hostile file invents.
+        // Bounds the memory if a hostile file uses many different keywords.
         const MOST: usize = 64;
         if self.ignored.len() < MOST || self.ignored.contains_key(what) {
             let shown: String = printable(what).chars().take(40).collect();
@@ -132,7 +133,7 @@ impl MtlFile {
 }
 
 impl MtlMaterial {
-    /// Takes a statement with numbers; false if it is unknown or says nothing that can be read.
+    /// Applies a numeric statement; false if it is unknown or has no number.
     fn set(&mut self, keyword: &str, rest: &[u8]) -> bool {
         let mut numbers = [0.0_f32; 3];
         let words = rest.split(u8::is_ascii_whitespace).filter(|w| !w.is_empty());
@@ -140,7 +141,7 @@ impl MtlMaterial {
         for word in words.take_while(|w| !w.starts_with(b"#")).take(3) {
             match parse_f32(word).filter(|v| v.is_finite()) {
                 Some(v) => numbers[count] = v,
-                // `spectral FILE` and `xyz X Y Z`, or damage.
+                // `spectral FILE`, `xyz X Y Z`, or damage.
                 None => break,
             }
             count += 1;
@@ -150,7 +151,7 @@ impl MtlMaterial {
         }
         let number = Some(numbers[0]);
         let color = match count {
-            // One number is grey; two cannot be meant.
+            // One number is grey. Two are not valid; the first is used.
             1 | 2 => Some([numbers[0].max(0.0); 3]),
             _ => Some(numbers.map(|v| v.max(0.0))),
         };
@@ -179,7 +180,7 @@ impl MtlMaterial {
             "pcr" => self.coat_roughness = number.map(|v| v.clamp(0.0, 1.0)),
             "aniso" => self.anisotropy = number.map(|v| v.clamp(0.0, 1.0)),
             "anisor" => self.anisotropy_rotation = number,
-            // Sharpness of reflections from a map, and whether anti-aliasing is wanted: nothing to keep.
+            // Sharpness of reflection maps and texture anti-aliasing: no counterpart.
             "sharpness" | "map_aat" => {}
             _ => return false,
         }

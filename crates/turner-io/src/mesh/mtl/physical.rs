@@ -1,22 +1,22 @@
-//! From an MTL material to the physical one that comes closest.
+//! Converts an MTL material to the closest physically based material.
 //!
-//! | MTL | physical |
+//! | MTL | physically based |
 //! |---|---|
-//! | `Kd`, `map_Kd` | `base_color`: the picture times `Kd`, or the picture alone if `Kd` is black |
-//! | `Ks`, `map_Ks` | `specular_color` is its hue, `specular_weight` twice its largest part, at most 1 (0.5, what exporters write for an ordinary plastic, is 1); without `Ks` it is 1 |
+//! | `Kd`, `map_Kd` | `base_color`: the image times `Kd`, or only the image if `Kd` is black |
+//! | `Ks`, `map_Ks` | `specular_color` is the hue, `specular_weight` twice the largest component, at most 1 (exporters write 0.5 for an ordinary plastic, which becomes 1); 1 without `Ks` |
 //! | `illum` 0, 1 | no specular reflection |
-//! | `illum` 3, 5 | a mirror besides the diffuse part: `base_metalness` = Ks / (Kd + Ks) by the largest parts, `base_color` = Kd + Ks, roughness 0 |
+//! | `illum` 3, 5 | a mirror in addition to the diffuse part: `base_metalness` = Ks / (Kd + Ks) by the largest components, `base_color` = Kd + Ks, roughness 0 |
 //! | `illum` 4, 6, 7, 9, or `d` < 1 with `Ni` > 1 | glass: `transmission_weight` 1 (1 − `d` if `d` < 1), `specular_ior` = `Ni`, `transmission_color` = `Tf`, roughness 0 |
-//! | `d` or `Tr` otherwise, `map_d` | `opacity`; pictures that are nearly all black and white become masks |
+//! | `d` or `Tr` otherwise, `map_d` | `opacity`; images that are nearly all black and white become masks |
 //! | `Ns` | `specular_roughness` = (2 / (Ns + 2))^¼: the GGX lobe as wide as the Phong lobe (Walter et al. 2007, "Microfacet models for refraction", sec. 5.3: alpha² = 2 / (Ns + 2), and alpha is the square of the roughness) |
-//! | `Ke`, `map_Ke` | `emission_color`; without it `Ka` where it is above 1, the way in which some files mark lights |
-//! | `Pr`, `Pm`, `Ps`, `Pc`, `Pcr`, `aniso`, `anisor`, `norm` | roughness, metalness, fuzz, coat, its roughness, anisotropy, its rotation (1 is a whole turn), normal map. They win over the keys above |
-//! | `map_Bump`, `bump` | the normal map if its mean colour is that of one, else heights (`bump_map`), whose unit is a guess |
+//! | `Ke`, `map_Ke` | `emission_color`; without it `Ka` if above 1, because some files mark lights that way |
+//! | `Pr`, `Pm`, `Ps`, `Pc`, `Pcr`, `aniso`, `anisor`, `norm` | roughness, metalness, fuzz, coat, coat roughness, anisotropy, its rotation (1 is 360 degrees), normal map. They override the keys above |
+//! | `map_Bump`, `bump` | a normal map if the mean colour is that of one, else a height map (`bump_map`), whose unit is a guess |
 //! | `disp`, `decal`, `refl`, `map_Ns`, `map_Ka` | ignored |
 //!
-//! `Kd`, `Ks`, … are taken as linear numbers, pictures of colours as sRGB, others as they are. Options: `-s` and `-o` become
-//! u' = s·u + o, `-mm` base and gain of the values, `-clamp` the border drawn out, `-imfchan` the channel, `-bm` the strength of a
-//! normal map.
+//! `Kd`, `Ks`, … are linear values. Colour images are sRGB, other images linear. Options: `-s` and `-o` give u' = s·u
+//! + o; `-mm` base and gain of the values; `-clamp` clamps to the edge; `-imfchan` selects the channel; `-bm` is the
+//! strength of a bump or normal map.
 
 use std::collections::BTreeMap;
 
@@ -31,15 +31,15 @@ use super::{MtlMap, MtlMaterial};
 use crate::image::ColorOrData;
 use crate::mesh::pictures::{PictureName, Pictures};
 
-/// What is said about materials: by kind and sentence, how often.
+/// Warnings about materials, with their counts.
 pub(in crate::mesh) type Remarks = BTreeMap<(WarningKind, String), u64>;
 
-/// Maps without a counterpart.
+/// Texture maps without a counterpart.
 const IGNORED: [&str; 5] = ["disp", "decal", "refl", "map_ns", "map_ka"];
-/// Maps of colours; the others are data.
+/// Texture maps with colours; the others are data.
 const COLORS: [&str; 3] = ["map_kd", "map_ks", "map_ke"];
 
-/// The pictures that a material of the library `from` needs.
+/// The images that a material of the library `from` needs.
 pub(in crate::mesh) fn wanted(
     material: &MtlMaterial,
     from: &str,
@@ -66,7 +66,7 @@ fn largest(c: [f32; 3]) -> f32 {
     c[0].max(c[1]).max(c[2])
 }
 
-/// A material with the pictures of its library `from`.
+/// A material, with the images of its library `from`.
 struct Converter<'a> {
     from: &'a str,
     material: &'a MtlMaterial,
@@ -74,7 +74,7 @@ struct Converter<'a> {
     remarks: &'a mut Remarks,
 }
 
-/// Makes the physical material.
+/// Converts a material.
 pub(in crate::mesh) fn physical(
     material: &MtlMaterial,
     from: &str,
@@ -103,7 +103,7 @@ impl Converter<'_> {
         *self.remarks.entry((kind, message.into())).or_default() += 1;
     }
 
-    /// The picture after a keyword, if it is there: a colour times `tint`, or one channel of data.
+    /// The texture of a keyword, if present: a colour times `tint`, or one channel of data.
     fn picture(&mut self, key: &str, tint: Spectrum) -> Option<ColorSource> {
         let map = self.material.maps.get(key)?;
         let (file, _) = self.pictures.image(&(self.from.to_owned(), map.file.clone()))?;
@@ -140,9 +140,9 @@ impl Converter<'_> {
             matches!(m.illum, Some(3 | 5)) && m.metalness.is_none() && !m.maps.contains_key("map_pm");
         let specular = m.specular.unwrap_or([0.0; 3]);
         if mirror && largest(specular) > 0.0 {
-            let share = largest(specular)
+            let fraction = largest(specular)
                 / (largest(specular) + if picture.is_some() { 1.0 } else { largest(diffuse) });
-            out.base_metalness = grey(share.clamp(0.0, 1.0));
+            out.base_metalness = grey(fraction.clamp(0.0, 1.0));
             if picture.is_none() {
                 let sum = [0, 1, 2].map(|i| (diffuse[i] + specular[i]).min(1.0));
                 out.base_color = ColorSource::Constant(spectrum(sum));
@@ -156,7 +156,7 @@ impl Converter<'_> {
         let strength = m.specular.map_or(1.0, largest);
         let weight = match m.illum {
             Some(0 | 1) if !is_physical => 0.0,
-            // Metals have their own.
+            // Metals reflect specularly in any case.
             _ if m.metalness.is_some_and(|v| v > 0.0) || out.base_metalness != grey(0.0) => 1.0,
             _ => (2.0 * strength).min(1.0),
         };
@@ -169,13 +169,13 @@ impl Converter<'_> {
             (Some(r), ..) => r,
             (None, _, Some(3..=7 | 9)) => 0.0,
             (None, Some(n), _) => pow(2.0 / (f64::from(n) + 2.0), 0.25) as f32,
-            // A picture gives it all.
+            // The texture gives the roughness.
             (None, None, _) if m.maps.contains_key("map_pr") => 1.0,
             (None, None, _) => 0.5,
         };
         out.specular_roughness = self.picture("map_pr", Spectrum::grey(roughness)).unwrap_or(grey(roughness));
         out.specular_roughness_anisotropy = grey(m.anisotropy.unwrap_or(0.0));
-        // Turns there, degrees here.
+        // MTL counts revolutions; `anisotropy_rotation` is in degrees.
         out.anisotropy_rotation = f64::from(m.anisotropy_rotation.unwrap_or(0.0)) * 360.0;
     }
 
@@ -189,8 +189,8 @@ impl Converter<'_> {
             out.specular_ior = f64::from(ior).min(100.0);
         }
         if by_illum || is_clear {
-            let share = if dissolve < 1.0 { 1.0 - dissolve } else { 1.0 };
-            out.transmission_weight = grey(share);
+            let fraction = if dissolve < 1.0 { 1.0 - dissolve } else { 1.0 };
+            out.transmission_weight = grey(fraction);
             let filter = m.filter.filter(|f| largest(*f) > 0.0).unwrap_or([1.0; 3]);
             out.transmission_color = ColorSource::Constant(spectrum(filter));
             if m.roughness.is_none() {
@@ -271,7 +271,7 @@ impl Converter<'_> {
     }
 }
 
-/// How high white stands in maps of heights, in sides of the picture.
+/// Height of white above black in height maps, as a fraction of the image's side.
 const RELIEF: f64 = 0.02;
 
 fn image_desc(
@@ -295,7 +295,7 @@ fn image_desc(
     }
 }
 
-/// Every so manieth pixel of a picture: some 64 x 64 of them.
+/// A regular grid of pixels of an image, about 64 x 64.
 fn samples(image: &Image) -> impl Iterator<Item = (u32, u32)> {
     let (step_x, step_y) = (image.width.div_ceil(64).max(1), image.height.div_ceil(64).max(1));
     let (width, height) = (image.width, image.height);
@@ -304,7 +304,7 @@ fn samples(image: &Image) -> impl Iterator<Item = (u32, u32)> {
         .flat_map(move |y| (0..width).step_by(step_x as usize).map(move |x| (x, y)))
 }
 
-/// Whether the mean colour is that of a map of normals: blue, red and green in the middle.
+/// Whether the mean colour is that of a normal map: blue, with red and green near 0.5.
 fn is_normal_map(image: &Image) -> bool {
     let (mut sum, mut count) = ([0.0_f64; 3], 0.0);
     for (x, y) in samples(image) {
@@ -316,7 +316,7 @@ fn is_normal_map(image: &Image) -> bool {
     b > 0.6 && (r - 0.5).abs() < 0.1 && (g - 0.5).abs() < 0.1
 }
 
-/// Whether nearly all of a picture of opacity is there or not.
+/// Whether most pixels of an opacity image are nearly 0 or nearly 1.
 fn is_mask(image: &Image) -> bool {
     let has_alpha = matches!(image.channels, 2 | 4);
     let (mut between, mut count) = (0, 0);

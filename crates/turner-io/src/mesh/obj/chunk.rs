@@ -1,47 +1,48 @@
-//! A part of an OBJ file on its own: statements as lists, with what only the whole file tells left open.
+//! Parses one chunk of an OBJ file without knowledge of the others: statements become lists; references that need
+//! other chunks stay unresolved.
 
 use super::text::{Found, Text};
 use crate::assets::printable;
 use crate::mesh::bad_index;
 use crate::mesh::number::quick_int;
 
-/// No (u, v) or normal given.
+/// Index of a missing (u, v) or normal.
 pub(super) const NONE: u32 = u32::MAX;
-/// Set in a corner whose place counts from the first element of its part of the file, moved by [`HALF`].
+/// Flag of a corner whose index is relative to the first element of its chunk, offset by [`HALF`].
 pub(super) const RELATIVE: u32 = 1 << 31;
-/// More than a file can have of anything: eight bytes each in 4 GiB.
+/// More elements than a file can contain: eight bytes each in 4 GiB.
 pub(super) const HALF: i64 = 1 << 30;
 const KINDS: [&str; 3] = ["vertex", "texture coordinate", "normal"];
 
-/// What is wrong, on which line.
+/// An error and its line.
 #[derive(Debug)]
 pub(super) struct Fail {
     pub(super) line: u64,
     pub(super) problem: String,
 }
 
-/// What stands before a part of a file: known when it is read again to find out what is wrong with it.
+/// Totals of the chunks before this one. Only known on the second parse, which produces the error message.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Before {
     pub(super) lines: u64,
     pub(super) faces: u64,
-    /// Positions, (u, v) and normals.
+    /// Numbers of positions, (u, v) and normals.
     pub(super) counts: [usize; 3],
-    /// The index that is too large: of which kind, and how many the file has of it.
+    /// An index that is too large: its kind, its value, and how many elements the file has.
     pub(super) too_large: Option<(usize, i64, usize)>,
 }
 
-/// A change for the polygons that follow.
+/// A state change for the following polygons.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Change {
     Material,
     Object,
     Group,
-    /// 0 is none.
+    /// A smoothing group; 0 is off.
     Smoothing(u32),
 }
 
-/// The change before a polygon, and the name after its keyword.
+/// A state change before a polygon, with the name after its keyword.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Event<'a> {
     pub(super) polygon: u32,
@@ -49,19 +50,19 @@ pub(super) struct Event<'a> {
     pub(super) name: &'a [u8],
 }
 
-/// Statements counted because they are not shown.
+/// Counts of statements that are not rendered.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Others {
     pub(super) points: u64,
     pub(super) lines: u64,
     /// Faces with one or two corners.
     pub(super) thin: u64,
-    /// Curves and surfaces.
+    /// Free-form curves and surfaces.
     pub(super) free_form: u64,
     pub(super) unknown: u64,
 }
 
-/// The statements of a part of a file.
+/// The statements of one chunk.
 #[derive(Debug, Default)]
 pub(super) struct Chunk<'a> {
     pub(super) lines: u64,
@@ -70,17 +71,17 @@ pub(super) struct Chunk<'a> {
     pub(super) positions: Vec<[f32; 3]>,
     pub(super) uvs: Vec<[f32; 2]>,
     pub(super) normals: Vec<[f32; 3]>,
-    /// Of the first so many positions; white before.
+    /// Colours of the first positions; the rest are white.
     pub(super) colors: Vec<[f32; 4]>,
-    /// Corners of polygons: positions; (u, v) and normals are as many, or none.
+    /// Polygon corners: position indices; those of (u, v) and normals are as many, or empty.
     pub(super) corners: [Vec<u32>; 3],
     pub(super) polygons: u32,
-    /// Polygons that are no triangles, with how many corners they have.
+    /// Polygons other than triangles, with their number of corners.
     pub(super) sizes: Vec<(u32, u32)>,
     pub(super) events: Vec<Event<'a>>,
     pub(super) libraries: Vec<&'a [u8]>,
     pub(super) others: Others,
-    /// Largest index written, and lowest place counted from the end; by kind.
+    /// By kind, the largest positive index, and the lowest position that a negative index refers to.
     pub(super) reach: [(i64, i64); 3],
     pub(super) fail: Option<Fail>,
 }
@@ -91,7 +92,7 @@ struct Reader<'a, 'b> {
     before: Option<&'b Before>,
 }
 
-/// Reads a part of a file up to its first fault. The words of the fault are those of the whole file if `before` is given.
+/// Parses a chunk up to its first error. With `before`, the error message counts lines and faces of the entire file.
 pub(super) fn read<'a>(text: &'a [u8], before: Option<&Before>) -> Chunk<'a> {
     let mut reader = Reader { text: Text::new(text), chunk: Chunk::default(), before };
     while reader.text.next_statement() {
@@ -169,7 +170,7 @@ impl<'a> Reader<'a, '_> {
             b"p" => others.points += 1,
             b"l" => others.lines += 1,
             b"curv" | b"curv2" | b"surf" => others.free_form += 1,
-            // What belongs to curves and surfaces, counted with them, and what changes no picture.
+            // Parts of curves and surfaces, and statements that do not affect the picture.
             b"vp" | b"cstype" | b"deg" | b"bmat" | b"step" | b"parm" | b"trim" | b"hole" | b"scrv"
             | b"sp" | b"end" | b"con" | b"mg" | b"ctech" | b"stech" | b"bevel" | b"c_interp"
             | b"d_interp" | b"lod" | b"shadow_obj" | b"trace_obj" | b"maplib" | b"usemap" => {}
@@ -178,7 +179,7 @@ impl<'a> Reader<'a, '_> {
         Ok(())
     }
 
-    /// Later changes of the same sort win where no polygon stands between.
+    /// Records a change. A later change of the same kind replaces it if there is no polygon in between.
     fn event(&mut self, change: Change, name: &'a [u8]) {
         let polygon = self.chunk.polygons;
         let event = Event { polygon, change, name };
@@ -190,7 +191,7 @@ impl<'a> Reader<'a, '_> {
         }
     }
 
-    /// `v x y z`, then nothing, a weight, a colour, a weight and a colour, or a colour and its opacity.
+    /// `v x y z`, optionally followed by: a weight; a colour; a weight and a colour; a colour and an opacity.
     #[inline]
     fn vertex(&mut self) -> Result<(), String> {
         let mut p = self.numbers::<3>("v x y z", 3)?;
@@ -220,7 +221,7 @@ impl<'a> Reader<'a, '_> {
             1 => *p = p.map(|v| v / a),
             _ if !numbers => {}
             3 => self.color([a, b, c, 1.0]),
-            // A weight is nearly always 1, and so is an opacity.
+            // Four values are ambiguous. A weight is nearly always 1, and so is an opacity.
             4 if a == 1.0 || d != 1.0 => {
                 *p = p.map(|v| v / a);
                 self.color([b, c, d, 1.0]);
@@ -231,14 +232,14 @@ impl<'a> Reader<'a, '_> {
         Ok(())
     }
 
-    /// The colour of the vertex that comes next.
+    /// Sets the colour of the next vertex.
     fn color(&mut self, color: [f32; 4]) {
         let chunk = &mut self.chunk;
         chunk.colors.resize(chunk.positions.len(), [1.0; 4]);
         chunk.colors.push(color);
     }
 
-    /// `N` numbers, of which at least `least` must be there.
+    /// Reads `N` numbers, of which the first `least` are required.
     #[inline]
     fn numbers<const N: usize>(&mut self, expected: &str, least: usize) -> Result<[f32; N], String> {
         let mut out = [0.0; N];
@@ -321,7 +322,7 @@ impl<'a> Reader<'a, '_> {
             }
             return Ok(corner);
         }
-        // Back to the start of the word.
+        // Reparse the word the slow way.
         self.text.back(at);
         let word = self.text.word();
         self.unusual_corner(word)
@@ -347,7 +348,8 @@ impl<'a> Reader<'a, '_> {
         self.before.map_or(0, |b| b.faces) + self.chunk.faces
     }
 
-    /// An index, from 1 or from the end, as a place: [`RELATIVE`] or from the start of the file.
+    /// Converts an index (from 1, or negative from the end) to a position: from the start of the file, or
+    /// [`RELATIVE`].
     #[inline]
     fn place(&mut self, kind: usize, index: i64) -> Result<u32, String> {
         let count = match kind {
@@ -363,7 +365,7 @@ impl<'a> Reader<'a, '_> {
                 return Err(bad_index(KINDS[kind], self.face_number(), index, count, 1));
             }
         } else if index == 0 || index.unsigned_abs() > HALF.unsigned_abs() {
-            // The file is read again to say what is wrong.
+            // The empty message is replaced on the second parse.
             return Err(String::new());
         }
         let reach = &mut self.chunk.reach[kind];

@@ -1,4 +1,4 @@
-//! The parts of an OBJ file put together.
+//! Merges the chunks of an OBJ file.
 
 use std::collections::{BTreeSet, HashMap};
 
@@ -11,7 +11,7 @@ use crate::mesh::error::{reserve, reserve_some};
 use crate::mesh::polygon::Triangulator;
 use crate::mesh::{MeshError, warning};
 
-/// What holds for the polygons that follow.
+/// The state that applies to the following polygons.
 struct State<'a> {
     material: Option<&'a [u8]>,
     smoothing: u32,
@@ -20,14 +20,14 @@ struct State<'a> {
     shown: bool,
 }
 
-/// Triangles from here on have this material and smoothing group.
+/// A run of triangles with the same material and smoothing group, from triangle `first`.
 struct Run {
     first: usize,
     material: u16,
     smoothing: u32,
 }
 
-/// Puts parts together; their indices have been checked.
+/// Merges chunks whose indices have been checked.
 pub(super) fn merge(mut chunks: Vec<Chunk<'_>>, name: &str, nodes: &[String]) -> Result<ObjFile, MeshError> {
     let mut file = ObjFile::default();
     let bases = attributes(&mut chunks, &mut file, name)?;
@@ -101,7 +101,7 @@ pub(super) fn merge(mut chunks: Vec<Chunk<'_>>, name: &str, nodes: &[String]) ->
     Ok(file)
 }
 
-/// Whether `node` is the name of an object, or one of those of a group.
+/// Whether `node` is the name of an object, or one of the names of a group.
 fn is_named(node: &str, name: &[u8]) -> bool {
     name_of(name) == node || words(name).any(|word| word == node.as_bytes())
 }
@@ -110,10 +110,10 @@ fn is_wanted(nodes: &[String], object: &[u8], group: &[u8]) -> bool {
     nodes.iter().any(|node| is_named(node, object) || is_named(node, group))
 }
 
-/// Numbers of materials in the order of their first face.
+/// Material indices in the order of first use.
 #[derive(Default)]
 struct Materials<'a> {
-    /// As written: with comments, and any blanks.
+    /// By the text as written, with comments and white space.
     written: HashMap<&'a [u8], u16>,
     ids: HashMap<String, u16>,
     names: Vec<String>,
@@ -139,7 +139,7 @@ impl<'a> Materials<'a> {
     }
 }
 
-/// Joins positions, (u, v), normals and colours; gives what stands before each part.
+/// Concatenates the attributes; returns the number of elements before each chunk.
 fn attributes(chunks: &mut [Chunk<'_>], file: &mut ObjFile, name: &str) -> Result<Vec<[i64; 3]>, MeshError> {
     let all = &mut file.attributes;
     reserve(&mut all.positions, chunks.iter().map(|c| c.positions.len()).sum(), name)?;
@@ -163,7 +163,7 @@ fn attributes(chunks: &mut [Chunk<'_>], file: &mut ObjFile, name: &str) -> Resul
     Ok(bases)
 }
 
-/// The polygons of a part, one after the other.
+/// Iterates over the polygons of a chunk.
 struct Polygons<'a, 'b> {
     chunk: &'a Chunk<'b>,
     next: u32,
@@ -172,7 +172,7 @@ struct Polygons<'a, 'b> {
 }
 
 impl Polygons<'_, '_> {
-    /// The corners of the next one.
+    /// The corner range of the next polygon.
     #[inline]
     fn polygon(&mut self) -> std::ops::Range<usize> {
         let n = match self.chunk.sizes.get(self.size) {
@@ -212,7 +212,7 @@ impl Corners {
         file.corners.positions.len()
     }
 
-    /// The triangles of a polygon; there is room for them.
+    /// Adds the triangles of a polygon. Memory for them is already reserved.
     #[inline]
     fn add(
         &mut self,
@@ -222,7 +222,7 @@ impl Corners {
         file: &mut ObjFile,
         name: &str,
     ) -> Result<(), MeshError> {
-        let place = |k: usize, i: usize| -> u32 {
+        let resolve = |k: usize, i: usize| -> u32 {
             match chunk.corners[k].get(i) {
                 None | Some(&NONE) => NONE,
                 Some(&v) if v & RELATIVE != 0 => (base[k] + i64::from(v & !RELATIVE) - HALF) as u32,
@@ -232,18 +232,18 @@ impl Corners {
         let all = &mut file.corners;
         if range.len() == 3 {
             let at = range.start;
-            all.positions.push([at, at + 1, at + 2].map(|i| place(0, i)));
+            all.positions.push([at, at + 1, at + 2].map(|i| resolve(0, i)));
             if self.has[1] {
-                all.uvs.push([at, at + 1, at + 2].map(|i| place(1, i)));
+                all.uvs.push([at, at + 1, at + 2].map(|i| resolve(1, i)));
             }
             if self.has[2] {
-                all.normals.push([at, at + 1, at + 2].map(|i| place(2, i)));
+                all.normals.push([at, at + 1, at + 2].map(|i| resolve(2, i)));
             }
             return Ok(());
         }
         self.polygon.clear();
         reserve_some(&mut self.polygon, range.len(), name)?;
-        self.polygon.extend(range.map(|i| [place(0, i), place(1, i), place(2, i)]));
+        self.polygon.extend(range.map(|i| [resolve(0, i), resolve(1, i), resolve(2, i)]));
         let (polygon, has, positions) = (&self.polygon, self.has, &file.attributes.positions);
         let position = |i: usize| positions[polygon[i][0] as usize];
         self.cutter.cut(polygon.len(), position, &mut |t| {
@@ -259,7 +259,7 @@ impl Corners {
     }
 }
 
-/// Materials and smoothing groups by triangle, where there is more than one.
+/// Expands the runs to materials and smoothing groups per triangle, if there are several.
 fn expand(runs: &[Run], file: &mut ObjFile, names: Vec<String>, name: &str) -> Result<(), MeshError> {
     let count = file.corners.positions.len();
     let ends = runs.iter().skip(1).map(|r| r.first).chain([count]);

@@ -1,12 +1,20 @@
-//! Wavefront OBJ: positions with weights and colours, (u, v), normals, polygons, groups, objects, smoothing groups and the names of
-//! materials. Points, lines, curves and surfaces are counted.
+//! Wavefront OBJ: positions with weights and colours, (u, v), normals, polygons, groups, objects, smoothing groups
+//! and material names. Points, lines, curves and surfaces are counted and ignored.
 //!
-//! The text is cut into parts at ends of lines, which threads read each on its own ([`chunk`]); the parts are then put
-//! together in their order, so that the mesh does not depend on how many threads there were.
+//! Large files are parsed in parallel, with a result that does not depend on the number of threads:
 //!
-//! All objects and groups become one mesh. A corner `v/vt/vn` becomes a vertex of its own wherever the same position
-//! has another (u, v) or normal. Where only some faces have normals, the others get those of their smoothing group or their
-//! plane; where only some have (u, v), the others get (0, 0).
+//! 1. [`split`] cuts the text into chunks of about 1 MiB at ends of lines.
+//! 2. Threads parse chunks independently ([`chunk`]). A chunk does not know how many vertices precede it. Positive
+//!    indices count from the start of the file and need no correction; negative indices count back from the current
+//!    vertex, so they are stored relative to the chunk.
+//! 3. [`check`] verifies all indices from the totals. On an error it parses the chunk again, now with the totals
+//!    before it, to report line and face number.
+//! 4. [`merge`] concatenates the chunks in order, resolves relative indices, and applies `usemtl`, `o`, `g` and `s`,
+//!    which continue across chunk boundaries.
+//!
+//! All objects and groups become one mesh. A position with several (u, v) or normals becomes several vertices. Faces
+//! without normals, among faces with normals, get those of their smoothing group or their plane; corners without (u,
+//! v), among corners with (u, v), get (0, 0).
 
 mod chunk;
 mod merge;
@@ -29,25 +37,25 @@ use super::{MeshError, Place, ReadMesh, warning};
 use crate::assets::printable;
 use crate::scene::SceneFormat;
 
-/// Bytes of a part of a file.
+/// Bytes of a chunk.
 const PART: usize = 1 << 20;
 
-/// A file as it was read, before its corners are made into vertices.
+/// A parsed file, before its corners become vertices.
 #[derive(Debug, Default)]
 pub(super) struct ObjFile {
     attributes: Attributes,
     corners: Corners,
-    /// By triangle, or empty.
+    /// Smoothing group per triangle, or empty.
     smoothing: Vec<u32>,
     face_materials: Vec<u16>,
     pub(super) material_names: Vec<String>,
-    /// What stands after each `mtllib`.
+    /// The rest of each `mtllib` line.
     pub(super) libraries: Vec<Vec<u8>>,
     pub(super) counts: Counts,
     pub(super) warnings: Vec<Warning>,
 }
 
-/// How many of what.
+/// Counts for the import summary.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Counts {
     pub(super) polygons: u64,
@@ -55,7 +63,7 @@ pub(super) struct Counts {
     pub(super) groups: u64,
 }
 
-/// Reads a whole file as a mesh; its libraries of materials are left aside.
+/// Reads a file as a mesh, without its material libraries.
 pub(super) fn read(bytes: &[u8], name: &str) -> Result<ReadMesh, MeshError> {
     let mut file = parse(bytes, name, &[], 0)?;
     let mut ignored = Vec::new();
@@ -75,7 +83,7 @@ pub(super) fn read(bytes: &[u8], name: &str) -> Result<ReadMesh, MeshError> {
     file.finish(name)
 }
 
-/// Reads the statements of a file. Only faces of the objects and groups called one of `nodes` are kept, all if there are none.
+/// Parses a file. Keeps only faces of the objects and groups named in `nodes`; all if it is empty.
 pub(super) fn parse(
     bytes: &[u8],
     name: &str,
@@ -91,9 +99,9 @@ pub(super) fn parse(
     merge::merge(chunks, name, nodes)
 }
 
-/// With line feeds for the carriage returns of a file that has no others.
+/// Replaces carriage returns by line feeds in a file that uses only carriage returns.
 fn line_feeds<'a>(bytes: &'a [u8], name: &str) -> Result<Cow<'a, [u8]>, MeshError> {
-    // Any other file has one soon.
+    // Other files have a line feed near the start, so the search is short.
     let start = &bytes[..bytes.len().min(PART)];
     if start.contains(&b'\n') || !start.contains(&b'\r') || bytes.contains(&b'\n') {
         return Ok(Cow::Borrowed(bytes));
@@ -104,7 +112,7 @@ fn line_feeds<'a>(bytes: &'a [u8], name: &str) -> Result<Cow<'a, [u8]>, MeshErro
     Ok(Cow::Owned(copy))
 }
 
-/// Cuts a text at ends of lines that no backslash continues.
+/// Cuts a text at ends of lines, but not after a backslash, which continues the line.
 fn split(bytes: &[u8]) -> Vec<&[u8]> {
     let mut parts = Vec::new();
     let mut rest = bytes;
@@ -153,7 +161,7 @@ fn read_parts<'a>(parts: &[&'a [u8]], threads: usize) -> Vec<Chunk<'a>> {
     all.into_iter().map(|(_, chunk)| chunk).collect()
 }
 
-/// The first fault of a file: its part is read again, with what stands before it.
+/// Finds the first error of the file; its chunk is parsed again with the totals before it.
 fn check(parts: &[&[u8]], chunks: &[Chunk<'_>]) -> Result<(), Fail> {
     let mut totals = Before::default();
     for (part, chunk) in parts.iter().zip(chunks) {
@@ -163,7 +171,7 @@ fn check(parts: &[&[u8]], chunks: &[Chunk<'_>]) -> Result<(), Fail> {
         }
         totals = after(&totals, chunk);
     }
-    // Files may name vertices that follow, but not ones that never do.
+    // Faces may refer to vertices defined later, but these must exist.
     let counts = totals.counts;
     for (kind, &count) in counts.iter().enumerate() {
         let largest = chunks.iter().map(|c| c.reach[kind].0).max().unwrap_or(0);
@@ -197,7 +205,7 @@ fn again(part: &[u8], before: &Before) -> Fail {
 }
 
 impl ObjFile {
-    /// Makes the mesh.
+    /// Builds the mesh.
     pub(super) fn finish(self, name: &str) -> Result<ReadMesh, MeshError> {
         let ObjFile {
             mut attributes,
@@ -208,7 +216,7 @@ impl ObjFile {
             mut warnings,
             ..
         } = self;
-        // What only faces have that are not wanted.
+        // Attributes used only by faces that were dropped.
         for column in [&mut corners.uvs, &mut corners.normals] {
             if column.as_flattened().iter().all(|&i| i == NONE) {
                 *column = Vec::new();
@@ -232,14 +240,14 @@ impl ObjFile {
     }
 }
 
-/// Some programs write colours from 0 to 255, as they are shown.
+/// Converts vertex colours that some programs write as display values from 0 to 255.
 fn display_colors(attributes: &mut Attributes, warnings: &mut Vec<Warning>, name: &str) {
     let rgb = |c: &[f32; 4]| c[0].max(c[1]).max(c[2]);
     let largest = attributes.colors.iter().map(rgb).fold(0.0, f32::max);
     if !(largest > 1.0 && largest <= 255.0) {
         return;
     }
-    // White where the file gives none.
+    // Vertices without a colour are white.
     for color in attributes.colors.iter_mut().filter(|c| **c != [1.0; 4]) {
         (0..3).for_each(|i| color[i] = Transfer::Srgb.decode(color[i] / 255.0));
     }
@@ -247,7 +255,7 @@ fn display_colors(attributes: &mut Attributes, warnings: &mut Vec<Warning>, name
     warnings.push(warning(WarningKind::Approximated, name, 1, message));
 }
 
-/// Gives every corner a (u, v) if any has one.
+/// Gives every corner a (u, v) if any corner has one.
 fn complete_uvs(
     attributes: &mut Attributes,
     corners: &mut Corners,
@@ -267,7 +275,7 @@ fn complete_uvs(
     Ok(())
 }
 
-/// What is said about statements that are not shown.
+/// Warnings about statements that are not rendered.
 fn remarks(others: &Others, name: &str) -> impl Iterator<Item = Warning> {
     let all = [
         (others.points, "`p` elements (points) are ignored"),

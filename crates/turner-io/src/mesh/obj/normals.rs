@@ -1,8 +1,9 @@
-//! Normals for faces of an OBJ file that have none.
+//! Normals for OBJ faces without normals.
 //!
-//! Faces of a smoothing group get, at each corner, the sum of the normals of the group's triangles there, weighted by the
-//! angle that each has there: it does not matter how a polygon is cut into triangles (Thürmer and Wüthrich 1998,
-//! "Computing vertex normals from polygonal facets"). The others get the normal of their plane.
+//! A corner of a face in a smoothing group gets the sum of the normals of the group's triangles at that position,
+//! weighted by each triangle's angle there. With these weights the result does not depend on how polygons are
+//! triangulated (Thürmer and Wüthrich 1998, "Computing vertex normals from polygonal facets"). Other faces get the
+//! normal of their plane.
 
 use super::chunk::NONE;
 use crate::mesh::MeshError;
@@ -11,8 +12,8 @@ use crate::mesh::error::{push, reserve, reserve_some};
 use std::collections::HashMap;
 use turner::math::elementary::acos;
 
-/// Fills in what is [`NONE`]; `groups` are the smoothing groups of the triangles, 0 being none, or empty.
-/// Returns how many corners had no normal.
+/// Replaces [`NONE`] by computed normals. `groups` are the smoothing groups of the triangles (0 is none), or empty.
+/// Returns the number of corners that had no normal.
 pub(super) fn complete(
     attributes: &mut Attributes,
     corners: &mut Corners,
@@ -25,7 +26,7 @@ pub(super) fn complete(
     }
     let Attributes { positions, normals, .. } = attributes;
     let given = normals.len();
-    // Sums of the groups, found by position: the first group in a list, others in a map.
+    // The normal index per position and group: the first group of a position in a list, further ones in a map.
     let mut first: Vec<(u32, u32)> = Vec::new();
     if !groups.is_empty() {
         reserve(&mut first, positions.len(), name)?;
@@ -58,7 +59,7 @@ pub(super) fn complete(
                 _ => more.entry((p, group)).or_insert(NONE),
             };
             if *known == NONE {
-                // The normal follows when its sum is complete.
+                // A placeholder until the sum is complete.
                 *known = normals.len() as u32;
                 push(normals, [0.0; 3], name)?;
             }
@@ -80,14 +81,14 @@ pub(super) fn complete(
     Ok(missing)
 }
 
-/// The normal of a triangle with the length of twice its area.
+/// The normal of a triangle, with twice its area as length.
 fn area_normal([a, b, c]: [[f32; 3]; 3]) -> [f64; 3] {
     let side = |to: [f32; 3]| [0, 1, 2].map(|i| f64::from(to[i]) - f64::from(a[i]));
     let (u, v) = (side(b), side(c));
     [u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0]]
 }
 
-/// The angles of a triangle at its corners; 0 where it has none.
+/// The angles of a triangle at its corners; 0 if degenerate.
 fn angles(corners: [[f32; 3]; 3]) -> [f64; 3] {
     [0, 1, 2].map(|i| {
         let [a, b, c] = [corners[i], corners[(i + 1) % 3], corners[(i + 2) % 3]];
@@ -99,7 +100,7 @@ fn angles(corners: [[f32; 3]; 3]) -> [f64; 3] {
     })
 }
 
-/// Of unit length; zero if it has none.
+/// Normalises a vector; zero if it has no length.
 fn unit(n: [f64; 3]) -> [f32; 3] {
     let length = (n[0] * n[0] + n[1] * n[1] + n[2] * n[2]).sqrt();
     if length > 0.0 && length.is_finite() { n.map(|x| (x / length) as f32) } else { [0.0; 3] }

@@ -1,22 +1,22 @@
-//! The text of an OBJ file, word by word.
+//! Tokenizer for OBJ.
 //!
-//! A statement ends with its line, unless a backslash stands before the line's end. A `#` at the start of a word begins a comment;
-//! within a word it is part of it, as in the `1.#IND` of some C libraries.
+//! A statement ends with its line, unless the line ends with a backslash. A `#` at the start of a word begins a
+//! comment; inside a word it does not, because some C libraries print NaN as `1.#IND`.
 
 use crate::mesh::number::{parse_f32, quick_f32};
 
-/// A place in a text.
+/// A text and the current position.
 pub(super) struct Text<'a> {
     bytes: &'a [u8],
     at: usize,
-    /// Line ends passed.
+    /// Line ends before the position.
     pub(super) lines: u64,
 }
 
-/// What stands where a number may.
+/// The result of reading a number.
 pub(super) enum Found<'a> {
     Number(f32),
-    /// A word that is none.
+    /// A word that is not a number.
     Word(&'a [u8]),
     /// The end of the statement.
     End,
@@ -27,7 +27,7 @@ impl<'a> Text<'a> {
         Text { bytes, at: 0, lines: 0 }
     }
 
-    /// The byte so many places on; a line's end behind the end of the text.
+    /// The byte `ahead` bytes from here; a line feed beyond the end of the text.
     #[inline(always)]
     pub(super) fn peek(&self, ahead: usize) -> u8 {
         self.bytes.get(self.at + ahead).copied().unwrap_or(b'\n')
@@ -47,7 +47,7 @@ impl<'a> Text<'a> {
         self.at = self.at.saturating_sub(bytes);
     }
 
-    /// Goes to the next statement; false at the end of the text.
+    /// Advances to the next statement; false at the end of the text.
     #[inline]
     pub(super) fn next_statement(&mut self) -> bool {
         loop {
@@ -63,19 +63,19 @@ impl<'a> Text<'a> {
         }
     }
 
-    /// Bytes of the line's end after a backslash here; 0 if none continues the line.
+    /// Length of a line continuation (backslash and line end) here; 0 if there is none.
     #[inline]
     fn continuation(&self) -> usize {
         match (self.peek(0), self.peek(1), self.peek(2)) {
             (b'\\', b'\n', _) if self.at + 1 < self.bytes.len() => 2,
             (b'\\', b'\r', b'\n') if self.at + 2 < self.bytes.len() => 3,
-            // The last line has nothing to go on with.
+            // A backslash at the very end of the text.
             (b'\\', ..) if self.at + 1 >= self.bytes.len() => 1,
             _ => 0,
         }
     }
 
-    /// Passes over blanks and continued line ends.
+    /// Skips white space and line continuations.
     #[inline]
     pub(super) fn skip_blanks(&mut self) {
         loop {
@@ -106,13 +106,13 @@ impl<'a> Text<'a> {
         byte <= b' ' && byte.is_ascii_whitespace() || byte == b'\\' && self.continuation() > 0
     }
 
-    /// Whether there is nothing more in the statement; blanks have been passed.
+    /// Whether the statement ends here; white space must have been skipped.
     #[inline(always)]
     pub(super) fn ends_statement(&self) -> bool {
         matches!(self.peek(0), b'\n' | b'#')
     }
 
-    /// The word that begins here.
+    /// Reads the word that begins here.
     #[inline]
     pub(super) fn word(&mut self) -> &'a [u8] {
         let start = self.at;
@@ -122,7 +122,8 @@ impl<'a> Text<'a> {
         self.bytes.get(start..self.at).unwrap_or(&[])
     }
 
-    /// The next number of the statement, as C's printf writes it: `1.#IND` and `nan(ind)` included.
+    /// Reads the next number of the statement, in any form that C's printf writes, such as `1.#IND` and
+    /// `nan(ind)`.
     #[inline]
     pub(super) fn number(&mut self) -> Found<'a> {
         self.skip_blanks();
@@ -144,7 +145,7 @@ impl<'a> Text<'a> {
         }
     }
 
-    /// Goes to the end of the statement; gives what it passes, comments and all.
+    /// Skips to the end of the statement; returns the skipped text, including comments.
     #[inline]
     pub(super) fn skip_statement(&mut self) -> &'a [u8] {
         let start = self.at;
@@ -162,7 +163,7 @@ impl<'a> Text<'a> {
     }
 }
 
-/// A number, not finite where C writes that in its own way.
+/// A number; NaN for C's spellings of non-finite values.
 fn number(word: &[u8]) -> Option<f32> {
     parse_f32(word).or_else(|| {
         let bare = word.strip_prefix(b"-").or(word.strip_prefix(b"+")).unwrap_or(word);
@@ -170,7 +171,7 @@ fn number(word: &[u8]) -> Option<f32> {
     })
 }
 
-/// The words of the rest of a statement, without its comment.
+/// The words of the rest of a statement, without a comment.
 pub(in crate::mesh) fn words(rest: &[u8]) -> impl Iterator<Item = &[u8]> {
     let mut at = 0;
     std::iter::from_fn(move || {
@@ -182,7 +183,7 @@ pub(in crate::mesh) fn words(rest: &[u8]) -> impl Iterator<Item = &[u8]> {
                 at = rest.len();
                 return None;
             }
-            // A backslash that continues the line, not one of a path.
+            // A backslash that continues the line, not one in a path.
             let continues = matches!(rest.get(at), Some(b'\n' | b'\r'));
             let word = if continues { word.strip_suffix(b"\\").unwrap_or(word) } else { word };
             if !word.is_empty() {
@@ -192,7 +193,7 @@ pub(in crate::mesh) fn words(rest: &[u8]) -> impl Iterator<Item = &[u8]> {
     })
 }
 
-/// A name: the words with a blank between each two.
+/// A name: the words joined by single spaces.
 pub(in crate::mesh) fn name(rest: &[u8]) -> String {
     let words: Vec<_> = words(rest).map(String::from_utf8_lossy).collect();
     words.join(" ")

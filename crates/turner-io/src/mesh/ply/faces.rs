@@ -1,4 +1,4 @@
-//! The faces of a PLY file: triangles and quads straight from the bytes, or any polygons number by number.
+//! PLY faces: a fast path for binary triangles and quads, and a general path for all polygons.
 
 use turner::schema::{Warning, WarningKind};
 
@@ -10,31 +10,31 @@ use crate::mesh::weld::Welder;
 use crate::mesh::{MeshError, warning};
 
 const INDICES: [&str; 2] = ["vertex_indices", "vertex_index"];
-/// A list of (u, v), one pair per corner.
+/// Property with a list of (u, v), one pair per corner.
 const WEDGES: &str = "texcoord";
-/// The number of a face's material.
+/// Property with the material index of a face.
 const MATERIAL: &str = "material";
 
-/// Triangles, and what is to be said about them.
+/// Collects triangles and counts for warnings.
 pub(super) struct Faces<'a> {
     vertices: usize,
     name: &'a str,
     cutter: Triangulator,
     pub(super) triangles: Vec<[u32; 3]>,
-    /// The number of each triangle's material: as many as triangles, or none.
+    /// Material index per triangle, or empty.
     pub(super) materials: Vec<u16>,
-    /// Numbers of (u, v) by corner: as many as triangles, or none.
+    /// (u, v) index per corner: as many as triangles, or empty.
     pub(super) wedges: Vec<[u32; 3]>,
-    /// Vertices with the bits of their (u, v).
+    /// Distinct pairs of vertex and (u, v), by their bits.
     pub(super) wedge_uvs: Welder,
-    /// Those of one polygon.
+    /// The (u, v) indices of the current polygon.
     numbers: Vec<u32>,
     thin: u64,
     without_wedges: u64,
 }
 
 impl<'a> Faces<'a> {
-    /// Faces of so many vertices.
+    /// An empty collection for a mesh of `vertices` vertices.
     pub(super) fn new(vertices: usize, name: &'a str) -> Faces<'a> {
         Faces {
             vertices,
@@ -68,7 +68,8 @@ impl<'a> Faces<'a> {
         warnings.extend(all.map(|(kind, count, message)| warning(kind, self.name, count, message)));
     }
 
-    /// Reads the element `face`. Polygons are cut by the positions of their corners, if those come first in the file.
+    /// Reads the element `face`. Polygons are triangulated by their positions, if these precede the faces in the
+    /// file.
     pub(super) fn read(
         &mut self,
         element: &Element,
@@ -85,7 +86,7 @@ impl<'a> Faces<'a> {
         };
         reserve(&mut self.triangles, element.count, self.name)?;
         let wedge = element.properties.iter().position(|p| p.count.is_some() && p.name == WEDGES);
-        // Whole numbers alone: what they count is up to 65535.
+        // Only integers, clamped to 65535.
         let is_material = |p: &header::Property| {
             p.count.is_none() && p.name == MATERIAL && !matches!(p.item, Scalar::F32 | Scalar::F64)
         };
@@ -137,7 +138,7 @@ impl<'a> Faces<'a> {
         Ok(())
     }
 
-    /// The triangles that have no material yet get this one.
+    /// Assigns a material to the triangles that have none yet.
     fn give_material(&mut self, material: u16) -> Result<(), MeshError> {
         let count = self.triangles.len().saturating_sub(self.materials.len());
         reserve_some(&mut self.materials, count, self.name)?;
@@ -145,7 +146,7 @@ impl<'a> Faces<'a> {
         Ok(())
     }
 
-    /// The triangles of a polygon, with the (u, v) of its corners if the file has any.
+    /// Adds the triangles of a polygon, with the (u, v) of its corners if the file has them.
     fn add(
         &mut self,
         polygon: &[u32],
@@ -179,7 +180,8 @@ impl<'a> Faces<'a> {
         Ok(())
     }
 
-    /// Reads the element `tristrips`: lists of vertices, each three neighbours a triangle, −1 between strips.
+    /// Reads the element `tristrips`: vertex lists in which each three neighbours form a triangle, and −1 starts
+    /// a new strip.
     pub(super) fn read_strips(&mut self, element: &Element, data: &mut Values<'_>) -> Result<(), Stop> {
         for _ in 0..element.count {
             for property in &element.properties {
@@ -191,7 +193,7 @@ impl<'a> Faces<'a> {
                     skip_list(count, property.item, data)?;
                     continue;
                 }
-                // The two before, and how many of the strip have been read.
+                // The two previous vertices, and the number of vertices of this strip.
                 let (mut before, mut read) = ([0_u32; 2], 0_u64);
                 for _ in 0..data.list_len(count, property.item)? {
                     let index = data.next(property.item)?;
@@ -217,13 +219,14 @@ impl<'a> Faces<'a> {
     }
 }
 
-/// The layout of nearly all binary files: one list of 32-bit indices after a byte or an int, perhaps between values
+/// The layout of nearly all binary files: one list of 32-bit indices with an 8-bit or 32-bit count, among properties
 /// of fixed size.
 struct FastFaces {
     before: usize,
     after: usize,
     count: Scalar,
-    /// Where the material's number stands: whether behind the list, how many bytes behind its beginning or that of the face, and its type.
+    /// The material property: whether it follows the list, its byte offset from the end of the list or the start
+    /// of the face, and its type.
     material: Option<(bool, usize, Scalar)>,
 }
 
@@ -246,7 +249,7 @@ impl FastFaces {
         (plain && ints).then_some(FastFaces { before, after, count, material })
     }
 
-    /// Reads triangles and quads up to the first face that is anything else or wrong; returns how many.
+    /// Reads triangles and quads up to the first other or invalid face; returns the number read.
     fn read<const BIG: bool>(
         &self,
         count: usize,
@@ -275,7 +278,7 @@ impl FastFaces {
                 break;
             }
             if n == 4 {
-                // Room for one triangle per face has been made; quads need more.
+                // Capacity for one triangle per face is reserved; quads need more.
                 if faces.add(&[a, b, c, d], None, positions).is_err() {
                     break;
                 }

@@ -1,15 +1,15 @@
-//! The header of a PLY file: which elements of which properties follow, and how they are stored.
+//! The PLY header: elements, their properties, and the encoding of the data.
 
 use super::Fail;
 use super::write::unescaped;
 use crate::mesh::Place;
 
-/// Longest header. Real ones have less than 2 KiB; comments may be long.
+/// Longest header, in bytes. Typical ones have less than 2 KiB; comments may be long.
 const MAX_HEADER: usize = 1 << 20;
-/// Most elements and, in all, properties.
+/// Most elements and properties together.
 const MAX_PARTS: usize = 4096;
 
-/// How values are stored.
+/// Encoding of the data.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Encoding {
     Ascii,
@@ -17,7 +17,7 @@ pub(super) enum Encoding {
     BigEndian,
 }
 
-/// The type of a stored number.
+/// Type of a stored number.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Scalar {
     I8,
@@ -45,7 +45,7 @@ impl Scalar {
         })
     }
 
-    /// Bytes in a binary file.
+    /// Size in a binary file, in bytes.
     pub(super) fn size(self) -> usize {
         match self {
             Scalar::I8 | Scalar::U8 => 1,
@@ -56,16 +56,16 @@ impl Scalar {
     }
 }
 
-/// A named value, or a list of values after their number.
+/// A named value, or a list of values with its length in front.
 #[derive(Clone, Debug)]
 pub(super) struct Property {
     pub(super) name: String,
     pub(super) item: Scalar,
-    /// The type of a list's length.
+    /// The type of a list's length; `None` for a single value.
     pub(super) count: Option<Scalar>,
 }
 
-/// So many things of the same properties.
+/// An element: `count` records with the same properties.
 #[derive(Clone, Debug)]
 pub(super) struct Element {
     pub(super) name: String,
@@ -74,7 +74,7 @@ pub(super) struct Element {
 }
 
 impl Element {
-    /// Fewest bytes that one takes: empty lists in binary files, digit and blank per number in ASCII.
+    /// Least bytes of a record: empty lists in binary files, a digit and a space per number in ASCII.
     pub(super) fn least_bytes(&self, encoding: Encoding) -> usize {
         let least = |p: &Property| match encoding {
             Encoding::Ascii => 2,
@@ -83,17 +83,17 @@ impl Element {
         self.properties.iter().map(least).sum()
     }
 
-    /// Whether there is a property of that name.
+    /// Whether it has a property of this name.
     pub(super) fn has(&self, name: &str) -> bool {
         self.properties.iter().any(|p| p.name == name)
     }
 
-    /// Whether there are lists.
+    /// Whether it has list properties.
     pub(super) fn has_lists(&self) -> bool {
         self.properties.iter().any(|p| p.count.is_some())
     }
 
-    /// Where a property begins in the bytes of an element without lists before it, and its type.
+    /// The byte offset and type of a property; `None` if a list precedes it.
     pub(super) fn column(&self, name: &str) -> Option<(usize, Scalar)> {
         let mut at = 0;
         for p in &self.properties {
@@ -107,22 +107,22 @@ impl Element {
     }
 }
 
-/// A whole header.
+/// A parsed header.
 #[derive(Clone, Debug)]
 pub(super) struct Header {
     pub(super) encoding: Encoding,
     pub(super) elements: Vec<Element>,
-    /// Bytes before the data.
+    /// Length in bytes; the data begins there.
     pub(super) len: usize,
-    /// Lines before the data.
+    /// Number of lines.
     pub(super) lines: u64,
-    /// Pictures named by comments.
+    /// Images named in comments.
     pub(super) textures: Vec<String>,
-    /// Names of the faces' materials.
+    /// Material names.
     pub(super) materials: Vec<String>,
 }
 
-/// Reads lines up to and with `end_header`.
+/// Parses the header, including `end_header`.
 pub(super) fn read(bytes: &[u8]) -> Result<Header, Fail> {
     let (mut encoding, mut elements, mut parts) = (None, Vec::<Element>::new(), 0);
     let (mut at, mut number, mut textures, mut materials) = (0, 0, Vec::new(), Vec::new());
@@ -134,7 +134,7 @@ pub(super) fn read(bytes: &[u8]) -> Result<Header, Fail> {
             return Err(fail("the header does not end; expected the line `end_header`".into()));
         };
         let line = String::from_utf8_lossy(&rest[..end]);
-        // Lines may end in \n, \r\n or a lone \r.
+        // Lines end in \n, \r\n or \r.
         at += end + if rest[end..].starts_with(b"\r\n") { 2 } else { 1 };
         let words: Vec<&str> = line.split_ascii_whitespace().collect();
         match words.as_slice() {
@@ -166,7 +166,7 @@ pub(super) fn read(bytes: &[u8]) -> Result<Header, Fail> {
                     )));
                 };
                 if elements.iter().any(|e| e.name == *name) {
-                    return Err(fail(format!("the element \"{name}\" comes twice")));
+                    return Err(fail(format!("the element \"{name}\" is defined twice")));
                 }
                 elements.push(Element { name: (*name).to_owned(), count, properties: Vec::new() });
                 parts += 1;

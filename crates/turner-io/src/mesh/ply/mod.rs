@@ -1,9 +1,14 @@
 //! Stanford PLY: ASCII and binary of either byte order, any scalar types, any extra properties and elements.
 //!
-//! Vertices: `x y z`, `nx ny nz`, (u, v) under several names, and colours `red green blue`, perhaps `alpha`, or the same after
-//! `diffuse_`. Faces: the list `vertex_indices` or `vertex_index`, perhaps `texcoord` with a (u, v) for each corner; or
-//! `tristrips`; and `material`, a number for each. More sets of (u, v), tangents and names of materials: see [`write()`]. Without faces the vertices are a cloud of points. `comment TextureFile NAME` names a picture. The layouts
-//! that programs write (binary, floats, one list of ints per face) are read straight from the bytes; all others number by number.
+//! - `vertex`: `x y z`, `nx ny nz`, (u, v) under several names, colours `red green blue` with optional `alpha`, also with
+//!   the prefix `diffuse_`. For further UV sets and tangents see [`write()`].
+//! - `face`: the list `vertex_indices` or `vertex_index`; optionally `texcoord`, a (u, v) per corner, and `material`, an
+//!   index.
+//! - `tristrips`: triangle strips.
+//!
+//! Without faces the vertices are a point cloud. `comment TextureFile NAME` names an image. The common layout
+//! (binary, floats, one list of integers per face) is decoded directly from the bytes, any other layout value by
+//! value.
 
 mod faces;
 mod header;
@@ -23,7 +28,7 @@ use crate::assets::printable;
 use crate::scene::SceneFormat;
 pub use write::write;
 
-/// What is wrong, and where.
+/// An error and its position.
 #[derive(Debug)]
 struct Fail {
     place: Place,
@@ -48,17 +53,17 @@ impl From<MeshError> for Stop {
     }
 }
 
-/// Bytes that reading a file takes at its peak, and the triangles that it announces; nothing for one that is damaged.
+/// Peak memory of reading a file, in bytes, and the announced number of triangles; zero for damaged files.
 pub(super) fn need(bytes: &[u8]) -> (u64, u64) {
-    /// Of a vertex: position, normal, (u, v), colour.
+    /// Bytes of a vertex: position, normal, (u, v), colour.
     const VERTEX: u64 = 12 + 12 + 8 + 16;
-    /// Of a face, taken for a triangle: its corners, and those of its (u, v).
+    /// Bytes of a face, counted as a triangle with its corners.
     const FACE: u64 = 12;
     let Ok(header) = header::read(bytes) else { return (0, 0) };
     let size = bytes.len() as u64;
     let count = |name: &str| {
         let elements = header.elements.iter().filter(|e| e.name == name);
-        // No more than the file can hold.
+        // Not more than fit in the file.
         elements
             .map(|e| (e.count as u64).min(size / e.least_bytes(header.encoding).max(1) as u64))
             .sum::<u64>()
@@ -67,7 +72,7 @@ pub(super) fn need(bytes: &[u8]) -> (u64, u64) {
     (vertices.saturating_mul(VERTEX).saturating_add(faces.saturating_mul(FACE)), faces)
 }
 
-/// Reads a whole file.
+/// Reads a file.
 pub(super) fn read(bytes: &[u8], name: &str) -> Result<ReadMesh, MeshError> {
     read_all(bytes, name).map_err(|stop| match stop {
         Stop::Damaged(f) => MeshError::damaged(name, SceneFormat::Ply, f.place, f.problem),
@@ -125,7 +130,7 @@ fn read_all(bytes: &[u8], name: &str) -> Result<ReadMesh, Stop> {
     Ok(ReadMesh { mesh, warnings, texture: header.textures.into_iter().next() })
 }
 
-/// Vertices of their own for corners with another (u, v).
+/// Splits vertices whose corners have different (u, v).
 fn with_wedges(
     mesh: MeshData,
     wedges: Vec<[u32; 3]>,
@@ -142,23 +147,25 @@ fn with_wedges(
     unify(Attributes { positions, colors, uvs, normals }, corners, name)
 }
 
-/// Refuses a number of elements that the rest of the file cannot hold.
+/// Refuses an element count that does not fit in the rest of the file.
 fn check_count(element: &Element, encoding: Encoding, data: &Values<'_>) -> Result<(), Fail> {
     let least = element.least_bytes(encoding);
     if element.count > 0 && least == 0 && matches!(element.name.as_str(), "vertex" | "face" | "tristrips") {
         return Err(data.fail(format!("the element \"{}\" has no properties", element.name)));
     }
-    // The last number of a text needs no blank after it.
+    // The last number of an ASCII file needs no space after it.
     let room = (data.rest().len() + 1) / least.max(1);
     if least == 0 || element.count <= room {
         return Ok(());
     }
     let (name, count) = (printable(&element.name), element.count);
-    Err(data.fail(format!("{count} elements \"{name}\" announced, but the file has room for {room}")))
+    Err(data.fail(format!(
+        "{count} elements \"{name}\" announced, but the rest of the file holds at most {room}"
+    )))
 }
 
 fn skip(element: &Element, data: &mut Values<'_>) -> Result<(), Fail> {
-    // Without properties there is nothing to walk over, however many there are.
+    // Records without properties take no bytes; do not loop over them.
     if element.properties.is_empty() {
         return Ok(());
     }

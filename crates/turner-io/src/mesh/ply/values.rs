@@ -1,4 +1,4 @@
-//! Numbers one after the other, from text or from bytes: the slow way, for any layout.
+//! Reads values one after the other, from ASCII or binary data: the general path for any layout.
 
 use super::Fail;
 use super::header::{Encoding, Scalar};
@@ -6,7 +6,7 @@ use crate::assets::printable;
 use crate::mesh::Place;
 use crate::mesh::number::parse_f64;
 
-/// The data after the header.
+/// The data after the header, and the current position.
 pub(super) struct Values<'a> {
     bytes: &'a [u8],
     at: usize,
@@ -19,12 +19,12 @@ impl<'a> Values<'a> {
         Values { bytes, at: at.min(bytes.len()), line, encoding }
     }
 
-    /// What has not been read yet.
+    /// The unread bytes.
     pub(super) fn rest(&self) -> &'a [u8] {
         &self.bytes[self.at..]
     }
 
-    /// Passes over bytes of a binary file that were read in another way.
+    /// Skips bytes of a binary file that were decoded elsewhere.
     pub(super) fn advance(&mut self, bytes: usize) {
         self.at = (self.at + bytes).min(self.bytes.len());
     }
@@ -40,7 +40,7 @@ impl<'a> Values<'a> {
         Fail { place: self.place(), problem }
     }
 
-    /// The next number.
+    /// Reads the next value.
     pub(super) fn next(&mut self, scalar: Scalar) -> Result<f64, Fail> {
         if self.encoding == Encoding::Ascii {
             let word = self.word()?;
@@ -50,7 +50,7 @@ impl<'a> Values<'a> {
             });
         }
         let Some(bytes) = self.rest().get(..scalar.size()) else {
-            return Err(self.fail("the file ends within a value".into()));
+            return Err(self.fail("the file ends inside a value".into()));
         };
         self.at += bytes.len();
         Ok(binary(bytes, scalar, self.encoding == Encoding::BigEndian))
@@ -70,20 +70,20 @@ impl<'a> Values<'a> {
         Ok(&rest[..len])
     }
 
-    /// The length of a list: a whole number that the rest of the file has room for.
+    /// Reads the length of a list; it must be an integer that fits in the rest of the file.
     pub(super) fn list_len(&mut self, count: Scalar, item: Scalar) -> Result<usize, Fail> {
         let n = self.next(count)?;
         let least = if self.encoding == Encoding::Ascii { 2 } else { item.size() };
-        // The last number of a text needs no blank after it.
+        // The last number of an ASCII file needs no space after it.
         let room = (self.rest().len() + 1) / least;
         if n >= 0.0 && n.fract() == 0.0 && n <= room as f64 {
             return Ok(n as usize);
         }
-        Err(self.fail(format!("a list of {n} values, but the rest of the file has room for {room}")))
+        Err(self.fail(format!("a list of {n} values, but the rest of the file holds at most {room}")))
     }
 }
 
-/// A number from its bytes; 0 if there are too few.
+/// Decodes a binary value; missing bytes count as 0.
 pub(super) fn binary(bytes: &[u8], scalar: Scalar, big_endian: bool) -> f64 {
     let mut raw = [0_u8; 8];
     for (i, slot) in raw[..scalar.size()].iter_mut().enumerate() {

@@ -1,4 +1,4 @@
-//! The vertices of a PLY file: columns of fixed size straight from the bytes, or number by number.
+//! PLY vertices: fixed-size columns are decoded directly from the bytes, other layouts value by value.
 
 use turner::color::Transfer;
 use turner::schema::MeshData;
@@ -10,10 +10,10 @@ use crate::mesh::error::reserve;
 
 const POSITION: [&str; 3] = ["x", "y", "z"];
 const NORMAL: [&str; 3] = ["nx", "ny", "nz"];
-/// The names under which (u, v) are found.
+/// Property names of (u, v).
 const UV_NAMES: [[&str; 2]; 4] =
     [["u", "v"], ["s", "t"], ["texture_u", "texture_v"], ["texture_s", "texture_t"]];
-/// The names of further sets of (u, v), the second first.
+/// Property names of further UV sets, beginning with the second.
 pub(super) const MORE_UV_NAMES: [[&str; 2]; 8] = [
     ["u_1", "v_1"],
     ["u_2", "v_2"],
@@ -24,9 +24,9 @@ pub(super) const MORE_UV_NAMES: [[&str; 2]; 8] = [
     ["u_7", "v_7"],
     ["u_8", "v_8"],
 ];
-/// Tangents along u, and the side of the bitangent.
+/// Property names of tangents; the fourth is the sign of the bitangent.
 const TANGENT: [&str; 4] = ["tx", "ty", "tz", "tw"];
-/// Those of colours, with opacity.
+/// Property names of colours with opacity.
 const COLOR_NAMES: [[&str; 4]; 4] = [
     ["red", "green", "blue", "alpha"],
     ["diffuse_red", "diffuse_green", "diffuse_blue", "diffuse_alpha"],
@@ -34,7 +34,7 @@ const COLOR_NAMES: [[&str; 4]; 4] = [
     ["color_0", "color_1", "color_2", "color_3"],
 ];
 
-/// Reads all vertices.
+/// Reads the element `vertex`.
 pub(super) fn read(
     element: &Element,
     encoding: Encoding,
@@ -67,7 +67,7 @@ pub(super) fn read(
         return Ok(read_slowly(element, uv_names, has_normals, color_names, data, mesh)?);
     }
     let stride: usize = element.properties.iter().map(|p| p.item.size()).sum();
-    // `check_count` has seen that they fit.
+    // `check_count` made sure that they fit.
     let rows = data.rest().get(..stride * n).unwrap_or(&[]);
     let big_endian = encoding == Encoding::BigEndian;
     columns(rows, stride, element, POSITION, big_endian, &mut mesh.positions);
@@ -99,11 +99,10 @@ pub(super) fn read(
     Ok(())
 }
 
-/// How a number becomes one of red, green, blue and opacity: whole numbers are display values, opacity apart;
-/// floating-point numbers are taken as they are.
+/// Conversion of a colour component: integers are display-encoded, except for opacity; floats are linear.
 enum Band {
     Real,
-    /// By the number itself.
+    /// A table for 8-bit values.
     Byte(Box<[f32; 256]>),
     Whole {
         full: f64,
@@ -112,11 +111,11 @@ enum Band {
 }
 
 impl Band {
-    /// Those of all four properties.
+    /// The conversions of all four properties.
     fn all(element: &Element, names: &[&str; 4]) -> [Band; 4] {
         names.map(|name| {
             let item = element.properties.iter().find(|p| p.name == name).map(|p| p.item);
-            // Opacity comes last.
+            // The last name is opacity.
             let display = name != names[3];
             match item {
                 None | Some(Scalar::F32 | Scalar::F64) => Band::Real,
@@ -134,7 +133,7 @@ impl Band {
     fn value(&self, v: f64) -> f32 {
         match self {
             Band::Real => v as f32,
-            // What a text says may be anything; NaN and fractions round down.
+            // ASCII files may contain any number; the cast clamps, truncates, and maps NaN to 0.
             Band::Byte(table) => table[v as u8 as usize],
             Band::Whole { full, display: false } => (v / full) as f32,
             Band::Whole { full, display: true } => Transfer::Srgb.decode((v / full) as f32),
@@ -142,7 +141,7 @@ impl Band {
     }
 }
 
-/// `N` properties of every row.
+/// Decodes `N` properties of all records.
 fn columns<const N: usize>(
     rows: &[u8],
     stride: usize,
@@ -176,8 +175,8 @@ fn read_slowly(
     data: &mut Values<'_>,
     mesh: &mut MeshData,
 ) -> Result<(), Fail> {
-    // Where each property goes: 0 to 2 the position, 3 to 5 the normal, 6 and 7 (u, v), 8 to 11 the colour, 12 to 15 the tangent, then
-    // more (u, v), and the last place is nowhere.
+    // The slot of each property in `row`: 0..3 position, 3..6 normal, 6..8 (u, v), 8..12 colour, 12..16 tangent,
+    // then further UV sets. The last slot receives unused properties.
     let uv_names = uv_names.copied().unwrap_or_default();
     let colors = color_names.copied().unwrap_or_default();
     let more = MORE_UV_NAMES.iter().take(mesh.more_uvs.len()).flatten().copied();

@@ -1,7 +1,8 @@
-//! A mesh as a PLY file: binary, little-endian, with all that a mesh of Turner's holds.
+//! Writes a mesh as binary little-endian PLY, without loss.
 //!
-//! Beside what every program knows stand the properties `u_1 v_1`, `u_2 v_2`, … (more sets of (u, v)), `tx ty tz tw` (tangents), the faces' `material`, and a line
-//! `comment turner_material NAME` for each of these materials. Colours are linear floats. Nothing is rounded.
+//! In addition to the usual properties it writes `u_1 v_1`, `u_2 v_2`, … (further UV sets), `tx ty tz tw` (tangents),
+//! the face property `material`, and a line `comment turner_material NAME` for each material. Colours are linear
+//! floats. Values are not rounded.
 
 use std::io::{self, Write};
 
@@ -9,25 +10,25 @@ use turner::schema::MeshData;
 
 use super::vertices::MORE_UV_NAMES;
 
-/// Rows that are put together before they are written.
+/// Records that are buffered before a write.
 const ROWS: usize = 1024;
-/// Most bytes of the names of materials: headers are short.
+/// Longest header, in bytes; material names could make it longer.
 const MAX_NAMES: usize = 512 << 10;
 
-/// Writes a mesh whose lists fit together ([`MeshData::check`]), bit by bit: no copy of it is made.
+/// Writes a mesh whose lists are consistent ([`MeshData::check`]), block by block.
 ///
-/// Errors: those of `out`; more sets of (u, v) than the format knows.
+/// Errors: those of `out`; too many UV sets; material names that are too long together.
 pub fn write(mesh: &MeshData, out: &mut dyn Write) -> io::Result<()> {
     let refuse = |what: &str| Err(io::Error::new(io::ErrorKind::InvalidInput, what.to_owned()));
     if mesh.more_uvs.len() > MORE_UV_NAMES.len() {
-        return refuse("a mesh with more than nine sets of surface coordinates");
+        return refuse("a mesh with more than nine UV sets");
     }
     let mut header = String::from("ply\nformat binary_little_endian 1.0\ncomment written by Turner\n");
     for name in &mesh.material_names {
         header += &format!("comment turner_material {}\n", escaped(name));
     }
     if header.len() > MAX_NAMES {
-        return refuse("a mesh with names of materials of more than half a megabyte");
+        return refuse("a mesh whose material names have more than half a megabyte");
     }
     header += &format!("element vertex {}\n", mesh.positions.len());
     let mut lists: Vec<(&[&str], &[f32])> = vec![
@@ -81,7 +82,8 @@ pub fn write(mesh: &MeshData, out: &mut dyn Write) -> io::Result<()> {
     Ok(())
 }
 
-/// A name on a line: what would break the line, and the mark itself, as `%` and two digits for each byte.
+/// A name as part of a line: control characters, `%`, and spaces at either end become `%` and two hex digits per
+/// byte.
 fn escaped(name: &str) -> String {
     let mut out = String::new();
     for c in name.chars() {
@@ -96,7 +98,7 @@ fn escaped(name: &str) -> String {
     out
 }
 
-/// The name that a line holds.
+/// The inverse of [`escaped`].
 pub(super) fn unescaped(text: &str) -> String {
     let mut out = Vec::with_capacity(text.len());
     let mut rest = text.as_bytes();

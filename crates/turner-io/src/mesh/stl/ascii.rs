@@ -1,4 +1,4 @@
-//! STL as text: `solid NAME`, then for each facet `facet normal`, `outer loop`, three `vertex`, `endloop`, `endfacet`.
+//! ASCII STL: `solid NAME`, then for each facet `facet normal`, `outer loop`, three `vertex`, `endloop`, `endfacet`.
 
 use std::collections::HashMap;
 
@@ -11,7 +11,7 @@ use crate::mesh::polygon::Triangulator;
 use crate::mesh::{MeshError, Place, warning};
 use crate::scene::SceneFormat;
 
-/// Words of a text, with the line they stand on.
+/// Splits a text into words and counts lines.
 struct Words<'a> {
     bytes: &'a [u8],
     at: usize,
@@ -24,7 +24,7 @@ impl<'a> Words<'a> {
         self.bytes.get(self.at..).unwrap_or(&[])
     }
 
-    /// The next word; empty at the end.
+    /// The next word; empty at the end of the text.
     #[inline]
     fn word(&mut self) -> &'a [u8] {
         self.skip_blanks();
@@ -42,7 +42,7 @@ impl<'a> Words<'a> {
         }
     }
 
-    /// What is left of the line.
+    /// The rest of the line.
     fn line_rest(&mut self) -> &'a [u8] {
         let rest = self.rest();
         let len = rest.iter().position(|&b| b == b'\n').unwrap_or(rest.len());
@@ -50,7 +50,7 @@ impl<'a> Words<'a> {
         rest[..len].trim_ascii()
     }
 
-    /// Three numbers; the word that is none if there are fewer.
+    /// Three numbers; the error is the word that is not a number.
     #[inline]
     fn vector(&mut self) -> Result<[f32; 3], &'a [u8]> {
         let mut out = [0.0; 3];
@@ -74,13 +74,13 @@ impl<'a> Words<'a> {
     }
 }
 
-/// As C's printf writes it in its own ways.
+/// Whether a word is one of C's spellings of NaN.
 fn is_nan(word: &[u8]) -> bool {
     let bare = word.strip_prefix(b"-").unwrap_or(word);
     bare.get(..3).is_some_and(|w| w.eq_ignore_ascii_case(b"nan") || w == b"1.#")
 }
 
-/// What has been read, and what holds for the facets that follow.
+/// The mesh so far, and the state for the following facets.
 struct Reader<'a> {
     name: &'a str,
     file: StlFile,
@@ -167,7 +167,7 @@ pub(super) fn read(bytes: &[u8], name: &str, nodes: &[String]) -> Result<StlFile
 }
 
 impl Reader<'_> {
-    /// A solid begins; one of a name that has been there goes on.
+    /// Begins a solid; a repeated name continues the earlier solid.
     fn solid(&mut self, called: String) -> Result<(), MeshError> {
         self.file.solids += 1;
         self.material = match self.ids.get(&called) {
@@ -182,7 +182,7 @@ impl Reader<'_> {
         Ok(())
     }
 
-    /// The triangles of a loop.
+    /// Adds the triangles of a loop.
     fn polygon(&mut self) -> Result<(), MeshError> {
         let corners = std::mem::take(&mut self.corners);
         let mut result = Ok(());
@@ -206,7 +206,7 @@ impl Reader<'_> {
                 }
             });
         }
-        // Its room is used again.
+        // Reuse the allocation.
         self.corners = corners;
         self.corners.clear();
         result

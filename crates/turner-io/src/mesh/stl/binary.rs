@@ -1,4 +1,4 @@
-//! Binary STL: 80 bytes of anything, the number of facets, then 50 bytes each.
+//! Binary STL: 80 bytes of any content, the number of facets, then 50 bytes per facet.
 
 use turner::schema::WarningKind;
 
@@ -7,13 +7,13 @@ use crate::mesh::error::reserve;
 use crate::mesh::{MeshError, Place, warning};
 use crate::scene::SceneFormat;
 
-/// How colours are stored in the spare bytes of facets.
+/// How the attribute bytes of facets store colours.
 #[derive(Clone, Copy, PartialEq)]
 enum Stored {
     Nothing,
-    /// VisCAM and SolidView: the top bit marks a colour.
+    /// VisCAM and SolidView: the top bit is set if the facet has a colour.
     Marked,
-    /// Materialise Magics: the top bit marks this colour of the whole.
+    /// Materialise Magics: the top bit is set if the facet has this colour of the object.
     Whole([u8; 3]),
 }
 
@@ -22,13 +22,14 @@ pub(super) fn read(bytes: &[u8], name: &str) -> Result<StlFile, MeshError> {
         MeshError::damaged(name, SceneFormat::Stl, Place::Byte(at as u64), problem)
     };
     let Some(count) = bytes.get(80..HEADER).and_then(|b| b.try_into().ok()).map(u32::from_le_bytes) else {
-        let problem = format!("expected 80 bytes and a number of facets, found {} bytes in all", bytes.len());
+        let problem =
+            format!("expected 80 bytes and the number of facets, found {} bytes in total", bytes.len());
         return Err(damaged(0, problem));
     };
     let data = bytes.get(HEADER..).unwrap_or(&[]);
     let room = data.len() / FACET;
     if count as usize > room {
-        let problem = format!("{count} facets announced, but the file has room for {room}");
+        let problem = format!("{count} facets announced, but the file holds at most {room}");
         return Err(damaged(80, problem));
     }
     let count = count as usize;
@@ -70,7 +71,7 @@ fn attribute(facet: &[u8]) -> u16 {
     facet.get(48..50).and_then(|b| b.try_into().ok()).map_or(0, u16::from_le_bytes)
 }
 
-/// Materials for the colours of facets: at most 32769, in the order of first appearance.
+/// Creates a material per facet colour, in order of first use: at most 32769.
 fn colors(bytes: &[u8], facets: &[u8], file: &mut StlFile, name: &str) -> Result<(), MeshError> {
     let header = bytes.get(..80).unwrap_or(&[]);
     let whole = header.windows(6).position(|w| w == b"COLOR=");
@@ -88,7 +89,7 @@ fn colors(bytes: &[u8], facets: &[u8], file: &mut StlFile, name: &str) -> Result
         }
         return Ok(());
     }
-    // The last entry is for facets without a colour of their own.
+    // The key of facets without a colour of their own.
     const PLAIN: usize = 0x8000;
     let mut numbers = vec![u16::MAX; PLAIN + 1];
     let materials = &mut file.mesh.face_materials;
@@ -103,7 +104,7 @@ fn colors(bytes: &[u8], facets: &[u8], file: &mut StlFile, name: &str) -> Result
                 Stored::Whole(_) if own => [part(0), part(5), part(10)],
                 Stored::Whole(color) => color,
                 _ if own => [part(10), part(5), part(0)],
-                // 0.8 in linear light.
+                // 0.8 in linear values.
                 _ => [231; 3],
             };
             let [r, g, b] = color;

@@ -1,4 +1,18 @@
-//! Curves: swept by a polygon to tubes, for there is no such shape here; ribbons by a line.
+//! Curves as triangle meshes: Turner has no curve primitive.
+//!
+//! A curve is a chain of Bézier segments of degree 2 or 3; a B-spline is converted span by span. A
+//! cross-section is swept along the chain and neighbouring cross-sections are joined by triangles:
+//!
+//! ```text
+//!       side            flat, cylinder: a hexagon around the curve, in the plane of `side` and `up`
+//!        ↑  ↗ up        ribbon:         a line across the curve, perpendicular to its normals
+//!   ─────●─────→ forward
+//! ```
+//!
+//! The number of steps per segment follows the angle by which its control polygon turns. The frame is carried
+//! from step to step: `side` is projected onto the plane perpendicular to `forward`, which avoids twist. pbrt's
+//! flat curves always face the ray; a thin tube looks nearly the same. The width is interpolated linearly along
+//! the complete curve.
 
 use turner::math::DVec3;
 use turner::math::elementary::{acos, sin_cos_turns};
@@ -11,7 +25,8 @@ use super::super::state::State;
 use super::{Made, orient};
 use crate::assets::printable;
 
-/// Most degrees by which the direction turns from one step to the next, on average over a segment; the least and the most steps of a segment.
+/// Angle in degrees by which the direction may turn per step, on average over a segment; fewest and most steps
+/// of a segment.
 const TURN: f64 = 6.0;
 const STEPS: std::ops::RangeInclusive<u32> = 2..=48;
 /// Sides of a tube.
@@ -69,7 +84,7 @@ pub(super) fn curve(scene: &mut Assembly<'_>, state: &State, params: &mut Params
     Ok(Made::Mesh(data))
 }
 
-/// The Bézier points of one span of a uniform spline of degree 2 or 3.
+/// The Bézier points of one span of a uniform B-spline of degree 2 or 3.
 fn bezier_of_spline(p: &[DVec3]) -> Vec<DVec3> {
     match *p {
         [a, b, c, d] => {
@@ -80,7 +95,7 @@ fn bezier_of_spline(p: &[DVec3]) -> Vec<DVec3> {
     }
 }
 
-/// Place and direction on a Bézier curve, by de Casteljau's construction.
+/// Position and direction on a Bézier curve (de Casteljau).
 fn at(points: &[DVec3], t: f64) -> (DVec3, DVec3) {
     let mut level = points.to_vec();
     let mut direction = DVec3::ZERO;
@@ -93,7 +108,7 @@ fn at(points: &[DVec3], t: f64) -> (DVec3, DVec3) {
     (level.first().copied().unwrap_or_default(), direction)
 }
 
-/// Steps that follow a segment well: by how much its control polygon turns.
+/// Steps for a segment, by the angle that its control polygon turns.
 fn steps(points: &[DVec3]) -> u32 {
     let edges: Vec<DVec3> = points.windows(2).filter_map(|w| (w[1] - w[0]).try_normalize()).collect();
     let turned: f64 = edges.windows(2).map(|e| acos(e[0].dot(e[1]).clamp(-1.0, 1.0)).to_degrees()).sum();
@@ -103,14 +118,14 @@ fn steps(points: &[DVec3]) -> u32 {
 fn sweep(segments: &[Vec<DVec3>], widths: [f64; 2], normals: Option<&[DVec3]>, across: u32) -> MeshData {
     let mut data = MeshData::default();
     let single = |v: DVec3| v.as_vec3().to_array();
-    // Which segment, and how far along it; the end of one is the beginning of the next.
+    // Segment and parameter of each row; a segment begins where the last one ends.
     let mut rows: Vec<(usize, f64)> = Vec::new();
     for (i, points) in segments.iter().enumerate() {
         let steps = steps(points);
         rows.extend((0..steps).map(|k| (i, f64::from(k) / f64::from(steps))));
     }
     rows.push((segments.len().saturating_sub(1), 1.0));
-    // The frame is carried along with as little turning as can be.
+    // The frame is carried along with little twist.
     let mut side = DVec3::ZERO;
     let mut forward = DVec3::Z;
     for (segment, t) in rows {
@@ -171,11 +186,11 @@ mod tests {
     fn steps_follow_the_turning() {
         let straight: Vec<DVec3> = (0..4).map(|i| DVec3::X * f64::from(i)).collect();
         assert_eq!(steps(&straight), 2);
-        // Half a turn, by the corners of a square.
+        // Half a turn, along three sides of a square.
         let half = [DVec3::ZERO, DVec3::Y, DVec3::new(1.0, 1.0, 0.0), DVec3::X];
         assert_eq!(steps(&half), 30);
         assert_eq!(steps(&[DVec3::ZERO; 4]), 2);
-        // From one step to the next the swept direction turns little.
+        // The direction turns little from one step to the next.
         let data = sweep(&[half.to_vec()], [0.01, 0.01], None, SIDES);
         let middle = |row: usize| {
             let ring = &data.positions[row * SIDES as usize..][..SIDES as usize];

@@ -11,12 +11,12 @@ use super::{Made, orient};
 use crate::assets::printable;
 use crate::{gzip, mesh};
 
-/// Most bytes of a file.
+/// Largest mesh file, bytes.
 const MAX_PLY: u64 = 16 << 30;
-/// A compressed file holds at most so many bytes for each of its own: deflate makes at most 1032 of one.
+/// Most bytes of a decompressed file per byte of the file. Deflate reaches 1032.
 const MAX_GROWTH: usize = 64;
 
-/// Triples of corners from a flat list, each checked against the number of vertices.
+/// Index tuples from a flat list, each checked against the number of vertices.
 pub(super) fn corners<const N: usize>(
     params: &Params,
     name: &'static str,
@@ -36,7 +36,7 @@ pub(super) fn corners<const N: usize>(
     Ok(groups.iter().map(|g| g.map(|i| i as u32)).collect())
 }
 
-/// Lists that do not have one entry for each vertex are left out.
+/// A list with one entry per vertex; one of another length is omitted, with a report.
 pub(super) fn fitting<T>(
     scene: &mut Assembly<'_>,
     params: &Params,
@@ -70,7 +70,7 @@ pub(super) fn triangles(scene: &mut Assembly<'_>, state: &State, params: &mut Pa
         list if list.is_empty() => params.take_pairs("st"),
         list => list,
     };
-    // Tangents turn anisotropic highlights alone; face indices tell Ptex faces apart.
+    // Tangents only rotate anisotropic highlights; face indices are for Ptex.
     params.pass(&["S", "faceIndices", "uv", "st", "edgelength"]);
     let normals = fitting(scene, params, "N", normals, count);
     let uvs = fitting(scene, params, "uv", uvs, count);
@@ -80,12 +80,13 @@ pub(super) fn triangles(scene: &mut Assembly<'_>, state: &State, params: &mut Pa
     Ok(Made::Mesh(data))
 }
 
-/// Without (u, v) each triangle has (0, 0), (1, 0), (1, 1). That is kept for a single triangle, where it can be said.
+/// Without (u, v) each triangle has (0, 0), (1, 0), (1, 1). Only a single triangle can have that without copied
+/// vertices.
 fn default_uvs(count: usize, triangles: &[[u32; 3]]) -> Vec<[f32; 2]> {
     if count == 3 && triangles == [[0, 1, 2]] { vec![[0.0, 0.0], [1.0, 0.0], [1.0, 1.0]] } else { Vec::new() }
 }
 
-/// `plymesh`, perhaps compressed.
+/// `plymesh`, possibly compressed.
 pub(super) fn ply(scene: &mut Assembly<'_>, state: &State, params: &Params) -> Result<Made, Fault> {
     let place = params.place_of("filename");
     let Some(name) = params.string("filename").map(str::to_owned) else {
@@ -123,14 +124,14 @@ pub(super) fn ply(scene: &mut Assembly<'_>, state: &State, params: &Params) -> R
         return Ok(Made::Nothing);
     }
     orient(&mut data, state.reverse);
-    // Colours of vertices are not shown by pbrt.
+    // pbrt ignores vertex colours.
     data.colors = Vec::new();
     let id = scene.mesh(printable(&name), data);
     scene.mesh_ids.insert(key, Some(id));
     Ok(Made::Shared(id))
 }
 
-/// The mean area of the triangles of a mesh that is transformed: in pbrt each is a light of the whole power.
+/// The mean area of the transformed triangles: in pbrt each triangle is a light of the given power.
 pub(super) fn mean_area(data: &MeshData, m: &DMat3) -> f64 {
     let corner = |i: u32| {
         let p = data.positions.get(i as usize).copied().unwrap_or_default();

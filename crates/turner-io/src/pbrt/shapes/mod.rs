@@ -1,4 +1,4 @@
-//! Shapes: meshes as they are, quadrics where there is such a shape here, all others cut into triangles.
+//! Shapes: meshes and full quadrics keep their type, all others become triangles.
 
 mod curve;
 mod mesh;
@@ -24,15 +24,15 @@ use super::textures::source_named;
 use crate::assets::printable;
 use crate::scene_import::orient;
 
-/// What a directive `Shape` becomes.
+/// The result of a `Shape` directive.
 pub(super) enum Made {
     /// A mesh of its own.
     Mesh(MeshData),
-    /// A mesh that others may show, too.
+    /// A mesh that several shapes share.
     Shared(MeshId),
-    /// A shape in a space of its own, which lies so in the shape's.
+    /// A shape, and the transform from its space to that of pbrt's shape.
     Shape(ShapeDesc, turner::math::DAffine3),
-    /// Nothing; that has been reported.
+    /// Nothing, after a report.
     Nothing,
 }
 
@@ -100,7 +100,7 @@ pub(super) fn add(
     scene.place(ObjectContent::Shape(desc), Some(material), state, place)
 }
 
-/// The holes of a shape: a number or a texture.
+/// The `alpha` of a shape, a number or a texture; `None` if it is opaque.
 fn alpha(scene: &mut Assembly<'_>, params: &Params) -> Result<Option<ColorSource>, Fault> {
     params.pass(&["shadowalpha"]);
     if params.is("alpha", Type::Texture) {

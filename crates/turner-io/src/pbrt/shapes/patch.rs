@@ -1,4 +1,4 @@
-//! Bilinear patches: flat ones are two triangles, others are divided.
+//! Bilinear patches: parallelograms are two triangles, others are tessellated.
 
 use turner::math::{DVec2, DVec3};
 use turner::schema::{ErrorCode, MeshData};
@@ -10,7 +10,7 @@ use super::super::state::State;
 use super::mesh::{corners, fitting};
 use super::{Made, orient};
 
-/// Parts along either side of a patch that is not flat.
+/// Quads along each side of a tessellated patch.
 const PARTS: u32 = 12;
 
 /// `bilinearmesh`: corners in the order (0, 0), (1, 0), (0, 1), (1, 1).
@@ -43,7 +43,7 @@ pub(super) fn patches(scene: &mut Assembly<'_>, state: &State, params: &mut Para
         let [a, b, c, d] = p;
         let size = (b - a).length().max((c - a).length()).max((d - a).length());
         let is_flat = ((b - a).cross(c - a).dot(d - a)).abs() <= 1e-5 * size * size * size;
-        // A flat patch with corners that are no parallelogram has another (u, v) inside.
+        // A flat patch that is not a parallelogram has a nonlinear (u, v) inside.
         let parts = if is_flat && (d - b - (c - a)).length() <= 1e-4 * size { 1 } else { PARTS };
         if parts > 1 {
             scene.divide(u64::from(parts + 1) * u64::from(parts + 1), params.place)?;

@@ -1,4 +1,5 @@
-//! Spheres, disks and cylinders. Whole ones that face outwards are shapes here, too; others are cut into triangles with the true normals.
+//! Spheres, disks and cylinders. Full ones that face outwards keep their type; others become triangles with
+//! exact normals.
 
 use super::super::assembly::Assembly;
 use super::super::params::Params;
@@ -65,7 +66,7 @@ pub(super) fn quadric(
     };
     let message = "a partial or reversed sphere, disk or cylinder: rendered as triangles";
     scene.report.approximated(place, message);
-    // Equal ones are one mesh. No file has such a name.
+    // Equal shapes share a mesh. The key is no file name.
     let key = (format!("\0{surface:?} {phi}"), state.reverse);
     if let Some(&Some(known)) = scene.mesh_ids.get(&key) {
         return Ok(Made::Shared(known));
@@ -78,7 +79,7 @@ pub(super) fn quadric(
     Ok(Made::Shared(id))
 }
 
-/// The area of a shape under a transform; of a sphere that becomes an ellipsoid, about.
+/// The area of a shape under a transform; approximate for an ellipsoid.
 pub(super) fn area(shape: &ShapeDesc, m: &DMat3) -> f64 {
     let scale = m.determinant().abs();
     let even = turner::math::elementary::cbrt(scale);

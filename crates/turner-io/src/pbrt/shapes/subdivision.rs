@@ -1,5 +1,22 @@
-//! Loop's subdivision surfaces (Loop 1987, "Smooth subdivision surfaces based on triangles"), with the vertices moved to the limit and its
-//! normals at the end (Hoppe et al. 1994).
+//! Loop subdivision surfaces (Loop 1987, "Smooth subdivision surfaces based on triangles"; limit: Hoppe et al. 1994).
+//!
+//! Each step splits every triangle into four. It adds a vertex on each edge and moves the old vertices, both by
+//! weighted means of their neighbours:
+//!
+//! ```text
+//!            1/8                     β       β
+//!           /   \                     \     /
+//!        3/8 ─●─ 3/8             β ─── 1 − nβ ─── β       border: edge 1/2 ─●─ 1/2, vertex 1/8 ─ 3/4 ─ 1/8
+//!           \   /                     /     \
+//!            1/8                     β       β
+//!      new vertex of an edge      vertex with n neighbours: β = 3/16 for n = 3, else 3/(8n)
+//! ```
+//!
+//! The means converge to a smooth limit surface. After the last step each vertex moves onto it with the weights
+//! 1 − nγ and γ = 1/(n + 3/(8β)), at a border 3/5 and 1/5. The normal there is the cross product of two
+//! tangents: the sums of the n neighbours in cyclic order, weighted by cos(2πj/n) and sin(2πj/n). Vertices
+//! without a closed ring of faces use the sum of the faces' normals. The cost grows with 4 to the power of the
+//! levels.
 
 use std::collections::BTreeMap;
 use std::f64::consts::TAU;
@@ -15,7 +32,7 @@ use super::super::state::State;
 use super::mesh::corners;
 use super::{Made, orient};
 
-/// Deepest division: a triangle becomes 4^10.
+/// Most levels: a triangle becomes 4^10.
 const MAX_LEVELS: i32 = 10;
 
 /// `loopsubdiv`.
@@ -38,19 +55,19 @@ pub(super) fn surface(scene: &mut Assembly<'_>, state: &State, params: &mut Para
         triangles,
         ..MeshData::default()
     };
-    // The orientation is that of the faces; the normals follow.
+    // The faces define the orientation; the normals follow.
     orient(&mut data, state.reverse);
     Ok(Made::Mesh(data))
 }
 
-/// An edge, the lower number first.
+/// An edge, the lower index first.
 type Edge = (u32, u32);
 
 fn edge(a: u32, b: u32) -> Edge {
     (a.min(b), a.max(b))
 }
 
-/// The vertices opposite to an edge: two within a surface, one at its border; of more, the first two count.
+/// The vertices opposite each edge: two inside the surface, one at its border. Of more, the first two count.
 fn opposites(triangles: &[[u32; 3]]) -> BTreeMap<Edge, [Option<u32>; 2]> {
     let mut edges: BTreeMap<Edge, [Option<u32>; 2]> = BTreeMap::new();
     for &[a, b, c] in triangles {
@@ -64,7 +81,7 @@ fn opposites(triangles: &[[u32; 3]]) -> BTreeMap<Edge, [Option<u32>; 2]> {
     edges
 }
 
-/// Neighbours of each vertex: all, and those along the border.
+/// Neighbours of each vertex: all of them, and those along the border.
 struct Neighbours {
     all: Vec<Vec<u32>>,
     border: Vec<Vec<u32>>,
@@ -134,7 +151,7 @@ fn divide(points: &[DVec3], triangles: &[[u32; 3]]) -> (Vec<DVec3>, Vec<[u32; 3]
     (new, out)
 }
 
-/// Where vertices come to lie at last, and the normals there.
+/// The limit positions of the vertices, and the normals there.
 fn limit(points: &[DVec3], triangles: &[[u32; 3]]) -> (Vec<DVec3>, Vec<DVec3>) {
     let edges = opposites(triangles);
     let near = neighbours(points.len(), &edges);
@@ -156,7 +173,7 @@ fn limit(points: &[DVec3], triangles: &[[u32; 3]]) -> (Vec<DVec3>, Vec<DVec3>) {
             }
         })
         .collect();
-    // Within the surface the tangents are sums over the ring of neighbours in their order around the vertex; elsewhere the faces' normals do.
+    // Tangents are sums over the ring of neighbours in cyclic order; without a ring the faces' normals are used.
     let mut faces = vec![DVec3::ZERO; points.len()];
     let mut next: Vec<Vec<(u32, u32)>> = vec![Vec::new(); points.len()];
     for &[a, b, c] in triangles {
@@ -188,10 +205,10 @@ fn limit(points: &[DVec3], triangles: &[[u32; 3]]) -> (Vec<DVec3>, Vec<DVec3>) {
     (positions, normals)
 }
 
-/// The neighbours of a vertex in their order, if the faces around it close.
+/// The neighbours of a vertex in cyclic order; empty unless the faces around it form a closed ring.
 fn ring(steps: &[(u32, u32)]) -> Vec<u32> {
     let Some(&(first, mut at)) = steps.first() else { return Vec::new() };
-    // Vertices of very many faces: what comes of the faces is as good.
+    // For vertices of very many faces the faces' normals are as good.
     if steps.len() > 64 {
         return Vec::new();
     }
@@ -227,7 +244,7 @@ mod tests {
         assert_eq!(faces.len(), 8 << 10);
         assert_eq!(points.len(), faces.len() / 2 + 2);
         let (limits, normals) = limit(&points, &faces);
-        // Dividing converges to where the limit was said to be, and the normals point outwards.
+        // Subdivision converges to the limit positions, and the normals point outwards.
         assert!((limits[0] - exact[0]).length() < 1e-9, "{} {}", limits[0], exact[0]);
         for (p, n) in limits.iter().zip(&normals) {
             assert!((n.length() - 1.0).abs() < 1e-9 && p.normalize().dot(*n) > 0.9, "{p} {n}");
@@ -240,7 +257,7 @@ mod tests {
         let (divided, faces) = divide(&points, &[[0, 1, 2]]);
         assert_eq!((divided.len(), faces.len()), (6, 4));
         assert!(divided.iter().all(|p| p.z == 0.0));
-        // Three faces at one edge, faces twice, vertices of no face.
+        // Three faces at one edge, a repeated face, vertices without a face.
         let odd = [[0, 1, 2], [0, 1, 3], [1, 0, 4], [0, 1, 2]];
         let points: Vec<DVec3> = (0..6).map(|i| DVec3::new(f64::from(i), f64::from(i * i), 1.0)).collect();
         let (points, faces) = divide(&points, &odd);

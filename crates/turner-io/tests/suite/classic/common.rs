@@ -1,4 +1,4 @@
-//! Scenes from text to pictures, for tests.
+//! Helpers of tests that render scenes from text.
 
 use std::sync::atomic::AtomicBool;
 
@@ -17,7 +17,7 @@ pub(crate) fn describe(text: &str) -> SceneDesc {
     }
 }
 
-/// Renders with that many threads, that many samples per pass.
+/// Renders with the given number of threads and samples per pass.
 pub(crate) fn render_with(desc: &SceneDesc, threads: usize, pass: u32) -> (Picture, RayStats) {
     let scene = desc.prepare(&PrepareOptions { threads, ..Default::default() }).unwrap();
     let mut renderer = Renderer::new(scene).unwrap();

@@ -1,4 +1,4 @@
-//! The five classic documents: the renderer against literal transcriptions of their pseudocode.
+//! The five classic documents: compares the renderer with literal transcriptions of their pseudocode.
 
 use turner::description::SceneDesc;
 use turner::film::Picture;
@@ -12,7 +12,7 @@ fn render(desc: &SceneDesc) -> Picture {
     crate::classic::common::render_with(desc, 2, u32::MAX).0
 }
 
-/// At least 99 % of the pixels agree within 1/255 in every channel.
+/// Asserts that at least 99 % of the pixels agree within 1/255 in every channel.
 fn agree(name: &str, desc: &SceneDesc, oracle: impl Fn(&World, V) -> V) {
     let world = World::of(desc);
     let picture = render(desc);
@@ -31,7 +31,7 @@ fn agree(name: &str, desc: &SceneDesc, oracle: impl Fn(&World, V) -> V) {
     assert!(off * 100 <= pixels, "{name}: {off} of {pixels} pixels differ by more than 1/255");
 }
 
-/// Numbers for scene number `n`.
+/// A generator of random numbers in a range for scene `n`.
 fn numbers(n: u32) -> impl FnMut(f64, f64) -> f64 {
     let mut i = 0;
     move |low, high| {
@@ -40,7 +40,7 @@ fn numbers(n: u32) -> impl FnMut(f64, f64) -> f64 {
     }
 }
 
-/// A random scene of spheres over a plane, with everything a document knows.
+/// A random scene of spheres over a plane, with every feature of a document.
 fn random_scene(n: u32, settings: &str, refraction: bool, highlight: bool) -> String {
     let mut u = numbers(n);
     let mut text = format!(
@@ -133,7 +133,7 @@ fn document_004_from_scratch() {
     agree("004 book", &book, |w, d| document_004(w, w.eye, d, 1.0, 3));
 }
 
-/// The book's picture at its published size, 600 x 600: all but a handful of values within 1/255.
+/// The book's picture at its published size, 600 x 600: all but a few values agree within 1/255.
 #[test]
 fn the_books_picture() {
     let desc = scene_004("004-book.toml");

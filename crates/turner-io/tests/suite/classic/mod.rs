@@ -1,4 +1,4 @@
-//! Classic recursive ray tracing from text to pixels.
+//! Classic recursive ray tracing, from scene text to pixels.
 
 pub(crate) mod common;
 mod documents;

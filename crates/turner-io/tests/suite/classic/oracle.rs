@@ -1,6 +1,5 @@
-//! Slow, literal transcriptions of the classic documents' pseudocode in double precision: the oracle that the
-//! renderer is compared with. Recursive, brute force, nothing shared with the renderer but the description that
-//! it reads.
+//! The oracle for the renderer: slow, literal transcriptions of the classic documents' pseudocode in double
+//! precision. They are recursive, use brute force and share only the scene description with the renderer.
 
 use turner::camera::{CameraDesc, Handedness, Viewport};
 use turner::description::{ObjectContent, SceneDesc};
@@ -32,12 +31,12 @@ pub(crate) struct Object {
 }
 
 #[derive(Clone, Copy)]
-pub(crate) enum Lamp {
+pub(crate) enum Light {
     Point {
         position: V,
         color: V,
     },
-    /// `from` as written, not normalised, as document 004 has it.
+    /// `from` as written, not normalised, as in document 004.
     Directional {
         from: V,
         color: V,
@@ -46,7 +45,7 @@ pub(crate) enum Lamp {
 
 pub(crate) struct World {
     pub(crate) objects: Vec<Object>,
-    pub(crate) lamps: Vec<Lamp>,
+    pub(crate) lights: Vec<Light>,
     pub(crate) ambient: V,
     pub(crate) background: V,
     pub(crate) eye: V,
@@ -65,7 +64,7 @@ fn rgb(c: turner::color::Spectrum) -> V {
 }
 
 impl World {
-    /// Reads the plain data of a description made of spheres, planes, point and directional lights.
+    /// Reads a description with spheres, planes, point and directional lights.
     pub(crate) fn of(desc: &SceneDesc) -> World {
         let objects = desc
             .objects
@@ -95,16 +94,18 @@ impl World {
                 }
             })
             .collect();
-        let (mut lamps, mut ambient) = (Vec::new(), V::ZERO);
+        let (mut lights, mut ambient) = (Vec::new(), V::ZERO);
         for light in &desc.lights {
             match &light.value {
                 LightDesc::Ambient(l) => ambient += rgb(l.color) * l.intensity,
                 LightDesc::Point(l) => {
-                    lamps.push(Lamp::Point { position: l.position, color: rgb(l.color) * l.intensity })
+                    lights.push(Light::Point { position: l.position, color: rgb(l.color) * l.intensity })
                 }
                 LightDesc::Directional(l) => {
-                    lamps
-                        .push(Lamp::Directional { from: l.from.unwrap(), color: rgb(l.color) * l.intensity });
+                    lights.push(Light::Directional {
+                        from: l.from.unwrap(),
+                        color: rgb(l.color) * l.intensity,
+                    });
                 }
                 other => panic!("{other:?}"),
             }
@@ -113,7 +114,7 @@ impl World {
         let Some(Viewport::Size(size)) = c.viewport else { panic!("viewport") };
         World {
             objects,
-            lamps,
+            lights,
             ambient,
             background: rgb(desc.background.color),
             eye: c.position,
@@ -128,7 +129,7 @@ impl World {
         }
     }
 
-    /// From the eye to the sample point of a pixel on the screen (not normalised).
+    /// The direction from the camera to the sample position on the screen (not normalised).
     pub(crate) fn direction(&self, x: u32, y: u32) -> V {
         let forward = (self.look - self.eye).normalize();
         let right =
@@ -143,7 +144,7 @@ impl World {
 }
 
 impl Object {
-    /// All t of the line's intersections, by the textbook formulas.
+    /// All intersections t of the line, by the textbook formulas.
     pub(crate) fn roots(&self, o: V, d: V) -> Vec<f64> {
         match self.form {
             Form::Sphere { center, radius } => {
@@ -167,7 +168,7 @@ impl Object {
     }
 }
 
-/// The nearest object with t in `min..max`.
+/// The closest object with t in `min..max`.
 pub(crate) fn closest(w: &World, o: V, d: V, min: f64, max: f64) -> Option<(f64, &Object)> {
     let mut best: Option<(f64, &Object)> = None;
     for object in &w.objects {
@@ -184,10 +185,10 @@ fn shadowed(w: &World, p: V, to_light: V, max: f64) -> bool {
     closest(w, p, to_light, 1e-6 / to_light.length().min(1.0), max).is_some()
 }
 
-fn lamp_at(lamp: &Lamp, p: V) -> (V, V, f64) {
-    match *lamp {
-        Lamp::Point { position, color } => (position - p, color, 1.0),
-        Lamp::Directional { from, color } => (from, color, INF),
+fn light_at(light: &Light, p: V) -> (V, V, f64) {
+    match *light {
+        Light::Point { position, color } => (position - p, color, 1.0),
+        Light::Directional { from, color } => (from, color, INF),
     }
 }
 
@@ -195,8 +196,8 @@ fn mirror(d: V, n: V) -> V {
     d - 2.0 * d.dot(n) * n
 }
 
-/// The paper's formula: T = [r(N·I) − (1 − r²(1 − (N·I)²))^½] N − r·I, with I towards the viewer; `None` beyond
-/// the critical angle.
+/// Refraction by the paper's formula: T = [r(N·I) − (1 − r²(1 − (N·I)²))^½] N − r·I, with I towards the viewer;
+/// `None` beyond the critical angle.
 fn bend(d: V, outward: V, ior: f64) -> Option<V> {
     let i = -d;
     let (n, r) = if outward.dot(i) > 0.0 { (outward, 1.0 / ior) } else { (-outward, ior) };
@@ -205,7 +206,7 @@ fn bend(d: V, outward: V, ior: f64) -> Option<V> {
     if k < 0.0 { None } else { Some((r * c - k.sqrt()) * n - r * i) }
 }
 
-/// Where a secondary ray starts: a hair off the surface, on the side it goes to.
+/// The origin of a secondary ray: slightly off the surface, on the side of its direction.
 fn off(p: V, n: V, d: V) -> V {
     p + n * (1e-9 * d.dot(n).signum())
 }
@@ -217,8 +218,8 @@ pub(crate) fn document_000(w: &World, o: V, d: V, depth: u32) -> V {
         return w.background;
     }
     let Some((t, object)) = closest(w, o, d, 0.0, INF) else {
-        for lamp in &w.lamps {
-            if let Lamp::Directional { from, color } = *lamp
+        for light in &w.lights {
+            if let Light::Directional { from, color } = *light
                 && d.normalize().dot(from.normalize()) >= (0.25f64).to_radians().cos()
             {
                 return color;
@@ -240,8 +241,8 @@ pub(crate) fn document_000(w: &World, o: V, d: V, depth: u32) -> V {
         refr = object.kt * document_000(w, off(p, n, frac), frac, depth);
     }
     let mut dull = object.kd * w.ambient * object.color;
-    for lamp in &w.lamps {
-        let (to, color, max) = lamp_at(lamp, p);
+    for light in &w.lights {
+        let (to, color, max) = light_at(light, p);
         if !shadowed(w, off(p, n, to), to, max) {
             dull += object.kd * color * n.dot(to.normalize()).max(0.0) * object.color;
         }
@@ -249,11 +250,11 @@ pub(crate) fn document_000(w: &World, o: V, d: V, depth: u32) -> V {
     spec + refr + dull
 }
 
-/// Ambient, diffuse and highlight of documents 001 to 003: "the equation from the previous page".
+/// Ambient, diffuse and highlight of documents 001 to 003 ("the equation from the previous page").
 fn phong(w: &World, object: &Object, p: V, n: V, d: V) -> V {
     let mut local = object.ka * w.ambient * object.color;
-    for lamp in &w.lamps {
-        let (to, color, max) = lamp_at(lamp, p);
+    for light in &w.lights {
+        let (to, color, max) = light_at(light, p);
         if shadowed(w, off(p, n, to), to, max) {
             continue;
         }
@@ -267,7 +268,7 @@ fn phong(w: &World, object: &Object, p: V, n: V, d: V) -> V {
     local
 }
 
-/// Documents 001 (`beyond` and `miss` black or sky) and 002 (k1, k2, k3 = 1 − r − τ, r, τ).
+/// Documents 001 (`beyond` and `miss` are black or the sky colour) and 002 (k1, k2, k3 = 1 − r − τ, r, τ).
 pub(crate) fn document_001(w: &World, o: V, d: V, left: u32) -> V {
     let Some((t, object)) = closest(w, o, d, 0.0, INF) else { return w.background };
     let p = o + t * d;
@@ -296,7 +297,7 @@ pub(crate) fn document_001(w: &World, o: V, d: V, left: u32) -> V {
     (1.0 - r - tau) * local + r * reflected + tau * refracted
 }
 
-/// Document 003, `Raytrace`; what the document leaves endless ends black after `left` more rays.
+/// Document 003, `Raytrace`. The document does not limit the recursion; here it returns black after `left` more rays.
 pub(crate) fn document_003(w: &World, o: V, d: V, left: u32) -> V {
     let mut colour = V::ZERO;
     let Some((t, object)) = closest(w, o, d, 0.0, INF) else { return colour };
@@ -314,15 +315,16 @@ pub(crate) fn document_003(w: &World, o: V, d: V, left: u32) -> V {
     colour + phong(w, object, p, n, d)
 }
 
-/// Document 004, `TraceRay`: spheres alone; D is not normalised, t from 1 for camera rays, 0.001 after.
+/// Document 004, `TraceRay`: spheres only. D is not normalised; t starts at 1 for camera rays and at 0.001 for
+/// others.
 pub(crate) fn document_004(w: &World, o: V, d: V, t_min: f64, depth: u32) -> V {
     let Some((t, object)) = closest(w, o, d, t_min, INF) else { return w.background };
     let p = o + t * d;
     let n = object.normal(p);
     let v = -d;
     let mut i = w.ambient;
-    for lamp in &w.lamps {
-        let (l, color, max) = lamp_at(lamp, p);
+    for light in &w.lights {
+        let (l, color, max) = light_at(light, p);
         if closest(w, p, l, 0.001, max).is_some() {
             continue;
         }

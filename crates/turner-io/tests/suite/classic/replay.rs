@@ -1,4 +1,5 @@
-//! A sample with notes is the sample rendered, its parts are its sum, and the samples are the pixel.
+//! A recorded sample has the same bits as the rendered sample, its parts add up to it, and the samples add up to the
+//! pixel.
 
 use std::path::Path;
 
@@ -21,7 +22,7 @@ fn prepared(desc: &SceneDesc) -> Prepared {
     desc.prepare(&PrepareOptions { threads: 1, ..Default::default() }).unwrap()
 }
 
-/// All classic scenes, small.
+/// All classic scenes, at a small size.
 fn classic_scenes() -> Vec<(String, SceneDesc)> {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../scenes/classic");
     let mut paths: Vec<_> = std::fs::read_dir(folder).unwrap().map(|e| e.unwrap().path()).collect();
@@ -35,7 +36,7 @@ fn classic_scenes() -> Vec<(String, SceneDesc)> {
     paths.iter().map(|path| load(path)).collect()
 }
 
-/// Pixels all over the picture, others for each salt.
+/// Pixels spread over the picture, different for each salt.
 fn places(salt: u32, (width, height): (u32, u32)) -> impl Iterator<Item = (u32, u32)> {
     let mut state = salt.wrapping_mul(747_796_405).wrapping_add(2_891_336_453);
     std::iter::repeat_with(move || {
@@ -44,7 +45,7 @@ fn places(salt: u32, (width, height): (u32, u32)) -> impl Iterator<Item = (u32, 
     })
 }
 
-/// Traces a pixel's samples with notes and checks the notes; gives the trees.
+/// Traces a pixel's samples with a recorder and checks the records; returns the trees.
 fn explained(scene: &Prepared, at: &PixelRecord, name: &str) -> Vec<TreeRecord> {
     let each = at.samples.iter().map(|s| {
         let tree = replay_at(scene, s.id, s.place).unwrap();
@@ -58,7 +59,7 @@ fn explained(scene: &Prepared, at: &PixelRecord, name: &str) -> Vec<TreeRecord> 
     each.collect()
 }
 
-/// The numbers of a tree belong together: each is what the others say.
+/// Checks the consistency of a tree: each value follows from the others.
 fn check(tree: &TreeRecord, what: &str) {
     for (i, ray) in tree.rays.iter().enumerate() {
         let parent = ray.parent.map(|p| &tree.rays[p as usize]);
@@ -69,7 +70,7 @@ fn check(tree: &TreeRecord, what: &str) {
             let share = hit.weights[if ray.kind == RayKind::Reflected { 1 } else { 2 }];
             assert_eq!(ray.weight, parent.weight * share, "{what}: ray {i}");
             assert!(ray.origin.distance(hit.p) <= 1e-6 * (1.0 + hit.p.length()), "{what}: ray {i}");
-            // Reflected rays stay on the side they came from, others change it.
+            // Reflected rays stay on the same side of the surface; refracted rays change it.
             let sides = ray.direction.dot(hit.ng) * parent.direction.dot(hit.ng);
             assert_eq!(sides < 0.0, ray.kind == RayKind::Reflected, "{what}: ray {i}");
         }
@@ -98,7 +99,7 @@ fn every_classic_scene_is_explained_to_the_last_bit() {
     for (i, (name, desc)) in classic_scenes().into_iter().enumerate() {
         let size = (desc.film.width, desc.film.height);
         let modes = ["none", "mean", "grid", "adaptive", "monte-carlo"];
-        // Its own mode at more places than the others.
+        // The scene's own integrator is tested at more pixels than the others.
         let own = desc.film.antialias.word();
         for mode in modes {
             let mut desc = desc.clone();
@@ -179,14 +180,14 @@ fn what_a_tree_says_is_the_scene() {
     assert_eq!((hit.shape, hit.t, hit.entering), ("sphere", 5.0, true));
     assert_eq!(hit.weights, [1.0, 0.5, 0.0]);
     let [above, front] = &hit.lights[..] else { panic!("{hit:?}") };
-    // The first light is behind the screen, the second one looks straight at the ball.
+    // The first light is behind the screen; the second one faces the ball.
     let shadow = above.shadow.as_ref().unwrap();
     assert!(shadow.through.is_black() && above.added.is_black());
     assert_eq!(scene.scene.object_name(shadow.casters[0].primitive).own, Some("screen"));
     assert_eq!((shadow.casters.len(), shadow.t_max), (1, 1.0));
     assert_eq!((front.n_dot_l, front.r_dot_v), (1.0, 1.0));
     assert_eq!((front.diffuse.r, front.highlight.r, front.added.r), (0.5, 0.25, 0.75));
-    // The mirrored ray goes back past the camera and leaves the scene.
+    // The reflected ray goes back past the camera and leaves the scene.
     assert_eq!((tree.rays.len(), tree.rays[1].kind, tree.rays[1].parent), (2, RayKind::Reflected, Some(0)));
     assert!(matches!(tree.rays[1].end, RayEnd::Miss(_)));
     assert_eq!(bits(sample(&scene, 1, 1, 0).unwrap().color), bits(tree.sum()));
@@ -207,7 +208,7 @@ fn total_internal_reflection_is_said() {
     "#;
     let scene = prepared(&describe(text));
     let tree = &explained(&scene, &pixel(&scene, 1, 1).unwrap(), "in glass")[0];
-    // Twice beyond the critical angle of 41.8°, and then no further.
+    // Twice beyond the critical angle of 41.8°; then the recursion ends.
     assert_eq!(tree.rays.iter().map(|r| r.kind).collect::<Vec<_>>()[1..], [RayKind::Reflected; 2]);
     for (i, ray) in tree.rays.iter().enumerate() {
         let RayEnd::Hit(hit) = &ray.end else { panic!("{tree:?}") };

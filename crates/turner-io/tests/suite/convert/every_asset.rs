@@ -1,4 +1,4 @@
-//! Every scene and model of the repository.
+//! Converts every scene and model of the repository.
 
 use std::path::{Path, PathBuf};
 
@@ -16,14 +16,14 @@ fn files(folder: &Path, extensions: &[&str], out: &mut Vec<PathBuf>) {
     }
 }
 
-/// Converts all of a folder; gives how many could be loaded.
+/// Converts all files of a folder; returns how many could be loaded.
 fn all(folder: &str, extensions: &[&str]) -> usize {
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..").join(folder);
     let mut found = Vec::new();
     files(&root, extensions, &mut found);
     let mut converted = 0;
     for path in found {
-        // Some are damaged on purpose, some name files outside their folder.
+        // Some files are damaged on purpose; some refer to files outside their folder.
         let Ok((desc, options)) = loaded(&path) else { continue };
         round_trip(&desc, &options, &path.display().to_string());
         converted += 1;

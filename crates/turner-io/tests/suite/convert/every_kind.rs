@@ -1,4 +1,4 @@
-//! Descriptions of every kind of every family with every key, made from the format's own documentation.
+//! Converts descriptions of every type of every family with every key, generated from the format's own documentation.
 
 use std::collections::BTreeSet;
 use std::sync::Arc;
@@ -21,7 +21,7 @@ use turner_io::scene::{LoadOptions, load_text};
 
 use super::round_trip;
 
-/// A generator of numbers (Steele, Lea & Flood 2014, SplitMix64).
+/// A random number generator (Steele, Lea & Flood 2014, SplitMix64).
 struct Random(u64);
 
 impl Random {
@@ -39,7 +39,7 @@ impl Random {
     }
 }
 
-/// What all scenes here have, for others to refer to.
+/// Common parts of all scenes, for others to refer to.
 const BASE: &str = "[texture.base]\ntype = \"marble\"\n\n[material.base]\ntype = \"metal\"\n\n[medium.base]\nextinction = 2\n\n";
 
 fn assets() -> MemoryAssets {
@@ -47,9 +47,9 @@ fn assets() -> MemoryAssets {
     let data = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/data/");
     assets.files.insert("p.png".into(), std::fs::read(format!("{data}basn2c08.png")).unwrap());
     assets.files.insert("m.ply".into(), std::fs::read(format!("{data}cube_blender_uv.ply")).unwrap());
-    let lamp = "IESNA:LM-63-2002\nTILT=NONE\n1 -1 1.5 3 5 1 2 0 0 0\n1 1 0\n0 45.1 90\n0 90 180 270 360\n\
+    let profile = "IESNA:LM-63-2002\nTILT=NONE\n1 -1 1.5 3 5 1 2 0 0 0\n1 1 0\n0 45.1 90\n0 90 180 270 360\n\
                 1 2.7 0.1\n4 5 6\n7 8 9\n4 5 6\n1 2.7 0.1\n";
-    assets.files.insert("l.ies".into(), lamp.into());
+    assets.files.insert("l.ies".into(), profile.into());
     let grid = turner_io::grid::encode([2, 1, 2], &[0.1, 2.0, 0.0, 7.25], Some(&[1.0, 0.3, 0.0, 2.0]));
     assets.files.insert("g.grid".into(), grid);
     assets
@@ -60,7 +60,7 @@ fn read(text: &str) -> Result<SceneDesc, String> {
     loaded.map(|l| l.desc).map_err(|e| e.error.message)
 }
 
-/// A number of the field's range, in any of the ways that numbers are.
+/// A number of the field's range, in one of the ways to write numbers.
 fn number(field: &Field, random: &mut Random) -> String {
     let (min, max) = field.range.map_or((-1e9, 1e9), |r| (r.min.max(-1e12), r.max.min(1e12)));
     let v = match random.below(5) {
@@ -111,7 +111,7 @@ fn transform(random: &mut Random) -> String {
     }
 }
 
-/// Lists of a mesh, which must fit together.
+/// Lists of a mesh; their lengths must match.
 fn of_a_mesh(key: &str) -> Option<&'static str> {
     Some(match key {
         "positions" => "[[0, 0, 0.1], [1e-7, 0, 0], [0, 1.7, 0]]",
@@ -127,7 +127,7 @@ fn of_a_mesh(key: &str) -> Option<&'static str> {
     })
 }
 
-/// A value for a key, by the words that the documentation has for its type.
+/// A value for a key, by the type names of the documentation.
 fn value(entry: &EntryDoc, field: &Field, random: &mut Random) -> String {
     if matches!(entry.name, "mesh" | "points")
         && let Some(lists) = of_a_mesh(field.name)
@@ -153,11 +153,11 @@ fn value(entry: &EntryDoc, field: &Field, random: &mut Random) -> String {
         "color" => color(field, random),
         "color | texture" => source(field, random),
         "[color | texture, …]" => several(2, random, &source),
-        "[[place, color | texture], …]" => {
+        "[[position, color | texture], …]" => {
             format!("[[0.25, {}], [0.5, {}]]", source(field, random), source(field, random))
         }
         "[color, …]" => several(3, random, &color),
-        "\"picture file\"" => "\"p.png\"".into(),
+        "\"image file\"" => "\"p.png\"".into(),
         "\"IES file\"" => "\"l.ies\"".into(),
         "\"grid file\"" => "\"g.grid\"".into(),
         "material" => "\"base\"".into(),
@@ -178,7 +178,7 @@ fn value(entry: &EntryDoc, field: &Field, random: &mut Random) -> String {
     }
 }
 
-/// Keys of one thing.
+/// The keys of one table.
 fn keys(
     entry: &EntryDoc,
     round: usize,
@@ -189,14 +189,14 @@ fn keys(
     used.clear();
     let mut text = String::new();
     for field in entry.fields {
-        // Meshes are in a file or in place.
+        // A mesh is either in a file or inline.
         if matches!(entry.name, "mesh" | "points") {
             let of_both = matches!(field.name, "materials" | "smooth" | "radius");
             if !of_both && (field.name == "file") == round.is_multiple_of(2) {
                 continue;
             }
         }
-        // What was never written yet is nearly certain to come.
+        // Keys that were not yet used are very likely to be chosen.
         let chance = if is_new(field.name) { 16 } else { 2 };
         if field.default.is_none() || random.below(chance) > 0 {
             text += &format!("{} = {}\n", field.name, value(entry, field, random));
@@ -206,7 +206,7 @@ fn keys(
     text
 }
 
-/// Everything that can stand in a scene: the section, how a table of it begins, its kind, and whether it says its kind.
+/// All tables of a scene: the section, its documentation, and whether the table has a `type` key.
 fn everything() -> Vec<(&'static str, &'static EntryDoc, bool)> {
     let mut all: Vec<(&'static str, &'static EntryDoc, bool)> = Vec::new();
     for (section, entries) in [
@@ -233,8 +233,8 @@ fn head(section: &str, i: usize) -> String {
     match section {
         "texture" | "material" | "medium" => format!("[{section}.\"{i} of \\u0001 them\"]\n"),
         "view" => format!("[[view]]\nname = \"view {i}\"\n"),
-        "light" => format!("[[light]]\ngroup = \"lamps\"\nname = \"light {i}\"\n"),
-        "object" => format!("[[object]]\nname = \"{i}\"\nlight_group = \"lamps\"\n"),
+        "light" => format!("[[light]]\ngroup = \"key lights\"\nname = \"light {i}\"\n"),
+        "object" => format!("[[object]]\nname = \"{i}\"\nlight_group = \"key lights\"\n"),
         _ => format!("[{section}]\n"),
     }
 }
@@ -248,7 +248,7 @@ fn every_kind_with_every_key_comes_back_the_same() {
         let mut only_one = BTreeSet::new();
         for (i, (section, entry, has_type)) in everything().into_iter().enumerate() {
             let is_list = matches!(section, "texture" | "material" | "medium" | "view" | "light" | "object");
-            // Of a section that stands once, another kind in each round.
+            // A section that exists once gets another type in each round.
             let of_it = everything().iter().filter(|(s, ..)| *s == section).count();
             let position = everything().iter().take(i).filter(|(s, ..)| *s == section).count();
             if !is_list && (position != round % of_it || !only_one.insert(section)) {
@@ -256,13 +256,13 @@ fn every_kind_with_every_key_comes_back_the_same() {
             }
             let mut used = Vec::new();
             let is_new = |key: &'static str| !covered.contains(&(section, entry.name, key));
-            // Keys that contradict one another are refused: other ones then.
+            // Contradictory keys are rejected; then try others.
             let thing = (0..60).find_map(|attempt| {
                 let mut thing = head(section, i);
                 if has_type {
                     thing += &format!("type = \"{}\"\n", entry.name);
                 }
-                // Keys that contradict one another do not come together.
+                // Contradictory keys are not combined.
                 let is_new = |key| attempt < 10 && is_new(key);
                 thing += &keys(entry, round, &mut random, &mut used, is_new);
                 if section == "object" {
@@ -289,7 +289,7 @@ fn every_kind_with_every_key_comes_back_the_same() {
         let desc = read(&text).unwrap_or_else(|e| panic!("{e}\n{text}"));
         edits_of_nothing_change_nothing(&desc);
         let (first, _) = round_trip(&desc, &ConvertOptions::default(), &format!("round {round}"));
-        // What was written says the same once more.
+        // Converting the result again gives the same text.
         let folder = tempfile::tempdir().unwrap();
         let out = folder.path().join("out.toml");
         turner_io::convert::to_toml(&desc, &out, &ConvertOptions::default()).unwrap();
@@ -301,7 +301,7 @@ fn every_kind_with_every_key_comes_back_the_same() {
     assert!(missing.is_empty(), "never written: {missing:?}");
 }
 
-/// Writes each part of a scene and reads it back, by edits that set what is there already.
+/// Writes each part of a scene and reads it back as an edit; the edits must not change anything.
 fn edits_of_nothing_change_nothing(desc: &SceneDesc) {
     let word = |word: &str| Data::String(word.to_owned());
     let edit = |path: &[&str], data: Data| {
@@ -349,7 +349,7 @@ fn edits_of_nothing_change_nothing(desc: &SceneDesc) {
     assert_eq!((desc.images.len(), desc.meshes.len()), (edited.images.len(), edited.meshes.len()));
 }
 
-/// Parts that are read back have their data already.
+/// A source for parts that are read back: their data is already loaded.
 struct NoFiles;
 
 impl SceneAssets for NoFiles {
@@ -370,7 +370,8 @@ impl SceneAssets for NoFiles {
     }
 }
 
-/// A key that changes nothing in the physical material was forgotten there. A classic material is only likened to it, and a mix is none.
+/// Each key of a material must affect the physically based material; otherwise it was forgotten there. Classic
+/// materials are only approximated, and mixes have none.
 #[test]
 fn every_key_of_a_material_counts() {
     let mut random = Random(11);

@@ -1,6 +1,7 @@
-//! Scenes as glTF: what is written keeps the rules of the format, and is the scene that it was.
+//! Scenes written as glTF follow the rules of the format and are the same scene when read back.
 //!
-//! The rules are those that Khronos's validator reports as errors and warnings, as far as a file of ours could break them.
+//! The rules are those that Khronos's validator reports as errors and warnings, as far as our writer could violate
+//! them.
 
 use std::path::{Path, PathBuf};
 
@@ -17,7 +18,7 @@ fn root(path: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../..").join(path)
 }
 
-/// The JSON and the binary part of a .glb, its headers checked.
+/// The JSON and the binary chunk of a GLB file, with its headers checked.
 fn split(bytes: &[u8]) -> (Value, Vec<u8>) {
     let word = |at: usize| u32::from_le_bytes(bytes[at..at + 4].try_into().unwrap()) as usize;
     assert_eq!((&bytes[..4], word(4), word(8)), (&b"glTF"[..], 2, bytes.len()));
@@ -41,10 +42,10 @@ fn number(v: &Value) -> usize {
     v.as_u64().unwrap_or_else(|| panic!("{v}")) as usize
 }
 
-/// Every rule that could be broken.
+/// Checks all rules that could be violated.
 fn check(bytes: &[u8], what: &str) {
     let (json, binary) = split(bytes);
-    // Nothing is empty.
+    // No list is empty.
     for key in [
         "nodes",
         "meshes",
@@ -69,7 +70,7 @@ fn check(bytes: &[u8], what: &str) {
     for camera in list(&json, "cameras").iter().filter_map(|c| c.get("perspective")) {
         assert!(camera["znear"].as_f64().unwrap() > 0.0 && camera["yfov"].as_f64().unwrap() > 0.0);
     }
-    // What is used is declared, and the other way.
+    // Used extensions are declared, and declared ones are used.
     let mut found = std::collections::BTreeSet::new();
     collect_extensions(&json, &mut found);
     let declared: std::collections::BTreeSet<String> =
@@ -77,7 +78,7 @@ fn check(bytes: &[u8], what: &str) {
     assert_eq!(found, declared, "{what}");
 }
 
-/// Buffer views stand one after the other, aligned, within the buffer.
+/// Buffer views are consecutive, aligned, and within the buffer.
 fn check_views<'a>(json: &'a Value, binary: &[u8], what: &str) -> &'a [Value] {
     let views = list(json, "bufferViews");
     let mut end = 0;
@@ -92,7 +93,7 @@ fn check_views<'a>(json: &'a Value, binary: &[u8], what: &str) -> &'a [Value] {
     views
 }
 
-/// Where a buffer view begins, and its length.
+/// Offset and length of a buffer view.
 fn range(view: &Value) -> (usize, usize) {
     (number(&view["byteOffset"]), number(&view["byteLength"]))
 }
@@ -101,7 +102,7 @@ fn floats(bytes: &[u8]) -> Vec<f32> {
     bytes.chunks(4).map(|b| f32::from_le_bytes(b.try_into().unwrap())).collect()
 }
 
-/// What is looked at, and what of it is used.
+/// The file being checked, and which parts are used.
 struct File<'a> {
     what: &'a str,
     binary: &'a [u8],
@@ -115,7 +116,7 @@ impl<'a> File<'a> {
         &self.binary[offset..offset + length]
     }
 
-    /// Sizes, finite numbers, bounds; a place for each to say whether it is used.
+    /// Checks sizes, finite values and bounds; returns a flag per accessor for whether it is used.
     fn accessors(&mut self, json: &Value) -> Vec<bool> {
         let what = self.what;
         let accessors = list(json, "accessors");
@@ -151,7 +152,7 @@ impl<'a> File<'a> {
         vec![false; accessors.len()]
     }
 
-    /// All accessors and materials are used, by meshes that have what they need.
+    /// All accessors and materials are used, by meshes that have the required attributes.
     fn meshes(&self, json: &Value, mut used_accessors: Vec<bool>) {
         let (accessors, materials) = (list(json, "accessors"), list(json, "materials"));
         let mut used_materials = vec![false; materials.len()];
@@ -167,7 +168,7 @@ impl<'a> File<'a> {
             }
             let material = number(&primitive["material"]);
             used_materials[material] = true;
-            // Every texture has the surface coordinates that it asks for.
+            // Every texture has its UV set.
             let text = materials[material].to_string();
             for set in 0..9 {
                 let asked = if set == 0 {
@@ -183,7 +184,7 @@ impl<'a> File<'a> {
         assert!(all, "{}: something is unused", self.what);
     }
 
-    /// Attributes of the same length, unit normals; how many vertices there are.
+    /// Checks attributes for equal lengths and unit normals; returns the number of vertices.
     fn attributes(&self, primitive: &Value, accessors: &[Value], used: &mut [bool]) -> usize {
         let what = self.what;
         let attributes = primitive["attributes"].as_object().unwrap();
@@ -221,7 +222,7 @@ impl<'a> File<'a> {
     }
 }
 
-/// Numbers in their ranges.
+/// Checks the ranges of values.
 fn check_materials(json: &Value, what: &str) {
     for material in list(json, "materials") {
         let pbr = &material["pbrMetallicRoughness"];
@@ -233,7 +234,7 @@ fn check_materials(json: &Value, what: &str) {
     }
 }
 
-/// Every node has one parent or is a root, once; rotations have unit length.
+/// Every node has one parent or is a root; rotations have unit length.
 fn check_nodes(json: &Value, what: &str) {
     let nodes = list(json, "nodes");
     let mut parents = vec![0; nodes.len()];
@@ -293,7 +294,7 @@ fn scenes_and_models_keep_the_rules_and_their_sizes() {
         let again = there_and_back(&desc, &options, path);
         let bounds = |desc: &SceneDesc| {
             let mut desc = desc.clone();
-            // Planes become squares, which have bounds; nothing is added.
+            // Infinite planes become squares, which have bounds; nothing else is added.
             desc.studio = None;
             let is_plane = |o: &turner::description::ObjectDesc| {
                 matches!(
@@ -330,7 +331,7 @@ fn every_gltf_asset_is_written_within_the_rules() {
                 let Ok((desc, options)) = loaded(&path) else { continue };
                 let what = path.display().to_string();
                 let again = there_and_back(&desc, &options, &what);
-                // What came from glTF loses nothing of its materials and lights.
+                // Scenes imported from glTF lose nothing of their materials and lights.
                 assert_eq!(again.lights.len(), desc.lights.len(), "{what}");
                 count += 1;
             }
@@ -352,7 +353,7 @@ fn what_cannot_be_held_is_said_and_refused_if_asked() {
     assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 1);
 }
 
-/// Degrees in a scene, radians in glTF.
+/// Angles are in degrees in scenes and in radians in glTF.
 #[test]
 fn directions_of_anisotropy_keep_their_unit() {
     let folder = tempfile::tempdir().unwrap();
@@ -366,7 +367,7 @@ fn directions_of_anisotropy_keep_their_unit() {
     let x = &list(&json, "materials")[0]["extensions"]["KHR_materials_anisotropy"];
     let angle = x["anisotropyRotation"].as_f64().unwrap();
     assert!((angle - std::f64::consts::FRAC_PI_6).abs() < 1e-15, "{x}");
-    // And back.
+    // Read back.
     let back = load(&out, &LoadOptions::default()).unwrap().desc;
     let found = back.materials.iter().find_map(|m| match &m.value {
         MaterialDesc::Principled(m) => Some(m.anisotropy_rotation),

@@ -1,4 +1,4 @@
-//! Scenes written as TOML and as glTF: loaded again they are the same.
+//! Scenes written as TOML and as glTF are the same when loaded again.
 
 mod every_asset;
 mod every_kind;
@@ -12,7 +12,7 @@ use turner_io::convert::{ConvertOptions, Converted, to_toml};
 use turner_io::image::KeptPictures;
 use turner_io::scene::{LoadOptions, load};
 
-/// Loads a scene as the program does for a conversion.
+/// Loads a scene as the command `turner convert` does.
 fn loaded(path: &Path) -> Result<(SceneDesc, ConvertOptions), String> {
     let pictures = KeptPictures::default();
     let options = LoadOptions { kept_pictures: Some(pictures.clone()), ..LoadOptions::default() };
@@ -21,7 +21,7 @@ fn loaded(path: &Path) -> Result<(SceneDesc, ConvertOptions), String> {
     Ok((loaded.desc, ConvertOptions { source, pictures, ..ConvertOptions::default() }))
 }
 
-/// Writes a scene, loads what was written and compares; gives the text.
+/// Writes a scene, loads the result and compares; returns the text.
 fn round_trip(desc: &SceneDesc, options: &ConvertOptions, what: &str) -> (String, Converted) {
     let folder = tempfile::tempdir().unwrap();
     let out = folder.path().join("out.toml");

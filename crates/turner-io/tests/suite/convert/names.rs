@@ -1,4 +1,4 @@
-//! Names that no file should have, and files that must not be replaced.
+//! Hostile file names, and files that must not be replaced.
 
 use std::sync::Arc;
 
@@ -11,7 +11,7 @@ use turner_io::scene::{LoadOptions, load_text};
 
 use super::round_trip;
 
-/// A scene of meshes and pictures whose files are called so.
+/// A scene with meshes and images whose files have these names.
 fn called(names: &[&str]) -> SceneDesc {
     let mut text = String::new();
     for i in 0..names.len() {
@@ -28,7 +28,7 @@ fn called(names: &[&str]) -> SceneDesc {
     let mut desc = load_text(text, "s.toml", &assets, &LoadOptions::default()).unwrap().desc;
     for (i, name) in names.iter().enumerate() {
         desc.images[i].uri = (*name).to_owned();
-        // Shown twice, so that they go to files.
+        // Used twice, so that the meshes are written to files.
         desc.meshes[i] = Asset { uri: (*name).to_owned(), data: Arc::clone(&desc.meshes[i].data) };
     }
     let twice = desc.objects.clone();
@@ -80,7 +80,7 @@ fn hostile_names_stay_in_the_folder_and_come_back() {
         );
         assert!(file.path.components().all(|c| c.as_os_str() != ".."), "{}", file.path.display());
     }
-    // The head of the file and the comments are of one line each, whatever the names.
+    // The header and the comments stay on one line each, whatever the names.
     assert!(!text.contains('\u{1b}') && !text.contains('\0'));
 }
 
@@ -110,11 +110,11 @@ fn nothing_is_replaced_unasked() {
     let refused = to_toml(&desc, &out, &options).unwrap_err();
     assert_eq!(refused.code.as_str(), "E0401");
     assert_eq!(refused.remedy.as_deref(), Some(&Remedy::Replace));
-    // The scene is gone, its files are there.
+    // The scene file is gone, but its data files exist.
     std::fs::remove_file(&out).unwrap();
     assert_eq!(to_toml(&desc, &out, &options).unwrap_err().code.as_str(), "E0401");
     to_toml(&desc, &out, &ConvertOptions { overwrite: true, ..options }).unwrap();
-    // Nothing temporary is left.
+    // No temporary file is left.
     let names =
         std::fs::read_dir(folder.path()).unwrap().map(|e| e.unwrap().file_name().into_string().unwrap());
     assert!(names.into_iter().all(|n| !n.starts_with('.')));

@@ -1,4 +1,4 @@
-//! Environments from files: what is drawn in a corner of the picture shines from there.
+//! Environment maps from files: a colour in one part of the image arrives from the matching direction.
 
 use std::sync::Arc;
 
@@ -8,8 +8,8 @@ use turner::math::DVec3;
 use turner::schema::{Asset, ImageId};
 use turner_io::image::{DecodeLimits, Display, ImageFormat, Metadata, OutputImage, Transfer, decode, encode};
 
-/// A picture of 8 x 4: red along −z, green along +x, blue along +z, white above, all else dark; its values are exact in
-/// every format.
+/// An image of 8 x 4: red along −z, green along +x, blue along +z, white above, black elsewhere. Its values are exact
+/// in every format.
 fn picture() -> Vec<[f32; 4]> {
     let mut pixels = vec![[0.0, 0.0, 0.0, 1.0]; 32];
     let mut set = |x: usize, y: usize, color: [f32; 3]| pixels[y * 8 + x][..3].copy_from_slice(&color);

@@ -1,4 +1,4 @@
-//! glTF models that people made: each is read whole, and what it shows is where it belongs.
+//! glTF models by other authors: each is read completely, and its content is in the right position.
 
 use std::path::Path;
 
@@ -21,7 +21,7 @@ fn model(name: &str) -> SceneDesc {
     load(name, &ImportOptions::default())
 }
 
-/// Around the vertices of all triangles.
+/// The bounds of the vertices of all triangles.
 fn bounds(scene: &SceneDesc) -> Bounds {
     let mut bounds = Bounds::EMPTY;
     for object in &scene.objects {
@@ -70,12 +70,12 @@ fn every_model_is_read_and_can_be_rendered() {
 fn nodes_place_their_meshes() {
     let b = bounds(&model("Box.glb"));
     assert!(near(b.min, [-0.5; 3], 1e-6) && near(b.max, [0.5; 3], 1e-6), "{b:?}");
-    // Two boxes of the same mesh, left and right.
+    // Two boxes with the same mesh, left and right.
     let unlit = model("UnlitTest.glb");
     assert_eq!((unlit.meshes.len(), unlit.objects.len()), (1, 2));
     let x = |i: usize| unlit.objects[i].transform.0.translation.x;
     assert!(x(0) * x(1) < 0.0);
-    // One mesh drawn with scales of −1 keeps its own winding.
+    // A mesh with scales of −1 keeps its winding.
     let negative = model("NegativeScaleTest.glb");
     let mirrored = |o: &&turner::description::ObjectDesc| o.transform.0.matrix3.determinant() < 0.0;
     assert_eq!(negative.objects.iter().filter(mirrored).count(), 4);
@@ -103,7 +103,7 @@ fn the_fox_walks() {
         load("Fox.glb", &options)
     };
     let survey = bounds(&model("Fox.glb"));
-    // Some 160 long from nose to tail and 80 high, standing on the ground.
+    // About 160 long from nose to tail and 80 high, standing on the ground.
     let size = survey.size();
     assert!((130.0..190.0).contains(&size.z) && (60.0..100.0).contains(&size.y), "{survey:?}");
     assert!(survey.min.y.abs() < 3.0, "{survey:?}");
@@ -113,7 +113,7 @@ fn the_fox_walks() {
     let (a, b) = (positions(&fox("Run", 0.0)), positions(&fox("Run", 0.3)));
     let moved = a.iter().zip(&b).filter(|(a, b)| a != b).count();
     assert!(moved > a.len() / 2, "{moved} of {}", a.len());
-    // Beyond its end an animation stands still.
+    // After its end an animation keeps its last pose.
     assert_eq!(positions(&fox("Run", 1e6)), positions(&fox("Run", 1e7)));
 }
 
@@ -126,7 +126,7 @@ fn pictures_and_sets_of_coordinates_are_there() {
     assert_ne!(data.uvs, data.more_uvs[0]);
     let colors = model("BoxVertexColors.glb");
     assert_eq!(colors.meshes[0].data.colors.len(), colors.meshes[0].data.positions.len());
-    // The number of threads changes nothing.
+    // The number of threads does not change the result.
     let with =
         |threads| load("TextureSettingsTest.glb", &ImportOptions { threads, ..ImportOptions::default() });
     assert_eq!(with(1), with(7));
@@ -137,14 +137,15 @@ fn pictures_and_sets_of_coordinates_are_there() {
 
 #[test]
 fn a_compressed_model_is_the_same_but_for_rounding() {
-    // Quantised, filtered and compressed by EXT_meshopt_compression: positions, normals, weights, indices, and animations.
+    // Positions, normals, weights, indices and animations are quantised, filtered and compressed by
+    // EXT_meshopt_compression.
     let walk = ImportOptions { animation: Some("Walk".to_owned()), time: 0.37, ..ImportOptions::default() };
     let (plain, packed) = (load("Fox.glb", &walk), load("FoxCompressed.glb", &walk));
     let (a, b) = (bounds(&plain), bounds(&packed));
     assert!(near(a.min, b.min.to_array(), 0.1) && near(a.max, b.max.to_array(), 0.1), "{a:?} {b:?}");
     let (a, b) = (&plain.meshes[0].data, &packed.meshes[0].data);
     assert_eq!(a.triangles.len(), b.triangles.len());
-    // The triangles are in another order: the sums of areas and of picture coordinates tell whether they are the same.
+    // The order of the triangles differs; compare the sums of areas and of texture coordinates.
     let sums = |mesh: &turner::schema::MeshData| {
         let (mut area, mut uv) = (0.0, 0.0);
         for t in &mesh.triangles {

@@ -1,5 +1,5 @@
-//! Damaged glTF files: whatever is in one, the importer answers with a scene or an error, takes no more memory than a
-//! small multiple of the file, and reads nothing outside its folder.
+//! Damaged glTF files: the importer returns a scene or an error, takes memory in proportion to the file, and reads
+//! nothing outside its folder.
 
 use std::path::Path;
 use std::sync::Mutex;
@@ -9,7 +9,7 @@ use turner_io::assets::{AssetError, AssetSource, MemoryAssets};
 use turner_io::gltf::import;
 use turner_io::import::ImportOptions;
 
-/// A small generator of numbers, the same on every run.
+/// A small deterministic random number generator.
 struct Random(u64);
 
 impl Random {
@@ -26,7 +26,7 @@ impl Random {
     }
 }
 
-/// Files that a model may read, and the names it asked for.
+/// Files that a model may read, with a record of the names requested.
 #[derive(Default)]
 struct Watched {
     inner: MemoryAssets,
@@ -47,14 +47,14 @@ fn file(name: &str) -> Vec<u8> {
     std::fs::read(Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/assets/gltf").join(name)).unwrap()
 }
 
-/// Bytes that a scene holds.
+/// Bytes of memory of a scene.
 fn memory(scene: &SceneDesc) -> usize {
     let meshes: usize = scene.meshes.iter().map(|m| m.data.memory()).sum();
     let images: usize = scene.images.iter().map(|i| i.data.memory()).sum();
     meshes + images + size_of_val(&scene.objects[..])
 }
 
-/// Imports, and answers whether that made a scene.
+/// Imports a file; returns whether that gave a scene.
 fn try_import(bytes: Vec<u8>, options: &ImportOptions) -> bool {
     let size = bytes.len();
     let assets = Watched::default();
@@ -64,7 +64,7 @@ fn try_import(bytes: Vec<u8>, options: &ImportOptions) -> bool {
     }
     match result {
         Ok(scene) => {
-            // A deflated picture may grow a thousandfold.
+            // A deflated image may expand a thousandfold.
             assert!(memory(&scene) <= (1 << 20) + 2000 * size, "{} bytes of {size}", memory(&scene));
             if let Err(e) = scene.prepare(&Default::default()) {
                 assert!(!e.message.is_empty());
@@ -79,7 +79,7 @@ fn try_import(bytes: Vec<u8>, options: &ImportOptions) -> bool {
     }
 }
 
-/// The JSON text of a binary file, and what follows it.
+/// The JSON text of a GLB file, and the bytes after it.
 fn parts(bytes: &[u8]) -> (String, Vec<u8>) {
     let size = u32::from_le_bytes(bytes[12..16].try_into().unwrap()) as usize;
     (String::from_utf8(bytes[20..20 + size].to_vec()).unwrap(), bytes[20 + size..].to_vec())
@@ -190,7 +190,7 @@ fn lying_numbers() {
             read += usize::from(try_import(join(&text, &rest), &options));
         }
     }
-    // The test looks at what is read as well.
+    // The test must also cover files that are read.
     assert!(read > 200, "{read}");
 }
 
@@ -207,7 +207,7 @@ fn words_that_change_places() {
     }
 }
 
-/// A binary file of this document and no bytes.
+/// A GLB file with these members of the document and no binary chunk.
 fn document(members: &str) -> Vec<u8> {
     join(&format!("{{\"asset\":{{\"version\":\"2.0\"}},{members}}}"), b"")
 }
@@ -216,18 +216,18 @@ fn document(members: &str) -> Vec<u8> {
 fn bombs() {
     let options = ImportOptions::default();
     let import = |bytes: Vec<u8>| try_import(bytes, &options);
-    // Lists of nothing: read, but small.
+    // Lists of empty elements: read, but small.
     for member in ["nodes", "meshes", "materials", "accessors", "textures", "images", "samplers", "skins"] {
         import(document(&format!("\"{member}\":[{}{{}}]", "{},".repeat(100_000))));
     }
-    // A million primitives of zeros that are stored nowhere.
+    // A million primitives of zeros without a buffer view.
     let primitives = r#"{"attributes":{"POSITION":0}},"#.repeat(20_000);
     let shared = format!(
         r#""nodes":[{{"mesh":0}}],"meshes":[{{"primitives":[{primitives}{{"attributes":{{"POSITION":0}}}}]}}],
         "accessors":[{{"componentType":5126,"count":65536,"type":"VEC3"}}]"#
     );
     assert!(import(document(&shared)));
-    // The same, each a little different: refused before memory runs out.
+    // The same, each slightly different: rejected before memory runs out.
     let attributes: Vec<String> =
         (0..3_000).map(|i| format!(r#"{{"attributes":{{"POSITION":0,"_{i}":0}}}}"#)).collect();
     let different = format!(
@@ -236,7 +236,7 @@ fn bombs() {
         attributes.join(",")
     );
     assert!(!import(document(&different)));
-    // Instances of instances: 3000 nodes of 60 000 each.
+    // Instances of instances: 3000 nodes with 60 000 each.
     let node = r#"{"mesh":0,"extensions":{"EXT_mesh_gpu_instancing":{"attributes":{"TRANSLATION":0}}}},"#;
     let many = format!(
         r#""nodes":[{}{{}}],"meshes":[{{"primitives":[{{"attributes":{{"POSITION":1}}}}]}}],
@@ -245,14 +245,14 @@ fn bombs() {
         node.repeat(3_000)
     );
     assert!(!import(document(&many)));
-    // Nesting, with and without end.
+    // Deep nesting, closed and unclosed.
     let deep = |open: &str, close: &str| {
         document(&format!("\"extras\":{}0{}", open.repeat(200_000), close.repeat(200_000)))
     };
     import(deep("[", "]"));
     import(deep("{\"a\":", "}"));
     import(deep("[", ""));
-    // Compressed bytes that say they are many.
+    // Compressed data that claims many elements.
     let meshopt = r#""buffers":[{"uri":"data:;base64,4QAAAAAAAAAAAAAAAAAAAAAAAAAAAA==","byteLength":20}],
         "bufferViews":[{"buffer":0,"byteLength":1,"extensions":{"EXT_meshopt_compression":{"buffer":0,"byteLength":20,
         "byteStride":4,"count":3000000000,"mode":"TRIANGLES"}}}]"#;
@@ -280,7 +280,8 @@ fn names_lead_nowhere_else() {
         let mut assets = Watched::default();
         assets.inner.files.insert("secret.bin".to_owned(), vec![0; 4]);
         let error = import(bytes, "models/a.glb", &assets, &ImportOptions::default());
-        // A folder up is still inside, where the model lies in a folder; no further.
+        // The parent folder is allowed if the model lies in a subfolder of the scene's folder, but not
+        // further up.
         match error {
             Ok(_) => assert!(uri.contains("secret"), "{uri}"),
             Err(e) => assert!(e.message.starts_with("models/a.glb: /buffers/0: "), "{uri}: {}", e.message),

@@ -1,11 +1,12 @@
-//! What the tests of damaged files share: random numbers, a source of files that notes what is read, and the size of a scene.
+//! Helpers of the tests of damaged files: random numbers, a source of files that records what is read, and the size
+//! of a scene.
 
 use std::sync::Mutex;
 
 use turner::description::SceneDesc;
 use turner_io::assets::{AssetError, AssetSource, MemoryAssets};
 
-/// A small generator of numbers, the same on every run.
+/// A small deterministic random number generator.
 pub(super) struct Random(pub(super) u64);
 
 impl Random {
@@ -22,7 +23,7 @@ impl Random {
     }
 }
 
-/// Files that a scene may read, and the names it asked for.
+/// Files that a scene may read, with a record of the names requested.
 pub(super) struct Watched {
     pub(super) inner: MemoryAssets,
     pub(super) asked: Mutex<Vec<String>>,
@@ -38,7 +39,7 @@ impl AssetSource for Watched {
     }
 }
 
-/// Bytes that a scene holds.
+/// Bytes of memory of a scene.
 pub(super) fn memory(scene: &SceneDesc) -> usize {
     let meshes: usize = scene.meshes.iter().map(|m| m.data.memory()).sum();
     let images: usize = scene.images.iter().map(|i| i.data.memory()).sum();

@@ -111,10 +111,10 @@ fn links_are_followed_inside_only() {
     assert_eq!(assets.read("inside.png", 100).unwrap(), b"wood");
     for uri in ["file.png", "up/outside.txt"] {
         let message = assets.read(uri, 100).unwrap_err().to_string();
-        assert!(message.contains("a link leads out"), "{message}");
+        assert!(message.contains("a link leaves the folder"), "{message}");
     }
     assert!(assets.read("loop", 100).is_err());
-    // A name beyond the link is not given away either.
+    // A name behind the link must not be revealed either.
     let message = assets.read("up/outside.tx", 100).unwrap_err().to_string();
     assert!(!message.contains("outside.txt"), "{message}");
     assert_eq!(assets.allow_outside(true).read("up/outside.txt", 100).unwrap(), b"secret");
@@ -143,7 +143,7 @@ fn limits_and_budget_hold() {
     assert!(assets.read("wood.png", 100).is_ok());
     assert!(shared.read("sub/tile.png", 100).is_ok());
     assert!(matches!(assets.read("wood.png", 100), Err(AssetError::Budget { size: 4, budget: 9, .. })));
-    // A sparse file larger than memory is refused by its size.
+    // A sparse file larger than memory is rejected by its size.
     let sparse = fs::File::create(top.path().join("scene/sparse.png")).unwrap();
     sparse.set_len(1 << 40).unwrap();
     assert!(matches!(assets.read("sparse.png", u64::MAX), Err(AssetError::Budget { .. })));
@@ -164,7 +164,7 @@ fn a_missing_file_names_its_neighbour() {
     }
     let message = assets.read("entirely-different.exr", 100).unwrap_err().to_string();
     assert!(message.contains("no such file") && !message.contains("nearest"), "{message}");
-    // Large letters for small ones are no other name, but for the folder's own.
+    // Upper-case letters do not make another name, except inside the scene's folder.
     assert_eq!(assets.read("Wood.PNG", u64::MAX).unwrap(), assets.read("wood.png", u64::MAX).unwrap());
     assert_eq!(
         assets.read("SUB/Tile.png", u64::MAX).unwrap(),

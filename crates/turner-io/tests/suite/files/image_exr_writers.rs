@@ -1,5 +1,5 @@
-//! EXR files as other programs write them: half and integer samples, every lossless compression, tiles, layers,
-//! data windows that are not the display window. Written here with the exr crate.
+//! EXR files in layouts of other programs: half and integer samples, every lossless compression, tiles, layers, data
+//! windows that differ from the display window. Written here with the exr crate.
 
 use exr::prelude::*;
 use turner::image::{Image as Picture, Pixels};
@@ -77,7 +77,7 @@ fn grey_single_and_layered_channels_are_found() {
     assert_eq!((image.channels, floats(&image)[3 * 5]), (3, 1.25));
     let two = FlatSamples::F16(vec![f16::from_f32(0.5); SIZE.area()]);
     let image = read(&write(layer_of(&[("Y", half()), ("A", two)]))).unwrap();
-    // Straight: divided by an alpha of one half.
+    // Straight alpha: divided by an alpha of 0.5.
     assert_eq!((image.channels, floats(&image)[2 * 5]), (2, 2.5));
 }
 
@@ -112,7 +112,7 @@ fn the_display_window_is_the_picture() {
 #[test]
 fn a_block_listed_twice_is_refused() {
     let mut bytes = write(layer_of(&[("Y", half())]));
-    // The offset table follows the header: two blocks of 16 rows. Both entries are made the first.
+    // The offset table follows the header: two blocks of 16 rows. Set both entries to the first block.
     let table = bytes.windows(8).position(|w| {
         let offset = u64::from_le_bytes(w.try_into().unwrap());
         offset > 300 && offset < 700

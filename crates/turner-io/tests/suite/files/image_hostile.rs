@@ -1,4 +1,4 @@
-//! Damaged and malicious files: an answer in little time and memory, never a panic.
+//! Damaged and malicious image files: bounded time and memory, and no panic.
 
 use std::path::Path;
 use std::time::{Duration, Instant};
@@ -8,7 +8,7 @@ use turner_io::image::{
     silence_contained_panics,
 };
 
-/// A valid file of each format, and the small ones of PngSuite.
+/// A valid file of each format, and the small files of PngSuite.
 fn valid_files() -> Vec<(String, Vec<u8>)> {
     let (width, height) = (40_u32, 36_u32);
     let linear: Vec<[f32; 4]> =
@@ -52,7 +52,7 @@ fn valid_files() -> Vec<(String, Vec<u8>)> {
     files
 }
 
-/// Files in the compressions and layouts that Turner does not write.
+/// EXR files in compressions and layouts that Turner does not write.
 fn exr_files() -> Vec<(String, Vec<u8>)> {
     use exr::prelude::*;
     let size = Vec2(20, 18);
@@ -82,10 +82,10 @@ fn limits() -> DecodeLimits {
     DecodeLimits { max_side: 4096, max_pixels: 1 << 20, max_bytes: 32 << 20, meant_side: 0 }
 }
 
-/// Decodes; the answer may be either, the time may not be long, and an error must be presentable.
+/// Decodes a file. Success or failure is allowed, but it must be fast, and an error must be printable.
 fn try_file(bytes: &[u8], what: &str) -> bool {
     let start = Instant::now();
-    // The extension counts only where no other format is recognised.
+    // The extension matters only if no other format is recognised.
     let result = decode(bytes, "hostile.tga", &limits());
     let metadata = read_metadata(bytes, "hostile.tga");
     assert!(start.elapsed() < Duration::from_secs(5), "{what} took {:?}", start.elapsed());
@@ -104,7 +104,7 @@ fn truncated_files() {
         let step = (bytes.len() / 400).max(1);
         for length in (0..bytes.len()).step_by(step) {
             let whole = try_file(&bytes[..length], &format!("{name} cut to {length}"));
-            // Half a file is never taken for a whole one, but for JPEG, whose decoders show what there is.
+            // Half a file is never accepted, except by JPEG decoders, which show what is there.
             assert!(!whole || length > bytes.len() / 2 || name.ends_with("jpg"), "{name} cut to {length}");
         }
     }
@@ -122,13 +122,13 @@ fn flipped_bits() {
         for round in 0..400 {
             let mut damaged = bytes.clone();
             for _ in 0..1 + round % 4 {
-                // Half of the flips go where the headers are.
+                // Half of the flips are in the headers.
                 let region = if random(2) == 0 { bytes.len().min(400) } else { bytes.len() };
                 damaged[random(region)] ^= 1 << random(8);
             }
             try_file(&damaged, &format!("{name}, round {round}"));
         }
-        // Extreme bytes at every place of the header: sizes, counts, types.
+        // Extreme bytes at every position of the header: sizes, counts, types.
         for at in 0..bytes.len().min(400) {
             for value in [0, 0x7f, 0x80, 0xff] {
                 let mut damaged = bytes.clone();
@@ -139,7 +139,7 @@ fn flipped_bits() {
     }
 }
 
-/// Refused on its size alone, in no time and with a message about it.
+/// Asserts that a file is rejected quickly, with a message about its size.
 fn assert_refused(bytes: &[u8], expected: &str) {
     let start = Instant::now();
     let message = decode(bytes, "big", &DecodeLimits::default()).unwrap_err().to_string();
@@ -147,7 +147,7 @@ fn assert_refused(bytes: &[u8], expected: &str) {
     assert!(message.contains(expected), "{message}");
 }
 
-/// CRC-32 of PNG, bit by bit.
+/// CRC-32 as in PNG, bit by bit.
 fn crc(bytes: &[u8]) -> u32 {
     !bytes.iter().fold(!0, |crc, &b| {
         (0..8).fold(crc ^ u32::from(b), |c, _| if c & 1 == 1 { 0xedb8_8320 ^ (c >> 1) } else { c >> 1 })
@@ -201,7 +201,7 @@ fn hdr_runs_that_exceed_their_line() {
     ] {
         assert_refused(&file(data), "row 0 of 1");
     }
-    // The same with a fitting run, so that the refusals above are about the runs.
+    // A valid run is accepted, so the rejections above are due to the runs.
     assert!(decode(&file(&[5, 5, 5, 5, 1, 1, 1, 8]), "x", &limits()).is_ok());
 }
 
@@ -220,7 +220,7 @@ fn exr_and_jpeg_with_an_impossible_size() {
             damaged[at + 12..at + 16].copy_from_slice(&y.to_le_bytes());
             let start = Instant::now();
             let result = decode(&damaged, "big.exr", &DecodeLimits::default());
-            // The exr crate takes the display window's corners in either order: a picture of 6 x 6.
+            // The exr crate accepts the display window's corners in either order: an image of 6 x 6.
             assert!(result.is_err() || (window, x) == ("displayWindow", -5), "{window} {x} {y}");
             assert!(start.elapsed() < Duration::from_secs(5));
         }

@@ -1,4 +1,4 @@
-//! WebP, TGA and BMP: pixels as another decoder has them, depths and channels kept, damage refused.
+//! WebP, TGA and BMP: the pixels of another decoder, depth and channels preserved, damage rejected.
 
 use std::path::Path;
 
@@ -22,12 +22,12 @@ fn pixel(image: &Image, x: u32, y: u32) -> &[u8] {
     }
 }
 
-/// What the files were made of.
+/// The formula that the test files were generated from.
 fn source(x: u32, y: u32) -> [u8; 4] {
     [(x * 10) as u8, (y * 14) as u8, (x * 7 + y * 3) as u8, (255 - x * 5) as u8]
 }
 
-/// The palette of some of them.
+/// The palette of some of the files.
 fn palette(i: u8) -> [u8; 3] {
     [i, 255 - i, i / 2]
 }
@@ -65,7 +65,7 @@ fn lossless_files_have_every_pixel() {
     }
 }
 
-/// The values are those of libwebp. It may round its colour conversion otherwise in the last bit.
+/// The values are those of libwebp, whose colour conversion may round differently in the last bit.
 #[test]
 fn lossy_webp_is_as_the_reference_decoder_has_it() {
     let places = [(0, 0), (5, 7), (20, 11), (23, 17)];
@@ -93,7 +93,7 @@ fn an_animation_is_refused() {
     assert!(message.contains("animation") && message.contains("still"), "{message}");
 }
 
-/// A TGA of 2 x 1 with these pixels.
+/// A TGA of 2 x 1 pixels with this data.
 fn tga(kind: u8, depth: u8, attributes: u8, data: &[u8]) -> Vec<u8> {
     let header = [0, 0, kind, 0, 0, 0, 0, 0, 0, 0, 0, 0, 2, 0, 1, 0, depth, attributes];
     [&header[..], data].concat()
@@ -108,7 +108,7 @@ fn tga_without_alpha_bits_is_opaque_only_where_all_are_zero() {
     assert_eq!((unused.channels, unused.pixels), (3, Pixels::U8(vec![3, 2, 1, 6, 5, 4])));
     let used = read(&[1, 2, 3, 0, 4, 5, 6, 9], 0);
     assert_eq!((used.channels, used.pixels), (4, Pixels::U8(vec![3, 2, 1, 0, 6, 5, 4, 9])));
-    // Stated as alpha: nothing is seen of it, but that is what it says.
+    // Alpha bits are declared: everything is transparent, as the file states.
     assert_eq!(read(&[1, 2, 3, 0, 4, 5, 6, 0], 8).channels, 4);
     // Right to left, 5 bits per channel.
     let five = decode(&tga(2, 16, 0x10, &[31, 0, 0, 0x7c]), "x.tga", &DecodeLimits::default()).unwrap();
@@ -120,7 +120,7 @@ fn a_tga_needs_its_extension_or_its_footer() {
     let plain = tga(3, 8, 0, &[7, 8]);
     let limits = DecodeLimits::default();
     assert!(decode(&plain, "x.TGA", &limits).is_ok());
-    assert!(decode(&plain, "x", &limits).unwrap_err().to_string().contains("expected a picture in"));
+    assert!(decode(&plain, "x", &limits).unwrap_err().to_string().contains("expected an image in"));
     let footed = [&plain[..], b"\0\0\0\0\0\0\0\0TRUEVISION-XFILE.\0"].concat();
     assert_eq!(decode(&footed, "x.png", &limits).unwrap().pixels, Pixels::U8(vec![7, 8]));
     let message = decode(b"some text, some more of it", "x.tga", &limits).unwrap_err().to_string();

@@ -1,4 +1,4 @@
-//! A file appears whole or not at all, and a path that cannot be written is refused beforehand.
+//! A file appears complete or not at all, and an unwritable path is rejected in advance.
 
 use std::fs;
 use std::path::Path;

@@ -1,4 +1,4 @@
-//! What is written comes back: exactly for PNG and EXR, within the format's own step for HDR and JPEG.
+//! Images read back exactly from PNG and EXR, and within the quantisation step from HDR and JPEG.
 
 use turner::image::{Image, Pixels};
 use turner_io::image::{
@@ -6,7 +6,7 @@ use turner_io::image::{
     read_metadata,
 };
 
-/// A small deterministic generator (splitmix64).
+/// A small deterministic random number generator (SplitMix64).
 struct Rng(u64);
 
 impl Rng {
@@ -28,8 +28,8 @@ struct Picture {
 }
 
 impl Picture {
-    /// Half smooth, half noise; values over 24 powers of two; alpha 0, 1 and powers of two, by which a division
-    /// is exact.
+    /// Half smooth, half noise; values over 24 powers of two; alpha 0, 1 and powers of two, so that division is
+    /// exact.
     fn new(width: u32, height: u32) -> Self {
         let mut rng = Rng(7);
         let mut value = |x: u32| {
@@ -65,7 +65,7 @@ impl Picture {
     }
 }
 
-/// 1 x 1, odd sizes, one more than a block of 16 rows, and widths beside the limits of HDR's run lengths.
+/// 1 x 1, odd sizes, one more than a block of 16 rows, and widths around the limits of HDR's run lengths.
 const SIZES: &[(u32, u32)] = &[(1, 1), (7, 3), (8, 17), (33, 16), (130, 40), (1, 50)];
 
 fn read(bytes: &[u8]) -> Image {
@@ -101,7 +101,7 @@ fn exr_comes_back_exactly() {
         let bytes = encode(&picture.output(true), ImageFormat::Exr).unwrap();
         let stored = exr::decode_as_stored(&bytes, "test", &DecodeLimits::default()).unwrap();
         assert_eq!(stored.pixels, Pixels::F32(channels(&picture.linear, 4)));
-        // Straight alpha: colour divided by coverage, kept where there is none.
+        // Straight alpha: colours divided by alpha, and kept where alpha is 0.
         let straight =
             |p: &[f32; 4]| if p[3] > 0.0 { [p[0] / p[3], p[1] / p[3], p[2] / p[3], p[3]] } else { *p };
         assert_eq!(read(&bytes).pixels, Pixels::F32(picture.linear.iter().flat_map(straight).collect()));
@@ -128,8 +128,8 @@ fn hdr_comes_back_within_its_step() {
             let back = image.rgb(i as u32 % w, i as u32 / w);
             let max = p[0].max(p[1]).max(p[2]);
             for c in 0..3 {
-                // Mantissas have 8 bits and the largest is at least 128: half a step is max / 256, and 255 covers
-                // what rounds up to the next exponent.
+                // Mantissas have 8 bits, and the largest is at least 128, so half a step is max /
+                // 256; 255 covers rounding up to the next exponent.
                 assert!((back[c] - p[c]).abs() <= max / 255.0, "pixel {i}: {p:?} {back:?}");
             }
         }
@@ -144,8 +144,8 @@ fn jpeg_keeps_flat_colours_and_smooth_ramps() {
     let bytes = encode(&picture.output(false), ImageFormat::Jpeg).unwrap();
     let image = read(&bytes);
     assert_eq!((image.width, image.height, image.channels), (w, h, 3));
-    // Quality 95 quantises the lowest frequencies in steps of 2 and chroma in steps of 2; with YCbCr rounding and
-    // gains up to 1.8 a smooth picture stays within 6 of 255.
+    // Quality 95 quantises the lowest frequencies of luma and chroma in steps of 2. With YCbCr rounding and gains
+    // up to 1.8 a smooth image stays within 6 of 255.
     for (i, p) in picture.eight.iter().enumerate() {
         let back = image.rgb(i as u32 % w, i as u32 / w);
         for c in 0..3 {

@@ -1,4 +1,4 @@
-//! PngSuite (a part of it, see data/CREDITS.md): every kind of PNG, and damaged ones.
+//! PngSuite (a selection, see data/CREDITS.md): all kinds of PNG, and damaged ones.
 
 use std::path::Path;
 
@@ -21,7 +21,7 @@ fn pixel(image: &Image, x: usize, y: usize) -> Vec<u16> {
     }
 }
 
-/// Values computed by an independent decoder of a few lines.
+/// The expected values come from an independent, minimal decoder.
 #[test]
 fn pixels_are_those_of_the_file() {
     let cases: &[(&str, [&[u16]; 2])] = &[
@@ -64,11 +64,11 @@ fn depth_and_channels_are_kept() {
 #[test]
 fn damaged_files_are_refused_with_a_reason() {
     for (name, reason) in [
-        ("xcsn0g01", "check sum"),
-        ("xhdn0g08", "check sum"),
+        ("xcsn0g01", "checksum"),
+        ("xhdn0g08", "checksum"),
         ("xdtn0g01", "IDAT"),
         ("xd3n2c08", "bit depth 3"),
-        ("xs1n0g01", "expected a picture in PNG"),
+        ("xs1n0g01", "expected an image in one of PNG"),
     ] {
         let message = load(name).unwrap_err().to_string();
         assert!(message.starts_with(name) && message.contains(reason), "{message}");

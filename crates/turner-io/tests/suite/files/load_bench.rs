@@ -1,4 +1,5 @@
-//! Times and sizes of large inputs: `cargo test --release -p turner-io --test suite load_bench -- --ignored --nocapture`.
+//! Times and memory of large inputs: `cargo test --release -p turner-io --test suite load_bench -- --ignored
+//! --nocapture`.
 
 use std::fmt::Write;
 use std::time::Instant;

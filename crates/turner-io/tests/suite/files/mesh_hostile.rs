@@ -1,4 +1,4 @@
-//! Damaged and malicious meshes: an answer in little time and memory, never a panic.
+//! Damaged and malicious meshes: bounded time and memory, and no panic.
 
 use std::path::Path;
 use std::time::{Duration, Instant};
@@ -6,7 +6,7 @@ use std::time::{Duration, Instant};
 use turner_io::assets::MemoryAssets;
 use turner_io::import::{ImportOptions, import};
 
-/// Most bytes that a mesh may take for each byte of its file.
+/// Most bytes of memory of a mesh per byte of its file.
 const MOST_PER_BYTE: usize = 64;
 
 fn file(name: &str) -> Vec<u8> {
@@ -52,7 +52,7 @@ impl Random {
     }
 }
 
-/// Bits flipped, bytes replaced by ones that mean something, parts cut out, doubled, or moved.
+/// Flips bits, replaces bytes by significant ones, and removes, duplicates or moves parts.
 fn mutate(bytes: &[u8], random: &mut Random) -> Vec<u8> {
     const WORDS: [&[u8]; 22] = [
         b"4294967295",
@@ -108,7 +108,7 @@ fn mutate(bytes: &[u8], random: &mut Random) -> Vec<u8> {
     out
 }
 
-/// The same in big-endian numbers, or with doubles and other kinds of lists.
+/// PLY files in big-endian order, or with doubles and other list types.
 fn binary_plys() -> Vec<Vec<u8>> {
     let mut out = Vec::new();
     for (format, big) in [("binary_little_endian", false), ("binary_big_endian", true)] {
@@ -172,7 +172,7 @@ fn mutations_of_every_format() {
             read += u32::from(try_import(name, &damaged, &library));
         }
     }
-    // Some are still meshes, most are not.
+    // Some results are valid meshes, most are not.
     assert!(read > 400 && read < tried, "{read} of {tried}");
     assert!(start.elapsed() < Duration::from_secs(60), "{:?}", start.elapsed());
 }
@@ -214,18 +214,18 @@ fn lying_counts_and_bombs() {
     let many = |count: usize, text: &str| text.repeat(count).into_bytes();
     let head = b"v 0 0 0\nv 1 0 0\nv 0 1 0\nv 1 1 0\n".to_vec();
     let after_head = |tail: Vec<u8>| [head.clone(), tail].concat();
-    // Lines continued forever, alone and within a face.
+    // Endlessly continued lines, alone and inside a face.
     try_import("a.obj", &many(1_000_000, "\\\n"), b"");
     try_import("a.obj", &after_head([b"f 1 2 3".to_vec(), many(500_000, "\\\r\n")].concat()), b"");
     try_import("a.obj", &after_head([b"f".to_vec(), many(400_000, " \\\n 1")].concat()), b"");
-    // One polygon of half a million corners that go to and fro, and many of a few thousand.
+    // A zigzag polygon of half a million corners, and many of a few thousand.
     try_import("a.obj", &after_head([b"f".to_vec(), many(125_000, " 1 2 4 3")].concat()), b"");
     let spikes: String = (0..3000)
         .map(|i| format!("v {} {} 0\n", i % 1500, if i % 2 == 0 { i % 7 } else { 20 + i % 11 }))
         .collect();
     let polygon: String = "f".to_owned() + &(1..=3000).map(|i| format!(" {i}")).collect::<String>() + "\n";
     try_import("a.obj", &[spikes.into_bytes(), polygon.repeat(20).into_bytes()].concat(), b"");
-    // Names, groups and libraries without end.
+    // Unterminated names, groups and libraries.
     let names: String =
         (0..60_000).map(|i| format!("usemtl m{i}\nf 1 2 3\no o{i}\ng g{i}\ns {i}\n")).collect();
     try_import("a.obj", &after_head(names.into_bytes()), b"");
@@ -242,7 +242,7 @@ fn lying_counts_and_bombs() {
         &after_head(same.into_bytes()),
         &many(50_000, "newmtl a\nmap_Kd a.png\nKd 1 1 1\nhuh 1\n")
     ));
-    // All corners at one place, with an index of its own each.
+    // All corners at one position, each with its own index.
     let variants: String = (1..=60_000).map(|i| format!("vt {i} 0\nf 1/{i} 1/{i} 2/{i}\n")).collect();
     assert!(try_import("a.obj", &after_head(variants.into_bytes()), b""));
     let solids: String = (0..60_000).map(|i| format!("solid {i}\n")).collect();

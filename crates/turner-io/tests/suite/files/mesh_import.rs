@@ -1,4 +1,4 @@
-//! Whole scenes from OBJ with MTL, PLY and STL: files of other people, and every statement that counts.
+//! Complete scenes from OBJ with MTL, PLY and STL: files by other authors, and every statement that matters.
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -133,9 +133,9 @@ fn what_is_missing_is_reported_and_no_reason_to_stop() {
     assert_eq!(constant(material(&scene, "y").base_color), [0.0, 1.0, 0.0]);
     assert_eq!(constant(material(&scene, "z").base_color), [0.8; 3]);
     for (words, count) in [
-        ("library of materials", 2),
-        ("the picture", 1),
-        ("in no library", 1),
+        ("material library", 2),
+        ("the image ", 1),
+        ("materials without a definition", 1),
         ("`disp`", 1),
         ("`foo`", 1),
         ("(points)", 2),
@@ -157,10 +157,10 @@ fn classic_keys_become_physical_ones() {
                newmtl glass\nKd 1 1 1\nNi 1.52\nTf 0.9 1 0.9\nillum 7\n\
                newmtl pane\nKd 1 1 1\nd 0.25\nNi 1.3\n\
                newmtl veil\nKd 1 1 1\nTr 0.75\nNi 1\n\
-               newmtl lamp\nKd 1 1 1\nKe 5 4 3\n\
+               newmtl bulb\nKd 1 1 1\nKe 5 4 3\n\
                newmtl old\nKd 1 1 1\nKa 20 20 20\n\
                newmtl pbr\nKd 1 0.5 0\nKs 0 0 0\nNs 10\nPr 0.4\nPm 1\nPs 0.2\nPc 0.7\nPcr 0.1\naniso 0.5\nanisor 0.25\n";
-    let names = ["dull", "shiny", "flat", "mirror", "glass", "pane", "veil", "lamp", "old", "pbr"];
+    let names = ["dull", "shiny", "flat", "mirror", "glass", "pane", "veil", "bulb", "old", "pbr"];
     let faces: String = names.iter().map(|n| format!("usemtl {n}\nf 1 2 3\n")).collect();
     let obj = format!("mtllib a.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\n{faces}");
     let scene = read(&[("a.obj", &obj), ("a.mtl", mtl)]);
@@ -184,7 +184,7 @@ fn classic_keys_become_physical_ones() {
         (grey(veil.opacity), veil.alpha_mode, grey(veil.transmission_weight)),
         (0.25, AlphaMode::Blend, 0.0)
     );
-    for (name, color) in [("lamp", [5.0, 4.0, 3.0]), ("old", [20.0; 3])] {
+    for (name, color) in [("bulb", [5.0, 4.0, 3.0]), ("old", [20.0; 3])] {
         assert_eq!((get(name).emission_luminance, constant(get(name).emission_color)), (1.0, color));
     }
     let pbr = get("pbr");
@@ -235,10 +235,10 @@ fn pictures_of_materials_with_their_options() {
     assert_eq!((other.file, other.tint, other.uv_matrix), (red.file, Spectrum::new(0.5, 1.0, 1.0), None));
     assert_eq!((a.bump_map, b.bump_unit, b.bump_scale), (None, BumpUnit::Tile, 0.02));
     assert_eq!(texture(b.bump_map.unwrap()).encoding, Encoding::Linear);
-    assert_eq!(said(&scene, WarningKind::Approximated, "heights"), 1);
+    assert_eq!(said(&scene, WarningKind::Approximated, "bump maps"), 1);
     // Each file once: red, data, normals, mask, soft, heights.
     assert_eq!(scene.images.len(), 6);
-    assert_eq!(said(&scene, WarningKind::Approximated, "beside the file"), 1);
+    assert_eq!(said(&scene, WarningKind::Approximated, "images missing at their path"), 1);
     assert_eq!(said(&scene, WarningKind::Approximated, "normal maps"), 1);
     assert_eq!(said(&scene, WarningKind::Ignored, "`refl`"), 1);
     scene.prepare(&PrepareOptions::default()).unwrap();
@@ -257,12 +257,12 @@ fn smoothing_groups_make_normals_within_them() {
     assert_eq!(smooth.len(), 6);
     let ridge = smooth.iter().filter(|n| n[0].abs() < 1e-6 && (n[1].abs() - 1.0).abs() < 1e-6).count();
     assert_eq!(ridge, 2, "{smooth:?}");
-    // Of two groups each its own; facets besides.
+    // Two groups have separate normals; faces without a group are flat.
     for faces in [format!("s 1\n{left}s 2\n{right}"), format!("s 1\n{left}s off\n{right}")] {
         let apart = normals(&faces);
         assert!(apart.len() >= 8 && apart.iter().all(|n| n[0].abs() > 0.7), "{apart:?}");
     }
-    // Normals that are given count.
+    // Normals in the file take precedence.
     let given = normals(&format!("vn 0 0 1\ns 1\nf 1//1 2//1 5//1\n{right}"));
     assert_eq!(given.iter().filter(|n| **n == [0.0, 0.0, 1.0]).count(), 3);
 }
@@ -356,7 +356,7 @@ fn a_large_obj_is_the_same_for_any_number_of_threads() {
             .unwrap();
         }
     }
-    // Several parts of the file.
+    // The file is parsed in several chunks.
     assert!(text.len() > 3 << 20, "{}", text.len());
     let bytes = text.into_bytes();
     let read = |threads| {
@@ -370,14 +370,14 @@ fn a_large_obj_is_the_same_for_any_number_of_threads() {
     assert!(one.imports[0].counts.contains(&("groups", 6)), "{:?}", one.imports);
     let p = mesh(&one).positions[mesh(&one).triangles[0][0] as usize];
     assert_eq!(p, [1.000_161, 0.161, -1.5]);
-    // Errors far into the file name their line.
+    // Errors far into the file report their line.
     let mut bad = bytes.clone();
     bad.extend_from_slice(b"f 1 2 99999999\n");
     let lines = bad.iter().filter(|&&b| b == b'\n').count();
     let error = import_with(&[("a.obj", bad)], &ImportOptions::default()).unwrap_err();
     assert!(
         error.message.contains(&format!(
-            "line {lines}: face {} names vertex 99999999, but there are 25600",
+            "line {lines}: face {} refers to vertex 99999999, but there are 25600",
             159 * 159 + 1
         )),
         "{error}"
@@ -419,8 +419,8 @@ fn ply_colours_strips_corners_with_their_own_uv_and_pictures() {
         panic!("no picture")
     };
     assert!(matches!(scene.textures[id.index()].value, TextureDesc::Image(_)));
-    assert_eq!(said(&scene, WarningKind::Ignored, "colours of faces"), 1);
-    // A quad that bulges inwards is cut along its shorter diagonal.
+    assert_eq!(said(&scene, WarningKind::Ignored, "face colours"), 1);
+    // A concave quad is cut along its shorter diagonal.
     let arrow = "ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\nproperty float z\nelement face 1\nproperty list uchar int vertex_index\n\
                  end_header\n0 0 0\n2 1 0\n0 2 0\n0.5 1 0\n4 0 1 2 3\n";
     let scene = read(&[("a.ply", arrow)]);
@@ -438,7 +438,7 @@ fn a_cloud_of_points_is_shown_as_spheres() {
     let scene = read(&[("a.ply", cloud)]);
     assert!(matches!(&scene.objects[0].content, ObjectContent::Shape(ShapeDesc::Points(_))));
     assert_eq!(mesh(&scene).positions.len(), 4);
-    assert_eq!(said(&scene, WarningKind::Doubtful, "points dropped"), 1);
+    assert_eq!(said(&scene, WarningKind::Doubtful, "points with NaN"), 1);
     let mut assets = MemoryAssets::default();
     assets.files.insert("a.ply".into(), cloud.into());
     for object in ["type = \"points\"\nfile = \"a.ply\"\nradius = 0.75", "type = \"model\"\nfile = \"a.ply\""]
@@ -446,7 +446,7 @@ fn a_cloud_of_points_is_shown_as_spheres() {
         let text = format!("[[light]]\ntype = \"ambient\"\n[[object]]\n{object}\n");
         let desc = load_text(text, "s.toml", &assets, &LoadOptions::default()).unwrap().desc;
         let scene = desc.prepare(&PrepareOptions::default()).unwrap().scene;
-        // Neighbours are 1 apart: the radius is 0.75.
+        // Neighbours are 1 apart, so the radius is 0.75.
         let hit = scene.intersect(&Ray::new(DVec3::new(0.0, 0.0, 5.0), DVec3::NEG_Z)).unwrap();
         assert!((hit.shape.t - 4.25).abs() < 1e-9, "{object}: {}", hit.shape.t);
     }

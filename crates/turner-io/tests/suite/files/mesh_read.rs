@@ -1,4 +1,4 @@
-//! Meshes of every layout, damaged ones, and ones by other people's programs.
+//! Meshes in every layout, damaged meshes, and meshes by other programs.
 
 use std::fmt::Write;
 
@@ -31,7 +31,7 @@ fn number(out: &mut Vec<u8>, format: &str, kind: &str, v: f64) {
     out.extend(bytes);
 }
 
-/// A square as a quad, or as two triangles; `real` and `int` are the types of its numbers.
+/// A square as a quad or as two triangles; `real` and `int` are the types of its numbers.
 fn square(format: &str, real: &str, count: &str, int: &str, quad: bool, extra: bool, eol: &str) -> Vec<u8> {
     let mut h = format!("ply{eol}format {format} 1.0{eol}comment a b{eol}");
     let faces = if quad { 1 } else { 2 };
@@ -94,7 +94,7 @@ fn every_layout_of_a_ply_gives_the_same_mesh() {
                     assert_eq!(mesh.positions, CORNERS.map(|c| [c[0], c[1], c[2]]));
                     assert_eq!(mesh.normals, CORNERS.map(|c| [c[3], c[4], c[5]]));
                     assert_eq!(mesh.uvs, CORNERS.map(|c| [c[6], c[7]]));
-                    // An element of its own kind is said to be ignored.
+                    // An unknown element is reported as ignored.
                     assert_eq!(warnings.len(), usize::from(extra));
                     tried += 1;
                 }
@@ -111,7 +111,7 @@ fn bad_plys_say_where() {
     let faces = "property list uchar int vertex_indices\nend_header\n";
     for (text, words) in [
         ("ply\n".to_owned(), "line 2: the header does not end"),
-        (format!("{head}element vertex 4000000000\n{xyz}end_header\n"), "has room for"),
+        (format!("{head}element vertex 4000000000\n{xyz}end_header\n"), "holds at most"),
         (format!("{head}element vertex 99999999999999999999\n"), "line 3: expected a number"),
         (format!("{head}property float x\n"), "before the first element"),
         (format!("{head}element vertex 1\nproperty flaot x\n"), "line 4: expected `property TYPE NAME`"),
@@ -119,18 +119,18 @@ fn bad_plys_say_where() {
         ("ply\nend_header\n".to_owned(), "is missing"),
         (format!("{head}element vertex 5\nend_header\n"), "no properties"),
         (format!("{head}element vertex 1\nproperty float x\nproperty float y\nend_header\n1 2\n"), "\"z\""),
-        (format!("{head}element vertex 1\n{xyz}end_header\n1 2 3\n"), "cloud of points as"),
+        (format!("{head}element vertex 1\n{xyz}end_header\n1 2 3\n"), "point cloud with"),
         (
             format!("{head}element vertex 1\n{xyz}end_header\n1 2 q\n"),
             "line 8: expected a number, found \"q\"",
         ),
         (
             format!("{head}element vertex 3\n{xyz}element face 1\n{faces}0 0 0 1 0 0 0 1 0\n3 0 1 3\n"),
-            "line 11: face 1 names vertex 3, but there are 3 (0 to 2)",
+            "line 11: face 1 refers to vertex 3, but there are 3 (0 to 2)",
         ),
         (
             format!("{head}element vertex 3\n{xyz}element face 1\n{faces}0 0 0 1 0 0 0 1 0\n3 0 1 -1\n"),
-            "names vertex -1",
+            "refers to vertex -1",
         ),
         (
             format!("{head}element vertex 3\n{xyz}element face 1\n{faces}0 0 0 1 0 0 0 1 0\n200 0 1\n"),
@@ -145,7 +145,10 @@ fn bad_plys_say_where() {
     let at = cut.len() - 4;
     cut[at] = 9;
     let error = decode(&cut, "a.ply").unwrap_err().to_string();
-    assert!(error.contains("face 2 names vertex 9, but there are 4") && error.contains("byte "), "{error}");
+    assert!(
+        error.contains("face 2 refers to vertex 9, but there are 4") && error.contains("byte "),
+        "{error}"
+    );
 }
 
 #[test]
@@ -162,7 +165,7 @@ fn obj_polygons_negative_indices_and_partial_attributes() {
     assert_eq!(partial.mesh.normals[3..], [[1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, 0.0, 1.0]]);
     let ahead = read("f 1 2 3\nv 0 0 0\nv 1 0 0\nv 0 1 0\n");
     assert_eq!(ahead.mesh.triangles, [[0, 1, 2]]);
-    // Many variants of one position: time must not grow with their square.
+    // Many variants of one position must not take quadratic time.
     let mut text = "v 0 0 0\nv 1 0 0\nv 0 1 0\n".to_owned();
     for i in 1..=20_000 {
         write!(text, "vt {i} 0\nf 1/{i} 2/{i} 3/{i}\nf 1/{i} 2/{i} 3/{i}\n").unwrap();
@@ -175,9 +178,9 @@ fn bad_objs_say_where() {
     for (text, words) in [
         ("v 0 0\n", "line 1: expected `v x y z`, found 2 numbers"),
         ("v 0 0 a\n", "found \"a\""),
-        ("v 0 0 0\nf 1 1 0\n", "line 2: face 1 names vertex 0"),
-        ("v 0 0 0\nf 1 1 -2\n", "face 1 names vertex -2, but there are 1 (1 to 1)"),
-        ("v 0 0 0\nf 1 1 1\n\nf 1 1/3 2\n", "line 4: face 2 names vertex 2"),
+        ("v 0 0 0\nf 1 1 0\n", "line 2: face 1 refers to vertex 0"),
+        ("v 0 0 0\nf 1 1 -2\n", "face 1 refers to vertex -2, but there are 1 (1 to 1)"),
+        ("v 0 0 0\nf 1 1 1\n\nf 1 1/3 2\n", "line 4: face 2 refers to vertex 2"),
         ("v 0 0 0\nf 1/1/1/1 1 1\n", "expected a vertex"),
         ("v 0 0 0\nf 1 1 99999999999999999999\n", "expected a vertex"),
         ("v 0 0 0\nf\n", "without vertices"),

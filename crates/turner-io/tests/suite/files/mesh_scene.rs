@@ -1,4 +1,4 @@
-//! Meshes in scenes: cut-outs, materials and colours of their parts, many rays at once.
+//! Meshes in scenes: alpha-tested cut-outs, materials and colours of parts, batches of rays.
 
 use std::sync::atomic::AtomicBool;
 
@@ -55,7 +55,7 @@ point = [0, -1.2, 0]
 material = { k_reflect = 0.5 }
 "#;
 
-/// A square of the plane y = 0 from (x, z), as a mesh, with (u, v) over it.
+/// A square in the plane y = 0 from (x, z), as a mesh with (u, v).
 fn square(x: f64, z: f64, side: f64, material: &str) -> String {
     let (r, n) = (x + side, z + side);
     format!(
@@ -81,16 +81,16 @@ fn a_board_with_holes_is_its_squares() {
     }
     let expected = picture(&scene(&squares));
     let cut = picture(&scene(&format!("{VIEW}{}", square(-1.0, -1.0, 2.0, &format!("{red}, {holes}")))));
-    // Those that an edge passes through the middle of may fall to either side.
+    // Pixels whose centre lies on an edge may fall to either side.
     assert_alike(&expected, &cut, 4);
     let full = picture(&scene(&format!("{VIEW}{}", square(-1.0, -1.0, 2.0, red))));
     assert!(full.iter().zip(&cut).filter(|(a, b)| a != b).count() > 1000);
-    // The same of a shape that is no mesh.
+    // The same for a shape that is not a mesh.
     let shape = format!(
         "{VIEW}[[object]]\ntype = \"rectangle\"\nedge_u = [2, 0, 0]\nedge_v = [0, 0, 2]\nmaterial = {{ {red}, {holes} }}\n"
     );
     assert_alike(&expected, &picture(&scene(&shape)), 4);
-    // Nothing at all, by number.
+    // A constant opacity of 0.
     let none = picture(&scene(&format!("{VIEW}{}", square(-1.0, -1.0, 2.0, "opacity = 0.4"))));
     assert_eq!(none, picture(&scene(VIEW)));
     let all =
@@ -135,7 +135,7 @@ fn parts_of_an_obj_have_their_materials() {
     let plain = object("");
     assert_eq!(color(&plain, 0.0, 0.5), color(&plain, 0.5, 0.0));
     let parted = object("materials = { \"my front\" = \"green\" }");
-    // Green is the only named one.
+    // Only green is named.
     assert_eq!(color(&parted, 0.0, 0.5), 0);
     assert_eq!(color(&parted, 0.5, 0.0), color(&plain, 0.5, 0.0));
     let listed = object("materials = [{ color = \"red\" }, \"green\"]");

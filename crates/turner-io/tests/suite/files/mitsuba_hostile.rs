@@ -1,4 +1,4 @@
-//! Damaged Mitsuba scenes: whatever is in one, the importer answers with a scene or an error, soon, and reads nothing outside its folder.
+//! Damaged Mitsuba scenes: the importer returns a scene or an error, quickly, and reads nothing outside its folder.
 
 use std::path::Path;
 use std::sync::Mutex;
@@ -17,7 +17,7 @@ fn sample() -> Vec<u8> {
     std::fs::read(folder().join("every-plugin.xml")).unwrap()
 }
 
-/// The files that the sample names.
+/// The files that the sample refers to.
 fn files() -> Vec<(String, Vec<u8>)> {
     let mut out: Vec<_> = ["picture.png", "around.exr", "tent.obj", "tent.ply", "part.xml"]
         .iter()
@@ -31,7 +31,7 @@ fn files() -> Vec<(String, Vec<u8>)> {
     out
 }
 
-/// Imports, and answers whether that made a scene.
+/// Imports a scene; returns whether that succeeded.
 fn try_import(bytes: Vec<u8>, files: &[(String, Vec<u8>)]) -> bool {
     let shown = String::from_utf8_lossy(&bytes[..bytes.len().min(200)]).into_owned();
     let mut inner = MemoryAssets::default();
@@ -148,7 +148,7 @@ fn damaged_files_that_scenes_name() {
 fn what_would_take_all_memory_or_time_in_scenes() {
     let scene = |inner: &str| format!("<scene version=\"3.0.0\">{inner}</scene>").into_bytes();
     let refused = |inner: &str| assert!(!try_import(scene(inner), &[]), "{}", &inner[..inner.len().min(200)]);
-    // Entities, names that double, files that contain themselves, what is nested too deep.
+    // Entities, exponentially growing names, files that include themselves, too deep nesting.
     assert!(!try_import(b"<!DOCTYPE s [<!ENTITY a \"b\">]><scene version=\"3.0.0\"/>".to_vec(), &[]));
     let mut doubling = String::from("<default name=\"a0\" value=\"xxxxxxxxxxxxxxxx\"/>");
     for i in 0..40 {
@@ -167,7 +167,7 @@ fn what_would_take_all_memory_or_time_in_scenes() {
     refused(
         "<shape type=\"shapegroup\" id=\"g\"><shape type=\"instance\"><ref id=\"g\"/></shape></shape><shape type=\"instance\"><ref id=\"g\"/></shape>",
     );
-    // Blends of blends: two to the power of forty materials.
+    // Blends of blends: 2^40 materials.
     let mut blends = String::from("<bsdf type=\"diffuse\" id=\"b0\"/>");
     for i in 0..40 {
         blends += &format!(

@@ -1,4 +1,4 @@
-//! Mitsuba scenes against pictures of Mitsuba 3.9.1 (variant scalar_rgb) and, of the Cornell box, of Tungsten.
+//! Compares Mitsuba scenes with renderings by Mitsuba 3.9.1 (variant scalar_rgb), and the Cornell box with Tungsten.
 
 use std::path::Path;
 
@@ -6,7 +6,7 @@ use turner::film::PixelRect;
 use turner::testing::{Estimate, render_runs};
 use turner_io::scene::{LoadOptions, Override, load};
 
-/// Means of 4 × 4 parts of a picture, row by row.
+/// Means of 4 × 4 blocks of a picture, row by row.
 type Blocks = [[f64; 3]; 16];
 
 /// Shapes and textures (`shapes.xml`) by Mitsuba, 1024 samples.
@@ -89,8 +89,8 @@ const CORNELL: Blocks = [
     [0.05120, 0.05936, 0.00924],
 ];
 
-/// Renders a file with its own sensor, and compares the means of 4 × 4 parts and of all. `within` is by how much each part may differ beside its noise, `whole`
-/// by how much all of it.
+/// Renders a file with its own sensor and compares the means of 4 × 4 blocks and of the picture. `within` is the
+/// allowed difference of each block beyond its noise, `whole` that of the picture.
 fn compare(name: &str, samples: u32, expected: &Blocks, whole: f64, within: impl Fn(usize) -> f64) {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/assets/mitsuba").join(name);
     let set = |key: &str, value: u32| Override::parse(&format!("{key}={value}")).unwrap();
@@ -131,14 +131,15 @@ fn the_cornell_box_is_tungstens_in_mitsubas_words() {
 
 #[test]
 fn shapes_and_textures_are_mitsubas() {
-    // The normals of the tent in part 6 lie up to 50 degrees from its sheets: Mitsuba lets light through the sheets there. With `face_normals` all is within 0.001.
+    // The normals of the tent in block 6 deviate up to 50 degrees from its faces; Mitsuba leaks light through the
+    // faces there. With `face_normals` everything agrees within 0.001.
     compare("shapes.xml", 64, &SHAPES, 0.003, |part| if part == 6 { 0.04 } else { 0.01 });
 }
 
 #[test]
 fn bsdfs_are_mitsubas() {
-    // Measured sphere by sphere. Its rough plastic (9) differs by 1.4 %, and its blend of diffuse and mirror (13) returns 0.27 of 0.37 in a white furnace, where this one
-    // returns 0.37. Its "principled" (15) is another model: 2 to 3 %.
+    // Measured sphere by sphere. Mitsuba's rough plastic (9) differs by 1.4 %. Its blend of diffuse and mirror
+    // (13) reflects 0.27 of 0.37 in a white furnace, ours 0.37. Its "principled" (15) is another model: 2 to 3 %.
     let within = |part| match part {
         9 => 0.015,
         13 => 0.14,

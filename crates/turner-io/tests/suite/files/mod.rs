@@ -1,4 +1,4 @@
-//! Files of all formats.
+//! Tests of all file formats.
 
 mod environment;
 mod gltf_files;

@@ -1,4 +1,4 @@
-//! Names of the scene format that were replaced are still read: the same scene, with a note for each.
+//! Replaced names of the scene format are still read: the same scene, with a note for each.
 
 use turner::description::SceneDesc;
 use turner::schema::WarningKind;

@@ -1,4 +1,4 @@
-//! Damaged pbrt files: whatever is in one, the importer answers with a scene or an error, soon, and reads nothing outside its folder.
+//! Damaged pbrt files: the importer returns a scene or an error, quickly, and reads nothing outside its folder.
 
 use std::path::Path;
 use std::sync::Mutex;
@@ -9,7 +9,7 @@ use turner_io::import::{ImportOptions, import};
 
 use super::hostile::{Random, Watched, memory};
 
-/// Imports, and answers whether that made a scene.
+/// Imports a scene; returns whether that succeeded.
 fn try_import(bytes: Vec<u8>) -> bool {
     let shown = String::from_utf8_lossy(&bytes[..bytes.len().min(200)]).into_owned();
     let mut inner = MemoryAssets::default();
@@ -94,7 +94,7 @@ fn flipped_and_moved_bytes() {
                 }
                 _ => {
                     let word = words[random.below(words.len())];
-                    // In place of a word, or within one.
+                    // In place of a word, or inside one.
                     let end = bytes[at..].iter().position(|b| b.is_ascii_whitespace()).map_or(at, |n| at + n);
                     bytes.splice(at..end, word.iter().copied());
                 }
@@ -110,10 +110,10 @@ fn flipped_and_moved_bytes() {
 #[test]
 fn what_would_take_all_memory_or_time() {
     let world = |text: String| try_import(format!("WorldBegin\n{text}").into_bytes());
-    // Deep nesting, with and without end.
+    // Deep nesting, closed and unclosed.
     assert!(!world("AttributeBegin ".repeat(1_000_000)));
     assert!(world("AttributeBegin AttributeEnd ".repeat(100_000)));
-    // Subdivisions and swept curves that a few bytes ask for.
+    // Subdivision surfaces and swept curves that a few bytes request.
     let cube = "\"point3 P\" [0 0 0 1 0 0 0 1 0 0 0 1] \"integer indices\" [0 1 2 0 1 3 0 2 3 1 2 3]";
     assert!(!world(format!("Shape \"loopsubdiv\" \"integer levels\" 2000000000 {cube}")));
     assert!(world(format!("Shape \"loopsubdiv\" \"integer levels\" -5 {cube}")));
@@ -121,7 +121,7 @@ fn what_would_take_all_memory_or_time() {
     let parts: String =
         (0..20_000).map(|i| format!("Shape \"sphere\" \"float zmin\" {}\n", f64::from(i) * 1e-5)).collect();
     assert!(!world(parts));
-    // Grids that are larger than their lists, and lists that are not what they say.
+    // Grids larger than their lists, and lists of the wrong length or type.
     assert!(world("MakeNamedMedium \"m\" \"string type\" \"uniformgrid\" \"integer nx\" 2000000000 \"integer ny\" 2000000000 \"float density\" [1]".into()));
     for bad in ["[0 1 -1]", "[0 1 3]", "[0 1]", "[2147483647 0 1]", "[0.5 1 2]", "[1e10 0 1]"] {
         assert!(
@@ -132,7 +132,7 @@ fn what_would_take_all_memory_or_time() {
         );
     }
     assert!(!world("Shape \"trianglemesh\" \"point3 P\" [0 0]".into()));
-    // Strings and words without end.
+    // Unterminated strings and words.
     assert!(!world(format!("Shape \"{}", "a".repeat(10_000_000))));
     assert!(!world("a".repeat(10_000_000)));
     assert!(world(format!("# {}", "a".repeat(10_000_000))));
@@ -145,11 +145,11 @@ fn what_would_take_all_memory_or_time() {
         );
     }
     assert!(world(mixes + "NamedMaterial \"m4999\" Shape \"disk\""));
-    // A file that includes itself, under other names, too.
+    // A file that includes itself, also under other names.
     for name in ["a.pbrt", "./a.pbrt", "b/../a.pbrt", "%61.pbrt"] {
         assert!(!world(format!("Include \"{name}\"")), "{name}");
     }
-    // Numbers of every size where numbers stand.
+    // Numbers of all magnitudes.
     for v in ["0", "-1", "1e-300", "1e300", "-1e300", "1e38", "1e-45"] {
         world(format!(
             "Translate {v} {v} {v} Scale {v} 1 1 Rotate {v} {v} 0 0 LightSource \"point\" \"float scale\" {v} LightSource \"spot\" \"float coneangle\" {v} \

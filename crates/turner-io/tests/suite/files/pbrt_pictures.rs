@@ -1,4 +1,4 @@
-//! pbrt scenes against pictures of other renderers: Tungsten's by the author of the scenes, pbrt's own.
+//! Compares pbrt scenes with renderings by other renderers: Tungsten (by the author of the scenes) and pbrt-v4.
 
 use std::path::Path;
 
@@ -6,7 +6,7 @@ use turner::film::PixelRect;
 use turner::testing::{Estimate, render_runs};
 use turner_io::scene::{LoadOptions, Override, load};
 
-/// Means of 4 × 4 parts of a picture, row by row.
+/// Means of 4 × 4 blocks of a picture, row by row.
 type Blocks = [[f64; 3]; 16];
 
 /// The Cornell box by Tungsten, 1024 × 1024.
@@ -29,7 +29,8 @@ const CORNELL: Blocks = [
     [0.05120, 0.05936, 0.00924],
 ];
 
-/// The Veach scene by pbrt-v4, 64 × 36, 8192 samples, paths of 65. (The picture of Tungsten shows plates of albedo 0.3, which the file does not say.)
+/// The Veach scene by pbrt-v4, 64 × 36, 8192 samples, path depth 65. (Tungsten's picture shows plates of albedo 0.3,
+/// which the file does not specify.)
 const VEACH: Blocks = [
     [0.09539, 0.09467, 0.09447],
     [3.49188, 3.48581, 3.46571],
@@ -49,14 +50,15 @@ const VEACH: Blocks = [
     [0.06513, 0.05646, 0.05418],
 ];
 
-/// How a file is rendered, and how noisy the parts and the whole of the picture may be.
+/// How a file is rendered, and the expected noise of the blocks and the picture.
 struct Shot {
     size: [u32; 2],
     samples: u32,
     noise: [f64; 2],
 }
 
-/// Renders a file with its own camera, and compares the means of 4 × 4 parts and of all. `within` is by how much each part may differ beside its noise.
+/// Renders a file with its own camera and compares the means of 4 × 4 blocks and of the picture. `within` is the
+/// allowed difference of each block beyond its noise.
 fn compare(name: &str, shot: &Shot, expected: &Blocks, within: impl Fn(usize) -> f64) {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/assets/pbrt").join(name);
     let set = |key: &str, value: u32| Override::parse(&format!("{key}={value}")).unwrap();
@@ -64,7 +66,7 @@ fn compare(name: &str, shot: &Shot, expected: &Blocks, within: impl Fn(usize) ->
         set("film.width", shot.size[0]),
         set("film.height", shot.size[1]),
         set("film.samples", shot.samples),
-        // The files say less, to be fast.
+        // Fewer samples than the files specify, for speed.
         set("integrator.max_depth", 65),
     ];
     let options = LoadOptions { overrides, ..LoadOptions::default() };
@@ -107,7 +109,7 @@ fn the_cornell_box_is_tungstens() {
 
 #[test]
 fn the_veach_scene_is_pbrts() {
-    // Light that the plates throw on walls and floor comes by few bright paths.
+    // The light that the plates reflect to walls and floor arrives by few bright paths.
     let shot = Shot { size: [64, 36], samples: 48, noise: [0.1, 0.02] };
     compare("veach-mis/scene-v4.pbrt", &shot, &VEACH, |_| 0.03);
 }

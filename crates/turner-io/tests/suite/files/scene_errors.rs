@@ -1,4 +1,4 @@
-//! The texts of errors: code, place, what was found, remedy; and what loads.
+//! Error messages (code, position, problem, remedy), and scenes that load.
 
 use std::path::Path;
 
@@ -42,7 +42,7 @@ fn bad_scenes_say_where_and_what_to_do() {
     let table: &[Bad<'_>] = &[
         ("hello, world\n", &[], &[], "E0101", "scene.toml", 1, 6, "", "key = value"),
         ("[film\nwidth = 3\n", &[], &[], "E0101", "scene.toml", 1, 6, "]", "key = value"),
-        ("a = 1\na = 2\n", &[], &[], "E0101", "scene.toml", 2, 1, "duplicate key", "stand once"),
+        ("a = 1\na = 2\n", &[], &[], "E0101", "scene.toml", 2, 1, "duplicate key", "appear once"),
         ("[[object]]\ntype = \"sphere\"\nradus = 2\n", &[], &[], "E0102", "scene.toml", 3, 1, "unknown key `radus`", "radius"),
         ("[[objekt]]\n", &[], &[], "E0102", "scene.toml", 1, 3, "objekt", "object"),
         ("[[object]]\n  type = \"spere\"\n", &[], &[], "E0103", "scene.toml", 2, 10, "spere", "did you mean \"sphere\""),
@@ -58,10 +58,10 @@ fn bad_scenes_say_where_and_what_to_do() {
         ("include = \"parts/p.toml\"", parts, &[], "E0103", "parts/p.toml", 2, 8, "spere", "sphere"),
         ("include = \"parts/bad.toml\"", parts, &[], "E0101", "parts/bad.toml", 1, 5, "", "quotes"),
         ("include = [\n\"parts/q.toml\"]", parts, &[], "E0201", "scene.toml", 2, 1, "no such file", "check the name"),
-        ("include = \"../x.toml\"", &[], &[], "E0201", "scene.toml", 1, 11, "..", "read its folder"),
-        ("include = \"%2e%2e/x.toml\"", &[], &[], "E0201", "scene.toml", 1, 11, "..", "read its folder"),
-        ("include = \"/etc/passwd\"", &[], &[], "E0201", "scene.toml", 1, 11, "absolute", "read its folder"),
-        ("include = \"https://a.b/c.toml\"", &[], &[], "E0201", "scene.toml", 1, 11, "nothing is fetched", ""),
+        ("include = \"../x.toml\"", &[], &[], "E0201", "scene.toml", 1, 11, "..", "read that folder"),
+        ("include = \"%2e%2e/x.toml\"", &[], &[], "E0201", "scene.toml", 1, 11, "..", "read that folder"),
+        ("include = \"/etc/passwd\"", &[], &[], "E0201", "scene.toml", 1, 11, "absolute", "read that folder"),
+        ("include = \"https://a.b/c.toml\"", &[], &[], "E0201", "scene.toml", 1, 11, "does not use the network", ""),
         ("", &[], &["film.width=0"], "E0105", "-D film.width=0", 1, 12, "width", ""),
         ("", &[], &["film.widht=3"], "E0102", "-D film.widht=3", 1, 6, "widht", "width"),
         ("[[object]]\ntype=\"sphere\"", &[], &["object.1.radius=3"], "E0105", "-D object.1.radius=3", 1, 8, "1 entries", "0 to 0"),
@@ -142,7 +142,7 @@ fn files_on_disk() {
     assert!(fail(".").code() == "E0201");
 }
 
-/// What the shapes and textures that name files will do.
+/// Loads the files that shapes and textures refer to.
 struct Probe<'a>(Vec<(&'a str, bool)>);
 
 impl Probe<'_> {
@@ -173,7 +173,7 @@ fn named_files_are_read_once_and_their_errors_name_them() {
     let shown = Probe(uris).run(&files);
     assert!(
         shown[0].starts_with(
-            "E0203 a.obj: damaged Wavefront OBJ: line 4: face 1 names vertex 4, but there are 3"
+            "E0203 a.obj: damaged Wavefront OBJ: line 4: face 1 refers to vertex 4, but there are 3"
         ),
         "{shown:?}"
     );

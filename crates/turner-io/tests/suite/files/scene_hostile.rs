@@ -1,4 +1,4 @@
-//! Damaged scenes and meshes: an error or a scene, never a panic, and soon.
+//! Damaged scenes and meshes: an error or a scene, quickly, and no panic.
 
 use std::time::{Duration, Instant};
 

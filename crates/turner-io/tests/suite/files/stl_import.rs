@@ -5,7 +5,7 @@ use turner_io::import::ImportOptions;
 
 use super::mesh_import::{constant, import_with, material, mesh, said};
 
-/// A binary STL of the given header, facets (normal, corners) and spare bytes.
+/// A binary STL with the given header, facets (normal, corners) and attribute bytes.
 fn stl(header: &[u8], flat_triangles: &[([f32; 12], u16)]) -> Vec<u8> {
     let mut out = header.to_vec();
     out.resize(80, b' ');
@@ -25,7 +25,7 @@ fn stl_of_both_kinds() {
     let scene = import(stl(b"solid but binary", &[(up, 0), (down, 0)])).unwrap();
     assert_eq!((mesh(&scene).positions.len(), &mesh(&scene).triangles[..]), (4, &[[0, 1, 2], [1, 3, 2]][..]));
     assert_eq!(said(&scene, WarningKind::Doubtful, "opposes the order"), 1);
-    // VisCAM: red 31, then one without colour; Magics: the same bits, mirrored, in a blue whole.
+    // VisCAM: red 31, then a facet without colour. Magics: the same bits in reverse order, in a blue object.
     let scene = import(stl(b"", &[(up, 0x8000 | 31 << 10), (up, 0)])).unwrap();
     assert_eq!(mesh(&scene).face_materials, [0, 1]);
     assert_eq!(constant(material(&scene, "#ff0000").base_color), [1.0, 0.0, 0.0]);
@@ -42,7 +42,7 @@ fn stl_of_both_kinds() {
     let scene = import(text.replace('\n', "\r\n").into_bytes()).unwrap();
     assert_eq!((mesh(&scene).positions.len(), mesh(&scene).triangles.len()), (4, 3));
     assert_eq!((&mesh(&scene).face_materials[..], scene.materials.len()), (&[0, 1, 1][..], 2));
-    assert_eq!(said(&scene, WarningKind::Doubtful, "against the order"), 1);
+    assert_eq!(said(&scene, WarningKind::Doubtful, "opposes the order"), 1);
     let options = ImportOptions { nodes: vec!["two".into()], ..Default::default() };
     let picked = import_with(&[("a.stl", text.as_bytes().to_vec())], &options).unwrap();
     assert_eq!(mesh(&picked).triangles.len(), 2);

@@ -1,4 +1,4 @@
-//! Scenes of other renderers and models, loaded: what they say themselves, and what options set in them.
+//! Scenes of other renderers and models: their own settings, and the options that override them.
 
 use std::path::PathBuf;
 
@@ -23,7 +23,7 @@ const PBRT: &str = "LookAt 0 0 -5 0 0 0 0 1 0 Camera \"perspective\" \"float fov
     MakeNamedMaterial \"paint\" \"string type\" \"diffuse\" \"rgb reflectance\" [ 0.2 0.4 0.6 ]\n\
     LightSource \"point\" NamedMaterial \"paint\" Shape \"sphere\" Translate 2 0 0 Shape \"sphere\"\n";
 
-/// A file with a text in a folder of its own.
+/// A file with a text, in a folder of its own.
 fn file(name: &str, text: &str) -> (tempfile::TempDir, PathBuf) {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join(name);
@@ -89,7 +89,7 @@ fn options_change_what_they_name_and_nothing_else() {
     (a.integrator, a.studio) = (b.integrator.clone(), b.studio.clone());
     a.same_scene(&b).unwrap();
 
-    // The camera keeps what is not named.
+    // Keys of the camera that are not overridden stay.
     let moved = scene(&["camera.position=[1, 2, 3]"]);
     let [Some(CameraDesc::Pinhole(was)), Some(CameraDesc::Pinhole(is))] =
         [own.camera.clone(), moved.camera].map(|c| c.map(|c| c.value))
@@ -101,7 +101,7 @@ fn options_change_what_they_name_and_nothing_else() {
         (DVec3::new(1.0, 2.0, 3.0), was.look_at, was.viewport)
     );
 
-    // Things by name and by number.
+    // Objects by name and by index.
     let name = own.materials.iter().position(|m| m.name.as_deref() == Some("paint")).unwrap();
     let painted = scene(&["material.paint={ type = \"matte\", color = \"red\" }", "object.1.name=right"]);
     assert_ne!(painted.materials[name].value, own.materials[name].value);
@@ -183,7 +183,7 @@ fn an_edit_that_fails_changes_nothing() {
         scene.edit(&[&good[..], &[bad]].concat(), &mut SceneFiles::new(&assets, &sources)).unwrap_err();
     assert_eq!((error.code, error.span), (ErrorCode::OutOfRange, None));
     assert_eq!(scene, before);
-    // The film is read first; the light is read after all that.
+    // The film is read before the light, whose error ends the edit.
     let bad = KeyEdit::new("light", table(&[]));
     assert!(scene.edit(&[&good[..], &[bad]].concat(), &mut SceneFiles::new(&assets, &sources)).is_err());
     assert_eq!(scene, before);

@@ -1,4 +1,5 @@
-//! Numbers that mean nothing are errors at their place in the text. What else they may do stands beside the path tracer, in `tests/bad_input.rs`.
+//! Meaningless numbers are errors at their position in the text. `tests/bad_input.rs` of the renderer covers their
+//! effect on path tracing.
 
 use turner_io::assets::MemoryAssets;
 use turner_io::scene::{LoadOptions, load_text};
@@ -10,7 +11,7 @@ fn sphere(material: &str) -> String {
     format!("{SMALL}object = [{{ type = \"sphere\", material = {{ {material} }} }}]\n")
 }
 
-/// What reading refuses it with.
+/// The error when reading a scene.
 fn refused(text: &str) -> String {
     let read = load_text(text.to_owned(), "s.toml", &MemoryAssets::default(), &LoadOptions::default());
     let Err(error) = read else { panic!("{text}") };
@@ -56,8 +57,8 @@ fn lights_without_area() {
         ("type = \"disk\", radius = 0", "greater than 0"),
         ("type = \"sphere\", transform = { scale = [1, 0, 1] }", "scale"),
     ] {
-        let lamp = "material = { type = \"emissive\" }";
-        let error = refused(&format!("{SMALL}object = [{{ {shape}, {lamp} }}]"));
+        let emissive = "material = { type = \"emissive\" }";
+        let error = refused(&format!("{SMALL}object = [{{ {shape}, {emissive} }}]"));
         assert!(error.contains(words), "{shape}: {error}");
     }
 }

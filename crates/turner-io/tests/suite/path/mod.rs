@@ -1,5 +1,5 @@
-//! What text and files bring to path tracing, and what is refused of them.
+//! Input of the path tracer from text and files, and what is rejected.
 
 mod bad_input;
-mod lamp_files;
+mod ies_files;
 mod volumes;

@@ -4,7 +4,7 @@ use turner::schema::{ErrorCode, PrepareOptions};
 
 use crate::classic::common::render_with;
 
-/// A wall that shines with 1 at z = −10.
+/// A wall at z = −10 that emits 1.
 const WALL: &str = "{ type = \"rectangle\", center = [0, 0, -10], edge_u = [9, 0, 0], edge_v = [0, 9, 0], material = { type = \"emissive\" } }";
 
 #[test]
@@ -43,7 +43,7 @@ fn nonsense_is_an_error_at_its_place() {
     assert_eq!(load("{ extinction = 1e29, emission = 1e14 }"), None);
 }
 
-/// A grid of one density all over is a homogeneous medium, and one with an error says so at its name.
+/// A grid of constant density is a homogeneous medium; a damaged grid is an error at its name.
 #[test]
 fn grids_come_from_files() {
     let mut assets = turner_io::assets::MemoryAssets::default();

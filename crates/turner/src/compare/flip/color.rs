@@ -1,10 +1,10 @@
-//! Colours as FLIP takes them, sections 4.1.1 and 4.1.2 of the paper.
+//! The colour spaces of FLIP, sections 4.1.1 and 4.1.2 of the paper of 2020.
 
 use crate::math::elementary::{cbrt, pow};
 
 type Matrix = [[f64; 3]; 3];
 
-/// Linear sRGB to CIE XYZ, of the primaries and the white of IEC 61966-2-1: exact as fractions.
+/// Linear sRGB to CIE XYZ from the primaries and white of IEC 61966-2-1, as exact fractions.
 const TO_XYZ: Matrix = [
     [10_135_552.0 / 24_577_794.0, 8_788_810.0 / 24_577_794.0, 4_435_075.0 / 24_577_794.0],
     [2_613_072.0 / 12_288_897.0, 8_788_810.0 / 12_288_897.0, 887_015.0 / 12_288_897.0],
@@ -31,7 +31,7 @@ fn relative_xyz(rgb: [f64; 3]) -> [f64; 3] {
     [xyz[0] / white[0], xyz[1] / white[1], xyz[2] / white[2]]
 }
 
-/// The opponent colours YyCxCz of linear RGB: lightness without its root, red against green, blue against yellow.
+/// The opponent colours YyCxCz of linear RGB: lightness without the cube root, red-green, blue-yellow.
 pub(super) fn opponent(rgb: [f64; 3]) -> [f64; 3] {
     let [x, y, z] = relative_xyz(rgb);
     [116.0 * y - 16.0, 500.0 * (x - y), 200.0 * (y - z)]
@@ -63,7 +63,7 @@ pub(super) struct Lab {
 }
 
 impl Lab {
-    /// Of linear RGB, with the Hunt effect: colours of dark pixels count less, a and b times L / 100.
+    /// From linear RGB, with the Hunt effect: colours of dark pixels count less, a and b are multiplied by L / 100.
     pub(super) fn hunt(rgb: [f64; 3]) -> Lab {
         const DELTA: f64 = 6.0 / 29.0;
         let root = |t: f64| {
@@ -74,16 +74,17 @@ impl Lab {
         Lab { l, a: 0.01 * l * 500.0 * (x - y), b: 0.01 * l * 200.0 * (y - z) }
     }
 
-    /// The HyAB distance (Abasi, Amani Tehran and Fairchild 2020): by lightness, and as the crow flies by a and b.
+    /// The HyAB distance (Abasi, Amani Tehran and Fairchild 2020): |ΔL| plus the Euclidean distance in a and b.
     pub(super) fn hyab(self, o: Lab) -> f64 {
         let (a, b) = (self.a - o.a, self.b - o.b);
         (self.l - o.l).abs() + (a * a + b * b).sqrt()
     }
 }
 
-/// Distances brought to 0..=1: eq. 8 to 10. They are compressed by a power, and what is below 0.4 of the largest takes 95 % of the range.
+/// Maps distances to 0..=1 (eq. 8 to 10): they are compressed by a power, and those below 0.4 of the largest
+/// get 95 % of the range.
 pub(super) struct Scale {
-    /// The largest compressed distance: of green and blue.
+    /// The largest compressed distance: that between green and blue.
     pub(super) largest: f64,
 }
 

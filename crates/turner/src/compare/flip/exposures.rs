@@ -1,18 +1,19 @@
-//! At which exposures linear light is shown: section 3 of the paper of 2021.
+//! The exposures of HDR-FLIP: section 3 of the paper of 2021.
 
 use super::super::Pair;
 use crate::math::elementary::ln;
 
-/// The tone mapping: the curve (k₀x² + k₁x + k₂) / (k₃x² + k₄x + k₅) that K. Narkowicz fitted to ACES, with light scaled by 0.6.
+/// The tone mapping (k₀x² + k₁x + k₂) / (k₃x² + k₄x + k₅), which K. Narkowicz fitted to ACES, with light scaled
+/// by 0.6.
 const K: [f64; 6] = [0.6 * 0.6 * 2.51, 0.6 * 0.03, 0.0, 0.6 * 0.6 * 2.43, 0.6 * 0.59, 0.14];
 
-/// What the tone mapping should make of the median at the last exposure and of the largest luminance at the first.
+/// The tone-mapped value of the largest luminance at the first exposure and of the median at the last.
 const TARGET: f64 = 0.85;
 
-/// Luminances below this count as this: that of 2⁻²³ keeps the number of exposures finite.
+/// Smallest luminance, 2⁻²³: it bounds the number of exposures.
 const DARKEST: f64 = f32::EPSILON as f64;
 
-/// Display light of scene light, before it is clamped to 0..=1.
+/// Tone-mapped light, before it is clamped to 0..=1.
 pub(super) fn tone_mapped(x: f64) -> f64 {
     if x > 1e150 {
         return K[0] / K[3];
@@ -20,14 +21,15 @@ pub(super) fn tone_mapped(x: f64) -> f64 {
     ((K[0] * x + K[1]) * x + K[2]) / ((K[3] * x + K[4]) * x + K[5])
 }
 
-/// The light that becomes [`TARGET`]: the larger root of a quadratic.
+/// The light that is mapped to [`TARGET`]: the larger root of a quadratic.
 fn light_of_target() -> f64 {
     let (a, b, c) = (K[0] - TARGET * K[3], K[1] - TARGET * K[4], K[2] - TARGET * K[5]);
     (-b + (b * b - 4.0 * a * c).sqrt()) / (2.0 * a)
 }
 
-/// Exposures in stops, evenly spaced: from the one that brings the reference's brightest pixel to 0.85 to the one that brings its median there,
-/// at most a stop apart, two at least. One only, 0, for a reference that is black all over.
+/// Exposures in stops, evenly spaced: from the one that maps the reference's brightest pixel to 0.85 to the one
+/// that maps its median to 0.85; at most one stop apart, and at least two. A black reference has the single
+/// exposure 0.
 pub fn exposures(pair: &Pair) -> Vec<f64> {
     let background = pair.backgrounds()[0];
     let luminance = |i: usize| {
@@ -71,7 +73,7 @@ mod tests {
         assert!((stops[0] - (last - 5.0)).abs() < 1e-9 && (stops[4] - last).abs() < 1e-9, "{stops:?}");
         assert_eq!(exposures(&pair(2, 2, true, |_, _| [0.0; 3], light)), [0.0]);
         assert_eq!(exposures(&pair(2, 2, true, |_, _| [3.0; 3], light)).len(), 1);
-        // Black for the most part: down to 2⁻²³ and no further.
+        // Mostly black: down to 2⁻²³ and no further.
         let spark = |x: u32, _: u32| [if x == 0 { 1.0 } else { 0.0 }; 3];
         assert_eq!(exposures(&pair(9, 3, true, spark, spark)).len(), 23);
     }

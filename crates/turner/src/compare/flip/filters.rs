@@ -1,4 +1,4 @@
-//! What of a picture reaches the observer: contrast sensitivity (section 4.1.1), and the edges and points in it (section 4.2).
+//! The filters of FLIP: contrast sensitivity (section 4.1.1), edges and points (section 4.2).
 
 use std::f64::consts::PI;
 use std::ops::Range;
@@ -7,21 +7,21 @@ use super::super::kernel::{Border, Kernel, Plane};
 use super::color::{FromOpponent, opponent};
 use crate::math::elementary::exp;
 
-/// Table 1: amplitude a and width b of the Gaussians a·√(π/b)·exp(−π²x²/b), x in degrees, that make the contrast sensitivity
-/// of each opponent colour.
+/// Table 1: amplitude a and width b of the Gaussians a·√(π/b)·exp(−π²x²/b), x in degrees, that approximate the
+/// contrast sensitivity for each opponent colour.
 const ACHROMATIC: (f64, f64) = (1.0, 0.0047);
 const RED_GREEN: (f64, f64) = (1.0, 0.0053);
 const BLUE_YELLOW: [(f64, f64); 2] = [(34.1, 0.04), (13.5, 0.025)];
-/// The widest of them says how far all reach.
+/// The widest Gaussian sets the radius of all kernels.
 const WIDEST: f64 = 0.04;
-/// Width of the features that are looked for, in degrees.
+/// Width of the detected features, degrees.
 const FEATURE: f64 = 0.082;
 
-/// The filters at one distance from the display.
+/// The filters for one viewing distance.
 pub(super) struct Filters {
     achromatic: Kernel,
     red_green: Kernel,
-    /// With what they count for: they sum to 1 together.
+    /// Two Gaussians with their weights, which sum to 1.
     blue_yellow: [(f64, Kernel); 2],
     smooth: Kernel,
     edge: Kernel,
@@ -41,7 +41,7 @@ impl Filters {
                 exp(-PI * PI * x * x / b)
             })
         };
-        // In two dimensions a kernel's sum is squared.
+        // In two dimensions the sum of a kernel is squared.
         let sums = BLUE_YELLOW.map(|(a, b)| {
             let sum: f64 = gaussian(b).0.iter().sum();
             a * (PI / b).sqrt() * sum * sum
@@ -63,7 +63,7 @@ impl Filters {
         }
     }
 
-    /// What reaches the observer of rows of a picture whose linear RGB is `at(x, y)`.
+    /// The filtered rows of an image whose linear RGB is `at(x, y)`.
     pub(super) fn response(
         &self,
         size @ (width, _): (usize, usize),
@@ -71,7 +71,7 @@ impl Filters {
         at: impl Fn(usize, usize) -> [f64; 3],
     ) -> Response {
         const EDGE: Border = Border::Clamp;
-        // One plane with places in it, so that each pixel's colour is found once.
+        // A plane of pixel indices, so that each pixel's colour is computed once.
         let places = Plane::new(size, rows, self.halo, EDGE, |x, y| (y * width + x) as f64);
         let mut band: [Plane; 3] = [0, 1, 2].map(|_| places.map(|_| 0.0));
         for (i, place) in places.values.iter().enumerate() {
@@ -104,9 +104,9 @@ impl Filters {
     }
 }
 
-/// What reaches the observer, pixel by pixel.
+/// A filtered image, pixel by pixel.
 pub(super) struct Response {
-    /// Linear RGB after the contrast sensitivity.
+    /// Linear RGB after the contrast sensitivity filter.
     colors: Vec<[f64; 3]>,
     edges: Vec<f64>,
     points: Vec<f64>,
@@ -117,7 +117,7 @@ impl Response {
         self.colors[i]
     }
 
-    /// Eq. 14: the larger change of edges and points, 0 to 1.
+    /// Eq. 14: the larger difference of edges and points, 0 to 1.
     pub(super) fn feature_difference(&self, o: &Response, i: usize) -> f64 {
         let edge = (self.edges[i] - o.edges[i]).abs();
         let point = (self.points[i] - o.points[i]).abs();
@@ -146,7 +146,7 @@ mod tests {
     fn a_step_is_an_edge() {
         let filters = Filters::new(super::super::PIXELS_PER_DEGREE);
         let found = filters.response((40, 5), 0..5, |x, _| [if x < 20 { 0.0 } else { 1.0 }; 3]);
-        // Beside the step all weights of one sign see white: they sum to 1 or −1. That of the middle is 0.
+        // Next to the step all weights of one sign see white; they sum to 1 or −1. The central weight is 0.
         let most = found.edges.iter().copied().fold(0.0, f64::max);
         assert!((most - 1.0).abs() < 1e-9, "{most}");
         assert!(found.edges[0] < 1e-12 && found.edges[39] < 1e-12);

@@ -1,17 +1,28 @@
-//! FLIP: how different two pictures look to someone who alternates them on a display.
+//! FLIP: how visible the differences between two images are to an observer who alternates them on a display.
 //!
-//! Of display values it is LDR-FLIP: Andersson, Nilsson, Akenine-Möller, Oskarsson, Åström and Fairchild, "FLIP: A Difference Evaluator for
-//! Alternating Images", Proceedings of the ACM on Computer Graphics and Interactive Techniques 3 (2), 2020. Of linear light it is
-//! HDR-FLIP: Andersson, Nilsson, Shirley and Akenine-Möller, "Visualizing Errors in Rendered High Dynamic Range Images", Eurographics Short Papers
-//! 2021: the largest of each pixel over all exposures at which the reference is shown ([`exposures`]).
+//! For display values this is LDR-FLIP: Andersson, Nilsson, Akenine-Möller, Oskarsson, Åström and Fairchild,
+//! "FLIP: A Difference Evaluator for Alternating Images", Proceedings of the ACM on Computer Graphics and
+//! Interactive Techniques 3 (2), 2020. For linear light it is HDR-FLIP: Andersson, Nilsson, Shirley and
+//! Akenine-Möller, "Visualizing Errors in Rendered High Dynamic Range Images", Eurographics Short Papers 2021.
 //!
 //! ```text
-//! linear RGB ─ opponent colours ─ contrast sensitivity ─ L*a*b*, Hunt effect ─ HyAB ─ redistributed ──┐ c
-//!        └──── achromatic ── edges and points (derivatives of Gaussians) ── largest change ── √ ──────┴─ c^(1 − f)
+//! linear RGB ─ opponent colours ─ contrast sensitivity ─ L*a*b*, Hunt effect ─ HyAB ─ redistributed ── c ─┬─
+//! c^(1 − f)
+//!        └──── achromatic ── edges and points (derivatives of Gaussians) ── largest difference ── √ ── f ─┘
 //! ```
 //!
-//! The observer is the papers': 0.7 m from a display 0.7 m and 3840 pixels wide, 67 pixels to a degree. Beyond its edges a picture
-//! continues as its edge. Transparent pictures are seen on black and on white; of each pixel the larger value counts.
+//! * Colours: a filter with the contrast sensitivity of human vision removes detail that is too fine to see at
+//!   the viewing distance. The colours that remain are compared by the perceptual distance HyAB, and the
+//!   distance is mapped to c in 0..=1.
+//! * Features: edges and points attract attention. They are detected by first and second derivatives of
+//!   Gaussians, and f is the larger of their differences.
+//! * Each pixel has the value c^(1 − f), so that a difference counts more where features differ. The image has
+//!   the mean.
+//! * Linear light is tone-mapped at several exposures ([`exposures`]); each pixel takes its largest value.
+//!
+//! The observer is that of the papers: 0.7 m from a display that is 0.7 m and 3840 pixels wide, which is 67
+//! pixels per degree. Beyond its edges an image continues with the edge's pixels. Transparent images are
+//! compared on black and on white; each pixel takes the larger value.
 
 mod color;
 mod exposures;
@@ -27,15 +38,15 @@ pub use exposures::exposures;
 /// Pixels per degree: 0.7 m · 3840 / 0.7 m · π / 180.
 const PIXELS_PER_DEGREE: f64 = 3840.0 * std::f64::consts::PI / 180.0;
 
-/// How the pictures are looked at.
+/// How the images are displayed.
 #[derive(Clone, Copy)]
 struct ViewingCondition {
     background: f32,
-    /// 2^exposure before the tone mapping of light; `None` for display values.
+    /// 2^exposure, the factor before tone mapping; `None` for display values.
     factor: Option<f64>,
 }
 
-/// The mean FLIP of a pair, 0 to 1, with the map of it.
+/// The mean FLIP of a pair, 0 to 1, and its map.
 pub fn flip(pair: &Pair, threads: usize) -> Measured {
     let factors: Vec<Option<f64>> = if pair.is_linear {
         exposures(pair).into_iter().map(|stops| Some(crate::math::elementary::pow(2.0, stops))).collect()
@@ -58,7 +69,7 @@ pub fn flip(pair: &Pair, threads: usize) -> Measured {
     Measured::new(pair, mean_of(&map), map)
 }
 
-/// Raises the values of a strip to those of one look.
+/// Raises the values of a strip to those of one viewing condition.
 fn strip(
     pair: &Pair,
     condition: ViewingCondition,
@@ -82,7 +93,7 @@ fn strip(
     }
 }
 
-/// Linear light of the display, 0..=1.
+/// Linear light that the display emits, 0..=1.
 fn displayed(pair: &Pair, picture: usize, index: usize, condition: ViewingCondition) -> [f64; 3] {
     match condition.factor {
         None => pair.shown(picture, index, condition.background).map(|v| f64::from(srgb_decode(v))),
@@ -102,7 +113,7 @@ mod tests {
         let batch = |x: u32, y: u32| [0.1 * (x % 7) as f32, 0.2 * (y % 5) as f32, 0.5];
         let same = flip(&pair(20, 12, false, batch, batch), 2);
         assert_eq!((same.value, same.worst.value), (0.0, 0.0));
-        // The largest distance is that of green and blue.
+        // Green and blue have the largest distance.
         let most = flip(&pair(8, 8, false, |_, _| [0.0, 1.0, 0.0], |_, _| [0.0, 0.0, 1.0]), 1);
         assert!((most.value - 1.0).abs() < 1e-4, "{}", most.value);
         // Black and white: L* of 0 and 100, no features. 100^0.7 = 25.12; the rest is the redistribution.

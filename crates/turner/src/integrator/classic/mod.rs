@@ -96,7 +96,7 @@ params! {
         /// Whether a ray that hits nothing and points towards a directional light returns the colour of that
         /// light.
         light_seen: bool = false;
-        /// Fraction of a light that reaches points in shadow: the shadow factor of the paper.
+        /// Fraction of a light that reaches points in shadow: the shadow factor of document 002.
         shadow_factor: f64 = 0.0, in Range::UNIT;
         /// Secondary rays ignore hits with t below this value. As in the documents, t counts in lengths of the
         /// ray's direction vector: for reflected and refracted rays the camera's vector from the viewpoint to the

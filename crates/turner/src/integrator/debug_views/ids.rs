@@ -9,8 +9,8 @@ params! {
     /// Shows the object, the material and the part at the first hit. EXR files hold zero-based IDs: the object in
     /// red (in the order of the description, instances in order), the material in green and the part in blue (a
     /// triangle, a side of a box). They are exact up to 2^24; alpha is 0 where nothing is hit. PNG files show one
-    /// colour per object. IDs cannot be
-    /// averaged: each pixel has one sample through its centre, whatever `antialias` and `samples` of the film say.
+    /// colour per object. IDs cannot be averaged: each pixel has one sample through its centre, and `antialias` and
+    /// `samples` of the film are ignored.
     pub struct IdsDesc as "ids" {
     }
     example r#"[integrator]

@@ -1,8 +1,8 @@
 //! Wavefront path tracing: the paths of many samples advance together, one bounce per round.
 //!
-//! One path after the other would trace one ray at a time, shade one vertex at a time and wait for every table in
-//! memory. Here each round works on a queue of rays, one for every path that is still alive, in passes that do one
-//! thing for all of them:
+//! A tracer that follows one path after the other traces one ray at a time, shades one vertex at a time and waits for
+//! every table lookup. Here each round works on a queue of rays, one for every path that is still alive, in passes that
+//! perform one step for all of them:
 //!
 //! ```text
 //!  RayQueue --> intersect_batch --> media        (sample_media: distance sampling; may scatter before the hit)
@@ -16,10 +16,10 @@
 //!                               ShadowRays --> transmittance_batch --> Radiance of each sample
 //! ```
 //!
-//! Passes pay where eight rays fit a SIMD register and where reads of large tables overlap. A path's random numbers
-//! depend only on its sample and vertex, and all sums are taken per sample in a fixed order, so a result has the same
-//! bits in any batch. The queues follow Laine, Karras and Aila 2013, "Megakernels considered harmful: wavefront path
-//! tracing on GPUs".
+//! Passes are faster because eight rays fill a SIMD register and because reads of large tables overlap. The random
+//! numbers of a path depend only on its sample and vertex, and contributions are summed per sample in a fixed order, so
+//! a result has the same bits in any batch. The queues follow Laine, Karras and Aila 2013, "Megakernels considered
+//! harmful: wavefront path tracing on GPUs".
 
 use std::sync::Arc;
 
@@ -55,18 +55,18 @@ pub(super) struct Path {
     time: f32,
     /// Throughput: the fraction of the radiance that arrives along the next ray that reaches the pixel.
     pub(super) beta: Spectrum,
-    /// Factor from `beta` to the throughput for Russian roulette: 1, or for a donor path, whose `beta` restarts at its
-    /// second vertex, the throughput up to there in its own pixel.
+    /// Factor of `beta` for Russian roulette: 1, except for a donor path. Its `beta` restarts at 1 at its second
+    /// vertex, and this is the throughput up to that vertex, in its own pixel.
     pub(super) importance: f32,
     /// Whether the path is a donor: its radiance from the second vertex on is shared with other samples.
     pub(super) donates: bool,
-    /// Number of surfaces hit so far. Each has its own sets of random numbers.
+    /// Number of vertices so far. Each has its own sets of random numbers.
     pub(super) vertex: u32,
     pub(super) bounces: Bounces,
     pub(super) transparent: u32,
     /// Whether the ray is still the camera ray, unscattered.
     pub(super) from_camera: bool,
-    /// Whether light sampling could not have found what the ray hits: camera rays and rays of delta lobes.
+    /// Whether light sampling cannot find an emitter that this ray hits: for camera rays and rays of delta lobes.
     pub(super) specular_bounce: bool,
     /// Whether any vertex so far scattered by a non-delta lobe.
     pub(super) any_nonspecular: bool,
@@ -75,12 +75,13 @@ pub(super) struct Path {
     pub(super) origin: Receiver,
     /// Number of light candidates beyond the first at the current vertex.
     pub(super) extra_candidates: u32,
-    /// Square of the index of refraction of the current medium: radiance is scaled by it there.
+    /// Product of eta² over the refractions so far, relative to the camera. `beta` is divided by it, because radiance
+    /// is transported; Russian roulette must not depend on that (pbrt's `etaScale`).
     pub(super) eta2: f32,
     /// The colour band (0 red, 1 green, 2 blue) that is left after dispersion.
     pub(super) band: Option<u8>,
     pub(super) media: Media,
-    /// Ray cone: at the origin of the ray while it travels, at its end once it has hit.
+    /// Ray cone at the origin of the ray; after the intersection, at the hit.
     pub(super) cone: RayCone,
 }
 
@@ -161,7 +162,7 @@ impl RayQueue {
     }
 }
 
-/// The shadow rays of one round, with the light that each carries to its sample if unoccluded.
+/// The shadow rays of one round, with the radiance that each contributes to its sample if unoccluded.
 #[derive(Default)]
 pub(super) struct ShadowRays {
     rays: RayBatch,
@@ -228,7 +229,7 @@ pub(super) struct PathBatch<'a, R = Off> {
     pub(super) photons: Option<Arc<PhotonMap>>,
     /// Luminance contributed by photons, summed over all samples.
     pub(super) by_photons: f64,
-    /// Approximate variance of that sum: the sum over vertices of the squared contribution over the number of photons.
+    /// Approximate variance of that sum: the sum over vertices of contribution² / number of photons.
     pub(super) photon_variance: f64,
     /// Records the path of a single sample, or nothing.
     pub(super) record: R,
@@ -362,7 +363,7 @@ impl<R: Record> PathBatch<'_, R> {
         }
     }
 
-    /// Computes the surfaces that were hit, each with the index of its request for light, and samples those lights.
+    /// Computes the surfaces at the hits and samples lights for them. Each surface gets the index of its light sample.
     fn prepare(
         &mut self,
         queue: &RayQueue,
@@ -388,7 +389,7 @@ impl<R: Record> PathBatch<'_, R> {
             if self.may_connect(path, &ray, hit, &surface) {
                 let at = self.scene.receiver(&surface, ray.direction);
                 extra_candidates = self.extra_light_candidates(path, &at);
-                number = self.request_light(path, at.with_more(extra_candidates), lights);
+                number = self.request_light(path, at.with_candidates(extra_candidates), lights);
             }
             self.paths[sample as usize].extra_candidates = extra_candidates;
             surfaces.push((surface, number));
@@ -397,7 +398,7 @@ impl<R: Record> PathBatch<'_, R> {
         self.scene.emitters.sample_batch(self.scene, lights);
     }
 
-    /// Traces the shadow rays and adds the light of those that arrive.
+    /// Traces the shadow rays and adds the radiance that arrives.
     fn trace_shadow_rays(&mut self, out: &mut [Radiance], stats: &mut RayStats) {
         let shadows = &mut self.shadows;
         if shadows.light.is_empty() {
@@ -420,7 +421,7 @@ impl<R: Record> PathBatch<'_, R> {
             {
                 through = through * media.transmittance(self.scene, volumes, &ray);
             }
-            // Skips occluded rays also because 0 · infinity is NaN.
+            // Occluded rays add nothing: 0 · infinity would be NaN.
             if !through.is_black() {
                 let arrives = *light * through;
                 let to = if self.paths[*sample as usize].donates {

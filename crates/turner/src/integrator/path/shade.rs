@@ -20,12 +20,12 @@ use crate::scene::{Hit, SurfaceInteraction};
 /// Sets of random numbers: one for the position in the pixel, one for the lens, then two for each vertex.
 pub(super) const FIRST_SET: u32 = 2;
 
-/// Maximum number of surfaces along one path, those that let it pass included.
+/// Maximum number of surfaces along one path, including those that it passes straight through.
 pub(super) const MAX_VERTICES: u32 = 200_000;
 
 impl Settings {
-    /// MIS weight of an emitter hit by a BSDF-sampled ray. `light_pdf` is the density with which light sampling finds
-    /// it; `light_path_ratio` is the squared ratio of the light paths' density to that of this path.
+    /// MIS weight of an emitter that a BSDF-sampled ray hits. `light_pdf` is the density with which light sampling
+    /// finds it. `light_path_ratio` is the squared ratio of the light paths' density to the density of BSDF sampling.
     #[inline]
     fn weight_found(&self, path: &Path, light_pdf: f64, light_path_ratio: f64) -> f64 {
         let sampling = match self.light_sampling {
@@ -37,8 +37,8 @@ impl Settings {
         1.0 / (1.0 + sampling * sampling + light_path_ratio)
     }
 
-    /// MIS weight of a sampled light and its unshadowed contribution. `light_path_ratio` as above, relative to light
-    /// sampling.
+    /// MIS weight of a sampled light, and its unshadowed contribution. `light_path_ratio` is the squared ratio of the
+    /// light paths' density to the density of light sampling.
     #[inline]
     fn unshadowed(
         &self,
@@ -65,7 +65,7 @@ impl Settings {
         light
     }
 
-    /// Survival probability after a bounce, where Russian roulette is played.
+    /// Survival probability of Russian roulette after a bounce; `None` before `rr_start` bounces.
     #[inline]
     pub(super) fn survival(&self, path: &Path) -> Option<f32> {
         (path.bounces.total >= self.rr_start).then(|| {
@@ -74,7 +74,7 @@ impl Settings {
         })
     }
 
-    /// Applies `clamp_indirect`; `indirect` for light that arrives by way of another surface.
+    /// Applies `clamp_indirect`. `indirect` is true for light that arrives by way of another surface.
     #[inline]
     pub(super) fn clamped(&self, light: Spectrum, indirect: bool) -> Spectrum {
         match self.clamp_indirect {
@@ -115,9 +115,9 @@ impl<R: Record> PathBatch<'_, R> {
         for (index, radiance, light_pdf) in escaped {
             let light_path_ratio = match self.strategy {
                 Some(_) => {
-                    let light = scene.emitters.around_ids()[index];
+                    let light = scene.emitters.infinite_ids()[index];
                     let density = |caustic_targets: &CausticTargets, group| {
-                        caustic_targets.density_around(scene, group, light, ray.direction)
+                        caustic_targets.infinite_pdf(scene, group, light, ray.direction)
                     };
                     if self.counted_by_photons(sample, density) {
                         continue;
@@ -133,7 +133,7 @@ impl<R: Record> PathBatch<'_, R> {
                 r.at_escape(|e| e.lights.push(InfiniteLightRecord { radiance, light_pdf, weight }))
             });
         }
-        if !scene.emitters.surrounded() {
+        if !scene.emitters.has_infinite_lights() {
             let background = scene.background.color(ray.direction);
             found += background;
             self.record.note(|r| r.at_escape(|e| e.background = background));
@@ -146,7 +146,7 @@ impl<R: Record> PathBatch<'_, R> {
         self.record.note(|r| r.at_escape(|e| e.contribution = added));
     }
 
-    /// Whether a light is to be sampled where a ray ends; true where that is known only later.
+    /// Whether to sample a light at a hit. It is also true where only shading can decide that no light is needed.
     #[inline]
     pub(super) fn may_connect(
         &self,
@@ -228,7 +228,7 @@ impl<R: Record> PathBatch<'_, R> {
             });
             return;
         }
-        if material.is_emissive() && (outside || material.shines_backwards()) {
+        if material.is_emissive() && (outside || material.emits_backwards()) {
             self.add_emission(sample, material, surface, pixel);
         }
         let path = &self.paths[sample as usize];
@@ -277,7 +277,7 @@ impl<R: Record> PathBatch<'_, R> {
         self.scatter(at, &vertex, material, bsdf.has_smooth() && !spent, pixel, stats);
     }
 
-    /// Direct light (where the BSDF has a non-delta lobe: `smooth`) and the next ray.
+    /// Direct light (if `smooth`: the BSDF has a lobe that is not a delta lobe) and the next ray.
     pub(super) fn scatter(
         &mut self,
         at: &VertexInput<'_>,
@@ -316,7 +316,7 @@ impl<R: Record> PathBatch<'_, R> {
         let (scene, path) = (self.scene, &self.paths[sample as usize]);
         let radiance = match material.constant_emission() {
             Some(radiance) => radiance,
-            // Light sampling evaluates textures at points, without filtering, so a hit that competes with it does too.
+            // Light sampling evaluates textures unfiltered. A hit that is weighted against it must do the same.
             None if path.specular_bounce => material.desc.emitted_color(scene, &scene.texture_point(surface)),
             None => material.desc.emitted_color(scene, &scene.texture_point(&surface.sharp())),
         };
@@ -338,7 +338,7 @@ impl<R: Record> PathBatch<'_, R> {
         self.record.note(|r| r.hit_emitter(path, radiance, pdf, weight, added));
     }
 
-    /// Traces a shadow ray to the sampled light, or to one of several candidates.
+    /// Queues a shadow ray to the sampled light, or to one of several candidates.
     fn connect(&mut self, sample: u32, v: &Vertex<'_>, material: &OpenPbr, lit: &[Option<LightSample>]) {
         let path = &self.paths[sample as usize];
         let (taken, resampling_weight) = match lit.len() {
@@ -390,7 +390,7 @@ impl<R: Record> PathBatch<'_, R> {
         self.shadows.push(&ray, v.surface, sample, light);
     }
 
-    /// Chooses one of several light candidates by resampling; returns its index and its resampling weight.
+    /// Chooses one of several candidate lights by resampling; returns its index and its resampling weight.
     fn choose_light(&self, path: &Path, v: &Vertex<'_>, lit: &[Option<LightSample>]) -> (usize, f32) {
         let mut contributions = [0.0; CANDIDATES];
         for (contributions, lit) in contributions.iter_mut().zip(lit) {
@@ -446,7 +446,7 @@ impl<R: Record> PathBatch<'_, R> {
         path.specular_bounce = s.lobe.is_delta;
         path.any_nonspecular |= !s.lobe.is_delta;
         path.pdf = s.pdf;
-        path.origin = self.scene.receiver(v.surface, -v.wo).with_more(path.extra_candidates);
+        path.origin = self.scene.receiver(v.surface, -v.wo).with_candidates(path.extra_candidates);
         if let Some(pixel) = &self.view.pixel_cone {
             path.cone = footprint::leave(self.scene, pixel, path.cone, v.surface, v.wo, &s, crosses);
         }

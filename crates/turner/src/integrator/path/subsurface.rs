@@ -144,7 +144,7 @@ impl Walk<'_> {
             let material = self.scene.material_at(&hit);
             let id = self.scene.primitive_id(&hit);
             match material {
-                _ if material.has_walk(self.scene) => match (outside, self.depth) {
+                _ if material.has_subsurface(self.scene) => match (outside, self.depth) {
                     // Rounding has left the body, or the body intersects itself.
                     (true, _) if id == self.primitive => {}
                     (true, _) => self.depth += 1,
@@ -220,7 +220,7 @@ impl<'a, R: Record> PathBatch<'a, R> {
                 let outside = ray.direction.dot(surface_hit.ng) < 0.0;
                 if let Material::OpenPbr(m) = scene.material_at(&hit)
                     && m.is_emissive()
-                    && (outside || m.shines_backwards())
+                    && (outside || m.emits_backwards())
                 {
                     // Inside the body no light is sampled.
                     path.specular_bounce = true;

@@ -32,7 +32,7 @@ use super::volume_light::Connection;
 use crate::integrator::{CameraSamples, Radiance, RayStats};
 use crate::light::Receiver;
 use crate::math::{DVec3, Ray};
-use crate::medium::{Equiangular, HenyeyGreenstein, Medium, Stretch};
+use crate::medium::{Equiangular, HenyeyGreenstein, Medium, RaySegment};
 use crate::scene::{Hit, Volumes};
 
 /// Sets of random numbers for segments through media, four per segment, after those of surfaces.
@@ -126,7 +126,7 @@ impl<R: Record> PathBatch<'_, R> {
         let [band, distance, equiangular_u, survival_u] =
             path.sampler.four(path.segment_set(Purpose::Distance));
         let mut stream = path.sampler.stream(path.segment_set(Purpose::Distance));
-        let stretch = Stretch { ray, end, shares, scatters };
+        let stretch = RaySegment { ray, end, shares, scatters };
         let walk = medium.walk(&stretch, [band, distance], &mut stream);
         self.record.note(|r| r.medium_segment(path.media.top(), walk.scattered.unwrap_or(end), walk.weight));
         if !walk.emitted.is_black() {
@@ -189,7 +189,7 @@ impl<R: Record> PathBatch<'_, R> {
         medium: &Medium,
         sample: u32,
         ray: &Ray,
-        stretch: &Stretch<'_>,
+        stretch: &RaySegment<'_>,
         point: &EquiangularPoint,
     ) {
         let Medium::Homogeneous(m) = medium else { return };

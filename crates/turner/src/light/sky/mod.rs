@@ -49,23 +49,23 @@ params! {
     /// directional light with an extent, visible to physical integrators. Exposure 0 suits noon: one unit of light is
     /// a quarter of the sunlight above the atmosphere, about 33,000 lux.
     pub struct SkyDesc as "sky" {
-        /// Elevation of the sun above the horizon, degrees, −90 to 90. Some degrees below 0 there is twilight.
+        /// Elevation of the sun above the horizon, in degrees. A few degrees below 0 there is twilight.
         elevation: f64 = 35.0, in Range::closed(-90.0, 90.0);
-        /// Azimuth of the sun: degrees from north (−z) towards east (+x).
+        /// Azimuth of the sun, in degrees from north (−z) towards east (+x).
         azimuth: f64 = 225.0;
         /// The direction towards the sun, of any length; replaces `elevation` and `azimuth`.
         direction: Option<DVec3> = None;
-        /// Amount of air: 1 is the earth's at sea level, 0.5 that of high mountains. 0 to 10.
+        /// Amount of air: 1 is that at sea level, 0.5 that of high mountains.
         air: f64 = 1.0, in Range::closed(0.0, 10.0);
-        /// Amount of dust and haze: 1 is a clear day in the country, 5 a hazy one. 0 to 100.
+        /// Amount of dust and haze: 1 is a clear day in the country, 5 a hazy one.
         dust: f64 = 1.0, in Range::closed(0.0, 100.0);
-        /// Amount of ozone: 1 is 300 Dobson units. It keeps twilight blue. 0 to 10.
+        /// Amount of ozone: 1 is 300 Dobson units. Ozone keeps twilight blue.
         ozone: f64 = 1.0, in Range::closed(0.0, 10.0);
         /// Fraction of light that the ground reflects; bright ground makes a brighter sky.
         ground_albedo: Spectrum = Spectrum::grey(0.3), in Range::UNIT;
         /// Whether the sun is included; otherwise the sky alone emits light.
         sun: bool = true;
-        /// Angular diameter of the sun, degrees, 0 to 90; at 0 it has no extent.
+        /// Angular diameter of the sun, in degrees; at 0 it has no extent.
         sun_angle: f64 = 0.53, in Range::closed(0.0, 90.0);
         /// Multiplies the sun's light, not the sky's.
         sun_strength: f64 = 1.0, in Range::NON_NEGATIVE;

@@ -1,15 +1,15 @@
 //! Light tree: chooses one of thousands of lights by its estimated contribution to a point.
 //!
-//! With many lights, next-event estimation can follow only one of them per vertex. The estimator is contribution /
-//! P(light), so it is unbiased for every choice that gives each contributing light P > 0, and its variance is low
-//! where P is close to proportional to the contribution.
+//! With many lights, next-event estimation can sample only one of them per vertex. The estimator is contribution /
+//! P(light). It is unbiased if each contributing light has P > 0, and its variance is low if P is nearly proportional
+//! to the contribution.
 //!
 //! Method: Conty Estevez and Kulla 2018, "Importance Sampling of Many Lights with Adaptive Tree Splitting", without
 //! the splitting. A BVH is built over the lights. Each node bounds the positions of its lights (sphere), the
-//! directions in which they emit (cone) and their power. From these bounds and the point, normal and glossy lobe of
-//! the receiver follows an importance: about the most that the node can contribute, 0 only where nothing can arrive
-//! ([`node`]). A sample descends from the root, chooses among the children of each node in proportion to their
-//! importance, and rescales its one random number at each step.
+//! directions in which they emit (cone) and their power. These bounds and the point, normal and glossy lobe
+//! of the receiver give an importance: approximately the most that the node can contribute, and 0 only where no light
+//! can arrive ([`node`]). A sample descends from the root, chooses among the children of each node in proportion to
+//! their importance, and rescales its one random number at each step.
 //!
 //! ```text
 //!              root                 P(light) = product over the levels of
@@ -20,8 +20,8 @@
 //! ```
 //!
 //! For MIS the tree also gives P of a light that a BSDF sample hit: each light stores its path from the root, so the
-//! same product is computed without a search. Where a node's importance promises light that no child can keep, no
-//! light is chosen; the estimate there is 0 and remains unbiased.
+//! same product is computed without a search. If all children of a chosen node have importance 0 (its own bounds are
+//! looser), no light is chosen; the estimate is then 0 and remains unbiased.
 //!
 //! Nodes have four children, whose bounds are evaluated together. Cost: O(log n) nodes per choice. Memory: 192 bytes
 //! per node, with about one node for two to three lights, and 8 bytes per light.
@@ -46,7 +46,7 @@ pub struct Receiver {
     pub n: [f32; 3],
     /// The glossy lobe of the surface.
     pub lobe: GlossyLobe,
-    /// How many candidate lights besides the first are sampled here; one of all candidates is taken.
+    /// Number of candidate lights beyond the first that are sampled here; resampling keeps one of all candidates.
     pub extra_candidates: u32,
 }
 
@@ -65,7 +65,7 @@ impl Receiver {
 
     /// The same point with this many extra candidates.
     #[inline]
-    pub fn with_more(self, extra_candidates: u32) -> Receiver {
+    pub fn with_candidates(self, extra_candidates: u32) -> Receiver {
         Receiver { extra_candidates, ..self }
     }
 
@@ -87,9 +87,9 @@ impl From<DVec3> for Receiver {
 /// A light tree. Lights are identified by their index.
 #[derive(Clone, Debug)]
 pub struct LightTree {
-    /// The first is the root; children come after their parents.
+    /// The root is first; children come after their parents.
     nodes: Vec<Node>,
-    /// For each light its path from the root: two bits per level, the lowest bits first.
+    /// For each light, its path from the root: two bits per level, the root's in the lowest bits.
     paths: Vec<u64>,
     /// Nodes are in tree space: (x − origin) · scale.
     origin: DVec3,
@@ -97,7 +97,7 @@ pub struct LightTree {
 }
 
 impl LightTree {
-    /// The largest number of lights; such a tree takes some 400 MB.
+    /// The largest number of lights; such a tree takes about 400 MB.
     pub const MOST: u32 = 1 << 22;
 
     fn local(&self, p: DVec3) -> [f32; 3] {

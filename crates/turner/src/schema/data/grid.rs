@@ -1,4 +1,4 @@
-//! Numbers on a grid of cells, as files hold them.
+//! Density grids of heterogeneous media, as read from files.
 
 use std::sync::Arc;
 
@@ -6,10 +6,10 @@ use crate::math::DVec3;
 use crate::schema::value::{Data, Value};
 use crate::schema::{ParamType, ReadContext, SceneError, WriteContext, wrong_type};
 
-/// The most values that one channel of a grid may have.
+/// Maximum number of values of one channel.
 pub const MAX_VALUES: u64 = 1 << 30;
 
-/// Numbers on a grid of cells, x fastest, then y, then z.
+/// Values on a grid of cells, x fastest, then y, then z.
 #[derive(Clone, Debug, PartialEq)]
 pub struct GridData {
     size: [u32; 3],
@@ -18,9 +18,9 @@ pub struct GridData {
 }
 
 impl GridData {
-    /// A grid of `size` cells along x, y and z, with a density for each and, where it shines, a factor of the emission.
+    /// A grid of `size` cells along x, y and z, with a density for each cell and optionally a factor of the emission.
     ///
-    /// Errors: counts that do not fit, numbers that are negative or not finite; in words.
+    /// Errors: lists whose length differs from the number of cells, values that are negative or not finite.
     pub fn new(size: [u32; 3], density: Vec<f32>, emission: Option<Vec<f32>>) -> Result<GridData, String> {
         let count = size.iter().try_fold(1u64, |n, s| n.checked_mul(u64::from(*s)));
         let Some(count) = count.filter(|n| (1..=MAX_VALUES).contains(n)) else {
@@ -32,7 +32,7 @@ impl GridData {
             if values.len() as u64 != count {
                 return Err(format!("{} values of {what} for {count} cells", values.len()));
             }
-            // Sums and products of these stay finite.
+            // The upper bound keeps sums and products finite.
             if let Some(bad) = values.iter().position(|v| !(0.0..=1e30).contains(v)) {
                 let value = values.get(bad).copied().unwrap_or_default();
                 return Err(format!("the {what} of cell {bad} is {value}: expected 0 to 1e30"));
@@ -41,7 +41,7 @@ impl GridData {
         Ok(GridData { size, density, emission })
     }
 
-    /// How many cells there are along x, y and z.
+    /// The number of cells along x, y and z.
     pub fn size(&self) -> [u32; 3] {
         self.size
     }
@@ -51,19 +51,19 @@ impl GridData {
         &self.density
     }
 
-    /// The factor of the emission of each cell, if there is one.
+    /// The factor of the emission of each cell, if the grid has one.
     pub fn emission(&self) -> Option<&[f32]> {
         self.emission.as_deref()
     }
 
-    /// Bytes of memory.
+    /// Memory in bytes.
     pub fn memory(&self) -> usize {
         let floats = self.density.len() + self.emission.as_ref().map_or(0, Vec::len);
         floats * size_of::<f32>()
     }
 
-    /// Density and emission at a place in units of cells, from the grid's corner: trilinear between the middles of cells, and at the rim that of the
-    /// cells there. The emission is 1 where the grid has none.
+    /// Density and emission factor at `p`, in units of cells from the grid's corner: trilinear interpolation between
+    /// the centres of cells, constant beyond the outermost centres. Without emission the factor is 1.
     #[inline]
     pub(crate) fn at(&self, p: DVec3) -> [f64; 2] {
         let axis = |v: f64, n: u32| {
@@ -85,7 +85,8 @@ impl GridData {
         [of(&self.density), self.emission.as_deref().map_or(1.0, of)]
     }
 
-    /// What is left of the density at a place in units of cells where empty cells follow beyond the grid: 1 but in the outer halves of the outermost cells.
+    /// The factor of the density at `p`, in units of cells, if empty cells surround the grid: 1 inside, less in the
+    /// outer halves of the outermost cells.
     #[inline]
     pub(crate) fn fade(&self, p: DVec3) -> f64 {
         let along = |v: f64, n: u32| (v + 0.5).min(f64::from(n) - v + 0.5).clamp(0.0, 1.0);
@@ -93,7 +94,7 @@ impl GridData {
         along(p.x, nx) * along(p.y, ny) * along(p.z, nz)
     }
 
-    /// The largest density within a range of cells, both ends included and cut to the grid.
+    /// The largest density within a range of cells, both ends included and clamped to the grid.
     pub(crate) fn largest(&self, from: [i64; 3], to: [i64; 3]) -> f32 {
         let cut = |v: i64, n: u32| v.clamp(0, i64::from(n) - 1) as usize;
         let [nx, ny, nz] = self.size;
@@ -116,12 +117,12 @@ impl Default for GridData {
     }
 }
 
-/// A file of a grid that a medium names. Two are the same if they hold the same. By default one cell of density 1, of no file.
+/// The grid file of a medium. Two are equal if their data are equal. By default one cell of density 1, without a file.
 #[derive(Clone, Debug, Default)]
 pub struct GridFile {
-    /// Its name as written.
+    /// The file name as written in the scene.
     pub uri: String,
-    /// What it holds.
+    /// Its data.
     pub data: Arc<GridData>,
 }
 

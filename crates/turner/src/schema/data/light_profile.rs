@@ -1,28 +1,40 @@
-//! Measured lights: how strongly a lamp shines in each direction.
+//! Measured lights: the luminous intensity of a light in each direction (IES profiles).
 //!
-//! Angles are those of photometry of type C (IES LM-63): the vertical angle is 0 along the lamp's axis, where its light
-//! goes, and 180 behind; the horizontal one turns around the axis.
+//! Angles are those of type C photometry (IES LM-63), in degrees. The vertical angle is measured from the main axis of
+//! the light: 0 along the axis, 180 opposite to it. The horizontal angle goes around the axis.
+//!
+//! ```text
+//!          180
+//!           │
+//!    light  ●──── 90
+//!           │╲
+//!           │ ╲ vertical angle
+//!           0     (main axis)
+//! ```
 
 use std::sync::Arc;
 
 use crate::schema::value::{Data, Value};
 use crate::schema::{ParamType, ReadContext, SceneError, WriteContext, wrong_type};
 
-/// Intensities of a lamp by direction, on a grid of angles in degrees.
+/// Luminous intensities of a light on a grid of directions, with angles in degrees.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LightProfile {
-    /// Increasing, within 0..=180. Beyond the first and the last it is dark.
+    /// Increasing, within 0..=180. The intensity is 0 before the first and after the last angle.
     vertical: Vec<f64>,
-    /// Increasing, from 0 to 360; or 0 alone, if all directions around the axis are alike.
+    /// Increasing, from 0 to 360; or only 0 if the profile is symmetric about the axis.
     horizontal: Vec<f64>,
-    /// Candela: for each horizontal angle those of all vertical ones.
+    /// Candela: for each horizontal angle, the values of all vertical angles.
     candela: Vec<f32>,
-    /// The largest.
+    /// The largest intensity, candela.
     peak: f32,
 }
 
 impl LightProfile {
-    /// A profile of consistent numbers, or what is wrong with them.
+    /// A profile from its angles in degrees and intensities in candela.
+    ///
+    /// Errors: angles out of order or out of range, a wrong number of intensities, intensities that are negative or not
+    /// finite.
     pub fn new(
         vertical: Vec<f64>,
         horizontal: Vec<f64>,
@@ -33,8 +45,8 @@ impl LightProfile {
         if vertical.is_empty() || !within(&vertical, 180.0) || !increasing(&vertical) {
             return Err("vertical angles must increase within 0 to 180");
         }
-        let whole = horizontal.first() == Some(&0.0) && horizontal.last() == Some(&360.0);
-        if !(horizontal == [0.0] || whole && increasing(&horizontal)) {
+        let full_circle = horizontal.first() == Some(&0.0) && horizontal.last() == Some(&360.0);
+        if !(horizontal == [0.0] || full_circle && increasing(&horizontal)) {
             return Err("horizontal angles must increase from 0 to 360, or be 0 alone");
         }
         if candela.len() != vertical.len() * horizontal.len() {
@@ -57,7 +69,7 @@ impl LightProfile {
         &self.horizontal
     }
 
-    /// The intensities, candela: for each horizontal angle those of all vertical ones.
+    /// The intensities, candela: for each horizontal angle, the values of all vertical angles.
     pub fn intensities(&self) -> &[f32] {
         &self.candela
     }
@@ -67,10 +79,10 @@ impl LightProfile {
         self.peak
     }
 
-    /// The intensity at angles in degrees, 0..=180 and 0..=360: bilinear between those that were measured.
+    /// The intensity in candela at angles in degrees, within 0..=180 and 0..=360: bilinear interpolation.
     pub fn candela(&self, vertical: f64, horizontal: f64) -> f32 {
         let (Some(first), Some(last)) = (self.vertical.first(), self.vertical.last()) else { return 0.0 };
-        // Rounding must not put out a direction on the rim.
+        // Rounding must not make a direction at the first or last angle dark.
         if !(first - 1e-9..=last + 1e-9).contains(&vertical) {
             return 0.0;
         }
@@ -86,7 +98,7 @@ impl LightProfile {
     }
 }
 
-/// Between which two of increasing numbers a value lies: the place of the first, and the share of the way to the second.
+/// The interval of increasing values that holds `v`: the index of its lower end, and the position within it, 0 to 1.
 fn between(values: &[f64], v: f64) -> (usize, f32) {
     let i = values.partition_point(|at| *at <= v).saturating_sub(1);
     match values.get(i + 1) {
@@ -95,12 +107,12 @@ fn between(values: &[f64], v: f64) -> (usize, f32) {
     }
 }
 
-/// A file of measurements that a light names. Two are the same if they hold the same.
+/// The IES file of a light. Two are equal if their data are equal.
 #[derive(Clone, Debug)]
 pub struct ProfileFile {
-    /// Its name as written.
+    /// The file name as written in the scene.
     pub uri: String,
-    /// What it holds.
+    /// Its data.
     pub data: Arc<LightProfile>,
 }
 

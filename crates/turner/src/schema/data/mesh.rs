@@ -1,32 +1,32 @@
-//! Triangle meshes and clouds of points, as files hold them.
+//! Triangle meshes and point clouds, as read from files.
 
 use crate::schema::{ErrorCode, SceneError};
 
-/// A mesh as a file gives it: flat lists, indices checked by [`MeshData::check`].
+/// A mesh as read from a file: flat lists. [`MeshData::check`] validates the indices.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct MeshData {
     /// Vertex positions.
     pub positions: Vec<[f32; 3]>,
     /// Vertex normals: none, or one per vertex.
     pub normals: Vec<[f32; 3]>,
-    /// Vertex (u, v), the first set: none, or one per vertex.
+    /// The first set of vertex (u, v): none, or one per vertex.
     pub uvs: Vec<[f32; 2]>,
-    /// The other sets of (u, v), one per vertex each; textures choose by their number, the second set being 1.
+    /// The other sets of (u, v), each with one per vertex. Textures select a set by its index; these start at 1.
     pub more_uvs: Vec<Vec<[f32; 2]>>,
-    /// Tangents along u, and 1 or -1 for the side of the bitangent: none, or one per vertex.
+    /// Tangents along u, with the sign of the bitangent (1 or −1) as the fourth component: none, or one per vertex.
     pub tangents: Vec<[f32; 4]>,
     /// Vertex colours, linear red, green, blue and opacity: none, or one per vertex.
     pub colors: Vec<[f32; 4]>,
-    /// Triangles, three vertices each.
+    /// Triangles as three vertex indices each.
     pub triangles: Vec<[u32; 3]>,
-    /// Which of the mesh's materials each triangle has: none, or one per triangle.
+    /// The material index of each triangle within the mesh: none, or one per triangle.
     pub face_materials: Vec<u16>,
-    /// The names of these materials.
+    /// The names of the mesh's materials.
     pub material_names: Vec<String>,
 }
 
 impl MeshData {
-    /// Refuses lists that do not fit together.
+    /// Checks that list lengths agree and indices are in range.
     pub fn check(&self) -> Result<(), SceneError> {
         let count = self.positions.len();
         let mut lists = vec![
@@ -58,7 +58,7 @@ impl MeshData {
         Ok(())
     }
 
-    /// Bytes it takes.
+    /// Memory in bytes.
     pub fn memory(&self) -> usize {
         size_of_val(self)
             + size_of_val(&self.positions[..])
@@ -71,7 +71,7 @@ impl MeshData {
             + size_of_val(&self.face_materials[..])
     }
 
-    /// How many materials its triangles tell apart, at least 1.
+    /// The number of materials its triangles refer to, at least 1.
     pub fn material_count(&self) -> usize {
         self.face_materials.iter().map(|&m| usize::from(m) + 1).max().unwrap_or(1)
     }

@@ -102,12 +102,12 @@ impl LightPath {
                 self.direction_pdf = leave;
                 (radiance * (self.cos / (start * leave)) as f32, start)
             }
-            Source::Around(light) => {
+            Source::Infinite(light) => {
                 let to_light = -self.start.ray.direction;
-                let Some((radiance, _)) = scene.emitters.around_one(scene, light, to_light) else {
+                let Some((radiance, _)) = scene.emitters.infinite_one(scene, light, to_light) else {
                     return false;
                 };
-                let (start, pass) = strategy.caustic_targets.density_around(scene, group, light, to_light);
+                let (start, pass) = strategy.caustic_targets.infinite_pdf(scene, group, light, to_light);
                 (self.parallel, self.direction_pdf) = (true, pass);
                 (radiance * (1.0 / (start * pass)) as f32, start)
             }
@@ -145,9 +145,9 @@ impl LightPath {
                 let pdf = scene.emitters.pdf_hit(scene, receiver, &light);
                 pdf * self.cos / (offset.length_squared() * start)
             }
-            Source::Around(light) => {
+            Source::Infinite(light) => {
                 let to_light = -self.start.ray.direction;
-                scene.emitters.around_one(scene, light, to_light).map_or(0.0, |(_, pdf)| pdf / start)
+                scene.emitters.infinite_one(scene, light, to_light).map_or(0.0, |(_, pdf)| pdf / start)
             }
             Source::Delta(light, _) => scene.emitters.choice_at(receiver, light) / start,
         }

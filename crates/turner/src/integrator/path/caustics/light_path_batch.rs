@@ -376,7 +376,7 @@ impl<'a> LightPathBatch<'a> {
             let d2 = (surface.p - path.p).length_squared();
             let found = match path.start.from {
                 Source::Delta(..) => 0.0,
-                Source::Around(_) => reverse_pdf,
+                Source::Infinite(_) => reverse_pdf,
                 Source::Shape => reverse_pdf * path.cos / d2,
             };
             (path.hit_ratio, path.nee_ratio) = (found / path.hit_ratio, nee_ratio);

@@ -1,8 +1,8 @@
 //! Caustics: light focused by mirrors and glass, found by light paths.
 //!
-//! A camera path finds a caustic only if a BSDF-sampled ray leaves a diffuse surface in just the direction in which a
-//! mirror or lens shows the light. Where the light is small that is rare and noisy; for a point light it never happens.
-//! From the light it is easy, so up to three strategies are combined:
+//! A camera path finds a caustic only if a BSDF-sampled ray leaves a diffuse surface in exactly the direction in which
+//! a mirror or lens shows the light. For a small light that is rare, so the caustic is noisy; for a point light it
+//! never happens. Paths from the light find caustics easily, so up to three strategies are combined:
 //!
 //! ```text
 //!                                       * light
@@ -17,19 +17,19 @@
 //!    NEE).
 //! 2. Light tracing, from the light: *, x_k, …, x1. Light paths are aimed at the caustic targets
 //!    ([`crate::scene::caustic_targets`]) and are joined to the camera at every later vertex (Dutré, Lafortune and
-//!    Willems 1993; `light_path_batch`).
+//!    Willems 1993, "Monte Carlo light tracing with direct computation of pixel intensities"; `light_path_batch`).
 //! 3. Photons (vertex merging): a caustic that is seen in a mirror or through glass cannot be joined to the camera.
-//!    There the light paths that arrive within a small radius are gathered (Jensen 1996), with a radius that shrinks
-//!    from sample to sample (Knaus and Zwicker 2011; `photons`).
+//!    There the camera path gathers the vertices of light paths within a small radius (Jensen 1996), which shrinks from
+//!    sample to sample (Knaus and Zwicker 2011; `photons`).
 //!
-//! Strategies 1 and 2 are weighted by the power heuristic over the densities with which each makes the same path, in
-//! the manner of VCM/UPS (Georgiev et al. 2012, "Light transport simulation with vertex connection and merging"),
-//! without connections between inner vertices. Both sides update the ratio of densities vertex by vertex
-//! (`reverse_pdf`, `light_path`). The weights sum to 1, so the two are unbiased together. Strategy 3 is not weighted
-//! against them: paths that photons count are left out of 1 and 2. It is biased (blurred) for a finite radius, and
-//! consistent: the mean over samples converges as the radius shrinks.
+//! Strategies 1 and 2 are weighted by the power heuristic, from the densities with which each generates the same path,
+//! as in VCM (Georgiev et al. 2012, "Light transport simulation with vertex connection and merging"), but without
+//! connections between inner vertices. Both sides update the ratio of densities vertex by vertex (`reverse_pdf`,
+//! `light_path`). The weights sum to 1, so the sum of both is unbiased. Strategy 3 is not weighted against them: 1 and
+//! 2 omit the paths that photons count. Strategy 3 is biased (blurred) for a finite radius but consistent: the mean
+//! over samples converges as the radius shrinks.
 //!
-//! `strategy` decides by a pilot run (`probe`) whether light paths pay, how many there are, and whether photons are
+//! A pilot run (`probe`) tells `strategy` whether light paths reduce noise, how many to trace, and whether photons are
 //! needed.
 
 mod light_path;
@@ -62,8 +62,8 @@ choice! {
     }
 }
 
-/// Weight of a strategy by the power heuristic, exponent 2, where the densities of two others over its own are `a` and
-/// `b`.
+/// Power heuristic with exponent 2 for one of three strategies: `a` and `b` are the densities of the other two divided
+/// by its own.
 fn power(a: f64, b: f64) -> f64 {
     1.0 / (1.0 + a * a + b * b)
 }

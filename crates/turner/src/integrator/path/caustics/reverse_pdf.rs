@@ -303,7 +303,7 @@ impl<R: Record> PathBatch<'_, R> {
             return 0.0;
         }
         let (start, pass) =
-            strategy.caustic_targets.density_around(self.scene, reverse.group, light, direction);
+            strategy.caustic_targets.infinite_pdf(self.scene, reverse.group, light, direction);
         squared(reverse.ratio * start * pass * reverse.cos / (reverse.vertex_pdf * reverse.direction_pdf))
     }
 
@@ -354,7 +354,7 @@ impl<R: Record> PathBatch<'_, R> {
                 squared(start * leave / (lit.pdf * wi.dot(light.ng).abs()))
             }
             (false, light) => {
-                let (start, pass) = strategy.caustic_targets.density_around(scene, group, light, wi);
+                let (start, pass) = strategy.caustic_targets.infinite_pdf(scene, group, light, wi);
                 squared(start * pass / lit.pdf)
             }
         }

@@ -7,23 +7,24 @@
 //!                 .      |      .
 //!                   .    |    .            |  BSDF-sampled ray of donor path 2
 //!                     .  |  .              .  shadow rays (reconnections)
-//!                        y                 second vertex of donor path 2, diffuse; L(y): radiance from there on
+//!                        y                 second vertex of donor path 2, diffuse; L(y): radiance that leaves it
 //! ```
 //!
 //! L(y) is the expensive part of path 2. If y reflects diffusely, L(y) is the same in all directions, so each pixel of
-//! the cluster whose first vertex sees y can use it. Pixel i receives from each donor
+//! the cluster whose first vertex sees y can use it. From each donor pixel i receives
 //!
 //! ```text
 //!  f_i · G(x_i, y) · L(y) / sum over k of p_k(y)       G = cos_i cos_y / d²,   p_k(y) = cos_k cos_y / (π d²)
 //! ```
 //!
-//! where k runs over all first vertices that see y: any of them could have sampled it. This is the balance heuristic
-//! (Veach and Guibas 1995) with one sample of each density, so the mean stays that of separate paths. The noise of
-//! indirect light falls nearly to that of sixteen times as many paths; the cost is up to fifteen shadow rays per path.
-//! Neighbouring pixels have correlated noise.
+//! where f is the BRDF and k runs over all first vertices that see y, any of which could have sampled it. This is the
+//! balance heuristic (Veach and Guibas 1995) with one sample of each density, so the mean is that of separate paths. At
+//! best the noise of indirect light falls to that of sixteen times as many paths; the cost is up to fifteen shadow rays
+//! per path. The noise of neighbouring pixels is correlated.
 //!
-//! A cluster is sixteen pixels of a cell of 8 x 8, the same sample index of each. Cells are counted from the corner of
-//! the image, so a sample depends on its own ID and those of its neighbours, never on tiles, crops or threads.
+//! A cluster consists of one sample, with the same index, of each of sixteen pixels in a cell of 8 x 8 pixels. Cells
+//! are counted from the corner of the image, so a sample depends on its own ID and those of its neighbours, never on
+//! tiles, crops or threads.
 
 mod probe;
 mod terms;
@@ -50,16 +51,16 @@ pub(super) use probe::decide;
 const CLUSTER: usize = 16;
 /// Edge of the cells that hold clusters, in pixels.
 pub(crate) const CELL: u32 = 8;
-/// End of the shadow rays that join two vertices: short of the second one, so that single precision does not report it
-/// as an occluder.
+/// `t_max` of the shadow rays that join two vertices. They end short of the second one, so that single precision does
+/// not report its surface as an occluder.
 const SHADOW_END: f64 = 1.0 - 1.0 / 1024.0;
 /// No sample.
 const NONE: u32 = u32::MAX;
 
-/// The cluster of its cell that a pixel belongs to. Clusters change every sixteen sample indices, so that noise does
-/// not look like blocks; the first arrangement interleaves pixels. They stay the same for sixteen indices, because
-/// these are well distributed over each pixel: changing clusters with every index left 12 % more noise in a Cornell
-/// box.
+/// The cluster that a pixel belongs to, as an index within its cell. Clusters change every sixteen sample indices, so
+/// that noise does not look like blocks; the first arrangement interleaves pixels. They stay the same for sixteen
+/// indices, because sixteen consecutive samples are well distributed over each pixel: clusters that change with every
+/// index have 12 % more noise in a Cornell box.
 fn cluster_in_cell(id: &SampleId) -> u32 {
     let (x, y) = (id.x % CELL, id.y % CELL);
     match id.index / 16 % 4 {
@@ -70,7 +71,7 @@ fn cluster_in_cell(id: &SampleId) -> u32 {
     }
 }
 
-/// The samples of a sample's cluster, itself among them, row by row.
+/// The samples of a sample's cluster, including itself, row by row.
 pub(crate) fn cluster(view: &View, id: SampleId) -> impl Iterator<Item = SampleId> {
     let (left, top) = (id.x - id.x % CELL, id.y - id.y % CELL);
     let (right, bottom) = ((left + CELL).min(view.film.width), (top + CELL).min(view.film.height));
@@ -154,7 +155,7 @@ pub(super) struct SharedPaths {
     rays: RayBatch,
     reconnections_of_rays: Vec<(u32, u8)>,
     through: Vec<SpectrumBlock>,
-    /// Used while clusters are formed: index of each cluster by its position, and its number of samples.
+    /// Used while clusters are formed: the index of each cluster by its position, and the number of its samples.
     table: Vec<u32>,
     counts: Vec<u8>,
 }
@@ -249,7 +250,7 @@ impl<R: Record> PathBatch<'_, R> {
             && self.shared_paths.first(sample).is_some()
     }
 
-    /// Notes a first or second vertex with a Lambertian BSDF.
+    /// Stores a first or second vertex with a Lambertian BSDF.
     pub(super) fn note_shared_vertex(&mut self, sample: u32, v: &Vertex<'_>, material: &OpenPbr) {
         let (first, second) = (self.may_be_first(sample), self.may_donate(sample));
         if !first && !second {
@@ -268,7 +269,7 @@ impl<R: Record> PathBatch<'_, R> {
         }
     }
 
-    /// Notes the first vertex of a sample.
+    /// Stores the first vertex of a sample.
     #[inline]
     pub(super) fn set_first(&mut self, sample: u32, first: FirstVertex) {
         let shared_paths = &mut self.shared_paths;
@@ -279,7 +280,7 @@ impl<R: Record> PathBatch<'_, R> {
         }
     }
 
-    /// Makes a path a donor from its second vertex on, if BSDF sampling at its first vertex can find that.
+    /// Makes a path a donor from its second vertex on, if BSDF sampling at its first vertex can find the second one.
     pub(super) fn donate(&mut self, sample: u32, second: Reconnection) {
         let path = &mut self.paths[sample as usize];
         let importance = path.beta.max_component();
@@ -361,8 +362,8 @@ impl<R: Record> PathBatch<'_, R> {
         shared_paths.reconnections.clear();
     }
 
-    /// What the sample at this index of the batch received: index of the donor, its second vertex, the weight, and the
-    /// radiance that leaves that vertex.
+    /// What the sample at this index of the batch receives: for each donor its index, its second vertex, the weight,
+    /// and the radiance that leaves that vertex.
     pub(super) fn received_by(
         &self,
         place: usize,

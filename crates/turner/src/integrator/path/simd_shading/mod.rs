@@ -213,7 +213,7 @@ impl<R: Record> PathBatch<'_, R> {
                 let path = &self.paths[block.samples[lane] as usize];
                 let receiver =
                     self.scene.receiver_of(block.sides[lane], p, ng, ng, get(&block.direction, lane));
-                let receiver = receiver.with_more(self.extra_light_candidates(path, &receiver));
+                let receiver = receiver.with_candidates(self.extra_light_candidates(path, &receiver));
                 block.receivers[lane] = Some(receiver);
                 block.lights[lane] = NONE;
                 if asks && !self.is_spent(path) {

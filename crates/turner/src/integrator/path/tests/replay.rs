@@ -48,7 +48,7 @@ fn samples_of_the_picture_are_sums_of_their_records() {
             let mut pixel = PixelSum::default();
             for index in 0..4 {
                 let (path, rendered) = sample_and_record(&scene, (x, y, index), name);
-                assert!(pixel.add_or_leave_out(rendered.color, rendered.alpha));
+                assert!(pixel.add_or_omit(rendered.color, rendered.alpha));
                 occurred |= occurs(&path);
                 check(&path, name);
             }
@@ -101,7 +101,7 @@ fn heuristic(pdf: f64, other: f64) -> f64 {
 fn check(path: &PathRecord, at: &str) {
     // Only scenes with "clamp" in their name have a clamp.
     let clamped = at.contains("clamp");
-    let by_chance = at.starts_with("lights by chance");
+    let bsdf_sampled = at.starts_with("lights by BSDF sampling");
     let mut carried = Spectrum::WHITE;
     for (i, v) in path.vertices.iter().enumerate() {
         let way = v.way.as_ref();
@@ -122,7 +122,7 @@ fn check(path: &PathRecord, at: &str) {
             let expected = v.throughput * e.radiance * e.weight as f32;
             assert!(clamped || near(e.contribution, expected), "emission {i} {at}");
             match e.pdf {
-                Some(pdf) if e.light_pdf > 0.0 && !by_chance => {
+                Some(pdf) if e.light_pdf > 0.0 && !bsdf_sampled => {
                     assert!(
                         (e.weight - heuristic(pdf, e.light_pdf)).abs() < 1e-9,
                         "emission's weight {i} {at}"

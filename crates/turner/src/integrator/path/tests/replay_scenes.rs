@@ -60,7 +60,7 @@ pub(super) fn scenes() -> Vec<(&'static str, SceneDesc, Occurs)> {
             p.end == End::Depth && p.vertices.len() > 3
         }),
         ("direct", direct(), |p| p.end == End::Unlit && p.vertices.len() > 1),
-        ("lights by chance alone", bsdf_sampling_only(), |p| {
+        ("lights by BSDF sampling alone", bsdf_sampling_only(), |p| {
             p.vertices.len() > 1 && any(p, |v| v.emission.is_some_and(|e| e.weight == 1.0))
         }),
         ("media", media(), |p| {

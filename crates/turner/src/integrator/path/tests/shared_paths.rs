@@ -85,7 +85,7 @@ fn samples_are_sums_of_their_own_path_and_of_donors() {
             let rendered = sample(&scene, x, y, index).unwrap();
             assert_eq!(path.sum(), rendered.color, "{x},{y} sample {index}");
             assert_eq!(path.radiance, rendered);
-            assert!(pixel.add_or_leave_out(rendered.color, rendered.alpha));
+            assert!(pixel.add_or_omit(rendered.color, rendered.alpha));
             let shared = path.shared.as_ref().unwrap();
             let own = shared.parts.iter().find(|p| p.id == path.id);
             match shared.from {
