@@ -299,7 +299,7 @@ center = [0, 0, 5]
     let text = f.turner(&["info", "groups.toml"]).ok().stdout;
     assert!(text.contains("lamps: 1 light, 1 object"), "{text}");
     f.write("empty.toml", "[[light]]\ntype = \"point\"\nposition = [0, 1, 0]\ngroup = \"\"\n");
-    f.turner(&["info", "empty.toml"]).fails(1, &["empty.toml", "group", "lamps"]);
+    f.turner(&["info", "empty.toml"]).fails(1, &["empty.toml", "light group"]);
 }
 
 /// The memory of the light BVH is reported.
