@@ -115,7 +115,7 @@ pub trait ParamType: Sized {
     fn write(&self, cx: &mut dyn WriteContext) -> Result<Option<Data>, SceneError>;
     /// Updates the IDs that it refers to.
     fn renumber(&mut self, _by: &Renumber) {}
-    /// The first number of this value outside the range. `None` if all lie inside, or if the type has no numbers.
+    /// The first number of this value outside the range. `None` if all lie inside, or if the type is not numeric.
     fn outside(&self, _range: &Range) -> Option<f64> {
         None
     }

@@ -133,7 +133,7 @@ impl MtlFile {
 }
 
 impl MtlMaterial {
-    /// Applies a numeric statement; false if it is unknown or has no number.
+    /// Applies a numeric statement; false if it is unknown or lacks a number.
     fn set(&mut self, keyword: &str, rest: &[u8]) -> bool {
         let mut numbers = [0.0_f32; 3];
         let words = rest.split(u8::is_ascii_whitespace).filter(|w| !w.is_empty());

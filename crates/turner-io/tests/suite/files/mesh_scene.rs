@@ -73,7 +73,7 @@ fn assert_alike(a: &[[f32; 4]], b: &[[f32; 4]], may_differ: usize) {
 #[test]
 fn a_board_with_holes_is_its_squares() {
     let red = "color = \"red\", k_reflect = 0.2";
-    let holes = "opacity = { type = \"chessboard\", density = 2 }";
+    let holes = "opacity = { type = \"checkerboard\", density = 2 }";
     let mut squares = VIEW.to_owned();
     for i in 0..8 {
         let (row, column) = (i / 2, 2 * (i % 2) + (i / 2) % 2);
@@ -105,7 +105,7 @@ fn a_sphere_with_holes_shows_its_inside() {
         picture(&scene(&text))
     };
     let (full, cut) =
-        (ball(""), ball(", opacity = { type = \"chessboard\", density = 3, mapping = \"solid\" }"));
+        (ball(""), ball(", opacity = { type = \"checkerboard\", density = 3, mapping = \"solid\" }"));
     let differ = full.iter().zip(&cut).filter(|(a, b)| a != b).count();
     assert!(differ > 500, "{differ}");
 }
@@ -196,7 +196,7 @@ fn many_rays_find_what_each_finds_and_quality_changes_nothing() {
             -1.0 + 0.4 * f64::from(i),
             -1.0,
             1.3,
-            if i == 1 { "opacity = { type = \"chessboard\" }" } else { "" },
+            if i == 1 { "opacity = { type = \"checkerboard\" }" } else { "" },
         );
         text += &format!("transform = {{ rotate = [{}, 20, 0], translate = [0, 0.1, 0] }}\n", 30 * i);
     }

@@ -8,7 +8,7 @@ use turner_io::mesh::decode;
 use turner_io::scene::{LoadOptions, Override, load_text};
 
 const SCENE: &str = "include = \"b.toml\"\n[film]\nwidth = 0x10\nheight = 1_0\n[camera]\nfov = 4.5e1\neye = [1, -2.5, 3]\n\
-[texture.a]\ntype = \"chessboard\"\n[material.m]\ncolor = 'a'\n[[object]]\ntype = \"sphere\"\nmaterial = \"m\"\n\
+[texture.a]\ntype = \"checkerboard\"\n[material.m]\ncolor = 'a'\n[[object]]\ntype = \"sphere\"\nmaterial = \"m\"\n\
 transform = [{ scale = 2 }, { rotate = { axis = [0, 1, 0], angle = 30 } },]\n[[light]]\ntype = \"point\"\n\
 [[group.g.object]]\ntype = \"sphere\"\n\"radius\" = 0.5 # \u{e9}\n";
 

@@ -63,9 +63,9 @@ fn grids_come_from_files() {
     for band in 0..3 {
         let sigma = [0.5, 1.0, 0.0][band];
         let left = f64::exp(-2.0 * sigma);
-        let shines = 0.3 * if sigma > 0.0 { (1.0 - left) / sigma } else { 2.0 };
+        let emitted = 0.3 * if sigma > 0.0 { (1.0 - left) / sigma } else { 2.0 };
         let mean = picture.linear.iter().map(|p| f64::from(p[band])).sum::<f64>() / 16.0;
-        assert!((mean - left - shines).abs() < 0.01, "{band}: {mean}, not {}", left + shines);
+        assert!((mean - left - emitted).abs() < 0.01, "{band}: {mean}, not {}", left + emitted);
     }
     let error = load(scene("type = \"grid\", file = \"short.grid\"")).err().unwrap();
     assert_eq!((error.code(), error.line()), ("E0206", Some(4)));
