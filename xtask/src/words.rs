@@ -52,6 +52,8 @@ const EXCEPT: &[(&str, &str)] = &[
     ("crates/turner/src/schema/old_names.rs", ""),
     ("crates/turner-io/tests/suite/files/old_names.rs", ""),
     ("CHANGELOG.md", "chessboard"),
+    ("CHANGELOG.md", "shining"),
+    ("CHANGELOG.md", "surroundings"),
     ("docs/reference/classic.md", "chessboard"),
     // The board of a game of chess.
     ("docs/tutorial/first-scene.md", "chessboard"),

@@ -25,8 +25,8 @@ pub(crate) fn are_wanted(stream: &impl IsTerminal) -> bool {
     stream.is_terminal() && !is("NO_COLOR", |v| !v.is_empty()) && !is("TERM", |v| v == "dumb")
 }
 
-/// Colours titles, names and examples in the help on the scene format: titles start at the margin, names after two spaces,
-/// examples after four.
+/// Colours titles, names and examples in the help on the scene format: titles start at the margin, names after two
+/// spaces, examples after four.
 pub(crate) fn paint(text: &str) -> String {
     let mut out = String::new();
     for line in text.lines() {

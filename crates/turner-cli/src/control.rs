@@ -66,8 +66,8 @@ impl Control {
         self.code.load(Ordering::SeqCst)
     }
 
-    /// Requests a stop with this exit code. Returns false if the program should exit at once: after an earlier interrupt, or
-    /// if there is nothing to save.
+    /// Requests a stop with this exit code. Returns false if the program should exit at once: after an earlier
+    /// interrupt, or if there is nothing to save.
     pub(crate) fn interrupt(&self, code: u8) -> bool {
         if !self.is_interrupted() {
             self.code.store(code, Ordering::SeqCst);
@@ -85,8 +85,8 @@ impl Control {
         Reporter { quiet: false, events: *self.events.lock().unwrap_or_else(PoisonError::into_inner) }
     }
 
-    /// From here on the main thread checks the memory in use. Large allocations are checked beforehand ([`Memory::need`]);
-    /// this catches many small ones.
+    /// From here on the main thread checks the memory in use. Large allocations are checked beforehand
+    /// ([`Memory::need`]); this catches many small ones.
     pub(crate) fn watch_memory(&self, memory: &Arc<Memory>) {
         *self.memory.lock().unwrap_or_else(PoisonError::into_inner) = Some(Arc::clone(memory));
     }
@@ -101,8 +101,8 @@ impl Control {
         Some(Duration::from_millis(left / GROWTH).clamp(INTERVALS[0], INTERVALS[1]))
     }
 
-    /// The error if memory ran out and the program must end now. If there is a picture to save, rendering stops instead, and
-    /// [`Control::starved`] returns the error.
+    /// The error if memory ran out and the program must end now. If there is a picture to save, rendering stops
+    /// instead, and [`Control::starved`] returns the error.
     pub(crate) fn out_of_memory(&self) -> Option<SceneError> {
         let memory = self.watched()?;
         if memory.in_use()?.saturating_add(MARGIN) <= memory.limit() {

@@ -1,5 +1,5 @@
-//! The page of each error code: a paragraph, a faulty example, the remedy. `turner help E0102` and docs/reference/errors.md
-//! show them.
+//! The page of each error code: a paragraph, a faulty example, the remedy. `turner help E0102` and
+//! docs/reference/errors.md show them.
 
 use turner::schema::ErrorCode;
 

@@ -195,7 +195,8 @@ fn as_text(ready: &Ready) -> String {
 /// Most names per row.
 const MAX_NAMES: usize = 20;
 
-/// The names that options and keys refer to: `materials` of a model, `--camera`, `--animation`, `--variant`, light groups.
+/// The names that options and keys refer to: `materials` of a model, `--camera`, `--animation`, `--variant`, light
+/// groups.
 fn names(ready: &Ready) -> Vec<(&'static str, Vec<String>)> {
     let desc = &ready.desc;
     let imported = |what: &str| -> Vec<String> {

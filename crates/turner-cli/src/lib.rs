@@ -19,8 +19,8 @@
 //!
 //! Public items are those that `turner-lab` uses: measuring scenes, running checks, messages and failures.
 //!
-//! The work runs on a second thread. The main thread waits for its end or for a signal, so that a second Ctrl-C ends the
-//! program at once and only `main` exits the process.
+//! The work runs on a second thread. The main thread waits for its end or for a signal, so that a second Ctrl-C ends
+//! the program at once and only `main` exits the process.
 #![forbid(unsafe_code)]
 
 pub mod bench;
@@ -105,8 +105,8 @@ enum Event {
 /// The longest time that a second Ctrl-C waits for an output file that is being written.
 const SAVING: Duration = Duration::from_secs(2);
 
-/// Runs the command given by the arguments of the process. Exit codes: 0 success, 1 bad input or failure, 2 bad usage, 130
-/// after an interrupt, 143 after a request to terminate.
+/// Runs the command given by the arguments of the process. Exit codes: 0 success, 1 bad input or failure, 2 bad usage,
+/// 130 after an interrupt, 143 after a request to terminate.
 pub fn start() -> ExitCode {
     start_with(cli::run)
 }

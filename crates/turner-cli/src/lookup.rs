@@ -1,5 +1,5 @@
-//! `turner help WORD`: everything with this name: types, keys, values, sections, options, error codes, colours, and words
-//! of other programs.
+//! `turner help WORD`: everything with this name: types, keys, values, sections, options, error codes, colours, and
+//! words of other programs.
 
 use std::collections::BTreeSet;
 

@@ -115,8 +115,8 @@ impl Output {
         Ok(())
     }
 
-    /// The metadata of the picture: equal for the same scene on every machine. `exposure` is that of the display values,
-    /// in stops.
+    /// The metadata of the picture: equal for the same scene on every machine. `exposure` is that of the display
+    /// values, in stops.
     pub(crate) fn metadata(
         &self,
         prepared: &Prepared,
@@ -180,8 +180,8 @@ impl Output {
         self.path.as_ref().map_or("-".into(), |p| p.display().to_string())
     }
 
-    /// Encodes the picture and writes the file atomically. If that fails, e.g. because the disk is full, the picture is kept
-    /// in the folder for temporary files.
+    /// Encodes the picture and writes the file atomically. If that fails, e.g. because the disk is full, the picture is
+    /// kept in the folder for temporary files.
     pub(crate) fn write(
         &self,
         picture: &Picture,

@@ -55,8 +55,8 @@ pub(crate) struct RenderArgs {
     strict: bool,
 }
 
-/// Samples per pixel of the next pass. Early passes are short, so that an interrupted picture covers all pixels. Later ones
-/// are longer, because each pass starts its threads again.
+/// Samples per pixel of the next pass. Early passes are short, so that an interrupted picture covers all pixels. Later
+/// ones are longer, because each pass starts its threads again.
 fn pass_samples(done: u32) -> u32 {
     (done / 8).clamp(16, 256)
 }
@@ -103,8 +103,8 @@ pub(crate) fn run(args: &RenderArgs, control: &Control) -> u8 {
     })
 }
 
-/// Renders one picture and adds the files of the scene to `watched`. Stops when one of them changes; the existing picture
-/// is kept then.
+/// Renders one picture and adds the files of the scene to `watched`. Stops when one of them changes; the existing
+/// picture is kept then.
 pub(crate) fn again(
     args: &RenderArgs,
     output: &Output,
@@ -204,8 +204,8 @@ fn load(
     Ok(ready)
 }
 
-/// Whether the scene changes over the frames `steps`; true if no frames are rendered. Only glTF models have animations. The
-/// first frame is compared with the second and the middle one: in a loop the last frame equals the first.
+/// Whether the scene changes over the frames `steps`; true if no frames are rendered. Only glTF models have animations.
+/// The first frame is compared with the second and the middle one: in a loop the last frame equals the first.
 fn moves(args: &RenderArgs, steps: &[Step], ready: &Ready, control: &Control) -> Result<bool, Failure> {
     let (Some(Step::Frame(_)), [_, second, ..]) = (steps.first(), steps) else { return Ok(true) };
     if !ready.desc.imports.iter().any(|i| i.format.starts_with("glTF")) {

@@ -33,15 +33,15 @@ impl Reporter {
     pub fn failure(&self, failure: &Failure) {
         let Some(events) = &self.events else { return print_error(failure) };
         for error in &failure.errors {
-            let place = error.span.and_then(|span| failure.sources.locate(span));
-            let file = place.as_ref().map(|p| label(p, &failure.labels));
+            let location = error.span.and_then(|span| failure.sources.locate(span));
+            let file = location.as_ref().map(|p| label(p, &failure.labels));
             events.send(json!({
                 "event": "error",
                 "code": error.code.as_str(),
                 "message": error.message,
                 "file": file,
-                "line": place.as_ref().map(|p| p.line),
-                "column": place.as_ref().map(|p| p.column),
+                "line": location.as_ref().map(|p| p.line),
+                "column": location.as_ref().map(|p| p.column),
                 "help": flags::help(error),
             }));
         }
@@ -52,15 +52,15 @@ impl Reporter {
         let warnings = summed(warnings);
         if let Some(events) = &self.events {
             for w in &warnings {
-                let place = w.span.and_then(|span| sources.locate(span));
+                let location = w.span.and_then(|span| sources.locate(span));
                 events.send(json!({
                     "event": "warning",
                     "kind": w.kind.word(),
                     "message": flags::message(w),
                     "count": w.count,
-                    "file": place.as_ref().map(|p| label(p, labels)),
-                    "line": place.as_ref().map(|p| p.line),
-                    "column": place.as_ref().map(|p| p.column),
+                    "file": location.as_ref().map(|p| label(p, labels)),
+                    "line": location.as_ref().map(|p| p.line),
+                    "column": location.as_ref().map(|p| p.column),
                 }));
             }
             return;
@@ -164,11 +164,11 @@ fn renderer() -> Renderer {
 
 fn error_text(error: &SceneError, sources: &Sources, labels: &Labels, renderer: &Renderer) -> String {
     let title = Level::ERROR.primary_title(error.message.as_str()).id(error.code.as_str());
-    let place = Excerpt::of(error.span, sources, labels);
+    let excerpt = Excerpt::of(error.span, sources, labels);
     let help = flags::help(error);
     let help = help.as_deref();
-    if let Some(place) = &place {
-        let group = title.element(place.snippet()).elements(help.map(|help| Level::HELP.message(help)));
+    if let Some(excerpt) = &excerpt {
+        let group = title.element(excerpt.snippet()).elements(help.map(|help| Level::HELP.message(help)));
         return format!("{}\n", renderer.render(&[group]));
     }
     // Rendered separately: one call would put an empty margin between them.
@@ -180,8 +180,8 @@ fn error_text(error: &SceneError, sources: &Sources, labels: &Labels, renderer: 
 /// `warning[ignored]: …`, with the kind where errors have their code; notes are `note: …`.
 fn warning_text(warning: &Warning, sources: &Sources, labels: &Labels, renderer: &Renderer) -> String {
     let times = if warning.count > 1 { format!(" ({} times)", warning.count) } else { String::new() };
-    let place = Excerpt::of(warning.span, sources, labels);
-    let at = place.as_ref().map_or(String::new(), |p| format!("{}: ", p.title));
+    let excerpt = Excerpt::of(warning.span, sources, labels);
+    let at = excerpt.as_ref().map_or(String::new(), |p| format!("{}: ", p.title));
     let message = format!("{at}{}{times}", flags::message(warning));
     let title = match warning.kind {
         WarningKind::Note => Level::NOTE.primary_title(message),

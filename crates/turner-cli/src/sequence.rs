@@ -14,7 +14,8 @@ use turner::schema::SceneError;
 /// Options for sequences of pictures.
 #[derive(Debug, Default, Args)]
 pub(crate) struct SequenceArgs {
-    /// Render N numbered pictures from a camera that circles the scene once, starting at the scene's camera or at --camera orbit:A,E
+    /// Render N numbered pictures from a camera that circles the scene once, starting at the scene's camera or at
+    /// --camera orbit:A,E
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=100_000))]
     turntable: Option<u32>,
     /// Render the animation frames FIRST to LAST as numbered pictures
@@ -123,9 +124,9 @@ impl Turntable {
     }
 }
 
-/// Rotates a camera about a vertical axis, counter-clockwise as seen from above. The axis goes through `look_at` if that
-/// lies within the bounds, otherwise through their centre: `look_at` of an imported camera is an arbitrary point on its
-/// axis.
+/// Rotates a camera about a vertical axis, counter-clockwise as seen from above. The axis goes through `look_at` if
+/// that lies within the bounds, otherwise through their centre: `look_at` of an imported camera is an arbitrary point
+/// on its axis.
 fn circled(mut camera: CameraDesc, bounds: &Bounds, degrees: f64) -> CameraDesc {
     let [position, look_at, up] = camera.placement_mut();
     let slack = 1e-6 * bounds.size().max_element().max(0.0);

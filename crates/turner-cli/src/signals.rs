@@ -11,8 +11,8 @@ pub(crate) fn watch(events: Sender<Event>) {
     let _ = ctrlc::set_handler(move || drop(events.send(Event::Signal(INTERRUPTED))));
 }
 
-/// Reports signals, except those that the parent process ignores (`nohup`, background jobs of a script). If no handler can
-/// be installed, a signal ends the program.
+/// Reports signals, except those that the parent process ignores (`nohup`, background jobs of a script). If no handler
+/// can be installed, a signal ends the program.
 #[cfg(unix)]
 pub(crate) fn watch(events: Sender<Event>) {
     use crate::failure::{HUNG_UP, TERMINATED};

@@ -121,8 +121,8 @@ impl StudioArgs {
 }
 
 impl StudioArgs {
-    /// Replaces the environment lights of the scene by the environment map of `--environment`, and applies `--env-rotation`
-    /// and `--env-strength`.
+    /// Replaces the environment lights of the scene by the environment map of `--environment`, and applies
+    /// `--env-rotation` and `--env-strength`.
     pub(crate) fn apply_environment(
         &self,
         desc: &mut SceneDesc,

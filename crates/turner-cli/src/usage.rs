@@ -189,8 +189,8 @@ impl Said<'_> {
         turner::schema::error::suggestion(&self.text(ContextKind::InvalidValue).unwrap_or_default(), &names)
     }
 
-    /// The remedy for an unknown option: Turner's equivalent of another program's option, the nearest name, or the command
-    /// that has the option.
+    /// The remedy for an unknown option: Turner's equivalent of another program's option, the nearest name, or the
+    /// command that has the option.
     fn instead_of(&self, option: &str, cli: &Command) -> Option<String> {
         if let Some(remedy) = foreign::option(option).filter(|r| self.has_options_of(r)) {
             return Some(remedy.to_owned());

@@ -1,7 +1,7 @@
 //! `turner watch`: renders again whenever a file of the scene is saved.
 //!
-//! Modification time and length of the files are polled a few times a second. Polling needs no service of the system and
-//! works on network folders and with editors that replace files.
+//! Modification time and length of the files are polled a few times a second. Polling needs no service of the system
+//! and works on network folders and with editors that replace files.
 
 use std::path::{Path, PathBuf};
 use std::sync::Mutex;
@@ -75,7 +75,8 @@ impl Watched {
         self.files.iter().any(|(path, then)| stamp(path) != *then)
     }
 
-    /// Waits until a file has changed, all files are stable, and the scene file exists. Returns false after an interrupt.
+    /// Waits until a file has changed, all files are stable, and the scene file exists. Returns false after an
+    /// interrupt.
     fn wait(&self, control: &Control, reporter: &Reporter) -> bool {
         let mut said = false;
         loop {

@@ -1,5 +1,5 @@
-//! The result as JSON. docs/reference/compare.md documents the keys: new ones may be added, the meaning of a key does not
-//! change.
+//! The result as JSON. docs/reference/compare.md documents the keys: new ones may be added, the meaning of a key does
+//! not change.
 
 use serde_json::{Map, Value, json};
 use turner::compare::{Metric, NonFinite};

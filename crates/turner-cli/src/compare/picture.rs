@@ -33,8 +33,8 @@ fn failed(error: &impl std::fmt::Display) -> Failure {
 }
 
 impl Target {
-    /// Writes the map of a metric in the colour map magma. FLIP and 1 - SSIM have the range 0 to 1, other metrics 0 to the
-    /// largest value in the map.
+    /// Writes the map of a metric in the colour map magma. FLIP and 1 - SSIM have the range 0 to 1, other metrics 0 to
+    /// the largest value in the map.
     pub(super) fn write(
         self,
         pair: &Pair,

@@ -145,8 +145,8 @@ impl Kind {
 pub(super) struct Node {
     pub(super) parent: Option<usize>,
     pub(super) kind: Kind,
-    /// Its number among the sample's rays, from 1. Shadow rays are not counted: they have the number of the ray to their
-    /// surface.
+    /// Its number among the sample's rays, from 1. Shadow rays are not counted: they have the number of the ray to
+    /// their surface.
     pub(super) badge: usize,
     pub(super) from: DVec3,
     pub(super) direction: DVec3,

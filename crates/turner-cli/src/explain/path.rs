@@ -249,8 +249,8 @@ fn surface(node: &mut Node, v: &Vertex<'_>, s: &Surface<'_>) {
     node.remark = match (v.passage, s.outside) {
         (Passage::Hole, _) => "passes: transparent by stochastic alpha test",
         (Passage::Hidden, _) => "passes: inside a solid of higher priority",
-        (Passage::Boundary, true) => "enters a medium",
-        (Passage::Boundary, false) => "leaves a medium",
+        (Passage::Interface, true) => "enters a medium",
+        (Passage::Interface, false) => "leaves a medium",
         (Passage::Medium, _) => "",
         (Passage::Exit, _) => "exits the translucent body",
         (Passage::Surface, _) if s.random_walk.is_some() => "hit from inside the translucent body",

@@ -1,7 +1,7 @@
 //! Which rays of a tree are shown: those with the largest contributions.
 //!
-//! A priority queue starts with the camera ray. The ray with the largest contribution, descendants included, is shown and
-//! its children enter the queue, until the budget is spent. A shown ray therefore always has a shown parent.
+//! A priority queue starts with the camera ray. The ray with the largest contribution, descendants included, is shown
+//! and its children enter the queue, until the budget is spent. A shown ray therefore always has a shown parent.
 
 use std::collections::BinaryHeap;
 
@@ -47,7 +47,8 @@ impl PartialOrd for Candidate {
     }
 }
 
-/// Shows at most `budget` rays; shadow rays come with their surfaces. With `filtered` only rays that `--path-of` selects.
+/// Shows at most `budget` rays; shadow rays come with their surfaces. With `filtered` only rays that `--path-of`
+/// selects.
 pub(super) fn shown(nodes: &[Node], budget: usize, filtered: bool) -> Shown {
     let kept = kept(nodes, filtered);
     let mut out = Shown {

@@ -1,7 +1,7 @@
 //! Style sheets of drawings and pages, for light and dark colour schemes.
 
-/// Name, colour in the light scheme, colour in the dark scheme. The colours of rays differ in lightness as well as in hue,
-/// for colour-blind readers.
+/// Name, colour in the light scheme, colour in the dark scheme. The colours of rays differ in lightness as well as in
+/// hue, for colour-blind readers.
 const PALETTE: [(&str, &str, &str); 15] = [
     ("page", "#fbfaf7", "#16181d"),
     ("card", "#ffffff", "#1d2026"),

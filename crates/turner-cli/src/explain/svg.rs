@@ -92,24 +92,24 @@ fn tree_rows(out: &mut String, tree: &SampleTree, rows: &[Row], display: &Displa
         let depth = row.depth();
         let x = LEFT + STEP * depth.min(14) as f64;
         let height = if matches!(row, Row::Ray { .. }) { RAY_ROW } else { LIGHT_ROW };
-        let middle = *y + if height == RAY_ROW { 16.0 } else { 10.0 };
+        let center_y = *y + if height == RAY_ROW { 16.0 } else { 10.0 };
         above.truncate(depth);
         if let Some(from) = above.last() {
             let bend = x - STEP + 8.0;
             *out += &format!(
                 "<path class=\"branch\" d=\"M{bend:.1} {from:.1}V{:.1}q0 6 6 6H{:.1}\"/>\n",
-                middle - 6.0,
+                center_y - 6.0,
                 x - 1.0
             );
         }
         let room = (LEFT + TREE - BAR - x - 40.0) / 6.4;
         match row {
             Row::Ray { node: i, .. } => {
-                above.push(middle + 12.0);
+                above.push(center_y + 12.0);
                 let node = &tree.nodes[*i];
                 *out += &format!(
                     "<rect class=\"swatch\" x=\"{x}\" y=\"{:.1}\" width=\"18\" height=\"24\" rx=\"5\" fill=\"{}\"/>\n",
-                    middle - 12.0,
+                    center_y - 12.0,
                     display.hex(tree.radiance(node))
                 );
                 let fraction = tree.fraction(node.total);
@@ -117,20 +117,20 @@ fn tree_rows(out: &mut String, tree: &SampleTree, rows: &[Row], display: &Displa
                 *out += &format!(
                     "<rect class=\"rail\" x=\"{:.1}\" y=\"{:.1}\" width=\"{BAR}\" height=\"6\" rx=\"3\"/>\n",
                     right - BAR,
-                    middle - 9.0
+                    center_y - 9.0
                 );
                 if fraction > 0.0 {
                     *out += &format!(
                         "<rect class=\"bar {}\" x=\"{:.1}\" y=\"{:.1}\" width=\"{:.1}\" height=\"6\" rx=\"3\"/>\n",
                         node.kind.word(),
                         right - BAR,
-                        middle - 9.0,
+                        center_y - 9.0,
                         (fraction * BAR).max(1.5)
                     );
                 }
                 *out += &format!(
                     "<text class=\"dim\" x=\"{right:.1}\" y=\"{:.1}\" text-anchor=\"end\">{}</text>\n",
-                    middle + 14.0,
+                    center_y + 14.0,
                     percent(fraction)
                 );
                 let material = node.material.as_deref().map_or(String::new(), |m| format!(" ({m})"));
@@ -138,7 +138,7 @@ fn tree_rows(out: &mut String, tree: &SampleTree, rows: &[Row], display: &Displa
                 *out += &format!(
                     "<text x=\"{:.1}\" y=\"{:.1}\"><tspan class=\"kind {}\">{} {}</tspan> <tspan class=\"name\">{}</tspan></text>\n",
                     x + 26.0,
-                    middle - 1.0,
+                    center_y - 1.0,
                     node.kind.word(),
                     node.badge,
                     node.kind.title(),
@@ -154,18 +154,32 @@ fn tree_rows(out: &mut String, tree: &SampleTree, rows: &[Row], display: &Displa
                 *out += &format!(
                     "<text class=\"dim\" x=\"{:.1}\" y=\"{:.1}\">{}</text>\n",
                     x + 26.0,
-                    middle + 14.0,
+                    center_y + 14.0,
                     xml(&cut(&line, room + 6.0))
                 );
             }
-            Row::Light { nodes, added, .. } => light_row(out, tree, nodes, *added, [x, middle, room]),
+            Row::Light { nodes, added, .. } => {
+                let open = nodes.iter().any(|&n| tree.nodes[n].open);
+                let class = if open { "lit" } else { "unlit" };
+                *out += &format!(
+                    "<circle class=\"{class}\" cx=\"{:.1}\" cy=\"{center_y:.1}\" r=\"5\"/>\n",
+                    x + 8.0
+                );
+                let line = light_line(tree, nodes, *added);
+                *out += &format!(
+                    "<text class=\"small\" x=\"{:.1}\" y=\"{:.1}\">{}</text>\n",
+                    x + 20.0,
+                    center_y + 4.0,
+                    xml(&cut(&line, room))
+                );
+            }
             Row::Hidden { hidden, .. } => {
                 let line =
                     format!("… {} with a sum of {} not shown", rays(hidden.rays), color(hidden.contribution));
                 *out += &format!(
                     "<text class=\"dim\" x=\"{:.1}\" y=\"{:.1}\">{}</text>\n",
                     x + 4.0,
-                    middle + 4.0,
+                    center_y + 4.0,
                     xml(&line)
                 );
             }
@@ -174,26 +188,10 @@ fn tree_rows(out: &mut String, tree: &SampleTree, rows: &[Row], display: &Displa
     }
 }
 
-/// Lights that contribute alike at a surface: a dot at x, the height of its centre, and room for so many characters.
-fn light_row(
-    out: &mut String,
-    tree: &SampleTree,
-    nodes: &[usize],
-    added: Spectrum,
-    [x, middle, room]: [f64; 3],
-) {
-    let first = &tree.nodes[nodes[0]];
-    let open = nodes.iter().any(|&n| tree.nodes[n].open);
-    let class = if open { "lit" } else { "unlit" };
-    *out += &format!("<circle class=\"{class}\" cx=\"{:.1}\" cy=\"{middle:.1}\" r=\"5\"/>\n", x + 8.0);
+/// `point light #1: lit · adds [r, g, b]`
+fn light_line(tree: &SampleTree, nodes: &[usize], added: Spectrum) -> String {
     let sum = if added.is_black() { String::new() } else { format!(" · adds {}", color(added)) };
-    let line = format!("{}: {}{sum}", first.target, light_remark(tree, nodes));
-    *out += &format!(
-        "<text class=\"small\" x=\"{:.1}\" y=\"{:.1}\">{}</text>\n",
-        x + 20.0,
-        middle + 4.0,
-        xml(&cut(&line, room))
-    );
+    format!("{}: {}{sum}", tree.nodes[nodes[0]].target, light_remark(tree, nodes))
 }
 
 /// The sum as a bar: a segment for the contribution of each ray without its descendants, in the colour that it returns.

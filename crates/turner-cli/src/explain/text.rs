@@ -142,20 +142,20 @@ fn sums(out: &mut String, tree: &SampleTree, shown: &Shown, style: &Style<'_>) {
         // Rays that were not traced have no hit to name.
         let hit = tree.nodes.get(*node).filter(|n| n.traced && n.target != *what);
         let of = hit.map_or(String::new(), |n| format!(" of {}", escape(&n.target)));
-        *out += &format!("  {}{:<32} {}\n", style.swatch(*part), format!("{what}{of}"), exact(*part));
+        *out += &format!("  {}{:<40} {}\n", style.swatch(*part), format!("{what}{of}"), exact(*part));
     }
     let rest = tree.parts.len() - count;
     if rest > 0 {
         *out += &style.dim(&format!("  … and {rest} more terms\n"));
     }
-    *out += &format!("  {}{:<32} {}\n", style.swatch(tree.sum), "sum", exact(tree.sum));
+    *out += &format!("  {}{:<40} {}\n", style.swatch(tree.sum), "sum", exact(tree.sum));
     let equal = match (tree.exact, tree.rendered.is_finite()) {
         (_, false) => "non-finite: omitted from the picture",
         (true, true) => "equal to the last bit",
         (false, true) => "NOT EQUAL",
     };
     let rendered = tree.rendered;
-    let line = format!("{:<32} {}  {equal}", "sample as rendered", exact(rendered));
+    let line = format!("{:<40} {}  {equal}", "sample as rendered", exact(rendered));
     *out += &format!("  {}{line}\n", style.swatch(rendered));
 }
 

@@ -180,8 +180,8 @@ impl View {
         [d.dot(self.x), d.dot(self.y)]
     }
 
-    /// The part of a segment inside the view (Liang and Barsky 1984), with a margin of 4 pixels; `None` if there is none.
-    /// Without `to` the segment is infinite.
+    /// The part of a segment inside the view (Liang and Barsky 1984), with a margin of 4 pixels; `None` if there is
+    /// none. Without `to` the segment is infinite.
     pub(super) fn segment(&self, from: DVec3, direction: DVec3, to: Option<DVec3>) -> Option<(Point, Point)> {
         let a = self.point(from);
         let (d, end) = match to {

@@ -96,8 +96,8 @@ impl Finding {
         Finding { verdict: Verdict::Limit(value, limit), found: found.into() }
     }
 
-    /// The comparison of two pictures. It fails if the standard error, relative to the mean, exceeds `cap`: a result that
-    /// noisy proves nothing.
+    /// The comparison of two pictures. It fails if the standard error, relative to the mean, exceeds `cap`: a result
+    /// that noisy proves nothing.
     pub fn comparison(c: &Comparison, cap: f64) -> Finding {
         let mut found = format!("mean ratio {:.5} ± {:.5}", c.ratio, c.ratio_error);
         if c.beyond > 0.0 {

@@ -27,8 +27,8 @@ struct Case {
     cap: f64,
 }
 
-/// Form factor from a differential surface to a parallel rectangle with one corner straight above it (Howell, "A Catalog of
-/// Radiation Heat Transfer Configuration Factors"). `a` and `b` are the sides over the height.
+/// Form factor from a differential surface to a parallel rectangle with one corner straight above it (Howell, "A
+/// Catalog of Radiation Heat Transfer Configuration Factors"). `a` and `b` are the sides over the height.
 ///
 /// ```text
 ///   ┌────── a ──────┐
@@ -198,8 +198,8 @@ fn interreflection(add: &mut impl FnMut(&'static str, String, [f64; 3], u32, f64
     add("a-sheet-of-opacity-a-quarter", scene, [0.75 + 0.5; 3], 64, 0.01);
 }
 
-/// Single scattering of a point light of intensity 1 in fog, along a camera ray: the integral over t of
-/// albedo σ exp(-σ(t + d)) p(cos θ) / d², with the phase function p of Henyey and Greenstein (1941), by Simpson's rule. The
+/// Single scattering of a point light of intensity 1 in fog, along a camera ray: the integral over t of albedo σ
+/// exp(-σ(t + d)) p(cos θ) / d², with the phase function p of Henyey and Greenstein (1941), by Simpson's rule. The
 /// light is `along` the ray and at the distance `lateral` from it.
 ///
 /// ```text

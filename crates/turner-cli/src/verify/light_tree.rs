@@ -1,5 +1,5 @@
-//! The light BVH for many lights (Conty Estevez and Kulla 2018): the same picture as with a single table for all points, and
-//! probabilities that sum to 1.
+//! The light BVH for many lights (Conty Estevez and Kulla 2018): the same picture as with a single table for all
+//! points, and probabilities that sum to 1.
 
 use std::fmt::Write;
 

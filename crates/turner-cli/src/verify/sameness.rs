@@ -109,7 +109,7 @@ pub(super) fn checks() -> Vec<Check> {
         Check::limit("bytes/tiles", |cx| {
             // The tiles of a crop start at its corner: each crop divides the picture differently.
             let mut scene = prepared(cx)?;
-            let whole = render(cx, &scene, cx.threads, u32::MAX)?;
+            let full = render(cx, &scene, cx.threads, u32::MAX)?;
             let mut wrong = 0;
             for crop in [[13, 9, 31, 25], [1, 1, 49, 36], [7, 0, 9, 37]] {
                 scene.view.film.crop = Some(crop);
@@ -118,7 +118,7 @@ pub(super) fn checks() -> Vec<Check> {
                 let rect = PixelRect { x, y, width, height };
                 let row = |y: u32| {
                     let from = (y * SIZE[0] + rect.x) as usize;
-                    whole.linear[from..from + rect.width as usize].iter().copied()
+                    full.linear[from..from + rect.width as usize].iter().copied()
                 };
                 let expected: Vec<_> = (rect.y..rect.y + rect.height).flat_map(row).collect();
                 wrong += differing(&expected, &part.linear);

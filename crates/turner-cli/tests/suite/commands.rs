@@ -1,5 +1,5 @@
-//! Runs every command of the documents with small pictures. For commands that take minutes or do not end only the arguments
-//! are parsed.
+//! Runs every command of the documents with small pictures. For commands that take minutes or do not end only the
+//! arguments are parsed.
 #![cfg(unix)]
 
 use crate::common::{Folder, SCENE, folder};

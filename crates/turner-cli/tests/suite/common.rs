@@ -60,6 +60,6 @@ impl Folder {
 pub(crate) fn pixels(bytes: &[u8]) -> (u32, u32, Vec<[f32; 3]>) {
     let image =
         turner_io::image::decode(bytes, "picture", &turner_io::image::DecodeLimits::default()).unwrap();
-    let places = (0..image.height).flat_map(|y| (0..image.width).map(move |x| (x, y)));
-    (image.width, image.height, places.map(|(x, y)| image.rgb(x, y)).collect())
+    let positions = (0..image.height).flat_map(|y| (0..image.width).map(move |x| (x, y)));
+    (image.width, image.height, positions.map(|(x, y)| image.rgb(x, y)).collect())
 }

@@ -172,7 +172,7 @@ fn what_cannot_be_compared_is_said() {
 }
 
 #[test]
-fn pixels_that_are_no_numbers_are_counted_and_must_be_the_same() {
+fn non_finite_pixels_are_counted_and_must_agree() {
     let f = folder();
     let grey = [[0.5, 0.5, 0.5, 1.0]; 6];
     let mut bad = grey;
@@ -191,7 +191,7 @@ fn pixels_that_are_no_numbers_are_counted_and_must_be_the_same() {
 }
 
 #[test]
-fn grey_is_colour_without_colour() {
+fn grey_pictures_compare_as_colour() {
     let grey = Image { width: 2, height: 1, channels: 1, pixels: Pixels::U8(vec![51, 255]) };
     let color =
         Image { width: 2, height: 1, channels: 3, pixels: Pixels::U8(vec![51, 51, 51, 255, 255, 255]) };

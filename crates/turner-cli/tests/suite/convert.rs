@@ -73,3 +73,14 @@ fn bad_outputs_are_errors() {
     assert_eq!(f.read("there.toml"), b"mine");
     assert_eq!(f.names(), ["s.toml", "there.toml"]);
 }
+
+#[test]
+fn an_imported_camera_is_written_once() {
+    let f = folder();
+    let scene =
+        concat!(env!("CARGO_MANIFEST_DIR"), "/../turner-io/tests/assets/pbrt/cornell-box/scene-v4.pbrt");
+    f.turner(&["convert", scene, "c.toml"]).ok();
+    let text = String::from_utf8(f.read("c.toml")).unwrap();
+    assert!(text.contains("[camera]") && !text.contains("-0.0"), "{text}");
+    assert!(!text.contains("[[view]]") && !text.contains("[studio]"), "{text}");
+}

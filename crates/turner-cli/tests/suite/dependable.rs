@@ -22,7 +22,7 @@ fn a_killed_program_leaves_the_old_file_or_the_new_one() {
     let new = render(&f, "2");
     let start = Instant::now();
     let old = render(&f, "1");
-    let whole = start.elapsed();
+    let duration = start.elapsed();
     assert_ne!(old, new);
     let (mut kept, mut replaced) = (0, 0);
     for round in 0..50_u32 {
@@ -30,8 +30,8 @@ fn a_killed_program_leaves_the_old_file_or_the_new_one() {
         let args = [&["s.toml", "--quiet", "--seed", "2"], &SIZE[..], &MANY].concat();
         let mut child = f.command(&args).stdout(Stdio::null()).stderr(Stdio::null()).spawn().unwrap();
         // A low-discrepancy sequence, so that the times are spread evenly over 1.3 times the render.
-        let share = f64::from(round) * 0.618_034 % 1.0;
-        std::thread::sleep(whole.mul_f64(share * 1.3));
+        let fraction = f64::from(round) * 0.618_034 % 1.0;
+        std::thread::sleep(duration.mul_f64(fraction * 1.3));
         let _ = child.kill();
         child.wait().unwrap();
         let found = f.read("s.png");
@@ -60,18 +60,18 @@ fn a_fault_in_a_worker_saves_what_is_finished_and_fails() {
     let done = run.stdout.lines().find(|line| line.contains("\"done\"")).expect("what came of it");
     let done: serde_json::Value = serde_json::from_str(done).unwrap();
     assert_eq!(done["complete"], false);
-    let share = done["finished"].as_f64().unwrap();
-    assert!(share > 0.0 && share < 1.0, "{share}");
+    let fraction = done["finished"].as_f64().unwrap();
+    assert!(fraction > 0.0 && fraction < 1.0, "{fraction}");
     let (width, height, found) = pixels(&f.read("s.png"));
     assert_eq!((width, height), (160, 120));
-    let whole = {
-        let args = [&["s.toml", "-o", "whole.png"], &SIZE[..], &MANY].concat();
+    let complete = {
+        let args = [&["s.toml", "-o", "complete.png"], &SIZE[..], &MANY].concat();
         f.turner(&args).ok();
-        pixels(&f.read("whole.png")).2
+        pixels(&f.read("complete.png")).2
     };
     // Finished tiles equal those of the complete picture.
-    let same = found.iter().zip(&whole).filter(|(a, b)| a == b).count();
-    assert!(same > 16 * 16 && same < whole.len(), "{same} of {}", whole.len());
+    let same = found.iter().zip(&complete).filter(|(a, b)| a == b).count();
+    assert!(same > 16 * 16 && same < complete.len(), "{same} of {}", complete.len());
 }
 
 #[test]

@@ -156,3 +156,18 @@ fn the_old_name_of_shared_paths_is_read() {
     }
     assert!(!f.turner(&["render", "--help-all"]).ok().stdout.contains("--reuse"));
 }
+
+#[test]
+fn missing_arguments_and_wrong_files_have_remedies() {
+    let f = folder();
+    for command in ["explain", "doctor", "info", "watch", "new", "convert", "compare", "render"] {
+        let run = f.turner(&[command]).fails(2, &["E0601", "missing: "]);
+        assert!(run.stderr.contains(&format!("help: usage: turner {command} ")), "{}", run.stderr);
+    }
+    f.turner(&["list", "nope"]).fails(2, &["there is no topic \"nope\"", "valid: shapes"]);
+    for command in [&["explain", "--pixel", "1,1"][..], &["doctor"], &["info"], &["watch", "--count", "1"]] {
+        for file in ["nope.toml", "."] {
+            f.turner(&[command, &[file]].concat()).fails(1, &["E0201", file, "help: "]);
+        }
+    }
+}

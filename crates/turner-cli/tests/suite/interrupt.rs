@@ -59,8 +59,8 @@ fn an_interrupt_saves_the_picture() {
         assert_eq!(run.code, Some(code), "{run:?}");
         let done: serde_json::Value = serde_json::from_str(run.stdout.lines().last().unwrap()).unwrap();
         assert_eq!((&done["event"], &done["complete"]), (&"done".into(), &false.into()));
-        let share = done["finished"].as_f64().unwrap();
-        assert!(share > 0.0 && share < 1.0, "{share}");
+        let fraction = done["finished"].as_f64().unwrap();
+        assert!(fraction > 0.0 && fraction < 1.0, "{fraction}");
         let (w, h, p) = pixels(&f.read("s.png"));
         assert_eq!((w, h), (200, 200));
         assert!(p.iter().any(|c| c[0] > 0.3));

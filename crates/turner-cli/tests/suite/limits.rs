@@ -109,7 +109,7 @@ fn pictures_of_scenes_are_halved_too() {
         let json: serde_json::Value = serde_json::from_str(&f.turner(args).ok().stdout).unwrap();
         json["memory"]["textures"].as_u64().unwrap()
     };
-    let whole = bytes(&["info", "i.toml", "--json"]);
+    let full = bytes(&["info", "i.toml", "--json"]);
     let halved = bytes(&["info", "i.toml", "--json", "--max-texture-size", "20"]);
-    assert_eq!(whole, 4 * halved, "{whole} {halved}");
+    assert_eq!(full, 4 * halved, "{full} {halved}");
 }

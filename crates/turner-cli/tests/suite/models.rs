@@ -28,8 +28,8 @@ fn small<'a>(args: &[&'a str]) -> Vec<&'a str> {
 fn alphas(bytes: &[u8]) -> Vec<f32> {
     let image =
         turner_io::image::decode(bytes, "picture", &turner_io::image::DecodeLimits::default()).unwrap();
-    let places = (0..image.height).flat_map(|y| (0..image.width).map(move |x| (x, y)));
-    places.map(|(x, y)| image.alpha(x, y)).collect()
+    let positions = (0..image.height).flat_map(|y| (0..image.width).map(move |x| (x, y)));
+    positions.map(|(x, y)| image.alpha(x, y)).collect()
 }
 
 #[test]
@@ -182,4 +182,16 @@ fn a_picture_that_the_model_uses_is_not_written_over() {
     f.write("cube.obj", &own);
     f.turner(&small(&["cube.obj"])).fails(1, &["cube.png", "reads this file"]);
     assert_eq!(f.read("cube.png"), before);
+}
+
+#[test]
+fn info_lists_names() {
+    let f = with(&["gltf/Fox.glb"]);
+    let text = f.turner(&["info", "Fox.glb"]).ok().stdout;
+    for words in ["material names  fox_material", "animations      Survey, Walk, Run"] {
+        assert!(text.contains(words), "{words}: {text}");
+    }
+    let json: serde_json::Value =
+        serde_json::from_str(&f.turner(&["info", "Fox.glb", "--json"]).ok().stdout).unwrap();
+    assert_eq!(json["names"]["animations"], serde_json::json!(["Survey", "Walk", "Run"]));
 }

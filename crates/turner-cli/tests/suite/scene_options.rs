@@ -176,3 +176,24 @@ fn names_of_mitsuba_scenes_are_given_values() {
         );
     }
 }
+
+#[test]
+fn options_of_the_path_tracer_name_it() {
+    let f = folder();
+    let scene = "integrator = { type = \"classic\" }\nobject = [{ type = \"sphere\" }]\n";
+    f.write("c.toml", scene);
+    for option in [["--caustics", "off"], ["--clamp-indirect", "10"], ["--shared-paths", "off"]] {
+        let run = f.turner(&["c.toml", option[0], option[1]]).fails(2, &["E0102", option[0]]);
+        assert!(run.stderr.contains("add `--integrator path`"), "{}", run.stderr);
+    }
+}
+
+#[test]
+fn an_empty_scene_names_the_example() {
+    let f = folder();
+    f.write("e.toml", "");
+    let run = f.turner(&["e.toml", "--width", "16", "--samples", "1"]).ok();
+    for words in ["warning[ignored]: ", "`turner new first`", "`turner help scene`"] {
+        assert!(run.stderr.contains(words), "{words}: {}", run.stderr);
+    }
+}

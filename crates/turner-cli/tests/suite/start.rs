@@ -23,8 +23,8 @@ fn new_scenes_render_without_a_warning() {
         let (w, h, p) = pixels(&f.read(&format!("{template}.png")));
         assert_eq!((w, h), (40, 25));
         // The red sphere is at the centre.
-        let middle = p[(h / 2 * w + w / 2) as usize];
-        assert!(middle[0] > 1.5 * middle[1] && middle[0] > 1.5 * middle[2], "{middle:?}");
+        let center = p[(h / 2 * w + w / 2) as usize];
+        assert!(center[0] > 1.5 * center[1] && center[0] > 1.5 * center[2], "{center:?}");
     }
 }
 

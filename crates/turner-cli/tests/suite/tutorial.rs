@@ -47,8 +47,8 @@ fn follow(text: &str, instruction: &str, block: Option<&str>) -> String {
             all.remove(find(&all, what));
         }
     } else if let Some(what) = target("Replace ") {
-        let place = find(&all, what);
-        all[place] = block.unwrap().to_owned();
+        let index = find(&all, what);
+        all[index] = block.unwrap().to_owned();
     } else {
         assert!(target("Add at the end").is_some(), "an instruction that nobody can follow: {instruction}");
         all.push(block.unwrap().to_owned());

@@ -222,7 +222,7 @@ impl Bsdf {
     /// The BSDF with a separate coat normal `n`, a unit vector above the surface. The coat's lobe uses the cosine to
     /// that normal, which preserves its energy but makes it non-reciprocal.
     pub fn with_coat_normal(mut self, n: DVec3) -> Bsdf {
-        let n = self.rotated_to_lobe(n);
+        let n = self.in_aniso_frame(n);
         if self.coat.is_some() && n.z > 0.0 && n.z < 1.0 - 1e-12 {
             self.coat_normal = Some(n);
         }
@@ -285,7 +285,7 @@ impl Bsdf {
 
     /// The BSDF seen from a fixed `wo`, for several evaluations and samples.
     pub fn towards(&self, wo: DVec3) -> BsdfFromWo<'_> {
-        let wo = self.rotated_to_lobe(wo);
+        let wo = self.in_aniso_frame(wo);
         let (above, p) = self.prepare_wo(wo);
         BsdfFromWo { bsdf: self, wo, above, p }
     }
@@ -324,14 +324,14 @@ impl Bsdf {
         spectrum(sum.clamp(Rgb::ZERO, Rgb::ONE))
     }
 
-    fn rotated_to_lobe(&self, w: DVec3) -> DVec3 {
+    fn in_aniso_frame(&self, w: DVec3) -> DVec3 {
         match self.rotation {
             None => w,
             Some((cos, sin)) => DVec3::new(cos * w.x + sin * w.y, cos * w.y - sin * w.x, w.z),
         }
     }
 
-    fn rotated_from_lobe(&self, w: DVec3) -> DVec3 {
+    fn out_of_aniso_frame(&self, w: DVec3) -> DVec3 {
         match self.rotation {
             None => w,
             Some((cos, sin)) => DVec3::new(cos * w.x - sin * w.y, cos * w.y + sin * w.x, w.z),
@@ -359,7 +359,7 @@ impl BsdfFromWo<'_> {
     /// See [`Bsdf::eval_pdf`].
     #[inline]
     pub fn eval_pdf(&self, wi: DVec3) -> (Spectrum, f64) {
-        let (f, pdf) = self.bsdf.mixture(self.wo, self.bsdf.rotated_to_lobe(wi), &self.above, &self.p);
+        let (f, pdf) = self.bsdf.mixture(self.wo, self.bsdf.in_aniso_frame(wi), &self.above, &self.p);
         (spectrum(f), pdf)
     }
 
@@ -378,7 +378,7 @@ impl BsdfFromWo<'_> {
     #[inline]
     pub fn sample(&self, u: [f64; 3]) -> Option<BsdfSample> {
         let mut sample = self.bsdf.sample_mixture(self.wo, u, &self.above, &self.p)?;
-        sample.wi = self.bsdf.rotated_from_lobe(sample.wi);
+        sample.wi = self.bsdf.out_of_aniso_frame(sample.wi);
         Some(sample)
     }
 }

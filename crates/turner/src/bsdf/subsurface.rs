@@ -110,7 +110,7 @@ impl BsdfFromWo<'_> {
         // Without the colour, which comes from the walk.
         let scale = bsdf.diffuse.enter_weight * self.above.diffuse / probability;
         let weight = spectrum(bsdf.one_way_tint(&self.above) * scale);
-        let wi = bsdf.rotated_from_lobe(DVec3::new(wi.x, wi.y, -wi.z));
+        let wi = bsdf.out_of_aniso_frame(DVec3::new(wi.x, wi.y, -wi.z));
         (wi.z < -MIN_COSINE).then_some(Entry { wi, weight, probability })
     }
 }

@@ -201,7 +201,7 @@ fn record(out: &mut PixelPaths, scene: &Scene, light_bounds: &LightBounds, path:
                 out.passed += 1;
                 *out.holes.entry(v.material).or_default() += 1;
             }
-            Passage::Hidden | Passage::Boundary | Passage::Medium | Passage::Exit => {}
+            Passage::Hidden | Passage::Interface | Passage::Medium | Passage::Exit => {}
         }
         // The first surface of the path at which lights can be sampled.
         let rough = v.scatter.as_ref().is_none_or(|s| !s.lobe.is_delta) || v.light.is_some();

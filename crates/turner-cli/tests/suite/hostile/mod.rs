@@ -1,5 +1,6 @@
-//! Hostile files: each gives a picture or a clear error, in bounded time and memory, and discloses nothing from outside its
-//! folder. `TURNER_HOSTILE=200 cargo test --release -p turner-cli hostile` tries 200 mutations of each seed instead of a few.
+//! Hostile files: each gives a picture or a clear error, in bounded time and memory, and discloses nothing from
+//! outside its folder. `TURNER_HOSTILE=200 cargo test --release -p turner-cli hostile` tries 200 mutations of each
+//! seed instead of a few.
 #![cfg(unix)]
 
 mod models;

@@ -101,11 +101,7 @@ fn meshes() -> Vec<Case> {
             "v 1e39 0 0\nv nan 0 0\nv inf 1 1\nv 0 0 0\nf 1 2 3\nf 2 3 4\n".into(),
         ),
         one("OBJ: a very long line", "a.obj", format!("v 0 0 0\n# {}\n", "x".repeat(5_000_000))).must(Error),
-        one(
-            "OBJ: lines that continue forever",
-            "a.obj",
-            format!("v 0 0 0\nf {}\n", "1 \\\n".repeat(500_000)),
-        ),
+        one("OBJ: a very long line", "a.obj", format!("v 0 0 0\nf {}\n", "1 \\\n".repeat(500_000))),
         one("OBJ: NUL bytes", "a.obj", format!("v 0 0 0\n{}\nf 1 1 1\n", "\0".repeat(100_000))),
         one(
             "OBJ: names of materials",

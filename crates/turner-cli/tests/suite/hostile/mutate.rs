@@ -55,11 +55,11 @@ const BINARY: [u32; 10] = [
 ];
 
 /// Mutated copies of a file: a description and the bytes of each.
-pub(super) fn mutations(whole: &[u8], count: usize) -> Vec<(String, Vec<u8>)> {
-    let mut random = Random(whole.len() as u64);
+pub(super) fn mutations(original: &[u8], count: usize) -> Vec<(String, Vec<u8>)> {
+    let mut random = Random(original.len() as u64);
     (0..count)
         .map(|i| {
-            let mut bytes = whole.to_vec();
+            let mut bytes = original.to_vec();
             let mut how = Vec::new();
             for _ in 0..1 + random.below(2) {
                 how.push(one(&mut bytes, i, &mut random));

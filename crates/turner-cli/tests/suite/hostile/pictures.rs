@@ -18,9 +18,9 @@ fn seed(name: &str) -> Vec<u8> {
 
 /// The bytes with a range replaced.
 fn with(name: &str, at: usize, bytes: &[u8]) -> Vec<u8> {
-    let mut whole = seed(name);
-    whole[at..at + bytes.len()].copy_from_slice(bytes);
-    whole
+    let mut out = seed(name);
+    out[at..at + bytes.len()].copy_from_slice(bytes);
+    out
 }
 
 fn crc(bytes: &[u8]) -> u32 {
@@ -109,7 +109,7 @@ pub(super) fn cases() -> Vec<Case> {
     for (name, numbers) in [
         ("IES: 10^9 angles", "1 1000 1 1000000000 1000000000 1 2 0 0 0\n1 1 50\n0 45 90\n"),
         ("IES: negative", "1 1000 1 -3 -2 1 2 0 0 0\n1 1 50\n0 45 90\n"),
-        ("IES: NaN and infinite values", "1 1000 1 3 1 1 2 0 0 0\n1 1 50\n0 45 90\n0\nnan inf -1\n"),
+        ("IES: NaN and infinity", "1 1000 1 3 1 1 2 0 0 0\n1 1 50\n0 45 90\n0\nnan inf -1\n"),
         ("IES: angles in no order", "1 1000 1 3 1 1 2 0 0 0\n1 1 50\n90 45 0\n0\n1 1 1\n"),
     ] {
         let scene = seeds().into_iter().find(|s| s.name == "lamp.ies").unwrap().scene.unwrap().1;

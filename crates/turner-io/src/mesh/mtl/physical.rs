@@ -14,8 +14,8 @@
 //! | `map_Bump`, `bump` | a normal map if the mean colour is that of one, else a height map (`bump_map`), whose unit is a guess |
 //! | `disp`, `decal`, `refl`, `map_Ns`, `map_Ka` | ignored |
 //!
-//! `Kd`, `Ks`, … are linear values. Colour images are sRGB, other images linear. Options: `-s` and `-o`
-//! give u' = s·u + o; `-mm` base and gain of the values; `-clamp` clamps to the edge; `-imfchan` selects the channel; `-bm` is the
+//! `Kd`, `Ks`, … are linear values. Colour images are sRGB, other images linear. Options: `-s` and `-o` give
+//! u' = s·u + o; `-mm` base and gain of the values; `-clamp` clamps to the edge; `-imfchan` selects the channel; `-bm` is the
 //! strength of a bump or normal map.
 
 use std::collections::BTreeMap;

@@ -153,7 +153,7 @@ pub enum Passage {
     /// A thin clear pane that it passes straight through.
     Pane,
     /// An interface: the boundary of a medium and nothing else.
-    Boundary,
+    Interface,
     /// No surface: a scattering event in a medium.
     Medium,
     /// The point where it leaves a translucent body after a random walk.
@@ -168,7 +168,7 @@ impl Passage {
             Passage::Hole => "hole",
             Passage::Hidden => "hidden",
             Passage::Pane => "pane",
-            Passage::Boundary => "interface",
+            Passage::Interface => "interface",
             Passage::Medium => "medium",
             Passage::Exit => "exit",
         }

@@ -213,7 +213,7 @@ impl<R: Record> PathBatch<'_, R> {
         self.record.note(|r| r.chose_material(scene, material));
         if material.boundary {
             path.media.cross(scene, surface, material, outside);
-            self.record.note(|r| r.at(|v| v.passage = Passage::Boundary));
+            self.record.note(|r| r.at(|v| v.passage = Passage::Interface));
             self.next.push(sample, surface, ray.direction);
             return;
         }

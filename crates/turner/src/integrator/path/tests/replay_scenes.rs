@@ -66,7 +66,7 @@ pub(super) fn scenes() -> Vec<(&'static str, SceneDesc, Occurs)> {
         ("media", media(), |p| {
             any(p, |v| v.passage == Passage::Medium && v.light.is_some())
                 && any(p, |v| v.way.as_ref().is_some_and(|w| w.emission.is_some() && w.second.is_some()))
-                && any(p, |v| v.passage == Passage::Boundary)
+                && any(p, |v| v.passage == Passage::Interface)
         }),
         ("wax", wax(), |p| {
             any(p, |v| v.passage == Passage::Exit && v.light.is_some())
