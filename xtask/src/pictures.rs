@@ -188,20 +188,20 @@ pub(crate) const PICTURES: &[Picture] = &[
         Turner("scenes/showcase/caustics.toml --width 560 --height 350 --samples 64"),
     ),
     picture("show-pool.jpg", Turner("scenes/showcase/pool.toml --width 480 --height 300 --samples 32")),
-    picture("smoke.jpg", Turner("scenes/showcase/smoke.toml --width 400 --height 300 --samples 64")),
+    picture("smoke.jpg", Turner("scenes/showcase/smoke.toml --width 400 --height 300 --samples 256")),
     picture(
         "candle.jpg",
-        Turner("scenes/showcase/candle.toml --width 320 --height 256 --samples 110 --clamp-indirect 1"),
+        Turner("scenes/showcase/candle.toml --width 320 --height 256 --samples 512 --clamp-indirect 1"),
     ),
     picture(
         "foggy-beam.jpg",
         Turner(
-            "scenes/showcase/foggy-beam.toml --width 400 --height 250 --samples 48 --max-depth 4 --clamp-indirect 1",
+            "scenes/showcase/foggy-beam.toml --width 400 --height 250 --samples 256 --max-depth 4 --clamp-indirect 1",
         ),
     ),
     picture(
         "show-interior.jpg",
-        Turner("scenes/showcase/interior.toml --width 480 --height 300 --samples 80 --clamp-indirect 1"),
+        Turner("scenes/showcase/interior.toml --width 480 --height 300 --samples 256 --clamp-indirect 1"),
     ),
     picture(
         "show-product.jpg",
@@ -210,7 +210,7 @@ pub(crate) const PICTURES: &[Picture] = &[
     picture(
         "show-glass-still-life.jpg",
         Turner(
-            "scenes/showcase/glass-still-life.toml --width 560 --height 420 --samples 400 --clamp-indirect 10",
+            "scenes/showcase/glass-still-life.toml --width 560 --height 420 --samples 400 --clamp-indirect 1",
         ),
     ),
     picture(
@@ -225,7 +225,7 @@ pub(crate) const PICTURES: &[Picture] = &[
     ),
     picture(
         "show-evening.jpg",
-        Turner("scenes/showcase/evening.toml --width 560 --height 315 --samples 200 --clamp-indirect 10"),
+        Turner("scenes/showcase/evening.toml --width 560 --height 315 --samples 200 --clamp-indirect 1"),
     ),
     // Guides
     picture(
@@ -249,7 +249,9 @@ pub(crate) const PICTURES: &[Picture] = &[
     ),
     picture(
         "depth-of-field.jpg",
-        Turner("scenes/guides/depth-of-field.toml --width 450 --height 300 --samples 324 --clamp-indirect 0.5"),
+        Turner(
+            "scenes/guides/depth-of-field.toml --width 450 --height 300 --samples 324 --clamp-indirect 0.5",
+        ),
     ),
     picture(
         "depth-of-field-sheet.jpg",
