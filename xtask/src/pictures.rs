@@ -201,7 +201,7 @@ pub(crate) const PICTURES: &[Picture] = &[
     ),
     picture(
         "show-interior.jpg",
-        Turner("scenes/showcase/interior.toml --width 480 --height 300 --samples 80 --clamp-indirect 1"),
+        Turner("scenes/showcase/interior.toml --width 480 --height 300 --samples 256 --clamp-indirect 1"),
     ),
     picture(
         "show-product.jpg",
@@ -210,7 +210,7 @@ pub(crate) const PICTURES: &[Picture] = &[
     picture(
         "show-glass-still-life.jpg",
         Turner(
-            "scenes/showcase/glass-still-life.toml --width 560 --height 420 --samples 400 --clamp-indirect 10",
+            "scenes/showcase/glass-still-life.toml --width 560 --height 420 --samples 400 --clamp-indirect 1",
         ),
     ),
     picture(
@@ -225,7 +225,7 @@ pub(crate) const PICTURES: &[Picture] = &[
     ),
     picture(
         "show-evening.jpg",
-        Turner("scenes/showcase/evening.toml --width 560 --height 315 --samples 200 --clamp-indirect 10"),
+        Turner("scenes/showcase/evening.toml --width 560 --height 315 --samples 200 --clamp-indirect 1"),
     ),
     // Guides
     picture(
