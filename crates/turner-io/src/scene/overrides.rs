@@ -181,7 +181,7 @@ mod tests {
         assert_eq!(get(&changed(text, "object.1.radius=9").unwrap(), "object.1.radius"), Data::Integer(9));
         for (change, code, words) in [
             ("object.2.radius=9", ErrorCode::OutOfRange, "2 entries"),
-            ("object.x=9", ErrorCode::WrongType, "expected a number"),
+            ("object.x=9", ErrorCode::WrongType, "expected an index"),
             ("object.0.radius.x=9", ErrorCode::WrongType, "an integer"),
             ("object", ErrorCode::Syntax, "no `=`"),
             ("=3", ErrorCode::Syntax, "expected a key"),
