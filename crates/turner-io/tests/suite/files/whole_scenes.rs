@@ -134,7 +134,7 @@ fn errors_of_options_are_at_their_places() {
         ("film.samples=many", ErrorCode::WrongType, 14, "expected"),
         ("film.samples=0", ErrorCode::OutOfRange, 14, "must be"),
         ("object.7.name=x", ErrorCode::OutOfRange, 8, "valid: 0 to 1"),
-        ("object.x.name=x", ErrorCode::WrongType, 8, "expected a number"),
+        ("object.x.name=x", ErrorCode::WrongType, 8, "expected an index"),
         ("object.0.material=pain", ErrorCode::UnknownName, 19, "\"paint\""),
         ("integrator.type=pathh", ErrorCode::UnknownName, 17, "\"path\""),
         ("texture.red={ type = \"marble\" }", ErrorCode::Conflict, 9, "colour"),
