@@ -65,7 +65,7 @@ fn bad_scenes_say_where_and_what_to_do() {
         ("", &[], &["film.width=0"], "E0105", "-D film.width=0", 1, 12, "width", ""),
         ("", &[], &["film.widht=3"], "E0102", "-D film.widht=3", 1, 6, "widht", "width"),
         ("[[object]]\ntype=\"sphere\"", &[], &["object.1.radius=3"], "E0105", "-D object.1.radius=3", 1, 8, "1 entries", "0 to 0"),
-        ("[film]\nwidth = 3", &[], &["film.width.x=3"], "E0104", "-D film.width.x=3", 1, 12, "an integer", "as a whole"),
+        ("[film]\nwidth = 3", &[], &["film.width.x=3"], "E0104", "-D film.width.x=3", 1, 12, "an integer", "replace its value"),
     ];
     for (text, files, overrides, code, file, line, column, message, help) in table {
         let Err(error) = with(text, files, overrides) else { panic!("loads: {text:?}") };
