@@ -72,7 +72,7 @@ struct Rest<'a> {
 }
 
 impl Rest<'_> {
-    /// `count` vectors of N numbers, after a check that so many are left.
+    /// Reads `count` vectors of N numbers. Fails if the data is too short for them.
     fn vectors<const N: usize>(&mut self, count: usize) -> Result<Vec<[f32; N]>, String> {
         let size = if self.is_double { 8 } else { 4 };
         let total = count.checked_mul(N * size).filter(|n| *n <= self.bytes.len());

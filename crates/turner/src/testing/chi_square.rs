@@ -216,7 +216,7 @@ mod tests {
         assert!(half.p_value > 0.01 && (half.missing - 0.5).abs() < 0.02, "{half:?}");
     }
 
-    /// P-values of correct samplers are uniform: about as many lie below 0.1 as there should be.
+    /// P-values of a correct sampler are uniform: about a tenth of them lie below 0.1.
     #[test]
     fn false_alarms_are_as_rare_as_promised() {
         let options = ChiSquareOptions { samples: 2_000, rows: 6, columns: 5, ..ChiSquareOptions::default() };

@@ -65,18 +65,18 @@ fn of_polished_metal() {
             .with(sphere(v(0.1, 0.35, 0.9), 0.35), metal(0.12))
             .with(ShapeDesc::Cylinder(tube), metal(0.12))
     };
-    let specular_bounce = estimate(256, Caustics::Off, lit);
-    specular_bounce.agrees(&estimate(64, Caustics::LightTracing, lit), 0.02);
+    let camera_paths_only = estimate(256, Caustics::Off, lit);
+    camera_paths_only.agrees(&estimate(64, Caustics::LightTracing, lit), 0.02);
     // At this resolution the default radius would blur photons over the entire image.
     let photons = PathDesc { caustics: Caustics::Full, photon_radius: Some(0.03), ..PathDesc::default() };
-    specular_bounce.agrees(&mean_lit(64, photons, lit), 0.02);
+    camera_paths_only.agrees(&mean_lit(64, photons, lit), 0.02);
 }
 
 /// Camera paths alone, with light paths, and with photons.
 fn all_agree(lit: impl Fn(SceneDesc) -> SceneDesc, off: u32, tolerance: f64) {
-    let specular_bounce = estimate(off, Caustics::Off, &lit);
-    specular_bounce.agrees(&estimate(off / 4, Caustics::LightTracing, &lit), tolerance);
-    specular_bounce.agrees(&estimate(off / 4, Caustics::Full, &lit), tolerance);
+    let camera_paths_only = estimate(off, Caustics::Off, &lit);
+    camera_paths_only.agrees(&estimate(off / 4, Caustics::LightTracing, &lit), tolerance);
+    camera_paths_only.agrees(&estimate(off / 4, Caustics::Full, &lit), tolerance);
 }
 
 #[test]

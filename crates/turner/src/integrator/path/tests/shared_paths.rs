@@ -131,7 +131,7 @@ fn the_mean_is_that_of_separate_paths() {
             })
             .collect()
     };
-    let (specular_bounce, together) = (cells(SharedPathsMode::Off, 1), cells(SharedPathsMode::Always, 1001));
+    let (independent, shared) = (cells(SharedPathsMode::Off, 1), cells(SharedPathsMode::Always, 1001));
     let of = |runs: &[Vec<f64>], cell: usize| {
         let n = runs.len() as f64;
         let mean = runs.iter().map(|r| r[cell]).sum::<f64>() / n;
@@ -140,7 +140,7 @@ fn the_mean_is_that_of_separate_paths() {
     };
     let (mut squares, mut largest, mut variances) = (0.0, 0.0f64, [0.0; 2]);
     for cell in 0..99 {
-        let ((a, va), (b, vb)) = (of(&specular_bounce, cell), of(&together, cell));
+        let ((a, va), (b, vb)) = (of(&independent, cell), of(&shared, cell));
         let z = (a - b) / (va + vb).sqrt();
         squares += z * z;
         largest = largest.max(z.abs());
@@ -169,8 +169,8 @@ fn pixels_have_less_noise() {
         };
         a.iter().zip(&b).map(square).sum()
     };
-    let (specular_bounce, together) = (noise(SharedPathsMode::Off), noise(SharedPathsMode::Always));
-    assert!(together < 0.5 * specular_bounce, "{together} {specular_bounce}");
+    let (independent, shared) = (noise(SharedPathsMode::Off), noise(SharedPathsMode::Always));
+    assert!(shared < 0.5 * independent, "{shared} {independent}");
 }
 
 #[test]
