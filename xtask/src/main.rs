@@ -10,6 +10,7 @@
 #![forbid(unsafe_code)]
 
 mod in_memory;
+mod layers;
 mod pictures;
 mod sheet;
 mod wasm;

@@ -3,6 +3,7 @@
 use std::path::Path;
 use std::process::Command;
 
+use crate::layers::{self, Layer};
 use crate::{root, run, sheet};
 
 /// An image in `docs/images`.
@@ -19,11 +20,13 @@ enum How {
     Sheet(u32, &'static str, &'static [&'static str]),
     /// A sheet with each pixel enlarged to five by five.
     Enlarged(u32, &'static str, &'static [&'static str]),
+    /// A sheet of layers of one EXR file: the number of columns, arguments, the size of the picture, and the layers.
+    Layers(u32, &'static str, (u32, u32), &'static [Layer]),
     /// Several `turner` commands. `{tmp}` is a temporary folder and `{file}` the image.
     Steps(&'static [&'static str]),
 }
 
-use How::{Enlarged, Sheet, Steps, Turner};
+use How::{Enlarged, Layers, Sheet, Steps, Turner};
 
 const fn picture(file: &'static str, how: How) -> Picture {
     Picture { file, how }
@@ -233,6 +236,29 @@ pub(crate) const PICTURES: &[Picture] = &[
         Turner("scenes/guides/product-shot.toml --width 450 --height 360 --samples 256 --clamp-indirect 10"),
     ),
     picture(
+        "aovs.jpg",
+        Layers(
+            4,
+            "scenes/guides/product-shot.toml --samples 256 --clamp-indirect 10 --aov albedo,normal,depth,crypto_object,\
+             direct,indirect,light_groups,cost,error",
+            (210, 168),
+            &[
+                Layer::Color("", 1.6),
+                Layer::Color("albedo", 1.0),
+                Layer::Vector("N"),
+                Layer::Distance("Z"),
+                Layer::Matte("CryptoObject"),
+                Layer::Color("direct", 1.6),
+                Layer::Color("indirect", 1.6),
+                Layer::Color("light.key", 1.6),
+                Layer::Color("light.fill", 1.6),
+                Layer::Color("light.rim", 1.6),
+                Layer::Number("cost", 20.0),
+                Layer::Number("error", 0.03),
+            ],
+        ),
+    ),
+    picture(
         "turntable.jpg",
         Sheet(
             6,
@@ -303,7 +329,7 @@ impl Picture {
     /// The commands that make the image.
     pub(crate) fn about(&self) -> String {
         match &self.how {
-            Turner(args) => format!("turner {args}"),
+            Turner(args) | Layers(_, args, ..) => format!("turner {args}"),
             Sheet(_, args, parts) | Enlarged(_, args, parts) => {
                 parts.iter().map(|p| format!("turner {args} {p}")).collect::<Vec<_>>().join("; ")
             }
@@ -329,6 +355,15 @@ impl Picture {
         match &self.how {
             Turner(args) => call(args, Some(to)),
             Steps(commands) => commands.iter().try_for_each(|line| call(line, None)),
+            Layers(columns, args, size, layers) => {
+                let exr = tmp.path().join("layers.exr");
+                call(&format!("{args} --width {} --height {}", size.0, size.1), Some(&exr))?;
+                let files: Vec<_> = (0..layers.len()).map(|i| tmp.path().join(format!("{i}.png"))).collect();
+                for (layer, file) in layers.iter().zip(&files) {
+                    layers::write(&exr, *size, *layer, file)?;
+                }
+                sheet::write(&files, *columns, 1, to)
+            }
             Sheet(columns, args, parts) | Enlarged(columns, args, parts) => {
                 let zoom = if matches!(self.how, Enlarged(..)) { 5 } else { 1 };
                 let files: Vec<_> = (0..parts.len()).map(|i| tmp.path().join(format!("{i}.png"))).collect();

@@ -36,11 +36,11 @@ pub(crate) fn write(parts: &[impl AsRef<Path>], columns: u32, zoom: u32, to: &Pa
         width,
         height,
         alpha: false,
-        linear: None,
         display: Some(Display::U8(&sheet)),
         transfer: Transfer::Unstated,
         metadata: &Default::default(),
         threads: 1,
+        ..OutputImage::default()
     };
     let format = ImageFormat::of_path(to).map_err(|e| e.to_string())?;
     let bytes = encode(&image, format).map_err(|e| e.to_string())?;

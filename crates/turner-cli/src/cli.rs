@@ -6,11 +6,13 @@ use std::path::Path;
 use clap::error::{ContextKind, ContextValue, ErrorKind};
 use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
 use turner::schema::error::nearest;
+use turner::schema::{ErrorCode, SceneError};
 
 use crate::control::Control;
+use crate::failure::Failure;
 use crate::{
-    bench, color, compare, convert, doctor, explain, failure, help, info, list, new, options, render, report,
-    shell, usage, verify, watch,
+    bench, checkpoint, color, compare, convert, doctor, explain, failure, help, info, list, merge, new,
+    options, remake, render, report, resume, shell, tonemap, usage, verify, view, watch,
 };
 
 /// Renders scene files by ray tracing.
@@ -34,11 +36,16 @@ pub(crate) struct Cli {
 #[derive(Debug, Subcommand)]
 enum Command {
     Render(Box<render::RenderArgs>),
+    Resume(Box<resume::ResumeArgs>),
+    Merge(merge::MergeArgs),
+    Remake(Box<remake::RemakeArgs>),
     Watch(Box<watch::WatchArgs>),
     New(new::NewArgs),
     Explain(Box<explain::ExplainArgs>),
     Doctor(Box<doctor::DoctorArgs>),
     Compare(compare::CompareArgs),
+    Tonemap(tonemap::TonemapArgs),
+    View(view::ViewArgs),
     Convert(Box<convert::ConvertArgs>),
     Info(info::InfoArgs),
     List(list::ListArgs),
@@ -53,11 +60,16 @@ enum Command {
 pub(crate) fn run(args: Vec<OsString>, control: &Control) -> u8 {
     match parse(args.clone()).map(|cli| cli.command) {
         Ok(Command::Render(args)) => render::run(&args, control),
+        Ok(Command::Resume(args)) => resume::run(&args, control),
+        Ok(Command::Merge(args)) => merge::run(&args, control),
+        Ok(Command::Remake(args)) => remake::run(&args, control),
         Ok(Command::Watch(args)) => watch::run(&args, control),
         Ok(Command::New(args)) => new::run(&args),
         Ok(Command::Explain(args)) => explain::run(&args, control),
         Ok(Command::Doctor(args)) => doctor::run(&args, control),
         Ok(Command::Compare(args)) => compare::run(&args),
+        Ok(Command::Tonemap(args)) => tonemap::run(&args),
+        Ok(Command::View(args)) => view::run(&args),
         Ok(Command::Convert(args)) => convert::run(&args, control),
         Ok(Command::Info(args)) => info::run(&args, control),
         Ok(Command::List(args)) => list::run(&args),
@@ -86,8 +98,44 @@ pub(crate) fn command() -> clap::Command {
 }
 
 fn parse(args: Vec<OsString>) -> Result<Cli, Box<clap::Error>> {
-    let matches = command().try_get_matches_from(with_command(args)?)?;
-    Cli::from_arg_matches(&matches).map_err(Box::new)
+    let mut program = command();
+    let matches = program.try_get_matches_from_mut(with_command(args)?)?;
+    let mut cli = Cli::from_arg_matches(&matches).map_err(Box::new)?;
+    let recorded = |matches| {
+        let render = program.find_subcommand("render");
+        render.and_then(|render| checkpoint::arguments::recorded(render, matches))
+    };
+    match (&mut cli.command, matches.subcommand()) {
+        (Command::Render(args), Some((_, matches))) => args.recorded = recorded(matches),
+        (Command::Watch(args), Some((_, matches))) => args.set_recorded(recorded(matches)),
+        _ => {}
+    }
+    Ok(cli)
+}
+
+/// The arguments of a render, given those that a checkpoint records and the scene.
+///
+/// Errors: an option is unknown or has a wrong value.
+pub(crate) fn render_args(recorded: &[String], scene: &Path) -> Result<render::RenderArgs, Failure> {
+    let words = ["turner", "render"].into_iter().map(OsString::from);
+    let options = recorded.iter().map(OsString::from);
+    let scene = [OsString::from("--"), scene.as_os_str().to_owned()];
+    let words: Vec<OsString> = words.chain(options).chain(scene).collect();
+    match parse(words.clone()).map(|cli| cli.command) {
+        Ok(Command::Render(args)) => Ok(*args),
+        Err(error) if let Some(failure) = usage::failure(&error, &words, &command()) => Err(failure),
+        _ => {
+            let message = "the file records options that do not render";
+            Err(Failure::new(SceneError::new(ErrorCode::Film, message)))
+        }
+    }
+}
+
+/// The command `render`, to look up its options.
+pub(crate) fn render_command() -> clap::Command {
+    let mut program = Cli::command();
+    program.build();
+    program.find_subcommand("render").cloned().unwrap_or_default()
 }
 
 /// The names of all commands.

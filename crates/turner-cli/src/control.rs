@@ -1,10 +1,12 @@
 //! The effect of an interrupt in each phase of the work, and the memory watch.
 //!
-//! Ctrl-C and a request to terminate differ only in the exit code.
+//! Ctrl-C and a request to terminate differ only in the exit code. Signals that arrive within half a second of the
+//! first one are the same request: `timeout` signals the program and then its whole process group, and a shell that
+//! closes does the same.
 
 use std::sync::atomic::{AtomicBool, AtomicU8, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use turner::schema::{Memory, SceneError};
 
@@ -16,8 +18,10 @@ const RENDERING: u8 = 1;
 const SAVING: u8 = 2;
 
 /// The phase of the work and the request to stop it; shared between the worker and the main thread.
-#[derive(Debug, Default)]
+#[derive(Debug)]
 pub struct Control {
+    /// When the program started.
+    pub(crate) begun: Instant,
     /// True when rendering should stop and save the picture.
     pub(crate) cancel: AtomicBool,
     phase: AtomicU8,
@@ -29,7 +33,41 @@ pub struct Control {
     events: Mutex<Option<Events>>,
     /// The exit code after the interrupt.
     code: AtomicU8,
+    /// When the first interrupt arrived.
+    first: Mutex<Option<Instant>>,
+    /// True when the passes of the renderer should return: after an interrupt, or for a checkpoint.
+    pub(crate) pause: AtomicBool,
 }
+
+impl Default for Control {
+    fn default() -> Control {
+        Control {
+            begun: Instant::now(),
+            cancel: AtomicBool::default(),
+            phase: AtomicU8::default(),
+            memory: Mutex::default(),
+            starved: AtomicBool::default(),
+            events: Mutex::default(),
+            code: AtomicU8::default(),
+            first: Mutex::default(),
+            pause: AtomicBool::default(),
+        }
+    }
+}
+
+/// What a signal asks for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Interrupt {
+    /// Stop rendering and save.
+    Stop,
+    /// Nothing new: it belongs to the first signal.
+    Same,
+    /// End the program at once: nothing is there to save, or the user asks a second time.
+    Exit,
+}
+
+/// Signals within this time of the first are the same request.
+const SAME: Duration = Duration::from_millis(500);
 
 /// Shortest and longest interval between memory checks.
 const INTERVALS: [Duration; 2] = [Duration::from_millis(1), Duration::from_millis(100)];
@@ -66,13 +104,29 @@ impl Control {
         self.code.load(Ordering::SeqCst)
     }
 
-    /// Requests a stop with this exit code. Returns false if the program should exit at once: after an earlier
-    /// interrupt, or if there is nothing to save.
-    pub(crate) fn interrupt(&self, code: u8) -> bool {
-        if !self.is_interrupted() {
-            self.code.store(code, Ordering::SeqCst);
+    /// A signal with this exit code, at this time.
+    pub(crate) fn interrupt(&self, code: u8, now: Instant) -> Interrupt {
+        let mut first = self.first.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some(first) = *first {
+            return if now.saturating_duration_since(first) < SAME {
+                Interrupt::Same
+            } else {
+                Interrupt::Exit
+            };
         }
-        self.phase.load(Ordering::SeqCst) != IDLE && !self.cancel.swap(true, Ordering::SeqCst)
+        self.code.store(code, Ordering::SeqCst);
+        if self.phase.load(Ordering::SeqCst) == IDLE {
+            return Interrupt::Exit;
+        }
+        *first = Some(now);
+        self.stop();
+        Interrupt::Stop
+    }
+
+    /// Stops rendering.
+    fn stop(&self) {
+        self.cancel.store(true, Ordering::SeqCst);
+        self.pause.store(true, Ordering::SeqCst);
     }
 
     /// From here on errors of the main thread are reported like those of the command.
@@ -112,13 +166,18 @@ impl Control {
             return Some(memory.exhausted());
         }
         self.starved.store(true, Ordering::SeqCst);
-        self.cancel.store(true, Ordering::SeqCst);
+        self.stop();
         None
     }
 
     /// The error of a render that stopped because memory ran out.
     pub(crate) fn starved(&self) -> Option<SceneError> {
         self.starved.load(Ordering::SeqCst).then(|| self.watched().map(|m| m.exhausted())).flatten()
+    }
+
+    /// The memory limit; none before a scene is loaded.
+    pub(crate) fn memory(&self) -> Arc<Memory> {
+        self.watched().unwrap_or_default()
     }
 
     fn watched(&self) -> Option<Arc<Memory>> {
@@ -136,12 +195,19 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_first_interrupt_saves_and_the_second_exits() {
-        let control = Control::default();
-        assert!(!control.interrupt(130) && !control.is_interrupted(), "nothing to save while loading");
+    fn the_first_interrupt_saves_and_a_late_one_exits() {
+        let (control, now) = (Control::default(), Instant::now());
+        assert_eq!(control.interrupt(130, now), Interrupt::Exit, "nothing to save while loading");
+        assert!(!control.is_interrupted());
         control.begin_rendering();
-        assert!(control.interrupt(143) && control.is_interrupted());
-        assert!(!control.interrupt(130));
+        assert_eq!(control.interrupt(143, now), Interrupt::Stop);
+        assert!(control.is_interrupted() && control.pause.load(Ordering::SeqCst));
+        for (milliseconds, what) in [(0, Interrupt::Same), (499, Interrupt::Same), (501, Interrupt::Exit)] {
+            assert_eq!(control.interrupt(130, now + Duration::from_millis(milliseconds)), what);
+        }
         assert_eq!(control.exit_code(), 143);
+        // Once everything is written, it is as while loading.
+        control.end();
+        assert_eq!(control.interrupt(130, now + SAME), Interrupt::Exit);
     }
 }

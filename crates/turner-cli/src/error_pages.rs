@@ -56,9 +56,9 @@ pub const PAGES: &[ErrorPage] = &[
     },
     ErrorPage {
         code: ErrorCode::Conflict,
-        text: "Two keys contradict each other, or a name is already in use, as where a texture has the name of a colour.",
+        text: "Two keys contradict each other, or a name is already in use, as where a texture has the name of a colour. With `turner resume` and `turner merge`: checkpoints and scene do not belong together, or parts overlap.",
         faulty: "[texture.red]\ntype = \"constant\"\ncolor = 0.5",
-        remedy: "Keep one of the two keys, or choose another name.",
+        remedy: "Keep one of the two keys, or choose another name. Render the parts of a picture from the same files with the same options.",
     },
     ErrorPage {
         code: ErrorCode::Cycle,
@@ -110,9 +110,9 @@ pub const PAGES: &[ErrorPage] = &[
     },
     ErrorPage {
         code: ErrorCode::Film,
-        text: "A film that was saved by a program that uses the library is damaged, or of another version.",
+        text: "A checkpoint, or a film that was saved by a program that uses the library, is damaged or of another version of Turner.",
         faulty: "",
-        remedy: "Render again; a film is read by the version that wrote it.",
+        remedy: "Copy the file again, continue it with the version of Turner that wrote it, or render again.",
     },
     ErrorPage {
         code: ErrorCode::Transform,

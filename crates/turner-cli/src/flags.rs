@@ -12,6 +12,7 @@ pub(crate) const SHARED_PATHS_OPTION: &str = "--shared-paths";
 /// Keys of a scene that have options of their own.
 const OPTIONS: &[(&str, &str)] = &[
     ("film.antialias", "--antialias"),
+    ("film.aovs", "--aov"),
     ("film.auto_exposure", "--auto-exposure"),
     ("film.crop", "--crop"),
     ("film.exposure", "--exposure"),

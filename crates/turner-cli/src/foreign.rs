@@ -22,9 +22,9 @@ pub(crate) const OPTIONS: &[ForeignOption] = words! {
     "w" | "xres" | "image-width" => "write `--width 640`";
     "hres" | "yres" | "image-height" => "write `--height 480`";
     "out" | "outfile" | "output-file" | "o-file" | "save" | "image" | "file" => "write `-o FILE`";
-    "preview" | "draft" | "fast" | "quick" => "write `--width 320 --samples 4`; `turner watch` renders again after each change";
+    "draft" | "fast" | "quick" => "write `--width 320 --samples 4`; `turner watch` renders again after each change";
     "interactive" | "gui" | "live" | "reload" => "`turner watch SCENE` renders again after each change";
-    "aov" | "aovs" | "pass" | "passes" | "channel" | "render-pass" => "render first-hit data with `--integrator normals`, `depth`, `albedo` or `ids`: `turner list integrators`";
+    "aovs" | "pass" | "passes" | "channel" | "render-pass" => "write `--aov albedo,normal,depth`: `turner list aovs`";
     "dof" | "aperture" | "f-stop" | "lens" => "depth of field belongs to the camera: `-D camera.type=thin-lens -D camera.lens_radius=0.1`";
     "focus" | "focal-distance" => "write `-D camera.type=thin-lens -D camera.focus_distance=5`";
     "fov" | "zoom" | "focal-length" => "write `-D camera.fov=40`, the vertical field of view in degrees";
@@ -36,7 +36,7 @@ pub(crate) const OPTIONS: &[ForeignOption] = words! {
     "path" | "pathtracer" | "path-tracing" | "pt" | "gi" | "global-illumination" => "write `--integrator path`";
     "whitted" | "raytrace" | "classic" => "write `--integrator classic`";
     "ao" => "write `--integrator ambient-occlusion`";
-    "normals" | "depth-map" | "albedo" | "wireframe" => "write `--integrator normals`, or another debug view: `turner list integrators`";
+    "normals" | "depth-map" | "albedo" | "wireframe" => "write `--aov normal` for a channel next to the colour, or `--integrator normals` or another debug view";
     "depth" | "bounces" | "max-bounces" | "recursion" | "max-recursion" | "maxdepth" => "write `--max-depth 8`";
     "jobs" | "j" | "cpus" | "cores" | "nthreads" | "num-threads" | "workers" => "write `--threads 4`";
     "hdri" | "hdr" | "envmap" | "env" | "env-map" | "skybox" | "ibl" | "world" => "write `--environment FILE`";

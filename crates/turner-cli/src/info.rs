@@ -110,6 +110,7 @@ fn as_json(ready: &Ready) -> Value {
             .map(|(name, lights, objects)| json!({ "name": name, "lights": lights, "objects": objects }))
             .collect::<Vec<_>>(),
         "camera": camera(desc),
+        "camera_model": crate::camera::json(view),
         "view": self::view(&view.camera_desc),
         "cameras": desc.cameras.iter().map(|c| &c.name).collect::<Vec<_>>(),
         "names": names(ready).into_iter().map(|(what, names)| (what.to_owned(), json!(names))).collect::<serde_json::Map<_, _>>(),
@@ -126,14 +127,16 @@ fn as_json(ready: &Ready) -> Value {
             "exposure": film.exposure,
             "auto_exposure": film.auto_exposure,
             "seed": film.seed,
+            "aovs": film.aovs.iter().map(turner::film::Aov::word).collect::<Vec<_>>(),
         },
+        "aov_numbers": crate::aovs::numbers(film, scene),
         "bounds": scene.stats.bounds.map(|b| json!({ "min": b.min.to_array(), "max": b.max.to_array() })),
         "memory": memory(ready).into_iter().collect::<BTreeMap<_, _>>(),
         "files": ready.sources.files().iter().filter(|f| !f.is_argument).map(|f| &f.name).collect::<Vec<_>>(),
         "images": desc.images.iter().map(|i| &i.uri).collect::<Vec<_>>(),
         "meshes": desc.meshes.iter().map(|m| &m.uri).collect::<Vec<_>>(),
         "warnings": warnings,
-        "scene_hash": ready.hash,
+        "scene_hash": ready.hash.whole,
         "seconds": ready.seconds,
     })
 }
@@ -175,7 +178,7 @@ fn as_text(ready: &Ready) -> String {
         ("integrator", desc.integrator.type_name().to_owned()),
         ("bounds", bounds),
         ("memory", memory),
-        ("hash", ready.hash.clone()),
+        ("hash", ready.hash.whole.clone()),
         ("loaded in", text::seconds(ready.seconds)),
     ];
     // Light groups have a row of their own.

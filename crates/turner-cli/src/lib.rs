@@ -2,7 +2,10 @@
 //!
 //! ```text
 //! main ── start ── cli ─┬─ render   scene ─> picture file      ┌─ scene      load, prepare, overrides
-//!                       ├─ info     contents of a scene        ├─ output     the output file
+//!                       ├─ resume   continue a checkpoint      ├─ checkpoint samples on disk
+//!                       ├─ merge    parts of a picture         ├─ output     the output file
+//!                       ├─ remake   a picture from its header  ├─ recipe     its making in the header
+//!                       ├─ info     contents of a scene        │
 //!                       ├─ list     names                      ├─ report     errors, warnings, events
 //!                       ├─ help     ── lookup ── reference     ├─ usage      errors of arguments
 //!                       │                                      └─ progress   bar and time left
@@ -11,6 +14,8 @@
 //!                       ├─ explain  the rays behind a pixel
 //!                       ├─ doctor   why a picture is black, noisy, washed out, slow
 //!                       ├─ compare  error metrics of two pictures
+//!                       ├─ tonemap  display values from scene values
+//!                       ├─ view     contents of a picture file
 //!                       ├─ convert  a scene to another format
 //!                       ├─ watch    render after each change
 //!                       ├─ new      ── templates
@@ -23,7 +28,11 @@
 //! the program at once and only `main` exits the process.
 #![forbid(unsafe_code)]
 
+mod animation;
+mod aovs;
 pub mod bench;
+mod camera;
+mod checkpoint;
 mod cli;
 pub mod color;
 pub mod command_line;
@@ -31,44 +40,56 @@ mod compare;
 mod control;
 mod convert;
 mod doctor;
+mod encoding;
 pub mod error_pages;
 pub mod events;
 mod explain;
 pub mod failure;
 mod flags;
 mod foreign;
+mod header;
 mod help;
 mod info;
 pub mod instructions;
 pub mod limits;
 mod list;
 mod lookup;
+mod merge;
 mod new;
 mod options;
 mod output;
+mod picture_file;
+mod preview;
 mod progress;
+mod recipe;
 pub mod reference;
+mod remake;
 mod render;
 pub mod report;
+mod resume;
+mod run_args;
 mod scene;
 mod sequence;
 mod shell;
 mod signals;
 mod studio;
 pub mod text;
+mod tonemap;
 mod topics;
 mod usage;
 pub mod verify;
+mod view;
 mod watch;
 
 use std::ffi::OsString;
 use std::panic::{AssertUnwindSafe, PanicHookInfo, catch_unwind};
 use std::process::ExitCode;
-use std::sync::mpsc::{RecvTimeoutError, Sender, channel};
+use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
 use std::sync::{Arc, Mutex};
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 pub use control::Control;
+use control::Interrupt;
 use failure::Failure;
 pub use render::threads;
 use turner::schema::{ErrorCode, SceneError};
@@ -136,14 +157,25 @@ pub fn start_with(run: fn(Vec<OsString>, &Control) -> u8) -> ExitCode {
                 }
             }
             Ok(Event::Done(code)) => return ExitCode::from(code),
-            Ok(Event::Signal(code)) if control.interrupt(code) => {}
             Ok(Event::Signal(code)) => {
-                if control.is_saving() {
-                    let _ = events.recv_timeout(SAVING);
+                if control.interrupt(code, Instant::now()) == Interrupt::Exit {
+                    if control.is_saving() {
+                        wait_for_end(&events);
+                    }
+                    return ExitCode::from(code);
                 }
-                return ExitCode::from(code);
             }
             Err(RecvTimeoutError::Disconnected) => return ExitCode::from(failure::FAILED),
+        }
+    }
+}
+
+/// Waits until the command ends, but not for long. More signals change nothing.
+fn wait_for_end(events: &Receiver<Event>) {
+    let end = Instant::now() + SAVING;
+    while let Some(left) = end.checked_duration_since(Instant::now()) {
+        if !matches!(events.recv_timeout(left), Ok(Event::Signal(_))) {
+            return;
         }
     }
 }

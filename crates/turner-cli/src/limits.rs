@@ -7,7 +7,7 @@ use clap::Args;
 use turner::schema::{Limits, Memory};
 
 /// Limits for untrusted scene files. An error names the option that raises the limit.
-#[derive(Debug, Default, Args)]
+#[derive(Clone, Debug, Default, Args)]
 pub(crate) struct LimitArgs {
     /// Also allow the scene to read files in this folder (repeatable)
     #[arg(long, value_name = "DIR")]
@@ -30,6 +30,11 @@ pub(crate) struct LimitArgs {
 const LEAST: u64 = 32 << 20;
 
 impl LimitArgs {
+    /// These limits for the scene of a checkpoint, which records the size of textures only.
+    pub(crate) fn with_textures_of(&self, recorded: &LimitArgs) -> LimitArgs {
+        LimitArgs { max_texture_size: recorded.max_texture_size, ..self.clone() }
+    }
+
     /// The given limits, otherwise those of the machine.
     pub(crate) fn limits(&self) -> Limits {
         let memory = match self.max_memory.or_else(default_memory) {

@@ -6,7 +6,7 @@ use serde_json::json;
 use turner::camera::CameraDesc;
 use turner::color::{NAMES, Tonemap, Transfer};
 use turner::description::SECTIONS;
-use turner::film::Antialias;
+use turner::film::{Antialias, Aov};
 use turner::filter::FilterKind;
 use turner::integrator::IntegratorDesc;
 use turner::light::LightDesc;
@@ -56,6 +56,7 @@ const TOPICS: &[Topic] = &[
         rows: || words(Antialias::DOCS),
     },
     Topic { name: "filters", what: "pixel filters", rows: || words(FilterKind::DOCS) },
+    Topic { name: "aovs", what: "further channels of a picture (render passes)", rows: aovs },
     Topic {
         name: "transfers",
         what: "transfer functions from scene values to display values",
@@ -74,6 +75,17 @@ fn family(doc: &FamilyDoc) -> Vec<(String, String)> {
 
 fn words(docs: &[(&str, &str)]) -> Vec<(String, String)> {
     docs.iter().map(|(name, what)| ((*name).to_owned(), (*what).to_owned())).collect()
+}
+
+fn aovs() -> Vec<(String, String)> {
+    let row = |(word, what): &(&str, &str)| {
+        let channels = Aov::from_word(word).map_or(&[][..], |aov| aov.layout().channels);
+        (
+            (*word).to_owned(),
+            format!("{} ({})", first_sentence(what).trim_end_matches('.'), channels.join(" ")),
+        )
+    };
+    Aov::DOCS.iter().map(row).collect()
 }
 
 fn formats() -> Vec<(String, String)> {

@@ -14,13 +14,21 @@ struct Group {
 }
 
 const GROUPS: &[Group] = &[
-    Group { heading: "Output", common: &["output"], more: &["format"] },
+    Group {
+        heading: "Output",
+        common: &["output", "aov"],
+        more: &["format", "bit_depth", "dither", "display_space", "exr_compression"],
+    },
     Group {
         heading: "Image",
         common: &["width", "height", "exposure", "tonemap"],
         more: &["crop", "auto_exposure"],
     },
-    Group { heading: "Sampling", common: &["samples", "antialias"], more: &["filter", "seed"] },
+    Group {
+        heading: "Sampling",
+        common: &["samples", "budget", "noise", "adaptive", "antialias"],
+        more: &["filter", "seed"],
+    },
     Group {
         heading: "Integrator",
         common: &["integrator", "max_depth"],
@@ -39,12 +47,17 @@ const GROUPS: &[Group] = &[
         common: &[],
         more: &["allow_path", "allow_outside", "max_memory", "max_texture_size", "max_triangles"],
     },
+    Group {
+        heading: "Checkpoints",
+        common: &["resume"],
+        more: &["checkpoint", "checkpoint_interval", "sample_range"],
+    },
     Group { heading: "Performance", common: &["threads"], more: &[] },
-    Group { heading: "Reporting", common: &["quiet", "json"], more: &["strict"] },
+    Group { heading: "Reporting", common: &["preview", "quiet", "json"], more: &["tev", "strict"] },
 ];
 
 /// Commands whose options are arranged in groups.
-const GROUPED: &[&str] = &["render", "watch", "explain", "doctor", "convert", "info"];
+const GROUPED: &[&str] = &["render", "resume", "merge", "watch", "explain", "doctor", "convert", "info"];
 
 /// Examples at the start of a command's help.
 const EXAMPLES: &[(&str, &[(&str, &str)])] = &[
@@ -60,6 +73,30 @@ const EXAMPLES: &[(&str, &[(&str, &str)])] = &[
             ),
             ("turner scene.toml -D camera.fov=35 -D light.0.intensity=2", "sets any value of the scene"),
             ("turner model.glb --turntable 36 -o frame_##.png", "36 pictures, once around the model"),
+        ],
+    ),
+    (
+        "resume",
+        &[
+            ("turner resume .scene.png.turner-checkpoint", "continue after Ctrl-C or a crash"),
+            ("turner resume part.turner-checkpoint --samples 4096", "add samples to a finished render"),
+        ],
+    ),
+    (
+        "merge",
+        &[
+            (
+                "turner merge a.turner-checkpoint b.turner-checkpoint -o scene.png",
+                "two halves of the samples",
+            ),
+            ("turner merge *.turner-checkpoint -o all.turner-checkpoint", "a checkpoint of all parts"),
+        ],
+    ),
+    (
+        "remake",
+        &[
+            ("turner remake scene.png", "render it again and compare"),
+            ("turner remake frame_0007.exr -o again.exr --scene moved/scene.toml", "keep the new picture"),
         ],
     ),
     (
@@ -105,6 +142,21 @@ const EXAMPLES: &[(&str, &[(&str, &str)])] = &[
                 "turner compare a.exr b.exr --metric rmse --tolerance 0.01",
                 "exit code 1 if the error is larger",
             ),
+        ],
+    ),
+    (
+        "tonemap",
+        &[
+            ("turner tonemap picture.exr picture.png", "as it was rendered"),
+            ("turner tonemap sky.hdr sky.jpg --exposure -2 --tonemap agx", "darker, with highlights"),
+            ("turner tonemap picture.exr hdr.png --display-space rec2100-pq", "16 bits for HDR displays"),
+        ],
+    ),
+    (
+        "view",
+        &[
+            ("turner view picture.exr", "size, channels, values, metadata, and a preview"),
+            ("turner view picture.exr --pixel 320,240", "all channels of a pixel"),
         ],
     ),
     ("info", &[("turner info scene.toml", "objects, lights, names, memory, bounds")]),

@@ -6,27 +6,35 @@ use std::path::{Path, PathBuf};
 use clap::ValueEnum;
 use turner::color::Transfer;
 use turner::description::SceneDesc;
-use turner::film::Picture;
+use turner::film::{DisplayTransform, FilmDesc, Picture};
 use turner::integrator::{IntegratorDesc, Prepared};
-use turner::schema::{ErrorCode, SceneError};
+use turner::render::Renderer;
+use turner::schema::{ErrorCode, SceneError, Warning, WarningKind};
 use turner::view::View;
-use turner_io::image::{ImageFormat, Metadata, OutputFile};
-use turner_io::{SaveOptions, to_bytes};
+use turner_io::image::{ExtraChannel, ImageFormat, Metadata, OutputFile};
+use turner_io::{Rounding, SaveOptions, to_bytes};
 
+use crate::aovs;
+use crate::camera;
+use crate::encoding::{Encoding, EncodingArgs};
 use crate::failure::{Failure, two_lines};
+use crate::header;
+use crate::recipe::{self, Recipe};
 use crate::sequence::Step;
 
 /// Values of `--format`.
 #[derive(Clone, Copy, Debug, ValueEnum)]
 pub(crate) enum FormatArg {
-    /// 8 bits per channel, display values
+    /// 8 or 16 bits per channel, display values
     Png,
-    /// Linear 32-bit floats, scene values
+    /// Linear floats, scene values
     Exr,
     /// 8 bits per channel, lossy compression
     Jpg,
     /// Linear with a shared exponent (Radiance)
     Hdr,
+    /// 8 bits per channel, lossless
+    Webp,
 }
 
 impl From<FormatArg> for ImageFormat {
@@ -36,16 +44,22 @@ impl From<FormatArg> for ImageFormat {
             FormatArg::Exr => ImageFormat::Exr,
             FormatArg::Jpg => ImageFormat::Jpeg,
             FormatArg::Hdr => ImageFormat::Hdr,
+            FormatArg::Webp => ImageFormat::WebP,
         }
     }
 }
 
 /// An output file that was checked to be writable.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub(crate) struct Output {
     /// `None` is standard output.
     path: Option<PathBuf>,
     format: ImageFormat,
+    encoding: Encoding,
+    /// The output is the checkpoint: no picture is written.
+    is_part: bool,
+    /// The file is removed afterwards: messages do not name it, and it has no checkpoint.
+    is_temporary: bool,
 }
 
 impl Output {
@@ -53,6 +67,7 @@ impl Output {
     pub(crate) fn new(
         path: Option<&Path>,
         format: Option<FormatArg>,
+        encoding: &EncodingArgs,
         scene: &Path,
     ) -> Result<Output, Failure> {
         let usage = |message: &str, help: &str| {
@@ -77,7 +92,16 @@ impl Output {
                 Some(_) if std::io::stdout().is_terminal() => {
                     usage("standard output is a terminal", "redirect it: `-o - --format png > picture.png`")
                 }
-                Some(format) => Ok(Output { path: None, format: format.into() }),
+                Some(format) => {
+                    let format = format.into();
+                    Ok(Output {
+                        path: None,
+                        format,
+                        encoding: encoding.check(format)?,
+                        is_part: false,
+                        is_temporary: false,
+                    })
+                }
             };
         }
         let format = match format {
@@ -85,8 +109,26 @@ impl Output {
             None => ImageFormat::of_path(&path)
                 .map_err(|e| Failure::usage(two_lines(ErrorCode::Output, &e.to_string())))?,
         };
+        let encoding = encoding.check(format)?;
         OutputFile::create(&path).map_err(|e| Failure::new(two_lines(ErrorCode::Output, &e.to_string())))?;
-        Ok(Output { path: Some(path), format })
+        Ok(Output { path: Some(path), format, encoding, is_part: false, is_temporary: false })
+    }
+
+    /// A checkpoint instead of a picture.
+    pub(crate) fn part(path: &Path) -> Result<Output, Failure> {
+        OutputFile::create(path).map_err(|e| Failure::new(two_lines(ErrorCode::Output, &e.to_string())))?;
+        Ok(Output {
+            path: Some(path.to_owned()),
+            format: ImageFormat::Png,
+            encoding: Encoding::default(),
+            is_part: true,
+            is_temporary: false,
+        })
+    }
+
+    /// The same for a file that is removed afterwards.
+    pub(crate) fn temporary(self) -> Output {
+        Output { is_temporary: true, ..self }
     }
 
     /// The output file of one picture of a sequence.
@@ -96,37 +138,52 @@ impl Output {
             OutputFile::create(path)
                 .map_err(|e| Failure::new(two_lines(ErrorCode::Output, &e.to_string())))?;
         }
-        Ok(Output { path, format: self.format })
+        Ok(Output { path, ..*self })
     }
 
-    /// Refuses to overwrite a file that the scene reads: `cup.obj` may have a texture `cup.png`.
+    /// Refuses to overwrite a file that the scene reads, and AOVs on standard output that the format cannot hold.
     pub(crate) fn check_against(&self, scene: &Path, desc: &SceneDesc) -> Result<(), Failure> {
-        let Some(own) = self.path.as_ref().and_then(|p| p.canonicalize().ok()) else { return Ok(()) };
-        let folder = scene.parent().unwrap_or(Path::new(""));
-        let images = desc.images.iter().map(|i| folder.join(&i.uri));
-        let mut read =
-            images.chain(desc.meshes.iter().map(|m| folder.join(&m.uri))).chain([scene.to_owned()]);
-        if read.any(|path| path.canonicalize().is_ok_and(|path| path == own)) {
-            let message = format!("{}: the scene reads this file", own.display());
-            return Err(Failure::new(
-                SceneError::new(ErrorCode::Output, message).help("name another output file with `-o FILE`"),
-            ));
+        if self.path.is_none() && !desc.film.aovs.is_empty() && self.format != ImageFormat::Exr {
+            let message = "the picture on standard output cannot hold AOVs";
+            let help = "write EXR, which can: `--format exr`";
+            return Err(Failure::usage(SceneError::new(ErrorCode::Output, message).help(help)));
+        }
+        let beside = self.aov_path(&desc.film);
+        if let Some(beside) = &beside {
+            OutputFile::create(beside)
+                .map_err(|e| Failure::new(two_lines(ErrorCode::Output, &e.to_string())))?;
+        }
+        for own in self.path.iter().chain(&beside) {
+            refuse_input(own, scene, desc)?;
         }
         Ok(())
     }
 
-    /// The metadata of the picture: equal for the same scene on every machine. `exposure` is that of the display
-    /// values, in stops.
+    /// The EXR file next to a picture in another format, if the film has AOVs.
+    pub(crate) fn aov_path(&self, film: &FilmDesc) -> Option<PathBuf> {
+        let beside = !film.aovs.is_empty() && self.format != ImageFormat::Exr && !self.is_part;
+        let path = self.path.as_ref().filter(|_| beside)?;
+        let other = path.with_extension("exr");
+        Some(if other == *path { path.with_extension("aovs.exr") } else { other })
+    }
+
+    /// Refuses options that do not suit the film.
+    pub(crate) fn check_film(&self, film: &FilmDesc) -> Result<(), Failure> {
+        self.encoding.check_transfer(film.transfer)
+    }
+
+    /// The metadata of the picture: equal for the same scene on every machine. `shown` is the transform of the display
+    /// values.
     pub(crate) fn metadata(
         &self,
         prepared: &Prepared,
         integrator: &IntegratorDesc,
         hash: &str,
         samples_per_pixel: u32,
-        exposure: f64,
+        shown: &DisplayTransform,
+        recipe: &Recipe,
     ) -> Metadata {
         let film = &prepared.view.film;
-        let settings = format!("film {}; integrator {}", compact(film), compact(integrator));
         let clamp = match integrator {
             IntegratorDesc::Path(path) => Some(path.clamp_indirect).filter(|most| *most > 0.0),
             _ => None,
@@ -135,16 +192,15 @@ impl Output {
         let software = if self.format == ImageFormat::Png { "Software" } else { "turner:software" };
         [
             (software, format!("Turner {}", env!("CARGO_PKG_VERSION"))),
-            ("turner:sceneHash", hash.to_owned()),
+            (recipe::SCENE_HASH, hash.to_owned()),
             ("turner:seed", film.seed.to_string()),
             ("turner:samples", samples_per_pixel.to_string()),
-            ("turner:integrator", integrator.type_name().to_owned()),
-            ("turner:settings", settings),
-            ("turner:transfer", film.transfer.word().to_owned()),
-            ("turner:tonemap", film.tonemap.word().to_owned()),
-            ("turner:exposure", format!("{exposure:.4}")),
+            (recipe::CAMERA, camera::json(&prepared.view).to_string()),
         ]
         .into_iter()
+        .chain(recipe.entries())
+        .chain(recipe::settings(prepared, integrator))
+        .chain(header::entries(shown))
         .chain(
             prepared
                 .path()
@@ -164,9 +220,11 @@ impl Output {
 
     /// Checks before rendering that the disk has space for a picture of this size.
     pub(crate) fn check_space(&self, width: u32, height: u32) -> Result<(), Failure> {
-        let Some(path) = &self.path else { return Ok(()) };
+        let Some(path) = self.path.as_ref().filter(|_| !self.is_part) else { return Ok(()) };
+        let deep = if self.encoding.rounding == Rounding::SixteenBits { 2 } else { 1 };
+        let most = self.format.most_bytes(width, height).saturating_mul(deep);
         OutputFile::create(path)
-            .and_then(|file| file.check_space(self.format.most_bytes(width, height)))
+            .and_then(|file| file.check_space(most))
             .map_err(|e| Failure::new(two_lines(ErrorCode::Output, &e.to_string())))
     }
 
@@ -175,47 +233,162 @@ impl Output {
         self.path.is_none()
     }
 
+    /// Whether the output is a checkpoint and no picture is written.
+    pub(crate) fn is_part(&self) -> bool {
+        self.is_part
+    }
+
+    /// The file, unless the output is standard output, a device, or temporary.
+    pub(crate) fn file(&self) -> Option<&Path> {
+        let path = self.path.as_deref().filter(|_| !self.is_temporary)?;
+        path.metadata().map_or(true, |meta| meta.is_file()).then_some(path)
+    }
+
+    /// The picture as a checkpoint records it: its path and the extension of its format. `None` without a file, or if
+    /// the path is not UTF-8.
+    pub(crate) fn recorded(&self) -> Option<turner_io::checkpoint::Output> {
+        let path = self.file().filter(|_| !self.is_part)?.to_str()?.to_owned();
+        Some(turner_io::checkpoint::Output { path, format: self.format.extensions()[0].to_owned() })
+    }
+
+    /// The text metadata of the existing file, if it has this output's format.
+    pub(crate) fn existing_metadata(&self) -> Option<Metadata> {
+        let path = self.file().filter(|_| !self.is_part)?;
+        turner_io::image::read_metadata(&std::fs::read(path).ok()?, &self.name()).ok()
+    }
+
     /// Its name in messages.
     pub(crate) fn name(&self) -> String {
+        if self.is_temporary {
+            return "temporary file".to_owned();
+        }
         self.path.as_ref().map_or("-".into(), |p| p.display().to_string())
     }
 
-    /// Encodes the picture and writes the file atomically. If that fails, e.g. because the disk is full, the picture is
-    /// kept in the folder for temporary files.
+    /// What the file does not hold of the picture.
+    pub(crate) fn remarks(&self, picture: &Picture, view: &View) -> Vec<Warning> {
+        let mut remarks = Vec::new();
+        let mut remark = |kind, message: String| remarks.push(Warning::new(kind, message));
+        if picture.has_alpha && matches!(self.format, ImageFormat::Jpeg | ImageFormat::Hdr) {
+            let format = self.format.name();
+            remark(
+                WarningKind::Note,
+                format!("{format} stores no transparency: use PNG, WebP or EXR to keep the alpha channel"),
+            );
+        }
+        if self.encoding.is_special() && self.has_custom_display(picture, view) {
+            let message = "--bit-depth, --dither and --display-space are ignored: this debug view shows values as \
+                           8-bit colours; EXR files keep the values";
+            remark(WarningKind::Ignored, message.to_owned());
+        }
+        remarks
+    }
+
+    /// Whether a debug view chose display values that are not those of the linear values.
+    fn has_custom_display(&self, picture: &Picture, view: &View) -> bool {
+        picture.transform(&view.film).to_8_bits(&picture.linear, 0) != picture.display
+    }
+
+    /// Encodes the picture and writes the file atomically, with the AOVs if it is an EXR file; else they go to one
+    /// beside it. If that fails, e.g. because the disk is full, the picture is kept in the folder for temporary files.
     pub(crate) fn write(
         &self,
         picture: &Picture,
-        view: &View,
+        renderer: &Renderer,
         metadata: &Metadata,
         threads: usize,
     ) -> Result<(), Failure> {
-        let failed = |text: &str| Failure::new(two_lines(ErrorCode::Output, text));
-        let options = SaveOptions {
-            format: Some(self.format),
-            transfer: match view.film.transfer {
-                Transfer::Srgb => turner_io::image::Transfer::Srgb,
-                Transfer::None => turner_io::image::Transfer::Unstated,
-            },
-            metadata: metadata.clone(),
-            threads,
-        };
-        let bytes = to_bytes(picture, self.format, &options).map_err(|e| failed(&e.to_string()))?;
+        let film = &renderer.prepared().view.film;
+        let channels = |holds: bool| if holds { aovs::channels(renderer, threads) } else { Vec::new() };
+        let own = self.format == ImageFormat::Exr;
+        let bytes = self.encode(self.format, picture, renderer, channels(own), metadata, threads)?;
         match &self.path {
-            Some(path) => OutputFile::create(path).and_then(|file| file.commit(&bytes)).map_err(|e| {
-                let failure = failed(&e.to_string());
-                match rescue(&bytes, self.format) {
-                    Some(kept) => failure.note(format!("the picture was kept as {}", kept.display())),
-                    None => failure,
-                }
-            }),
+            Some(path) => commit(path, self.format, &bytes)?,
             None => {
                 let mut out = std::io::stdout().lock();
-                out.write_all(&bytes)
-                    .and_then(|()| out.flush())
-                    .map_err(|e| failed(&format!("cannot write to standard output: {e}")))
+                out.write_all(&bytes).and_then(|()| out.flush()).map_err(|e| {
+                    let message = format!("cannot write to standard output: {e}");
+                    Failure::new(two_lines(ErrorCode::Output, &message))
+                })?;
             }
         }
+        let Some(beside) = self.aov_path(film) else { return Ok(()) };
+        let bytes = self.encode(ImageFormat::Exr, picture, renderer, channels(true), metadata, threads)?;
+        commit(&beside, ImageFormat::Exr, &bytes)
     }
+
+    /// The bytes of a file in a format; `channels` are those of an EXR file.
+    fn encode(
+        &self,
+        format: ImageFormat,
+        picture: &Picture,
+        renderer: &Renderer,
+        channels: Vec<ExtraChannel<'_>>,
+        metadata: &Metadata,
+        threads: usize,
+    ) -> Result<Vec<u8>, Failure> {
+        let view = &renderer.prepared().view;
+        let is_exr = format == ImageFormat::Exr;
+        let is_special = !is_exr && self.encoding.is_special() && !self.has_custom_display(picture, view);
+        let options = SaveOptions {
+            format: Some(format),
+            transfer: match view.film.transfer {
+                Transfer::Srgb if !is_exr => turner_io::image::Transfer::Srgb,
+                Transfer::Srgb | Transfer::None => turner_io::image::Transfer::Unstated,
+            },
+            display: is_special.then(|| self.encoding.display(picture.transform(&view.film))),
+            metadata: if is_exr { aovs::metadata(renderer, metadata) } else { metadata.clone() },
+            channels,
+            exr: self.encoding.exr,
+            threads,
+        };
+        to_bytes(picture, format, &options)
+            .map_err(|e| Failure::new(two_lines(ErrorCode::Output, &e.to_string())))
+    }
+
+    /// The size in bytes of the files that a picture like this becomes, with these channels. Nothing is written.
+    pub(crate) fn encoded_size(
+        &self,
+        picture: &Picture,
+        renderer: &Renderer,
+        channels: Vec<ExtraChannel<'_>>,
+        threads: usize,
+    ) -> usize {
+        let size = |format, channels| {
+            let none = Metadata::new();
+            self.encode(format, picture, renderer, channels, &none, threads).map_or(0, |bytes| bytes.len())
+        };
+        if self.format == ImageFormat::Exr || channels.is_empty() {
+            return size(self.format, channels);
+        }
+        size(self.format, Vec::new()) + size(ImageFormat::Exr, channels)
+    }
+}
+
+/// Writes a file atomically. If that fails, the bytes are kept in the folder for temporary files.
+fn commit(path: &Path, format: ImageFormat, bytes: &[u8]) -> Result<(), Failure> {
+    OutputFile::create(path).and_then(|file| file.commit(bytes)).map_err(|e| {
+        let failure = Failure::new(two_lines(ErrorCode::Output, &e.to_string()));
+        match rescue(bytes, format) {
+            Some(kept) => failure.note(format!("the picture was kept as {}", kept.display())),
+            None => failure,
+        }
+    })
+}
+
+/// Refuses to overwrite a file that the scene reads: `cup.obj` may have a texture `cup.png`.
+fn refuse_input(path: &Path, scene: &Path, desc: &SceneDesc) -> Result<(), Failure> {
+    let Ok(own) = path.canonicalize() else { return Ok(()) };
+    let folder = scene.parent().unwrap_or(Path::new(""));
+    let images = desc.images.iter().map(|i| folder.join(&i.uri));
+    let mut read = images.chain(desc.meshes.iter().map(|m| folder.join(&m.uri))).chain([scene.to_owned()]);
+    if read.any(|path| path.canonicalize().is_ok_and(|path| path == own)) {
+        let message = format!("{}: the scene reads this file", own.display());
+        return Err(Failure::new(
+            SceneError::new(ErrorCode::Output, message).help("name another output file with `-o FILE`"),
+        ));
+    }
+    Ok(())
 }
 
 /// Keeps a picture as a temporary file with a unique name.
@@ -224,13 +397,6 @@ fn rescue(bytes: &[u8], format: ImageFormat) -> Option<PathBuf> {
     let mut file = tempfile::Builder::new().prefix("turner-kept-").suffix(&suffix).tempfile().ok()?;
     file.write_all(bytes).ok()?;
     file.keep().ok().map(|(_, path)| path)
-}
-
-/// The fields of plain data as `name=value`, from its debug form.
-fn compact(value: &impl std::fmt::Debug) -> String {
-    let text = format!("{value:?}");
-    let fields = text.split_once("{ ").map_or(text.as_str(), |(_, rest)| rest);
-    fields.trim_end_matches(')').trim_end_matches('}').trim_end().replace(": ", "=")
 }
 
 #[cfg(test)]
@@ -243,13 +409,5 @@ mod tests {
         for format in ImageFormat::all() {
             assert_eq!(named.contains(&format), format.can_write(), "--format and {}", format.name());
         }
-    }
-
-    #[test]
-    fn settings_are_compact() {
-        let normals = turner::integrator::IntegratorDesc::Normals(turner::integrator::NormalsDesc {
-            normal: turner::integrator::NormalKind::Geometric,
-        });
-        assert_eq!(compact(&normals), "normal=Geometric");
     }
 }

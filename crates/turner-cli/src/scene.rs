@@ -36,14 +36,14 @@ pub(crate) struct SceneArgs {
     pub(crate) scene: PathBuf,
     /// Set any value of the scene, e.g. -D object.0.radius=2 (repeatable)
     #[arg(short = 'D', long = "set", value_name = "KEY.PATH=VALUE", value_parser = parse_override)]
-    set: Vec<Override>,
+    pub(crate) set: Vec<Override>,
     /// Set a $name of a Mitsuba scene, e.g. --define spp=256 (repeatable); for .xml also -D spp=256
     #[arg(long, value_name = "NAME=VALUE", value_parser = parse_define)]
     define: Vec<(String, String)>,
     #[command(flatten)]
     pub(crate) studio: StudioArgs,
     #[command(flatten)]
-    limits: LimitArgs,
+    pub(crate) limits: LimitArgs,
     /// Build quality of the mesh BVHs: affects build time and speed, never the picture
     #[arg(long, value_name = "QUALITY", default_value = "balanced")]
     bvh_quality: BvhQuality,
@@ -72,6 +72,9 @@ pub(crate) struct FilmArgs {
     /// Render only a part: first column, first row, columns, rows
     #[arg(long, value_name = "X,Y,W,H", value_parser = parse_crop)]
     crop: Option<String>,
+    /// Further channels from the same samples, e.g. albedo,normal,depth: `turner list aovs`
+    #[arg(long, value_name = "NAME,…", value_parser = parse_aovs)]
+    aov: Option<String>,
     /// Exposure in stops: 1 doubles the brightness, -1 halves it
     #[arg(long, value_name = "STOPS", allow_negative_numbers = true)]
     exposure: Option<f64>,
@@ -84,6 +87,9 @@ pub(crate) struct FilmArgs {
     /// Samples per pixel
     #[arg(long, value_name = "N")]
     samples: Option<u32>,
+    /// Give noisy parts of the picture more samples than others; --samples is then their mean
+    #[arg(long)]
+    adaptive: bool,
     /// Anti-aliasing: where the samples of a pixel lie and how they are averaged
     #[arg(long, value_name = "MODE", value_parser = words(Antialias::DOCS))]
     antialias: Option<String>,
@@ -111,7 +117,7 @@ pub(crate) struct FilmArgs {
 }
 
 /// The words of a choice, with their meanings for `--help-all`.
-fn words(docs: &[(&'static str, &'static str)]) -> PossibleValuesParser {
+pub(crate) fn words(docs: &[(&'static str, &'static str)]) -> PossibleValuesParser {
     PossibleValuesParser::new(docs.iter().map(|(word, meaning)| PossibleValue::new(*word).help(*meaning)))
 }
 
@@ -145,6 +151,16 @@ fn parse_crop(text: &str) -> Result<String, String> {
     }
 }
 
+/// Names separated by commas. The film checks whether there are such AOVs.
+fn parse_aovs(text: &str) -> Result<String, String> {
+    let is_word = |c: char| c.is_ascii_alphanumeric() || matches!(c, '_' | '-' | '.' | ':' | ' ');
+    let is_name = |name: &str| !name.trim().is_empty() && name.chars().all(is_word);
+    match text.split(',').all(is_name) {
+        true => Ok(text.to_owned()),
+        false => Err("expected names separated by commas; write `--aov albedo,normal`".to_owned()),
+    }
+}
+
 impl FilmArgs {
     /// The overrides, each with the option as given.
     fn overrides(&self) -> Vec<(Override, String)> {
@@ -168,7 +184,13 @@ impl FilmArgs {
             set("film.height", number(self.height), None);
         }
         set("film.crop", self.crop.as_ref().map(|c| format!("[{c}]")), self.crop.as_deref());
+        let aovs = self.aov.as_ref().map(|names| {
+            let names: Vec<String> = names.split(',').map(|name| format!("\"{}\"", name.trim())).collect();
+            format!("[{}]", names.join(", "))
+        });
+        set("film.aovs", aovs, self.aov.as_deref());
         set("film.samples", number(self.samples), None);
+        set("film.adaptive_sampling", self.adaptive.then(|| "true".to_owned()), Some(""));
         set("film.antialias", quoted(&self.antialias), self.antialias.as_deref());
         set("film.filter", quoted(&self.filter), self.filter.as_deref());
         set("film.seed", number(self.seed), None);
@@ -190,7 +212,7 @@ impl FilmArgs {
     }
 
     /// Scales the film to the given width or height and keeps the aspect ratio. A crop of the scene scales with it.
-    fn fit(&self, film: &mut FilmDesc, hash: &mut String) {
+    fn fit(&self, film: &mut FilmDesc, hash: &mut Hashes) {
         let Some((side, is_width)) = self.side() else { return };
         let (old, across) = if is_width { (film.width, film.height) } else { (film.height, film.width) };
         let by = f64::from(side) / f64::from(old.max(1));
@@ -208,12 +230,42 @@ impl FilmArgs {
             part(x, w, film.width);
             part(y, h, film.height);
         }
-        *hash = hash_with(hash, format!("{} {}", film.width, film.height).as_bytes());
+        hash.add(format!("{} {}", film.width, film.height).as_bytes());
+    }
+
+    /// Replaces `--samples`.
+    pub(crate) fn set_samples(&mut self, samples: u32) {
+        self.samples = Some(samples);
     }
 
     /// Whether `--samples` was given.
     pub(crate) fn has_samples(&self) -> bool {
         self.samples.is_some()
+    }
+}
+
+/// Hashes of what determines a picture.
+#[derive(Clone, Debug)]
+pub(crate) struct Hashes {
+    /// Of everything.
+    pub(crate) whole: String,
+    /// Without `--samples` and `--crop`: equal for all parts of a picture.
+    pub(crate) shared: String,
+}
+
+impl Hashes {
+    /// Extends both.
+    pub(crate) fn add(&mut self, bytes: &[u8]) {
+        self.whole = hash_with(&self.whole, bytes);
+        self.shared = hash_with(&self.shared, bytes);
+    }
+
+    /// At a time of the animation, seconds.
+    pub(crate) fn at_time(mut self, time: Option<f64>) -> Hashes {
+        if let Some(time) = time {
+            self.add(format!("time {time:?}").as_bytes());
+        }
+        self
     }
 }
 
@@ -227,8 +279,10 @@ pub(crate) struct Ready {
     pub(crate) sources: Sources,
     /// Names of options.
     pub(crate) labels: Labels,
-    /// Hash of everything that determines the picture.
-    pub(crate) hash: String,
+    /// Hashes of everything that determines the picture.
+    pub(crate) hash: Hashes,
+    /// The same without the time of the animation.
+    pub(crate) timeless: Hashes,
     /// Seconds to load and prepare.
     pub(crate) seconds: f64,
 }
@@ -241,8 +295,10 @@ pub(crate) struct Described {
     pub(crate) sources: Sources,
     /// Names of options.
     pub(crate) labels: Labels,
-    /// Hash of everything that determines the picture.
-    pub(crate) hash: String,
+    /// Hashes of everything that determines the picture.
+    pub(crate) hash: Hashes,
+    /// The same without the time of the animation.
+    pub(crate) timeless: Hashes,
 }
 
 impl SceneArgs {
@@ -256,19 +312,21 @@ impl SceneArgs {
     ) -> Result<Ready, Failure> {
         let start = Instant::now();
         let limits = self.watched_limits(control);
-        let Described { desc, sources, labels, hash } =
+        let Described { desc, sources, labels, hash, timeless } =
             self.described(film, models, threads, None, &limits)?;
         let quality = match self.bvh_quality {
             BvhQuality::Fast => Quality::Fast,
             BvhQuality::Balanced => Quality::Balanced,
             BvhQuality::High => Quality::High,
         };
+        let options = PrepareOptions { threads, quality, limits, instruction_set: instruction_set() };
         let mut prepared = desc
-            .prepare(&PrepareOptions { threads, quality, limits, instruction_set: instruction_set() })
+            .prepare_unchosen(desc.integrator.integrator(), &options)
             .map_err(|e| Failure::in_scene(e, &sources, &labels))?;
         let more = lint(&desc, &prepared);
         prepared.warnings.extend(more);
-        Ok(Ready { desc, prepared, sources, labels, hash, seconds: start.elapsed().as_secs_f64() })
+        let seconds = start.elapsed().as_secs_f64();
+        Ok(Ready { desc, prepared, sources, labels, hash, timeless, seconds })
     }
 
     /// The limits of the scene. The main thread watches the memory from here on.
@@ -315,11 +373,17 @@ impl SceneArgs {
             threads,
             kept_pictures,
         };
-        let Loaded { mut desc, sources, mut hash } =
+        let Loaded { mut desc, sources, hash, shared_hash } =
             input.load(&options).map_err(|e| needs_path(Failure::load(e, &labels)))?;
+        let mut hash = Hashes { whole: hash, shared: shared_hash };
         film.fit(&mut desc.film, &mut hash);
         self.studio.apply_environment(&mut desc, &mut hash, &options)?;
-        Ok(Described { desc, sources, labels, hash })
+        let ModelOverrides { time, animation, variant } = &options.models;
+        if animation.is_some() || variant.is_some() || options.max_texture_size.is_some() {
+            hash.add(format!("{animation:?} {variant:?} {:?}", options.max_texture_size).as_bytes());
+        }
+        let timeless = hash.clone();
+        Ok(Described { desc, sources, labels, hash: hash.at_time(*time), timeless })
     }
 }
 

@@ -11,16 +11,22 @@ use turner::math::elementary::{cos, sin};
 use turner::math::{Bounds, DVec3, radians};
 use turner::schema::SceneError;
 
+use crate::scene::{Hashes, Ready};
+use crate::studio::StudioArgs;
+
 /// Options for sequences of pictures.
 #[derive(Debug, Default, Args)]
 pub(crate) struct SequenceArgs {
-    /// Render N numbered pictures from a camera that circles the scene once, starting at the scene's camera or at
-    /// --camera orbit:A,E
+    /// Render N pictures from a camera that circles the scene once, starting at the scene's camera or at
+    /// --camera orbit:A,E: numbered, or an animation (`-o turn.webp`, .gif, .apng, .mp4, .webm)
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=100_000))]
     turntable: Option<u32>,
-    /// Render the animation frames FIRST to LAST as numbered pictures
+    /// Render the animation frames FIRST to LAST: numbered pictures, or an animation (`-o walk.mp4`)
     #[arg(long, value_name = "FIRST-LAST", value_parser = parse_frames, conflicts_with_all = ["turntable", "time", "frame"])]
     frames: Option<(u32, u32)>,
+    /// The index of the only picture to render, for a checkpoint of a sequence.
+    #[arg(skip)]
+    only: Option<u32>,
 }
 
 /// One picture of a sequence.
@@ -43,8 +49,32 @@ fn parse_frames(text: &str) -> Result<(u32, u32), String> {
 }
 
 impl SequenceArgs {
-    /// All pictures in order.
+    /// Restricts the sequence to the picture with this index.
+    pub(crate) fn restrict(&mut self, index: u32) {
+        self.only = Some(index);
+    }
+
+    /// The index in the complete sequence of a picture of [`SequenceArgs::steps`].
+    pub(crate) fn index(&self, i: u32) -> u32 {
+        self.only.unwrap_or(i)
+    }
+
+    /// Whether it is restricted to one picture, whose name has its number already.
+    pub(crate) fn is_restricted(&self) -> bool {
+        self.only.is_some()
+    }
+
+    /// The pictures to render, in order.
     pub(crate) fn steps(&self) -> Vec<Step> {
+        let all = self.all();
+        match self.only {
+            Some(index) => all.get(index as usize).copied().into_iter().collect(),
+            None => all,
+        }
+    }
+
+    /// All pictures in order.
+    fn all(&self) -> Vec<Step> {
         match (self.turntable, self.frames) {
             (Some(n), _) => (0..n).map(|i| Step::Turn(i, 360.0 * f64::from(i) / f64::from(n))).collect(),
             (None, Some((first, last))) => (first..=last).map(Step::Frame).collect(),
@@ -54,12 +84,30 @@ impl SequenceArgs {
 }
 
 impl Step {
+    /// The hashes of this picture, given any picture of the sequence.
+    pub(crate) fn hashes(&self, scene: &Ready, studio: &StudioArgs) -> Hashes {
+        match self {
+            Step::Only => scene.hash.clone(),
+            Step::Frame(frame) => scene.timeless.clone().at_time(Some(studio.time_of(*frame))),
+            Step::Turn(_, degrees) => {
+                let mut hashes = scene.hash.clone();
+                hashes.add(format!("turntable {degrees:?}").as_bytes());
+                hashes
+            }
+        }
+    }
+
+    /// Its number, if it is one of several.
+    pub(crate) fn number(&self) -> Option<u32> {
+        match self {
+            Step::Only => None,
+            Step::Turn(n, _) | Step::Frame(n) => Some(*n),
+        }
+    }
+
     /// The file name of this picture: the number replaces the `#`s in the name, or precedes the extension.
     pub(crate) fn path(&self, path: &Path) -> PathBuf {
-        let number = match self {
-            Step::Only => return path.to_owned(),
-            Step::Turn(n, _) | Step::Frame(n) => n,
-        };
+        let Some(number) = self.number() else { return path.to_owned() };
         let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
         let numbered = match name.find('#') {
             Some(start) => {

@@ -10,9 +10,10 @@ use turner::light::{EnvironmentDesc, LightDesc};
 use turner::schema::{Asset, ErrorCode, ImageId, SceneError};
 use turner_io::assets::{AssetSource, FolderAssets};
 use turner_io::image::{DecodeLimits, decode};
-use turner_io::scene::{LoadOptions, ModelOverrides, Override, hash_with};
+use turner_io::scene::{LoadOptions, ModelOverrides, Override};
 
 use crate::failure::Failure;
+use crate::scene::Hashes;
 
 /// Largest environment map file: 2 GiB.
 const MAX_ENVIRONMENT: u64 = 2 << 30;
@@ -47,7 +48,7 @@ pub(crate) struct StudioArgs {
     /// Time in the animation, as a frame number from 0
     #[arg(long, value_name = "N")]
     frame: Option<u32>,
-    /// Frames per second for --frame and --frames
+    /// Frames per second for --frame and --frames, and of animation files
     #[arg(long, value_name = "N", default_value_t = 24.0, value_parser = parse_rate)]
     fps: f64,
     /// Animation of the model, by name or index
@@ -109,9 +110,19 @@ impl StudioArgs {
         }
     }
 
+    /// Frames per second.
+    pub(crate) fn rate(&self) -> f64 {
+        self.fps
+    }
+
+    /// The time of a frame, seconds.
+    pub(crate) fn time_of(&self, frame: u32) -> f64 {
+        f64::from(frame) / self.fps
+    }
+
     /// The same for a given frame.
     pub(crate) fn at_frame(&self, frame: u32) -> ModelOverrides {
-        ModelOverrides { time: Some(f64::from(frame) / self.fps), ..self.models() }
+        ModelOverrides { time: Some(self.time_of(frame)), ..self.models() }
     }
 
     /// The orbit of `--camera`, if it is one.
@@ -126,7 +137,7 @@ impl StudioArgs {
     pub(crate) fn apply_environment(
         &self,
         desc: &mut SceneDesc,
-        hash: &mut String,
+        hash: &mut Hashes,
         options: &LoadOptions,
     ) -> Result<(), Failure> {
         if let Some(path) = &self.environment {
@@ -134,7 +145,7 @@ impl StudioArgs {
             let name = path.to_string_lossy();
             let limits = DecodeLimits::of_scene(&options.limits, options.max_texture_size, 1);
             let image = decode(&bytes, &name, &limits).map_err(|e| Failure::new(e.to_scene_error()))?;
-            *hash = hash_with(hash, &bytes);
+            hash.add(&bytes);
             desc.images.push(Asset { uri: name.into_owned(), data: Arc::new(image) });
             let file = Some(ImageId(desc.images.len() as u32 - 1));
             let environment = EnvironmentDesc { file, ..EnvironmentDesc::studio() };
@@ -159,7 +170,7 @@ impl StudioArgs {
             }
         }
         if self.env_rotation.is_some() || self.env_strength.is_some() {
-            *hash = hash_with(hash, format!("{:?} {:?}", self.env_rotation, self.env_strength).as_bytes());
+            hash.add(format!("{:?} {:?}", self.env_rotation, self.env_strength).as_bytes());
         }
         Ok(())
     }

@@ -46,6 +46,16 @@ pub fn plural(n: u64, one: &str) -> String {
     if n == 1 { format!("1 {one}") } else { format!("{n} {one}s") }
 }
 
+/// A word for a shell: in single quotes if it has special characters.
+pub(crate) fn shell_word(word: &str) -> String {
+    let plain = |c: char| c.is_ascii_alphanumeric() || "._-/+=:,@%#".contains(c);
+    if !word.is_empty() && !word.starts_with('#') && word.chars().all(plain) {
+        word.to_owned()
+    } else {
+        format!("'{}'", word.replace('\'', "'\\''"))
+    }
+}
+
 /// Appends `text` to `out`, wrapped at 96 columns, every line indented.
 pub(crate) fn wrap(out: &mut String, text: &str, indent: usize) {
     const WIDTH: usize = 96;

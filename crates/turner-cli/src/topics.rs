@@ -86,6 +86,12 @@ pub(crate) fn object() -> Page {
                 "The light group of an object with an emissive material. An object in a group without this key has that of the instance.",
             ),
             key(
+                "shadow_catcher",
+                "true | false",
+                Some("`false`"),
+                "Whether the camera sees nothing of the object but the shadow that others cast on it: alpha is the fraction of the direct light that they keep off. Reflections, and light that it reflects, stay. Integrators \"path\" and \"direct\".",
+            ),
+            key(
                 "material",
                 "material",
                 Some("none"),

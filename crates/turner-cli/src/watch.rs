@@ -12,6 +12,7 @@ use turner::description::SceneDesc;
 use turner::schema::{ErrorCode, SceneError};
 use turner_io::scene::Sources;
 
+use crate::checkpoint::CheckpointArgs;
 use crate::control::Control;
 use crate::failure::Failure;
 use crate::render::{self, RenderArgs};
@@ -25,6 +26,13 @@ pub(crate) struct WatchArgs {
     /// Stop after N pictures and errors
     #[arg(long, value_name = "N")]
     count: Option<u32>,
+}
+
+impl WatchArgs {
+    /// Sets the options that a picture records.
+    pub(crate) fn set_recorded(&mut self, recorded: Option<Vec<String>>) {
+        self.render.recorded = recorded;
+    }
 }
 
 /// Interval between two checks of the files.
@@ -178,6 +186,11 @@ fn refusal(scene: &Path, output: &crate::output::Output, args: &RenderArgs) -> O
     }
     if output.is_stdout() {
         return usage("`turner watch` writes a file repeatedly", "name the file with `-o FILE`");
+    }
+    let CheckpointArgs { checkpoint, checkpoint_interval, resume, sample_range } = &args.checkpoints;
+    let asked = checkpoint.is_some() || checkpoint_interval.is_some() || *resume || sample_range.is_some();
+    if asked || output.is_part() {
+        return usage("`turner watch` writes no checkpoints", "omit the option, or use `turner render`");
     }
     if args.is_sequence() {
         return usage("cannot watch sequences of pictures", "render one picture, or use `turner render`");

@@ -1,6 +1,6 @@
 #![forbid(unsafe_code)]
 //! File formats: scenes ([`scene`]), glTF models ([`gltf`]), meshes ([`mesh`]), images ([`image`]), IES light
-//! profiles ([`ies`]), density grids ([`grid`]) and the access to files that they name ([`assets`]).
+//! profiles ([`ies`]), density grids ([`grid`]), checkpoints ([`checkpoint`]) and the access to files that they name ([`assets`]).
 //!
 //! [`load`] reads a scene or a model from a file, and [`save`] writes a picture. A scene can also be read from text:
 //!
@@ -18,6 +18,7 @@
 //! ```
 
 pub mod assets;
+pub mod checkpoint;
 pub mod convert;
 pub mod gltf;
 pub mod grid;
@@ -38,7 +39,7 @@ pub mod testing;
 mod words;
 
 pub use load::{load, load_with};
-pub use save::{Samples, Save, SaveError, SaveOptions, save, save_with, to_bytes};
+pub use save::{DisplayOptions, Rounding, Samples, Save, SaveError, SaveOptions, save, save_with, to_bytes};
 pub use scene::{LoadError, LoadOptions, Loaded, Override};
 
 /// Runs the README's example. The example has its own file; a test in `load` compares that file with the README.

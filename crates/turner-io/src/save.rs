@@ -3,30 +3,80 @@
 use std::borrow::Cow;
 use std::path::Path;
 
-use turner::color::{srgb_decode, srgb_encode};
-use turner::film::Picture;
+use turner::color::{self, DisplaySpace, srgb_decode, srgb_encode};
+use turner::film::{DisplayTransform, Picture};
 use turner::image::{Image, Pixels};
 
 use crate::image::{
-    Display, ImageError, ImageFormat, Metadata, OutputError, OutputFile, OutputImage, Transfer, encode,
+    Display, ExrOptions, ExtraChannel, ImageError, ImageFormat, Metadata, OutputError, OutputFile,
+    OutputImage, Transfer, encode,
 };
 
 /// How to save a picture.
 #[derive(Clone, Debug)]
-pub struct SaveOptions {
+pub struct SaveOptions<'a> {
     /// The file format. `None`: by the path's extension.
     pub format: Option<ImageFormat>,
-    /// The display encoding that a PNG declares. Nothing is converted: the picture is already encoded.
+    /// The display encoding that a PNG declares. Nothing is converted: the picture is already encoded. With `display`
+    /// it follows from the transform.
     pub transfer: Transfer,
+    /// Display values for PNG, JPEG and WebP, computed from the linear samples. `None`: those of the picture, which have
+    /// 8 bits.
+    pub display: Option<DisplayOptions>,
     /// Metadata for PNG and EXR.
     pub metadata: Metadata,
-    /// Threads for compression; 0 uses all. The bytes do not depend on it.
+    /// Further channels of an EXR file, such as albedo and normals; other formats do not store them.
+    pub channels: Vec<ExtraChannel<'a>>,
+    /// Compression and precision of an EXR file.
+    pub exr: ExrOptions,
+    /// Threads for display values and compression; 0 uses all. The bytes do not depend on it.
     pub threads: usize,
 }
 
-impl Default for SaveOptions {
-    fn default() -> SaveOptions {
-        SaveOptions { format: None, transfer: Transfer::Unstated, metadata: Metadata::new(), threads: 0 }
+impl Default for SaveOptions<'_> {
+    fn default() -> Self {
+        SaveOptions {
+            format: None,
+            transfer: Transfer::Unstated,
+            display: None,
+            metadata: Metadata::new(),
+            channels: Vec::new(),
+            exr: ExrOptions::default(),
+            threads: 0,
+        }
+    }
+}
+
+/// Display values computed from linear samples.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct DisplayOptions {
+    /// Exposure, tone mapping, colour space and curve.
+    pub transform: DisplayTransform,
+    /// How values are rounded.
+    pub rounding: Rounding,
+}
+
+/// The precision of display values.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+pub enum Rounding {
+    /// To the nearest of 256 values.
+    #[default]
+    EightBits,
+    /// To 256 values with ordered dither, which hides bands in smooth gradients.
+    Dithered,
+    /// To the nearest of 65536 values: for PNG.
+    SixteenBits,
+}
+
+impl DisplayOptions {
+    /// What a PNG declares.
+    fn transfer(&self) -> Transfer {
+        match (self.transform.transfer, self.transform.space) {
+            (color::Transfer::None, _) => Transfer::Unstated,
+            (_, DisplaySpace::Srgb) => Transfer::Srgb,
+            (_, DisplaySpace::DisplayP3) => Transfer::DisplayP3,
+            (_, DisplaySpace::Rec2100Pq) => Transfer::Rec2100Pq,
+        }
     }
 }
 
@@ -59,7 +109,7 @@ pub struct Samples<'a> {
     pub alpha: bool,
     /// Linear RGBA, premultiplied: for EXR and HDR.
     pub linear: Cow<'a, [[f32; 4]]>,
-    /// Display-encoded RGBA, straight alpha: for PNG and JPEG.
+    /// Display-encoded RGBA, straight alpha: for PNG, JPEG and WebP.
     pub display: Cow<'a, [[u8; 4]]>,
 }
 
@@ -99,7 +149,7 @@ impl Save for Image {
     }
 }
 
-/// Writes a picture to a file: PNG, EXR, HDR or JPEG by the path's extension. The file is written under a temporary
+/// Writes a picture to a file: PNG, EXR, HDR, JPEG or WebP by the path's extension. The file is written under a temporary
 /// name in the same folder and then renamed, so at any moment either the old file or the complete new file exists.
 pub fn save(path: impl AsRef<Path>, picture: &impl Save) -> Result<(), SaveError> {
     save_with(path, picture, &SaveOptions::default())
@@ -109,7 +159,7 @@ pub fn save(path: impl AsRef<Path>, picture: &impl Save) -> Result<(), SaveError
 pub fn save_with(
     path: impl AsRef<Path>,
     picture: &impl Save,
-    options: &SaveOptions,
+    options: &SaveOptions<'_>,
 ) -> Result<(), SaveError> {
     let path = path.as_ref();
     let format = options.format.map_or_else(|| ImageFormat::of_path(path), Ok)?;
@@ -123,17 +173,33 @@ pub fn save_with(
 pub fn to_bytes(
     picture: &impl Save,
     format: ImageFormat,
-    options: &SaveOptions,
+    options: &SaveOptions<'_>,
 ) -> Result<Vec<u8>, ImageError> {
     let samples = picture.samples();
+    let (linear, threads) = (&samples.linear, options.threads);
+    let (mut eight, mut sixteen) = (Vec::new(), Vec::new());
+    let is_shown = !matches!(format, ImageFormat::Exr | ImageFormat::Hdr);
+    let display = match &options.display {
+        Some(DisplayOptions { transform, rounding }) if is_shown => {
+            match rounding {
+                Rounding::EightBits => eight = transform.to_8_bits(linear, threads),
+                Rounding::Dithered => eight = transform.to_8_bits_dithered(linear, samples.width, threads),
+                Rounding::SixteenBits => sixteen = transform.to_16_bits(linear, threads),
+            }
+            if *rounding == Rounding::SixteenBits { Display::U16(&sixteen) } else { Display::U8(&eight) }
+        }
+        _ => Display::U8(&samples.display),
+    };
     let image = OutputImage {
         width: samples.width,
         height: samples.height,
         alpha: samples.alpha,
-        linear: Some(&samples.linear),
-        display: Some(Display::U8(&samples.display)),
-        transfer: options.transfer,
+        linear: Some(linear),
+        display: Some(display),
+        transfer: options.display.map_or(options.transfer, |d| d.transfer()),
         metadata: &options.metadata,
+        channels: &options.channels,
+        exr: options.exr,
         threads: options.threads,
     };
     encode(&image, format)

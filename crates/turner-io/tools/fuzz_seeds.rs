@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 use turner::color::Spectrum;
 use turner::description::SceneDesc;
 use turner::film::{Film, NonFinite};
+use turner_io::checkpoint::{Header, fingerprint, to_bytes};
 use turner_io::testing::seeds::seeds;
 
 fn main() -> std::io::Result<()> {
@@ -25,11 +26,21 @@ fn main() -> std::io::Result<()> {
         std::fs::create_dir_all(&folder)?;
         std::fs::write(folder.join(seed.name), bytes)?;
     }
-    film(&root.join("film"))
+    let film = film(&root.join("film"))?;
+    checkpoint(&root.join("checkpoint"), film)
+}
+
+/// Writes the seed for checkpoints, without the checksum, which the fuzz target appends.
+fn checkpoint(folder: &Path, mut film: Film) -> std::io::Result<()> {
+    let header = Header { scene_hash: "0123456789abcdef".repeat(2), ..Header::default() };
+    film.set_scene(fingerprint(&header.scene_hash));
+    let bytes = to_bytes(&header, &film).map_err(std::io::Error::other)?;
+    std::fs::create_dir_all(folder)?;
+    std::fs::write(folder.join("small.turner-checkpoint"), &bytes[..bytes.len() - 8])
 }
 
 /// Writes the seed for films, without the checksum, which the fuzz target appends.
-fn film(folder: &Path) -> std::io::Result<()> {
+fn film(folder: &Path) -> std::io::Result<Film> {
     let mut desc = SceneDesc::default().film;
     (desc.width, desc.height) = (20, 6);
     let mut film = Film::new(&desc).map_err(std::io::Error::other)?;
@@ -38,5 +49,6 @@ fn film(folder: &Path) -> std::io::Result<()> {
     film.take_light(7).map_err(std::io::Error::other)?;
     let bytes = film.to_bytes();
     std::fs::create_dir_all(folder)?;
-    std::fs::write(folder.join("small.film"), &bytes[..bytes.len() - 8])
+    std::fs::write(folder.join("small.film"), &bytes[..bytes.len() - 8])?;
+    Ok(film)
 }

@@ -20,10 +20,10 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
             height: small.height,
             alpha: false,
             linear: Some(&pixels),
-            display: None,
             transfer: Transfer::Unstated,
             metadata: &Metadata::new(),
             threads: 1,
+            ..OutputImage::default()
         };
         std::fs::write(Path::new(&pair[1]), encode(&picture, ImageFormat::Exr)?)?;
     }

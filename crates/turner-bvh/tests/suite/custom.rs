@@ -114,7 +114,7 @@ proptest! {
     fn a_refitted_bvh_has_the_hits_of_a_fresh_one(seed in any::<u64>(), count in 1_usize..400) {
         let mut random = Random(seed);
         // Large enough that some rays hit.
-        let large = |b: &Aabb| Aabb::new(b.min, b.max.map(|x| x + 300.0));
+        let large = |b: &Aabb| Aabb::new(b.min, b.max.map(|x| x + 600.0));
         let mut boxes_and_rays = || {
             let (boxes, rays) = scene(&mut random, count);
             (boxes.iter().map(large).collect::<Vec<Aabb>>(), rays)

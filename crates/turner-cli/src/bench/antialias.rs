@@ -217,7 +217,7 @@ fn render(
     let start = Instant::now();
     renderer.pass(u32::MAX, &options).map_err(Failure::new)?;
     let seconds = start.elapsed().as_secs_f64();
-    let picture = renderer.film.develop(&renderer.prepared().view.film);
+    let picture = renderer.film.develop(&renderer.prepared().view.film, 1);
     let values = picture
         .linear
         .iter()
@@ -255,11 +255,11 @@ fn save(args: &AntialiasBenchArgs, name: &str, picture: &Rendered) -> Result<(),
         width: picture.width,
         height: picture.height,
         alpha: false,
-        linear: None,
         display: Some(Display::U8(&picture.display)),
         transfer: Transfer::Unstated,
         metadata: &Default::default(),
         threads: 1,
+        ..OutputImage::default()
     };
     let bytes = encode(&image, ImageFormat::Png).map_err(|e| failed(e.to_string()))?;
     let path: &Path = &folder.join(format!("{name}.png"));

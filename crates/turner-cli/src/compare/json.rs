@@ -24,6 +24,7 @@ pub(super) fn of(c: &Compared) -> Value {
         "picture": c.names[1],
         "width": pair.width,
         "height": pair.height,
+        "resized_from": c.resized.map(|(width, height)| json!({ "width": width, "height": height })),
         "values": if pair.is_linear { "linear" } else { "display" },
         "alpha": pair.has_alpha,
         "metrics": metrics,

@@ -42,6 +42,12 @@ pub(crate) struct CompareArgs {
     /// Write the difference per pixel as a PNG, from black (none) to pale yellow
     #[arg(long, value_name = "OUT.png")]
     diff: Option<PathBuf>,
+    /// Layer of the EXR files to compare, such as `albedo` [default: the picture]
+    #[arg(long, value_name = "NAME")]
+    layer: Option<String>,
+    /// Scale the picture to the size of the reference if their sizes differ
+    #[arg(long)]
+    resize: bool,
     /// Print JSON: see docs/reference/compare.md
     #[arg(long)]
     json: bool,
@@ -93,6 +99,8 @@ struct Compared {
     /// The names of the pictures, escaped for a terminal.
     names: [String; 2],
     pair: Pair,
+    /// The size of the picture before it was scaled to that of the reference.
+    resized: Option<(u32, u32)>,
     measured: Vec<(Metric, Measured)>,
     verdict: Option<Verdict>,
     /// The difference picture.
@@ -120,9 +128,14 @@ fn compare(args: &CompareArgs) -> Result<u8, Failure> {
     // Before anything is read, so that a path that cannot be written is an error at once.
     let output = args.diff.as_deref().map(|path| picture::target(path, [&args.reference, &args.picture]));
     let output = output.transpose()?;
-    let canvases = [read::canvas(&args.reference)?, read::canvas(&args.picture)?];
+    let layer = args.layer.as_deref();
+    let a = read::canvas(&args.reference, layer)?;
+    let mut b = read::canvas(&args.picture, layer)?;
     let names = [&args.reference, &args.picture].map(|p| escape(&p.to_string_lossy()));
-    let [a, b] = canvases;
+    let resized = Some((b.width, b.height)).filter(|size| args.resize && *size != (a.width, a.height));
+    if resized.is_some() {
+        b = b.resized(a.width, a.height);
+    }
     let pair = Pair::new(a, b).map_err(|e| mismatch(&names, e))?;
     let threads = crate::render::threads(args.threads);
     let metrics = match args.metric {
@@ -143,7 +156,7 @@ fn compare(args: &CompareArgs) -> Result<u8, Failure> {
     };
     // The maps are large and no longer needed.
     measured.iter_mut().for_each(|(_, m)| m.map = Vec::new());
-    let compared = Compared { names, pair, measured, verdict, diff };
+    let compared = Compared { names, pair, resized, measured, verdict, diff };
     if args.json {
         crate::text::print(&format!("{}\n", json::of(&compared)));
     } else {
@@ -159,7 +172,7 @@ fn mismatch([a, b]: &[String; 2], error: Mismatch) -> Failure {
     let (message, help) = match error {
         Mismatch::Size((w, h), (v, u)) => (
             format!("{b}: {v}x{u} pixels, expected {w}x{h} as in {a}"),
-            "render both with the same --width, --height and --crop",
+            "render both with the same --width, --height and --crop, or add --resize",
         ),
         Mismatch::Alpha { first } => (
             format!("{}: partly transparent, but {} is opaque", name(first), name(!first)),

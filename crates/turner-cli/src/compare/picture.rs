@@ -68,11 +68,11 @@ impl Target {
             width: pair.width,
             height: pair.height,
             alpha: false,
-            linear: None,
             display: Some(Display::U8(&colors)),
             transfer: Transfer::Srgb,
             metadata: &metadata,
             threads,
+            ..OutputImage::default()
         };
         let bytes = encode(&image, ImageFormat::Png).map_err(|e| failed(&e))?;
         file.commit(&bytes).map_err(|e| failed(&e))?;

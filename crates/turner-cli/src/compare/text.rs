@@ -11,6 +11,9 @@ pub(super) fn of(c: &Compared) -> String {
     let kind = if pair.is_linear { "linear light" } else { "display values" };
     let alpha = if pair.has_alpha { ", partly transparent" } else { "" };
     let mut out = format!("{b} against {a}: {}x{}, {kind}{alpha}\n", pair.width, pair.height);
+    if let Some((width, height)) = c.resized {
+        out += &format!("{b}: scaled from {width}x{height}\n");
+    }
     for (metric, found) in &c.measured {
         out += &format!(
             "  {:8} {:14} {}\n",

@@ -41,7 +41,7 @@ pub(super) fn of(report: &Report<'_>, scene: &str) -> Value {
         "format": "turner-doctor",
         "version": VERSION,
         "scene": scene,
-        "scene_hash": report.ready.hash,
+        "scene_hash": report.ready.hash.whole,
         "findings": report.examination.findings.iter().map(|f| finding(f, report)).collect::<Vec<_>>(),
         "summary": {
             "pixels": s.pixels,

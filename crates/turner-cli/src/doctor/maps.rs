@@ -114,11 +114,11 @@ fn write(path: &Path, maps: &[Map]) -> Result<Written, Failure> {
         width: width as u32,
         height: height as u32,
         alpha: false,
-        linear: None,
         display: Some(Display::U8(&display)),
         transfer: Transfer::Srgb,
         metadata: &Metadata::new(),
         threads: 1,
+        ..OutputImage::default()
     };
     let bytes = encode(&image, ImageFormat::Png)
         .map_err(|e| Failure::new(two_lines(ErrorCode::Output, &e.to_string())))?;

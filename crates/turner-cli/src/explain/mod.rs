@@ -139,6 +139,7 @@ fn explain(args: &ExplainArgs, reporter: &Reporter, control: &Control) -> Result
     let file = path.map(OutputFile::create).transpose().map_err(output)?;
     let ready = args.scene.ready(&args.film, args.scene.studio.models(), 0, control)?;
     let prepared = &ready.prepared;
+    prepared.choose();
     let bad = |e| Failure::in_scene(e, &ready.sources, &ready.labels);
     let names = names::Names {
         prepared,
@@ -157,7 +158,7 @@ fn explain(args: &ExplainArgs, reporter: &Reporter, control: &Control) -> Result
         many: matches!(format, Format::Json | Format::Html),
     };
     let name = args.scene.scene.to_string_lossy().into_owned();
-    let record = samples::explain(&names, (name, ready.hash.clone()), pixel, &wanted).map_err(bad)?;
+    let record = samples::explain(&names, (name, ready.hash.whole.clone()), pixel, &wanted).map_err(bad)?;
     let text = match format {
         Format::Json => record.json().map_err(|e| {
             let message = format!("the explanation cannot be written: {e}");

@@ -208,6 +208,10 @@ fn mean_of_samples(p: &Prepared, pixel: &PixelRecord) -> String {
         Antialias::None => "its only sample".to_owned(),
         Antialias::Mean => format!("the mean of {n} samples: its own and those of its neighbours"),
         Antialias::Grid => format!("the mean of {n} samples on a grid"),
+        Antialias::MonteCarlo if p.view.film.weights_samples() => {
+            let filter = p.view.film.filter.word();
+            format!("the mean of the {n} samples within reach of the filter \"{filter}\", weighted by it")
+        }
         Antialias::MonteCarlo if n == 1 => "its only sample, at a random position".to_owned(),
         Antialias::MonteCarlo => format!("the mean of {n} samples at random positions"),
         Antialias::Adaptive => {

@@ -277,10 +277,10 @@ fn white_environment(cx: &Context) -> Result<Finding, SceneError> {
         height: 8,
         alpha: false,
         linear: Some(&[[1.0; 4]; 16 * 8]),
-        display: None,
         transfer: Transfer::Unstated,
         metadata: &Metadata::new(),
         threads: 1,
+        ..OutputImage::default()
     };
     let mut assets = MemoryAssets::default();
     assets.files.insert("white.exr".into(), encode(&picture, ImageFormat::Exr).map_err(fault)?);

@@ -79,7 +79,7 @@ fn render(cx: &Context, scene: &Prepared, threads: usize, pass: u32) -> Result<P
         renderer.pass(pass, &PassOptions { threads, cancel: &never, progress: None })?;
     }
     cx.count(&renderer.film.non_finite, renderer.film.samples());
-    Ok(renderer.film.develop(&scene.view.film))
+    Ok(renderer.film.develop(&scene.view.film, 1))
 }
 
 /// Number of pixels that differ in any bit.

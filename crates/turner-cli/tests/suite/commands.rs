@@ -19,11 +19,16 @@ fn arguments(line: &str) -> Option<Vec<String>> {
 
 /// The command that is run instead.
 fn small(mut args: Vec<String>) -> Vec<String> {
-    const OTHERS: [&str; 12] = [
+    const OTHERS: [&str; 17] = [
+        "resume",
+        "merge",
+        "remake",
         "new",
         "explain",
         "doctor",
         "compare",
+        "tonemap",
+        "view",
         "convert",
         "info",
         "list",
@@ -41,7 +46,9 @@ fn small(mut args: Vec<String>) -> Vec<String> {
     if OTHERS.contains(&&*command) || args.iter().any(|a| a.starts_with("--help")) {
         return args;
     }
-    for (option, value) in [("--width", "24"), ("--height", "16"), ("--samples", "1")] {
+    // Parts of the samples keep their ranges.
+    let samples = if args.iter().any(|a| a == "--sample-range") { "256" } else { "1" };
+    for (option, value) in [("--width", "24"), ("--height", "16"), ("--samples", samples)] {
         match args.iter().position(|a| a == option) {
             Some(i) => args[i + 1] = value.to_owned(),
             None => args.extend([option.to_owned(), value.to_owned()]),
@@ -67,6 +74,9 @@ fn desk() -> Folder {
         "scene.xml",
         "<scene version=\"3.0.0\"><default name=\"spp\" value=\"1\"/><sensor type=\"perspective\"><float name=\"fov\" value=\"40\"/><sampler type=\"independent\"><integer name=\"sample_count\" value=\"$spp\"/></sampler></sensor><shape type=\"sphere\"><point name=\"center\" x=\"0\" y=\"0\" z=\"5\"/></shape><emitter type=\"constant\"/></scene>",
     );
+    let part =
+        ["scene.toml", "--integrator", "path", "--sample-range", "0..2", "-o", "scene.png", "--checkpoint"];
+    f.turner(&[&part[..], &[".scene.png.turner-checkpoint"]].concat()).ok();
     for picture in
         ["expected.png", "found.png", "expected.exr", "found.exr", "old.png", "new.png", "studio.hdr"]
     {

@@ -141,6 +141,7 @@ fn write(f: &Folder, name: &str, samples: &[[f32; 4]], width: u32) {
         transfer: Transfer::Unstated,
         metadata: &Default::default(),
         threads: 1,
+        ..OutputImage::default()
     };
     let format = ImageFormat::of_path(Path::new(name)).unwrap();
     std::fs::write(f.path().join(name), encode(&image, format).unwrap()).unwrap();

@@ -119,6 +119,7 @@ impl AssetSource for AnyFile {
                 transfer: turner_io::image::Transfer::Unstated,
                 metadata: &Default::default(),
                 threads: 1,
+                ..turner_io::image::OutputImage::default()
             };
             turner_io::image::encode(&image, format).unwrap()
         };

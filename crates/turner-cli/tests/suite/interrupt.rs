@@ -64,7 +64,47 @@ fn an_interrupt_saves_the_picture() {
         let (w, h, p) = pixels(&f.read("s.png"));
         assert_eq!((w, h), (200, 200));
         assert!(p.iter().any(|c| c[0] > 0.3));
-        assert_eq!(f.names(), ["s.png", "s.toml"]);
+        // What is needed to continue.
+        assert_eq!(f.names(), [".s.png.turner-checkpoint", "s.png", "s.toml"]);
+        assert_eq!(done["checkpoint"], ".s.png.turner-checkpoint");
+    }
+}
+
+/// `timeout` signals the program, and then its process group: the second signal belongs to the first.
+#[test]
+fn two_signals_at_once_are_one_request() {
+    if is_off(15) {
+        return;
+    }
+    let f = folder();
+    let (child, events) = long(&f, &[]);
+    let id = child.id().to_string();
+    let script = "kill -TERM $0; kill -TERM $0; kill -CONT $0; sleep 0.05; kill -TERM $0";
+    assert!(Command::new("sh").args(["-c", script, &id]).status().unwrap().success());
+    let run = end(child, events);
+    assert_eq!(run.code, Some(143), "{run:?}");
+    assert_eq!(pixels(&f.read("s.png")).0, 200);
+}
+
+/// Ended by `timeout` at random moments, also in the first pass: once rendering has begun there is a whole picture.
+#[test]
+fn timeout_keeps_the_picture() {
+    let f = folder();
+    for i in 0..10 {
+        let _ = std::fs::remove_file(f.path().join("s.png"));
+        let time = format!("{:.3}", 0.03 + 0.35 * (f64::from(i) * 0.618_034 % 1.0));
+        let size = ["--width", "400", "--height", "400", "--samples", "1000000", "--integrator", "path"];
+        let mut command = Command::new("timeout");
+        command.args([&time, env!("CARGO_BIN_EXE_turner"), "s.toml", "--json"]).args(size);
+        let Ok(output) = command.current_dir(f.path()).output() else { return };
+        let run = Run::of(output);
+        assert!([Some(124), Some(143)].contains(&run.code), "{run:?}");
+        if run.stdout.contains("\"start\"") {
+            let png = f.read("s.png");
+            assert_eq!(pixels(&png).0, 400);
+            // Colour type 2, RGB: no pixel is missing, which would be transparent.
+            assert_eq!(png[25], 2, "{time}: {run:?}");
+        }
     }
 }
 

@@ -1,5 +1,9 @@
 //! Tests of the program as a user runs it.
 
+mod animations;
+mod aovs;
+mod budget;
+mod cameras;
 mod commands;
 mod common;
 mod compare;
@@ -16,7 +20,10 @@ mod interrupt;
 mod limits;
 mod models;
 mod names;
+mod pictures;
+mod remake;
 mod render;
+mod resume;
 mod scene_options;
 mod sh_blocks;
 mod start;

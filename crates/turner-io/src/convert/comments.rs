@@ -32,6 +32,7 @@ const COMMON: &[(&str, &str, &str)] = &[
     ("object", "name", "Name in reports"),
     ("object", "material", "Name of a [material.NAME]"),
     ("object", "light_group", "Light group of its emission"),
+    ("object", "shadow_catcher", "The camera sees only the shadow on it"),
     ("object", "transform", "Scale first, then rotate, then translate; or the rows of a matrix"),
     ("object", "motion", "The transform at the end of the motion, for motion blur"),
     ("object", "group", "Name of a [group.NAME], which this object places"),

@@ -14,6 +14,7 @@ mod comments;
 mod file_names;
 mod files;
 mod glb;
+mod settings;
 mod text;
 
 use files::Files;
@@ -21,6 +22,7 @@ use files::Files;
 use crate::assets::printable;
 use crate::image::{KeptPictures, OutputError, OutputFile};
 pub use glb::to_glb;
+pub use settings::settings_text;
 use std::path::{Path, PathBuf};
 use turner::description::{SceneDesc, write_scene};
 use turner::schema::Warning;

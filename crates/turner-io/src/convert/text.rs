@@ -43,6 +43,20 @@ pub(super) fn scene(root: &Value, source: &str) -> String {
     writer.out
 }
 
+/// The entries of a table, one `key = value` per line, without comments. Empty for any other value.
+pub(super) fn keys(value: &Value) -> String {
+    let mut out = String::new();
+    let Data::Table(table) = &value.data else { return out };
+    for Entry { key, value, .. } in &table.entries {
+        let line = out.len();
+        out += &key_text(key);
+        out += " = ";
+        put(&mut out, &value.data, line);
+        out.push('\n');
+    }
+    out
+}
+
 fn header(source: &str) -> String {
     format!(
         "# Converted from {} by Turner {}.\n#\n\

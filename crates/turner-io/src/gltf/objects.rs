@@ -212,6 +212,7 @@ impl<'a> Objects<'a> {
                 content: ObjectContent::Shape(shape),
                 material: Some(id),
                 light_group: None,
+                shadow_catcher: false,
                 transform: Transform(transform),
                 motion: None,
             });

@@ -74,6 +74,16 @@ pub enum ImageError {
         /// What is supported.
         expected: String,
     },
+    /// The file has no layer of that name.
+    #[error("{name}: OpenEXR with {layer}\n  its layers and channels: {layers}")]
+    NoLayer {
+        /// The file.
+        name: String,
+        /// The problem: `no layer "albedo"`.
+        layer: String,
+        /// The layers of the file.
+        layers: String,
+    },
     /// Out of memory for the samples.
     #[error("{name}: not enough memory for {bytes} bytes of pixels\n  use a smaller image")]
     OutOfMemory {

@@ -42,7 +42,7 @@ formats! {
     Exr {
         name: "OpenEXR",
         extensions: &["exr"],
-        description: "linear 32-bit floats, lossless, with metadata",
+        description: "linear 16- or 32-bit floats, lossless, with further channels and metadata",
         is: |b| b.starts_with(b"\x76\x2f\x31\x01"),
         can_write: true,
         bytes_per_channel: 4,
@@ -65,13 +65,13 @@ formats! {
         can_write: true,
         bytes_per_channel: 1,
     }
-    /// 8 bits, display-encoded, lossy or lossless. Read only.
+    /// 8 bits, display-encoded, lossy or lossless. Written without loss.
     WebP {
         name: "WebP",
         extensions: &["webp"],
         description: "8 bits per channel, lossy or lossless, with or without alpha",
         is: |b| b.starts_with(b"RIFF") && b.get(8..12) == Some(b"WEBP"),
-        can_write: false,
+        can_write: true,
         bytes_per_channel: 1,
     }
     /// 8 bits, display-encoded. Read only.
@@ -282,9 +282,9 @@ mod tests {
 
     #[test]
     fn formats_that_are_read_only_are_no_outputs() {
-        let message = ImageFormat::of_path(Path::new("x.webp")).unwrap_err().to_string();
+        let message = ImageFormat::of_path(Path::new("x.bmp")).unwrap_err().to_string();
         assert!(
-            message.contains("WebP can be read but not written") && !message.contains(".tga"),
+            message.contains("BMP can be read but not written") && !message.contains(".tga"),
             "{message}"
         );
     }

@@ -3,7 +3,7 @@
 
 use super::contain::contain;
 use super::limits::{Source, buffer};
-use super::{DecodeLimits, Display, ImageError, ImageFormat, OutputImage};
+use super::{DecodeLimits, ImageError, ImageFormat, OutputImage};
 use image::codecs::jpeg::{JpegDecoder, JpegEncoder};
 use image::{ColorType, ExtendedColorType, ImageDecoder};
 use std::io::Cursor;
@@ -43,23 +43,14 @@ pub fn decode(bytes: &[u8], name: &str, limits: &DecodeLimits) -> Result<Image, 
 
 /// Encodes the display samples as RGB with quality [`QUALITY`]; alpha and metadata are dropped.
 pub fn encode(image: &OutputImage<'_>) -> Result<Vec<u8>, ImageError> {
-    let display = image.display(FORMAT)?;
+    let rgb = image.eight_bit_srgb(FORMAT, false)?;
     if image.width > 65535 || image.height > 65535 {
         let problem = format!("{} x {} exceeds 65535 on a side; use PNG", image.width, image.height);
         return Err(ImageError::encode(FORMAT, problem));
     }
-    let rgb: Vec<u8> = match display {
-        Display::U8(s) => s.iter().flat_map(|p| [p[0], p[1], p[2]]).collect(),
-        Display::U16(s) => s.iter().flat_map(|p| [to_8(p[0]), to_8(p[1]), to_8(p[2])]).collect(),
-    };
     let mut out = Vec::new();
     JpegEncoder::new_with_quality(&mut out, QUALITY)
         .encode(&rgb, image.width, image.height, ExtendedColorType::Rgb8)
         .map_err(|e| ImageError::encode(FORMAT, e))?;
     Ok(out)
-}
-
-/// The nearest 8-bit value; 257 = 65535 / 255.
-fn to_8(v: u16) -> u8 {
-    ((u32::from(v) + 128) / 257) as u8
 }

@@ -1,4 +1,4 @@
-//! Image files: PNG, OpenEXR, Radiance HDR and JPEG are read and written, WebP, TGA, BMP and PFM are read; and safe
+//! Image files: PNG, OpenEXR, Radiance HDR, JPEG and WebP are read and written, TGA, BMP and PFM are read; and safe
 //! replacement of files on disk.
 //!
 //! ```text
@@ -14,13 +14,16 @@
 //! files are not applied, and an [`OutputImage`] holds linear and display samples that the renderer has already
 //! converted.
 
+pub mod animation;
 pub mod bmp;
 mod contain;
 mod decode_all;
 mod error;
 pub mod exr;
+mod extra_channel;
 mod format;
 pub mod hdr;
+mod icc;
 pub mod jpeg;
 mod kept;
 mod limits;
@@ -37,6 +40,8 @@ pub mod webp;
 pub use contain::silence_contained_panics;
 pub use decode_all::{ColorOrData, EncodedPicture, decode_all};
 pub use error::{ImageError, SizeHelp};
+pub use exr::{ExrCompression, ExrOptions};
+pub use extra_channel::{ChannelValues, ExtraChannel, SampleKind};
 pub use format::ImageFormat;
 pub use kept::KeptPictures;
 pub use limits::DecodeLimits;
@@ -71,7 +76,8 @@ pub fn encode(image: &OutputImage<'_>, format: ImageFormat) -> Result<Vec<u8>, I
         ImageFormat::Exr => exr::encode(image),
         ImageFormat::Hdr => hdr::encode(image),
         ImageFormat::Jpeg => jpeg::encode(image),
-        ImageFormat::WebP | ImageFormat::Tga | ImageFormat::Bmp | ImageFormat::Pfm => {
+        ImageFormat::WebP => webp::encode(image),
+        ImageFormat::Tga | ImageFormat::Bmp | ImageFormat::Pfm => {
             Err(ImageError::encode(format, "the format can be read but not written; use PNG"))
         }
     }

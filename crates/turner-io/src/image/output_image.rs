@@ -1,9 +1,9 @@
 //! An image to be written, as linear and as display samples.
 
-use super::{ImageError, ImageFormat, Metadata};
+use super::{ExrOptions, ExtraChannel, ImageError, ImageFormat, Metadata};
 
 /// The input of [`super::encode`]. The caller provides the samples that the format stores: `linear` for EXR and HDR,
-/// `display` for PNG and JPEG. No conversion takes place, so a PNG is the EXR after the caller's own display
+/// `display` for PNG, JPEG and WebP. No conversion takes place, so a PNG is the EXR after the caller's own display
 /// transform.
 #[derive(Clone, Debug)]
 pub struct OutputImage<'a> {
@@ -21,8 +21,31 @@ pub struct OutputImage<'a> {
     pub transfer: Transfer,
     /// Metadata for PNG and EXR.
     pub metadata: &'a Metadata,
+    /// Further channels, for EXR alone.
+    pub channels: &'a [ExtraChannel<'a>],
+    /// How an EXR file is written.
+    pub exr: ExrOptions,
     /// Threads for compression; 0 uses all. The bytes do not depend on it.
     pub threads: usize,
+}
+
+impl Default for OutputImage<'_> {
+    /// No pixels, no metadata, all threads.
+    fn default() -> Self {
+        static NONE: Metadata = Metadata::new();
+        OutputImage {
+            width: 0,
+            height: 0,
+            alpha: false,
+            linear: None,
+            display: None,
+            transfer: Transfer::Unstated,
+            metadata: &NONE,
+            channels: &[],
+            exr: ExrOptions::default(),
+            threads: 0,
+        }
+    }
 }
 
 /// Display-encoded samples.
@@ -30,7 +53,7 @@ pub struct OutputImage<'a> {
 pub enum Display<'a> {
     /// 8 bits per channel.
     U8(&'a [[u8; 4]]),
-    /// 16 bits per channel; JPEG rounds them to 8.
+    /// 16 bits per channel; JPEG and WebP round them to 8.
     U16(&'a [[u16; 4]]),
 }
 
@@ -41,6 +64,10 @@ pub enum Transfer {
     Srgb,
     /// `encoded = linear^(1 / gamma)`, as a gAMA chunk; 1 for linear samples; between 0.01 and 100.
     Gamma(f32),
+    /// Display P3: the primaries of SMPTE EG 432-1 and the curve of sRGB, as cICP and iCCP chunks.
+    DisplayP3,
+    /// Rec. 2100 PQ: the primaries of BT.2020 and the curve of SMPTE ST 2084, as a cICP chunk.
+    Rec2100Pq,
     /// None declared.
     Unstated,
 }
@@ -81,6 +108,21 @@ impl<'a> OutputImage<'a> {
             Some(d) if len == Some(pixels) => Ok(d),
             _ => Err(self.missing(format, "display", len)),
         }
+    }
+
+    /// The display samples as 8-bit RGB or, with `alpha`, RGBA, for formats that say nothing about colour spaces.
+    pub(super) fn eight_bit_srgb(&self, format: ImageFormat, alpha: bool) -> Result<Vec<u8>, ImageError> {
+        if matches!(self.transfer, Transfer::DisplayP3 | Transfer::Rec2100Pq) {
+            let problem = "it is written as sRGB; use PNG for Display P3 and Rec. 2100";
+            return Err(ImageError::encode(format, problem));
+        }
+        let n = if alpha { 4 } else { 3 };
+        // The nearest 8-bit value; 257 = 65535 / 255.
+        let byte = |v: &u16| ((u32::from(*v) + 128) / 257) as u8;
+        Ok(match self.display(format)? {
+            Display::U8(s) => s.iter().flat_map(|p| p[..n].iter().copied()).collect(),
+            Display::U16(s) => s.iter().flat_map(|p| p[..n].iter().map(byte)).collect(),
+        })
     }
 
     fn missing(&self, format: ImageFormat, kind: &str, len: Option<usize>) -> ImageError {

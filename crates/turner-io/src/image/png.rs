@@ -4,10 +4,14 @@
 //! Gamma and profile chunks are not applied, and compressed text chunks are not decompressed.
 
 use super::contain::contain;
+use super::icc::display_p3;
 use super::limits::{Source, buffer, reserve};
 use super::{DecodeLimits, Display, ImageError, ImageFormat, MetaValue, Metadata, OutputImage, Transfer};
+use miniz_oxide::deflate::compress_to_vec_zlib;
+use png::chunk::ChunkType;
 use png::{BitDepth, ColorType, DecodeOptions, Decoder, DecodingError, Encoder, Transformations};
 use std::io::Cursor;
+use turner::color::DisplaySpace;
 use turner::image::{Image, Pixels};
 
 const FORMAT: ImageFormat = ImageFormat::Png;
@@ -92,7 +96,7 @@ pub fn encode(image: &OutputImage<'_>) -> Result<Vec<u8>, ImageError> {
             let problem = format!("display gamma {gamma}; expected 0.01 to 100");
             return Err(ImageError::encode(FORMAT, problem));
         }
-        Transfer::Unstated => {}
+        Transfer::DisplayP3 | Transfer::Rec2100Pq | Transfer::Unstated => {}
     }
     for (name, value) in image.metadata {
         // tEXt is Latin-1; other text needs iTXt.
@@ -114,9 +118,30 @@ pub fn encode(image: &OutputImage<'_>) -> Result<Vec<u8>, ImageError> {
         }
     };
     let mut writer = encoder.write_header().map_err(failed)?;
+    for (kind, data) in color_chunks(image.transfer) {
+        writer.write_chunk(kind, &data).map_err(failed)?;
+    }
     writer.write_image_data(&bytes).map_err(failed)?;
     writer.finish().map_err(failed)?;
     Ok(out)
+}
+
+/// The chunks of colour spaces that the png crate does not write: cICP, with the code points of ITU-T H.273 for
+/// primaries, transfer, no matrix, full range; and for Display P3 an ICC profile for older programs.
+fn color_chunks(transfer: Transfer) -> Vec<(ChunkType, Vec<u8>)> {
+    let cicp = |space: DisplaySpace| {
+        let [primaries, curve] = space.code_points();
+        (ChunkType(*b"cICP"), vec![primaries, curve, 0, 1])
+    };
+    match transfer {
+        Transfer::DisplayP3 => {
+            let mut profile = b"Display P3\0\0".to_vec();
+            profile.extend(compress_to_vec_zlib(&display_p3(), 9));
+            vec![cicp(DisplaySpace::DisplayP3), (ChunkType(*b"iCCP"), profile)]
+        }
+        Transfer::Rec2100Pq => vec![cicp(DisplaySpace::Rec2100Pq)],
+        Transfer::Srgb | Transfer::Gamma(_) | Transfer::Unstated => Vec::new(),
+    }
 }
 
 /// Encodes an image of 8 or 16 bits as it is: grey or RGB, with or without alpha, without a declared encoding.

@@ -1,4 +1,4 @@
-//! WebP, read only: lossy or lossless, with or without alpha; 8 bits.
+//! WebP: lossy or lossless, with or without alpha; 8 bits. Lossless files are written.
 //!
 //! Animations are rejected, because a texture is one image. Colour profiles and EXIF orientation are not applied. The
 //! chunks and the sizes that they state are checked here, before the decoder reserves memory for them (RFC 9649; VP8
@@ -6,9 +6,9 @@
 
 use super::contain::contain;
 use super::limits::{Source, buffer, probe};
-use super::{DecodeLimits, ImageError, ImageFormat};
-use image::ImageDecoder;
-use image::codecs::webp::WebPDecoder;
+use super::{DecodeLimits, ImageError, ImageFormat, OutputImage};
+use image::codecs::webp::{WebPDecoder, WebPEncoder};
+use image::{ExtendedColorType, ImageDecoder};
 use std::io::Cursor;
 use turner::image::{Image, Pixels};
 
@@ -49,6 +49,24 @@ pub fn decode(bytes: &[u8], name: &str, limits: &DecodeLimits) -> Result<Image, 
             .map_err(|e| ImageError::of_decoder(name, FORMAT, e, "a still image"))?;
         Ok(Image { width, height, channels, pixels: Pixels::U8(samples) })
     })
+}
+
+/// Most columns and most rows of a WebP file.
+const MOST: u32 = 16384;
+
+/// Encodes the display samples as lossless RGB or RGBA; metadata is dropped.
+pub fn encode(image: &OutputImage<'_>) -> Result<Vec<u8>, ImageError> {
+    let samples = image.eight_bit_srgb(FORMAT, image.alpha)?;
+    if image.width > MOST || image.height > MOST {
+        let problem = format!("{} x {} exceeds {MOST} on a side; use PNG", image.width, image.height);
+        return Err(ImageError::encode(FORMAT, problem));
+    }
+    let kind = if image.alpha { ExtendedColorType::Rgba8 } else { ExtendedColorType::Rgb8 };
+    let mut out = Vec::new();
+    WebPEncoder::new_lossless(&mut out)
+        .encode(&samples, image.width, image.height, kind)
+        .map_err(|e| ImageError::encode(FORMAT, e))?;
+    Ok(out)
 }
 
 /// Information from the chunks of a file.

@@ -310,6 +310,7 @@ impl Import {
             content: ObjectContent::Shape(shape),
             material: (!scene.materials.is_empty()).then_some(MaterialId(0)),
             light_group: None,
+            shadow_catcher: false,
             transform: Transform::IDENTITY,
             motion: None,
         }];

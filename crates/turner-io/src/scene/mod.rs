@@ -102,6 +102,8 @@ pub struct Loaded {
     pub sources: Sources,
     /// Hash over all texts, overrides and file contents in reading order: 32 hexadecimal digits.
     pub hash: String,
+    /// The same without overrides of `film.samples` and `film.crop`: equal for all parts of a picture.
+    pub shared_hash: String,
 }
 
 /// Loads a scene file, or standard input for `-`. Paths in it are relative to its folder (for standard input:
@@ -177,7 +179,7 @@ fn load_named(
 ) -> Result<Loaded, LoadError> {
     let mut sources = Sources::default();
     match read(text, (name, uri), assets, options, &mut sources) {
-        Ok((desc, hash)) => Ok(Loaded { desc, sources, hash }),
+        Ok((desc, (hash, shared_hash))) => Ok(Loaded { desc, sources, hash, shared_hash }),
         Err(error) => Err(LoadError { error, sources }),
     }
 }
@@ -188,7 +190,7 @@ fn read(
     assets: &dyn AssetSource,
     options: &LoadOptions,
     sources: &mut Sources,
-) -> Result<(SceneDesc, String), SceneError> {
+) -> Result<(SceneDesc, (String, String)), SceneError> {
     let folder = name.strip_suffix(uri).unwrap_or_default().to_owned();
     let source = SourceFile { name: printable(name), uri: uri.to_owned(), text, is_argument: false };
     let mut root = include::read(source, &folder, assets, sources, &options.limits)?;
@@ -202,7 +204,7 @@ fn read(
     let mut desc = read_scene(&root, &mut files)?;
     let (warnings, hash) = files.finish();
     desc.warnings.extend(warnings);
-    Ok((desc, hash.hex()))
+    Ok((desc, overrides::hashes(hash, options)))
 }
 
 fn hash_defines(options: &LoadOptions, hash: &mut hash::SceneHash) {

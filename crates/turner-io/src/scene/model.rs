@@ -180,7 +180,10 @@ fn changed(
     let (warnings, hash) = files.finish();
     desc.warnings.extend(warnings);
     match made {
-        Ok(()) => Ok(Loaded { desc, sources, hash: hash.hex() }),
+        Ok(()) => {
+            let (hash, shared_hash) = overrides::hashes(hash, options);
+            Ok(Loaded { desc, sources, hash, shared_hash })
+        }
         Err(error) => Err(LoadError { error, sources }),
     }
 }

@@ -59,10 +59,27 @@ pub(super) fn edits(
 ) -> Result<Vec<KeyEdit>, SceneError> {
     let integrator = options.integrator.as_deref().map(Override::integrator);
     let mut one = |change: &Override| {
-        hash.add(b'o', change.text().as_bytes());
+        if !of_a_part(change) {
+            hash.add(b'o', change.text().as_bytes());
+        }
         edit(change, uri, sources)
     };
     integrator.iter().chain(&options.overrides).map(&mut one).collect()
+}
+
+/// Whether an override says which part of a picture is rendered.
+fn of_a_part(change: &Override) -> bool {
+    ["film.samples", "film.crop"].contains(&change.path.as_str())
+}
+
+/// The hash of everything, and that without the overrides that say which part of a picture is rendered. `hash` holds
+/// everything else: texts, other overrides and files.
+pub(super) fn hashes(mut hash: SceneHash, options: &LoadOptions) -> (String, String) {
+    let shared = hash.hex();
+    for change in options.overrides.iter().filter(|o| of_a_part(o)) {
+        hash.add(b'o', change.text().as_bytes());
+    }
+    (hash.hex(), shared)
 }
 
 fn edit(change: &Override, uri: &str, sources: &mut Sources) -> Result<KeyEdit, SceneError> {

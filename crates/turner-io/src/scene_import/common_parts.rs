@@ -126,6 +126,7 @@ impl<'a> CommonParts<'a> {
             content,
             material,
             light_group: None,
+            shadow_catcher: false,
             transform: Transform(start),
             motion: (start != end).then_some(Transform(end)),
         };

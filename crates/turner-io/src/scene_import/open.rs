@@ -25,6 +25,7 @@ pub(crate) fn fill_open(scene: &mut SceneDesc, around: Option<MediumId>) {
         content: ObjectContent::Shape(ShapeDesc::Box(shape)),
         material: Some(material_id),
         light_group: None,
+        shadow_catcher: false,
         transform: Transform::IDENTITY,
         motion: None,
     });

@@ -62,6 +62,7 @@ pub fn seeds() -> Vec<Seed> {
             transfer: Transfer::Srgb,
             metadata: &metadata,
             threads: 1,
+            ..OutputImage::default()
         };
         // Each of these formats accepts this image.
         let Ok(bytes) = encode(&image, format) else { continue };

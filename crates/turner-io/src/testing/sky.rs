@@ -39,10 +39,10 @@ pub fn sky_exr(rows: u32) -> Result<Vec<u8>, ImageError> {
         height: rows,
         alpha: false,
         linear: Some(&pixels),
-        display: None,
         transfer: Transfer::Unstated,
         metadata: &Metadata::new(),
         threads: 0,
+        ..OutputImage::default()
     };
     encode(&picture, ImageFormat::Exr)
 }

@@ -329,7 +329,7 @@ impl Turner {
         let options = PassOptions { threads: self.threads, cancel: &never, progress: None };
         renderer.pass(u32::MAX, &options).map_err(Failure::new)?;
         let seconds = start.elapsed().as_secs_f64();
-        let picture = renderer.film.develop(&self.prepared.view.film);
+        let picture = renderer.film.develop(&self.prepared.view.film, 0);
         let pixels = picture.linear.iter().map(|[r, g, b, _]| [*r, *g, *b].map(f64::from)).collect();
         Ok((seconds, samples, pixels))
     }

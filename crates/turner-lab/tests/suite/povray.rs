@@ -14,11 +14,11 @@ fn povray(f: &Folder, says: &str) -> String {
         width: 12,
         height: 8,
         alpha: false,
-        linear: None,
         display: Some(turner_io::image::Display::U8(&[[0; 4]; 96])),
         transfer: turner_io::image::Transfer::Unstated,
         metadata: &Default::default(),
         threads: 1,
+        ..turner_io::image::OutputImage::default()
     };
     let png = turner_io::image::encode(&black, turner_io::image::ImageFormat::Png).unwrap();
     std::fs::write(f.path().join("black.png"), png).unwrap();

@@ -57,16 +57,16 @@ fn picture(f: &Folder, name: &str, width: u32, samples: u32) {
     let mut renderer = Renderer::new(scene).unwrap();
     let never = AtomicBool::new(false);
     renderer.pass(u32::MAX, &PassOptions { threads: 2, cancel: &never, progress: None }).unwrap();
-    let picture = renderer.film.develop(&renderer.prepared().view.film);
+    let picture = renderer.film.develop(&renderer.prepared().view.film, 0);
     let image = OutputImage {
         width,
         height: width,
         alpha: false,
         linear: Some(&picture.linear),
-        display: None,
         transfer: Transfer::Unstated,
         metadata: &Default::default(),
         threads: 1,
+        ..OutputImage::default()
     };
     std::fs::write(f.path().join(name), encode(&image, ImageFormat::Exr).unwrap()).unwrap();
 }

@@ -32,6 +32,7 @@ mod aperture;
 mod equirectangular;
 mod fisheye;
 mod frame;
+mod model;
 mod orthographic;
 mod pinhole;
 mod pixel_cone;
@@ -42,6 +43,7 @@ mod thin_lens;
 pub use equirectangular::{Equirectangular, EquirectangularDesc};
 pub use fisheye::{Fisheye, FisheyeDesc};
 pub use frame::{CameraFrame, Handedness};
+pub use model::{CameraModel, ProjectionKind};
 pub use orthographic::{Orthographic, OrthographicDesc};
 pub use pinhole::{MAX_SHIFT, Pinhole, PinholeDesc, Viewport};
 pub use pixel_cone::PixelCone;
@@ -121,6 +123,17 @@ impl CameraDesc {
 }
 
 impl Camera {
+    /// Its position and unit axes.
+    pub fn frame(&self) -> CameraFrame {
+        match self {
+            Camera::Pinhole(c) => c.frame,
+            Camera::Orthographic(c) => c.frame,
+            Camera::ThinLens(c) => c.frame,
+            Camera::Equirectangular(c) => c.frame,
+            Camera::Fisheye(c) => c.frame,
+        }
+    }
+
     /// Whether [`Camera::ray`] uses its `lens`.
     #[inline]
     pub fn has_lens(&self) -> bool {

@@ -96,6 +96,11 @@ impl ThinLensDesc {
 }
 
 impl ThinLens {
+    /// Radius of the lens.
+    pub(super) fn lens_radius(&self) -> f64 {
+        self.lens_radius
+    }
+
     /// Half the size of the visible part of the plane of focus.
     pub(super) fn half_focus(&self) -> DVec2 {
         self.screen.half * (self.focus_distance / self.screen.distance)

@@ -1,11 +1,13 @@
-//! Colours: the spectrum type, tone mapping, transfer curves, colour names and a colour map.
+//! Colours: the spectrum type, tone mapping, transfer curves, colour spaces of displays, colour names and a colour map.
 
+mod display_space;
 mod heat;
 mod names;
 mod spectrum;
 mod tonemap;
 mod transfer;
 
+pub use display_space::{DisplaySpace, REFERENCE_WHITE, pq_encode};
 pub use heat::heat;
 pub(crate) use names::from_rgb24;
 pub use names::{NAMES, named};

@@ -4,7 +4,7 @@
 //! Image ── Canvas::new ──┐
 //!                        ├─ Pair::new ── Metric::measure ──> Measured: one value, the worst pixel, one value
 //!                        per pixel
-//! Image ── Canvas::new ──┘  checks size, alpha, non-finite pixels
+//! Image ── Canvas::new ──┘  checks size, alpha, non-finite pixels (Canvas::resized changes a size before)
 //! ```
 //!
 //! The first image is the reference. Images hold either linear light (EXR, HDR) or display values (PNG, JPEG).
@@ -36,6 +36,7 @@ pub mod flip;
 mod kernel;
 mod pair;
 pub mod relative;
+mod resize;
 pub mod square;
 pub mod ssim;
 mod strips;

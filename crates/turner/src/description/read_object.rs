@@ -14,6 +14,7 @@ pub(super) fn read_object(value: &Value, cx: &mut Reader<'_>) -> Result<ObjectDe
     let mut table = TableReader::of(value, "an object")?;
     let name = table.optional::<String>("name", None, cx)?;
     let light_group = light_group(&mut table, "light_group", cx)?;
+    let shadow_catcher = table.optional::<bool>("shadow_catcher", None, cx)?.unwrap_or(false);
     let mut transform = table.optional::<Transform>("transform", None, cx)?.unwrap_or(Transform::IDENTITY);
     let mut motion = table.optional::<Transform>("motion", None, cx)?;
     let material = match table.take("material") {
@@ -62,5 +63,14 @@ pub(super) fn read_object(value: &Value, cx: &mut Reader<'_>) -> Result<ObjectDe
     } else {
         ObjectContent::Shape(read_kind(&mut table, "shape", None, cx, &ShapeDesc::DOC, ShapeDesc::read)?)
     };
-    Ok(ObjectDesc { name, span: Some(value.span), content, material, light_group, transform, motion })
+    Ok(ObjectDesc {
+        name,
+        span: Some(value.span),
+        content,
+        material,
+        light_group,
+        shadow_catcher,
+        transform,
+        motion,
+    })
 }

@@ -40,6 +40,8 @@ pub struct ObjectDesc {
     pub material: Option<MaterialId>,
     /// Its light group if it emits light. An object without one, in a group, takes the light group of the instance.
     pub light_group: Option<String>,
+    /// Whether the camera sees nothing of it but the shadow on it.
+    pub shadow_catcher: bool,
     /// From object space to the space of the scene or of the group that contains it.
     pub transform: Transform,
     /// Motion blur: the transform at time 1 of the shutter interval. `transform` is the one at time 0.

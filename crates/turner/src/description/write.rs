@@ -203,6 +203,7 @@ pub(super) fn write_object(object: &ObjectDesc, cx: &mut Writer<'_>) -> Result<T
     let mut table = with_name(content, &object.name);
     table.push("material", object.material.map(|m| cx.material(m)).transpose()?);
     table.push("light_group", string(&object.light_group));
+    table.push("shadow_catcher", object.shadow_catcher.then_some(Data::Bool(true)));
     table.push("transform", object.transform.write(cx)?);
     // A motion to the identity is written as an empty table: without the key, the object does not move.
     let motion = object.motion.map(|m| m.write(cx)).transpose()?;

@@ -1,6 +1,8 @@
 //! Rows of a film in memory.
 
-use super::{Fixed96, NonFinite, PixelRect, PixelSum, SampleSet, TILE, TileGrid, TileSums};
+use super::adaptive::AdaptiveTile;
+use super::labels::HeldLabels;
+use super::{Fixed96, Half, NonFinite, PixelRect, PixelSum, SampleSet, TILE, TileGrid, TileSums};
 use crate::color::Spectrum;
 
 /// One row of tiles of a film's region, and the samples that its tiles hold. Pixels are plain words, so the
@@ -14,6 +16,10 @@ pub(crate) struct Band {
     channels: usize,
     /// For each tile, from the left: the samples that it holds.
     pub(super) held: Vec<SampleSet>,
+    /// For each tile of an adaptive film what it holds in addition; empty otherwise.
+    pub(super) adaptive: Vec<AdaptiveTile>,
+    /// For each tile its labels; empty without channels of labels.
+    pub(super) labels: Vec<HeldLabels>,
     /// The non-finite samples.
     pub(super) non_finite: NonFinite,
 }
@@ -47,6 +53,8 @@ impl Band {
             extra: vec![[0; 3]; count * channels],
             channels,
             held,
+            adaptive: Vec::new(),
+            labels: Vec::new(),
             non_finite: NonFinite::default(),
         }
     }
@@ -75,13 +83,39 @@ impl Band {
         TileGrid::new(self.rows).rect(column)
     }
 
-    /// Records that a tile holds more samples, and the non-finite ones among them. Returns false if it already
-    /// holds one of them: then they must not be added.
-    pub(super) fn record(&mut self, column: usize, samples: &SampleSet, non_finite: &NonFinite) -> bool {
-        if self.held[column].overlap(samples).is_some() {
+    /// The samples of half of a tile.
+    pub(super) fn held_half(&self, column: usize, half: Half) -> &SampleSet {
+        match (half, self.adaptive.get(column)) {
+            (Half::Odd, Some(adaptive)) => &adaptive.odd,
+            _ => &self.held[column],
+        }
+    }
+
+    /// The sets of samples of all tiles and halves.
+    pub(super) fn sets(&self) -> impl Iterator<Item = &SampleSet> {
+        self.held.iter().chain(self.adaptive.iter().map(|tile| &tile.odd))
+    }
+
+    /// Records that a tile, or only one half of it, holds more samples, and the non-finite ones among them. Returns
+    /// false if it already holds one of them: then they must not be added.
+    pub(super) fn record(
+        &mut self,
+        column: usize,
+        half: Option<Half>,
+        samples: &SampleSet,
+        non_finite: &NonFinite,
+    ) -> bool {
+        let halves = half.as_ref().map_or(&Half::BOTH[..], std::slice::from_ref);
+        if halves.iter().any(|half| self.held_half(column, *half).overlap(samples).is_some()) {
             return false;
         }
-        self.held[column].insert_all(samples);
+        for &half in halves {
+            match (half, self.adaptive.get_mut(column)) {
+                (Half::Odd, Some(adaptive)) => adaptive.odd.insert_all(samples),
+                (Half::Odd, None) => {}
+                (Half::Even, _) => self.held[column].insert_all(samples),
+            }
+        }
         self.non_finite.merge(non_finite);
         true
     }
@@ -132,16 +166,16 @@ impl Band {
         for (start, sums) in starts.clone().zip(sums.pixels[skipped..].chunks_exact(width)) {
             for (words, sum) in pixels[start..start + width].iter_mut().zip(sums) {
                 let mut pixel = PixelSum::from_words(words);
-                pixel.merge(sum);
+                pixel.merge(&sum.narrow());
                 *words = pixel.to_words();
             }
         }
         if channels > 0 {
-            let extra = sums.extra[skipped * channels..].chunks_exact(width * channels);
-            for (start, sums) in starts.zip(extra) {
+            for (row, start) in starts.enumerate() {
+                let first = skipped + row * width;
                 let own = &mut self.extra[start * channels..(start + width) * channels];
-                for (words, sum) in own.iter_mut().zip(sums) {
-                    *words = Fixed96::from_words(*words).plus(*sum).to_words();
+                for (words, sum) in own.iter_mut().zip(sums.extra.of_pixels(first..first + width)) {
+                    *words = Fixed96::from_words(*words).plus(Fixed96::from_i128(sum)).to_words();
                 }
             }
         }
@@ -152,6 +186,10 @@ impl Band {
         let rect = self.tile(column);
         let indices = self.indices(&rect);
         self.held[column].insert_all(&other.held[column]);
+        if let (Some(own), Some(theirs)) = (self.adaptive.get_mut(column), other.adaptive.get(column)) {
+            own.odd.insert_all(&theirs.odd);
+            own.rays += theirs.rays;
+        }
         match (&mut self.pixels, &other.pixels) {
             (Pixels::Samples(own), Pixels::Samples(theirs))
                 if indices.clone().all(|i| own[i] == [0; 4] || theirs[i] == [0; 4]) =>
@@ -189,6 +227,13 @@ impl Band {
         }
     }
 
+    /// The single sample of the pixel at an index; `None` without one, or where there are sums.
+    pub(super) fn single(&self, i: usize) -> Option<[f32; 4]> {
+        let Pixels::Samples(pixels) = &self.pixels else { return None };
+        let [r, g, b, alpha] = pixels[i];
+        (alpha & HAS_SAMPLE != 0).then(|| [r, g, b, alpha & !HAS_SAMPLE].map(f32::from_bits))
+    }
+
     /// The sums of additional channels of the pixel at an index.
     pub(super) fn extra(&self, i: usize) -> &[[u32; 3]] {
         &self.extra[i * self.channels..(i + 1) * self.channels]
@@ -209,8 +254,20 @@ impl Band {
 
     /// Number of finite samples of all pixels: the samples with weight 1 in the pixel's own tile.
     pub(super) fn samples(&self) -> u64 {
-        let all: u64 = self.held.iter().enumerate().map(|(i, held)| self.tile(i).area() * held.len()).sum();
-        all.saturating_sub(self.non_finite.count)
+        self.held_samples().saturating_sub(self.non_finite.count)
+    }
+
+    /// Number of samples of all pixels.
+    pub(super) fn held_samples(&self) -> u64 {
+        let grid = TileGrid::new(self.rows);
+        let of_tile = |column: usize| match self.adaptive.get(column) {
+            Some(adaptive) if adaptive.odd != self.held[column] => {
+                let of = |half| grid.half_area(column, half) * self.held_half(column, half).len();
+                Half::BOTH.map(of).iter().sum()
+            }
+            _ => grid.rect(column).area() * self.held[column].len(),
+        };
+        (0..self.held.len()).map(of_tile).sum()
     }
 }
 
@@ -259,11 +316,11 @@ mod tests {
             set
         };
         let bad = NonFinite { count: 3, first: None };
-        assert!(band.record(1, &set(2..5), &bad));
-        assert!(!band.record(1, &set(4..6), &bad));
+        assert!(band.record(1, None, &set(2..5), &bad));
+        assert!(!band.record(1, None, &set(4..6), &bad));
         assert_eq!((band.held[1].clone(), band.non_finite.count), (set(2..5), 3));
         // Tile 1 is 4 columns wide.
         assert_eq!(band.samples(), 4 * 16 * 3 - 3);
-        assert!(band.record(1, &set(5..6), &bad) && band.record(0, &set(2..5), &bad));
+        assert!(band.record(1, None, &set(5..6), &bad) && band.record(0, None, &set(2..5), &bad));
     }
 }

@@ -5,22 +5,29 @@
 //! ```text
 //! header       TURNFILM, version (u32)
 //! picture      width, height, region and crop (x, y, width, height each), samples per pixel, seed (u32 each);
-//!              hash of the sampling settings, light paths per sample index (u64 each);
+//!              hash of the sampling settings, light paths per sample index (u64 each); whether samples count by weight
+//!              in several pixels (u8), whether there are sums for an error estimate (u8),
+//!              whether the film is adaptive (u8);
 //!              whether a scene fingerprint follows (u8), fingerprint (u64)
 //! channels     number of additional channels (u32); for each: length (u16) and name in UTF-8
+//!              then the channels of labels: see label_bytes.rs
+//! adaptive     only if it is: mean of the goals (u32)
 //! row of tiles number of non-finite samples (u64), whether the first one follows (u8), its row, column and index
 //!              (u32 each); then the tiles of the row
-//! tile         set of its samples; u8: 0 without pixels, 1 for single samples (4 x u32 per pixel), 2 for sums
-//!              (13 x u32 per pixel); the pixels row by row; for sums, 3 x u32 per pixel and additional channel
+//! tile         set of its samples; in an adaptive film, the set of its odd half, two goals (u32), rays (u64); u8: 0 without pixels, 1 for single samples (4 x u32 per pixel), 2 for sums
+//!              (13 x u32 per pixel); the pixels row by row; for sums, 3 x u32 per pixel and additional channel, and five times for
+//!              the error estimate
 //! light        only with light paths: number of non-finite splats (u64), set of light paths; u8: 0 without light,
-//!              1 if 9 x u32 per pixel of the region follow
+//!              1 if 12 x u32 per pixel of the region follow
+//! labels       only with channels of labels: those of each tile
 //! end          hash of all bytes before it (u64)
 //! ```
 
+use std::io;
 use std::ops::Range;
 
 use super::band::{Band, Pixels};
-use super::checksum::checksum;
+use super::checksum::{Checksum, checksum};
 use super::{
     Channel, Film, Fixed96, Identity, MAX_CHANNELS, MAX_PIXELS, NonFinite, PixelRect, PixelSum, SampleSet,
 };
@@ -29,7 +36,7 @@ use crate::schema::{ErrorCode, Limits, SceneError};
 const MAGIC: &[u8; 8] = b"TURNFILM";
 
 /// The version that is written and read.
-const VERSION: u32 = 1;
+const VERSION: u32 = 4;
 
 /// Size of the hash in bytes.
 const HASH: usize = 8;
@@ -38,7 +45,48 @@ impl Film {
     /// The film without its preview, as bytes that [`Film::from_bytes`] reads on any machine. Films with the same
     /// samples have the same bytes.
     pub fn to_bytes(&self) -> Vec<u8> {
-        let mut out = Writer { bytes: Vec::new() };
+        let mut bytes = Vec::with_capacity(self.bytes_length() as usize);
+        // A vector takes all bytes.
+        let _ = self.write_to(&mut |part| {
+            bytes.extend_from_slice(part);
+            Ok(())
+        });
+        bytes
+    }
+
+    /// The number of bytes of [`Film::to_bytes`].
+    pub fn bytes_length(&self) -> u64 {
+        let mut out = Writer { bytes: Vec::new(), skipped: Some(0) };
+        self.put_start(&mut out);
+        self.bands.iter().for_each(|band| out.band(band));
+        self.put_end(&mut out);
+        out.bytes.len() as u64 + out.skipped.unwrap_or(0) + HASH as u64
+    }
+
+    /// Gives the bytes of [`Film::to_bytes`] to `sink`, one row of tiles after another, so that no copy of the film is
+    /// needed.
+    ///
+    /// Errors: those of `sink`, after which it gets no more.
+    pub fn write_to(&self, sink: &mut dyn FnMut(&[u8]) -> io::Result<()>) -> io::Result<()> {
+        let mut sum = Checksum::new(self.bytes_length() - HASH as u64);
+        let mut out = Writer { bytes: Vec::new(), skipped: None };
+        let mut flush = |out: &mut Writer| {
+            sum.add(&out.bytes);
+            let sent = sink(&out.bytes);
+            out.bytes.clear();
+            sent
+        };
+        self.put_start(&mut out);
+        for band in &self.bands {
+            out.band(band);
+            flush(&mut out)?;
+        }
+        self.put_end(&mut out);
+        flush(&mut out)?;
+        sink(&sum.finish().to_le_bytes())
+    }
+
+    fn put_start(&self, out: &mut Writer) {
         out.bytes.extend(MAGIC);
         out.u32(VERSION);
         out.identity(&self.identity);
@@ -47,18 +95,23 @@ impl Film {
             out.bytes.extend((channel.name.len() as u16).to_le_bytes());
             out.bytes.extend(channel.name.as_bytes());
         }
-        self.bands.iter().for_each(|band| out.band(band));
+        out.label_channels(self.labels());
+        if self.identity.adaptive {
+            out.u32(self.step);
+        }
+    }
+
+    fn put_end(&self, out: &mut Writer) {
         if let Some(splats) = &self.splats {
             out.u64(splats.non_finite);
             out.set(&splats.held);
-            let light = splats.sums.iter().any(|sums| *sums != [Fixed96::default(); 3]);
+            let light = splats.sums.iter().any(|sums| *sums != [Fixed96::default(); 4]);
             out.bytes.push(u8::from(light));
-            if light {
+            if light && !out.skips(splats.sums.len() * 4 * 3) {
                 splats.sums.iter().flatten().for_each(|sum| out.words(&sum.to_words()));
             }
         }
-        out.u64(checksum(&out.bytes));
-        out.bytes
+        out.labels(self);
     }
 
     /// Reads the bytes of [`Film::to_bytes`]. Memory is requested from `limits` before it is allocated.
@@ -85,26 +138,42 @@ impl Film {
     }
 }
 
-fn damaged(what: &str) -> SceneError {
+pub(super) fn damaged(what: &str) -> SceneError {
     SceneError::new(ErrorCode::Film, format!("the film cannot be read: {what}"))
         .help("copy the file again, or render it again")
 }
 
-struct Writer {
-    bytes: Vec<u8>,
+pub(super) struct Writer {
+    pub(super) bytes: Vec<u8>,
+    /// Bytes of pixels that were counted instead of written.
+    skipped: Option<u64>,
 }
 
 impl Writer {
-    fn u32(&mut self, v: u32) {
+    pub(super) fn u32(&mut self, v: u32) {
         self.bytes.extend(v.to_le_bytes());
     }
 
-    fn u64(&mut self, v: u64) {
+    pub(super) fn u64(&mut self, v: u64) {
         self.bytes.extend(v.to_le_bytes());
     }
 
-    fn words(&mut self, words: &[u32]) {
+    pub(super) fn words(&mut self, words: &[u32]) {
         words.iter().for_each(|w| self.u32(*w));
+    }
+
+    /// Whether `words` words are only counted.
+    fn skips(&mut self, words: usize) -> bool {
+        match &mut self.skipped {
+            Some(skipped) => {
+                *skipped += 4 * words as u64;
+                true
+            }
+            None => {
+                self.bytes.reserve(4 * words);
+                false
+            }
+        }
     }
 
     fn set(&mut self, set: &SampleSet) {
@@ -123,6 +192,9 @@ impl Writer {
         self.words(&[i.samples, i.seed]);
         self.u64(i.sampling);
         self.u64(i.light_paths);
+        self.bytes.push(u8::from(i.weighted));
+        self.bytes.push(u8::from(i.estimates_error));
+        self.bytes.push(u8::from(i.adaptive));
         self.bytes.push(u8::from(i.scene.is_some()));
         if let Some(scene) = i.scene {
             self.u64(scene);
@@ -137,19 +209,29 @@ impl Writer {
         }
         for (column, held) in band.held.iter().enumerate() {
             self.set(held);
+            if let Some(adaptive) = band.adaptive.get(column) {
+                self.set(&adaptive.odd);
+                self.words(&adaptive.goals);
+                self.u64(adaptive.rays);
+            }
             let indices = band.indices(&band.tile(column));
             let extra = |i: usize| band.extra(i).iter().any(|sum| *sum != [0; 3]);
             match &band.pixels {
                 Pixels::Samples(pixels) if indices.clone().any(|i| pixels[i] != [0; 4]) => {
                     self.bytes.push(1);
-                    indices.for_each(|i| self.words(&pixels[i]));
+                    if !self.skips(indices.clone().count() * 4) {
+                        indices.for_each(|i| self.words(&pixels[i]));
+                    }
                 }
                 Pixels::Sums(pixels)
                     if indices.clone().any(|i| pixels[i] != [0; PixelSum::WORDS] || extra(i)) =>
                 {
                     self.bytes.push(2);
-                    indices.clone().for_each(|i| self.words(&pixels[i]));
-                    indices.for_each(|i| band.extra(i).iter().for_each(|sum| self.words(sum)));
+                    let sums = indices.clone().next().map_or(0, |i| band.extra(i).len());
+                    if !self.skips(indices.clone().count() * (PixelSum::WORDS + 3 * sums)) {
+                        indices.clone().for_each(|i| self.words(&pixels[i]));
+                        indices.for_each(|i| self.words(band.extra(i).as_flattened()));
+                    }
                 }
                 _ => self.bytes.push(0),
             }
@@ -157,28 +239,28 @@ impl Writer {
     }
 }
 
-struct Reader<'a> {
+pub(super) struct Reader<'a> {
     rest: &'a [u8],
 }
 
 impl<'a> Reader<'a> {
-    fn take(&mut self, count: usize) -> Result<&'a [u8], SceneError> {
+    pub(super) fn take(&mut self, count: usize) -> Result<&'a [u8], SceneError> {
         let (taken, rest) = self.rest.split_at_checked(count).ok_or_else(|| damaged("it ends too early"))?;
         self.rest = rest;
         Ok(taken)
     }
 
-    fn array<const N: usize>(&mut self) -> Result<[u8; N], SceneError> {
+    pub(super) fn array<const N: usize>(&mut self) -> Result<[u8; N], SceneError> {
         let mut out = [0; N];
         out.copy_from_slice(self.take(N)?);
         Ok(out)
     }
 
-    fn u32(&mut self) -> Result<u32, SceneError> {
+    pub(super) fn u32(&mut self) -> Result<u32, SceneError> {
         self.array().map(u32::from_le_bytes)
     }
 
-    fn u64(&mut self) -> Result<u64, SceneError> {
+    pub(super) fn u64(&mut self) -> Result<u64, SceneError> {
         self.array().map(u64::from_le_bytes)
     }
 
@@ -191,7 +273,7 @@ impl<'a> Reader<'a> {
     }
 
     /// A byte that is 0 or 1.
-    fn flag(&mut self) -> Result<bool, SceneError> {
+    pub(super) fn flag(&mut self) -> Result<bool, SceneError> {
         match self.array()? {
             [0] => Ok(false),
             [1] => Ok(true),
@@ -200,7 +282,7 @@ impl<'a> Reader<'a> {
     }
 
     /// An error unless `count` items of `bytes` bytes each can follow.
-    fn expect(&self, count: u64, bytes: u64) -> Result<(), SceneError> {
+    pub(super) fn expect(&self, count: u64, bytes: u64) -> Result<(), SceneError> {
         let fits = count.checked_mul(bytes).is_some_and(|need| need <= self.rest.len() as u64);
         if fits { Ok(()) } else { Err(damaged("it ends too early")) }
     }
@@ -226,7 +308,11 @@ impl<'a> Reader<'a> {
     fn identity(&mut self) -> Result<Identity, SceneError> {
         let (size, region, crop) = (self.words()?, self.rect()?, self.rect()?);
         let [samples, seed] = self.words()?;
-        let (sampling, light_paths) = (self.u64()?, self.u64()?);
+        let (sampling, light_paths, weighted) = (self.u64()?, self.u64()?, self.flag()?);
+        let (estimates_error, adaptive) = (self.flag()?, self.flag()?);
+        if adaptive && !estimates_error {
+            return Err(damaged("it is adaptive without an error estimate"));
+        }
         let scene = if self.flag()? { Some(self.u64()?) } else { None };
         let within = |r: &PixelRect, [x, y, width, height]: [u32; 4]| {
             let fits = |from: u32, size: u32, begin: u32, all: u32| {
@@ -251,7 +337,19 @@ impl<'a> Reader<'a> {
             );
             return Err(SceneError::new(ErrorCode::TooLarge, message));
         }
-        Ok(Identity { size, region, crop, samples, seed, sampling, light_paths, scene })
+        Ok(Identity {
+            size,
+            region,
+            crop,
+            samples,
+            seed,
+            sampling,
+            weighted,
+            estimates_error,
+            adaptive,
+            light_paths,
+            scene,
+        })
     }
 
     fn channels(&mut self) -> Result<Vec<Channel>, SceneError> {
@@ -273,24 +371,34 @@ impl<'a> Reader<'a> {
     fn film(&mut self, limits: &Limits) -> Result<Film, SceneError> {
         let identity = self.identity()?;
         let channels = self.channels()?;
+        let labels = self.label_channels()?;
+        let step = if identity.adaptive { self.u32()? } else { 0 };
+        if step > identity.samples || identity.adaptive && step == 0 {
+            return Err(damaged("it has allotted more samples than the picture has"));
+        }
         let (region, light) = (identity.region, identity.light_paths);
         // Each tile takes at least a set and a byte.
         let tiles = super::TileGrid::new(region).count() as u64;
         self.expect(tiles, 5)?;
         let splats = if light > 0 { super::Splats::BYTES } else { 0 };
-        let bytes_per_pixel = Film::pixel_bytes(&identity, &channels) + splats;
+        let bytes_per_pixel = Film::pixel_bytes(&identity, &channels) + splats + Film::label_bytes(&labels);
         limits.memory.need(region.area() * bytes_per_pixel as u64, || {
             format!("the film of {}x{} pixels", region.width, region.height)
         })?;
-        let samples = identity.samples;
+        let (end, adaptive) = (identity.index_end(), identity.adaptive);
         let mut film = Film::empty(identity, channels)?;
         film.take_light(light)?;
+        film.take_labels(&labels)?;
+        if adaptive {
+            film.sample_adaptively();
+            film.step = step;
+        }
         for band in &mut film.bands {
-            self.band(band, samples)?;
+            self.band(band, end)?;
         }
         if let Some(splats) = &mut film.splats {
             splats.non_finite = self.u64()?;
-            splats.held = self.set(light * u64::from(samples))?;
+            splats.held = self.set(light.saturating_mul(u64::from(end)))?;
             if self.flag()? {
                 self.expect(region.area(), super::Splats::BYTES as u64)?;
                 for sum in splats.sums.iter_mut().flatten() {
@@ -298,6 +406,7 @@ impl<'a> Reader<'a> {
                 }
             }
         }
+        self.labels(&mut film)?;
         if !self.rest.is_empty() {
             return Err(damaged("it has more bytes than it should"));
         }
@@ -305,7 +414,8 @@ impl<'a> Reader<'a> {
         Ok(film)
     }
 
-    fn band(&mut self, band: &mut Band, samples: u32) -> Result<(), SceneError> {
+    /// Sample indices are below `end`.
+    fn band(&mut self, band: &mut Band, end: u32) -> Result<(), SceneError> {
         let count = self.u64()?;
         let first = match self.flag()? {
             true => self.words().map(|[y, x, index]| Some((y, x, index)))?,
@@ -313,7 +423,15 @@ impl<'a> Reader<'a> {
         };
         band.non_finite = NonFinite { count, first };
         for column in 0..band.held.len() {
-            band.held[column] = self.set(u64::from(samples))?;
+            band.held[column] = self.set(u64::from(end))?;
+            if let Some(adaptive) = band.adaptive.get_mut(column) {
+                adaptive.odd = self.set(u64::from(end))?;
+                adaptive.goals = self.words()?;
+                adaptive.rays = self.u64()?;
+                if adaptive.goals.iter().any(|goal| *goal > end) {
+                    return Err(damaged("it has allotted more samples than it may have"));
+                }
+            }
             let rect = band.tile(column);
             let indices = band.indices(&rect);
             match self.array()? {

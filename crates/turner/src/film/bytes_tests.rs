@@ -32,18 +32,23 @@ fn full() -> Film {
         ..plain()
     };
     let mut film = Film::with_channels(&desc, vec![Channel::new("Z"), Channel::new("N.X")]).unwrap();
+    film.estimate_error().unwrap();
     film.take_light(100).unwrap();
     film.set_scene(77);
     let (filter, mut sums) = (desc.filter(), TileSums::default());
-    sums.reset(film.tiles().rect(1), 2);
+    sums.reset(film.tiles().rect(1), 2, true);
     for i in 0..3 {
         let v = i as f32;
         let color = Spectrum::new(v, 0.5, -v);
-        assert!(sums.add_weighted(i, &SampleValues { color, alpha: 1.0, extra: &[7.0, v] }, 1.0));
+        assert!(sums.add_weighted(
+            i,
+            &SampleValues { color, alpha: 1.0, extra: &[7.0, v], index: i as u32 },
+            1.0
+        ));
     }
     let non_finite = NonFinite { count: 1, first: Some((2, 19, 4)) };
     let shared = film.share();
-    assert!(shared.deposit_sums(1, &sums, &set(2..5), &non_finite));
+    assert!(shared.deposit_sums((1, None), &sums, &set(2..5), &non_finite, 0));
     let splat = Splat { place: DVec2::new(5.5, 6.5), color: Spectrum::grey(300.0) };
     assert!(shared.deposit_light(&filter, 100..300, &[splat]));
     film.count_non_finite();
@@ -73,7 +78,7 @@ fn films_round_trip() {
         }
         let desc = plain();
         let bits = |film: &Film| {
-            film.develop(&desc).linear.iter().flat_map(|p| p.map(f32::to_bits)).collect::<Vec<_>>()
+            film.develop(&desc, 1).linear.iter().flat_map(|p| p.map(f32::to_bits)).collect::<Vec<_>>()
         };
         assert_eq!(bits(&back), bits(&film));
         assert_eq!(back.channel("Z", 20, 2), film.channel("Z", 20, 2));
@@ -138,7 +143,7 @@ fn try_out(bytes: &[u8]) {
         let other = film.clone();
         let _ = film.merge(&other);
         if film.memory() < 1 << 20 {
-            film.develop(&plain());
+            film.develop(&plain(), 1);
             assert!(Film::from_bytes(&film.to_bytes(), &limits).is_ok());
         }
     }
@@ -166,7 +171,7 @@ proptest! {
         changes in proptest::collection::vec((any::<u16>(), any::<u8>()), 1..20),
     ) {
         try_out(&random);
-        try_out(&resealed([&b"TURNFILM\x01\0\0\0"[..], &random].concat()));
+        try_out(&resealed([&b"TURNFILM\x02\0\0\0"[..], &random].concat()));
         let mut content = full().to_bytes();
         content.truncate(content.len() - 8);
         for (at, value) in changes {
@@ -183,8 +188,8 @@ fn errors_say_what_is_wrong() {
     assert_eq!(message(b"PNG"), "the film cannot be read: it is not a Turner film");
     let content = |bytes: Vec<u8>| bytes[..bytes.len() - 8].to_vec();
     let mut newer = content(full().to_bytes());
-    newer[8] = 2;
-    assert_eq!(message(&resealed(newer)), "the film's bytes have version 2; expected 1");
+    newer[8] = 9;
+    assert_eq!(message(&resealed(newer)), "the film's bytes have version 9; expected 4");
     let mut damaged = full().to_bytes();
     damaged[40] ^= 4;
     assert_eq!(message(&damaged), "the film cannot be read: its checksum is wrong");

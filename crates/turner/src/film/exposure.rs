@@ -23,9 +23,18 @@ pub(super) fn factor(stops: f64) -> f32 {
     pow(2.0, stops.clamp(-120.0, 120.0)) as f32
 }
 
+/// The exposure in stops that maps the logarithmic mean of the luminance to middle grey, 0.18: `auto_exposure` of the
+/// film. Pixels are premultiplied; the darkest and the brightest 5 % are left out, as are pixels that are black,
+/// non-finite or without coverage. 0 without light.
+pub fn auto_exposure(linear: &[[f32; 4]]) -> f64 {
+    let mut luminances = Luminances::default();
+    linear.iter().for_each(|pixel| luminances.add(*pixel));
+    luminances.exposure()
+}
+
 /// A histogram of pixel luminances.
 #[derive(Default)]
-pub(super) struct Luminances {
+struct Luminances {
     /// Empty until the first pixel.
     bins: Vec<u64>,
     count: u64,
@@ -34,7 +43,7 @@ pub(super) struct Luminances {
 impl Luminances {
     /// Adds a pixel (colour times coverage, and coverage) by the luminance of its colour. Pixels that are black,
     /// non-finite or without coverage are ignored.
-    pub(super) fn add(&mut self, [r, g, b, a]: [f32; 4]) {
+    fn add(&mut self, [r, g, b, a]: [f32; 4]) {
         if a <= 0.0 || a.is_nan() {
             return;
         }
@@ -50,7 +59,7 @@ impl Luminances {
 
     /// The stops that map the logarithmic mean to [`MIDDLE_GREY`], without the darkest and the brightest pixels;
     /// 0 without light.
-    pub(super) fn exposure(&self) -> f64 {
+    fn exposure(&self) -> f64 {
         let mean = self.mean_of_logarithms();
         mean.map_or(0.0, |mean| (ln(MIDDLE_GREY) - mean) * std::f64::consts::LOG2_E)
     }

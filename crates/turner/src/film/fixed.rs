@@ -41,12 +41,12 @@ impl Fixed96 {
         Fixed96([v as u32, (v >> 32) as u32, (v >> 63) as u32])
     }
 
-    fn from_i128(v: i128) -> Fixed96 {
+    pub(super) fn from_i128(v: i128) -> Fixed96 {
         Fixed96([v as u32, (v >> 32) as u32, (v >> 64) as u32])
     }
 
     #[inline]
-    fn to_i128(self) -> i128 {
+    pub(super) fn to_i128(self) -> i128 {
         let [low, mid, high] = self.0;
         (i128::from(high as i32) << 64) | i128::from((u64::from(mid) << 32) | u64::from(low))
     }

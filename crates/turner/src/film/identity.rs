@@ -18,6 +18,12 @@ pub struct Identity {
     pub seed: u32,
     /// Hash of the other settings that samples depend on: anti-aliasing, filter, shutter, clamping, ….
     pub sampling: u64,
+    /// Whether samples count by weight in several pixels.
+    pub weighted: bool,
+    /// Whether the film holds what an estimate of its error needs.
+    pub estimates_error: bool,
+    /// Whether the samples per pixel follow the noise.
+    pub adaptive: bool,
     /// Light paths per sample index of the picture.
     pub light_paths: u64,
     /// Fingerprint of the scene, if the caller set one.
@@ -34,6 +40,7 @@ impl Identity {
             max_subdivisions,
             filter,
             filter_radius,
+            reconstruction,
             texture_filter,
             shutter,
             pixel_sample,
@@ -44,15 +51,18 @@ impl Identity {
             crop: _,
             samples: _,
             seed: _,
+            adaptive_sampling: _,
             // These do not affect samples.
             transfer: _,
             tonemap: _,
             exposure: _,
             auto_exposure: _,
+            // Compared as channels.
+            aovs: _,
         } = desc;
         let sampling = format!(
-            "{antialias:?} {threshold} {max_subdivisions} {filter:?} {filter_radius:?} {texture_filter:?} {shutter:?} \
-             {pixel_sample:?} {clamp_sample}"
+            "{antialias:?} {threshold} {max_subdivisions} {filter:?} {filter_radius:?} {reconstruction:?} \
+             {texture_filter:?} {shutter:?} {pixel_sample:?} {clamp_sample}"
         );
         Identity {
             size: [desc.width, desc.height],
@@ -61,9 +71,17 @@ impl Identity {
             samples: desc.samples_per_pixel(),
             seed: desc.seed,
             sampling: checksum(sampling.as_bytes()),
+            weighted: desc.weights_samples(),
+            estimates_error: false,
+            adaptive: false,
             light_paths: 0,
             scene: None,
         }
+    }
+
+    /// One more than the largest sample index of the finished picture.
+    pub(crate) fn index_end(&self) -> u32 {
+        if self.adaptive { self.samples.saturating_mul(super::adaptive::MOST) } else { self.samples }
     }
 
     /// The first difference in words; `None` if both belong to one picture.
@@ -76,6 +94,11 @@ impl Identity {
             .or_else(|| words("part that is rendered", rect(&self.region), rect(&other.region)))
             .or_else(|| words("crop", rect(&self.crop), rect(&other.crop)))
             .or_else(|| words("samples per pixel", self.samples.to_string(), other.samples.to_string()))
+            .or_else(|| words("weighted samples", self.weighted.to_string(), other.weighted.to_string()))
+            .or_else(|| {
+                words("error estimate", self.estimates_error.to_string(), other.estimates_error.to_string())
+            })
+            .or_else(|| words("adaptive sampling", self.adaptive.to_string(), other.adaptive.to_string()))
             .or_else(|| words("seed", self.seed.to_string(), other.seed.to_string()))
             .or_else(|| {
                 words("light paths per sample", self.light_paths.to_string(), other.light_paths.to_string())
@@ -85,5 +108,21 @@ impl Identity {
                 let differs = self.sampling != other.sampling;
                 differs.then(|| "anti-aliasing, filter, shutter or another setting of sampling".to_owned())
             })
+    }
+}
+
+impl FilmDesc {
+    /// Whether the samples of two films are the same, so that an integrator's choices for one hold for the other.
+    pub(crate) fn has_samples_of(&self, other: &FilmDesc) -> bool {
+        let of = |film: &FilmDesc| FilmDesc {
+            exposure: 0.0,
+            auto_exposure: false,
+            tonemap: Default::default(),
+            crop: None,
+            threshold: 0.0,
+            aovs: Default::default(),
+            ..film.clone()
+        };
+        of(self) == of(other)
     }
 }

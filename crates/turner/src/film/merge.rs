@@ -1,6 +1,6 @@
 //! Merging films that hold different samples of one picture.
 
-use super::Film;
+use super::{Film, Half};
 use crate::schema::{ErrorCode, SceneError};
 
 impl Film {
@@ -14,9 +14,11 @@ impl Film {
         if let Some(difference) = self.identity.difference(&other.identity) {
             return error(format!("the films are of different pictures; {difference}"));
         }
-        if self.channels() != other.channels() {
+        if self.channels() != other.channels() || self.labels() != other.labels() {
             let names = |film: &Film| {
-                let names: Vec<&str> = film.channels().iter().map(|c| c.name.as_str()).collect();
+                let labels = film.labels().iter().map(|l| l.name.as_str());
+                let names: Vec<&str> =
+                    film.channels().iter().map(|c| c.name.as_str()).chain(labels).collect();
                 if names.is_empty() { "none".to_owned() } else { names.join(", ") }
             };
             let message = format!(
@@ -26,9 +28,18 @@ impl Film {
             );
             return error(message);
         }
+        let goals = |film: &Film| {
+            film.bands.iter().flat_map(|b| &b.adaptive).map(|tile| tile.goals).collect::<Vec<_>>()
+        };
+        if self.step != other.step || goals(self) != goals(other) {
+            return error(
+                "the films have allotted their samples differently (`film.adaptive_sampling`)".to_owned(),
+            );
+        }
         let grid = self.tiles();
         for tile in 0..grid.count() {
-            if let Some(both) = self.held(tile).overlap(other.held(tile)) {
+            let overlap = |half| self.held_half(tile, half).overlap(other.held_half(tile, half));
+            if let Some(both) = Half::BOTH.into_iter().find_map(overlap) {
                 let (rect, last) = (grid.rect(tile), both.end - 1);
                 return error(format!(
                     "both films hold samples {} to {last} of tile {tile}, {}x{} pixels at ({}, {})",
@@ -48,6 +59,7 @@ impl Film {
         if let (Some(own), Some(theirs)) = (&mut self.splats, &other.splats) {
             own.merge(theirs);
         }
+        self.merge_labels(other);
         self.count_non_finite();
         Ok(())
     }

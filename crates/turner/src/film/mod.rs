@@ -13,7 +13,7 @@
 //!
 //! For each tile of 16 x 16 pixels the film stores the set of its sample indices ([`SampleSet`]), and for the
 //! picture the set of its light paths. With these sets a render can stop at any time and continue later, films of
-//! parts of a picture can be [merged](Film::merge), and no sample counts twice. [`Film::to_bytes`] writes a film
+//! parts of a picture can be [merged](Film::merge) or [stitched](Film::stitch), and no sample counts twice. [`Film::to_bytes`] writes a film
 //! for other machines.
 //!
 //! The contract:
@@ -22,25 +22,39 @@
 //!   x, floor y).
 //! - A sample is radiance in linear Rec. 709 (with `transfer = "none"`, in display values), premultiplied by its
 //!   coverage 0..=1. Exposure and transfer curve are applied by [`Film::develop`].
-//! - Samples placed by filter importance sampling have weight 1 and count in one pixel. [`TileSums::splat`]
-//!   instead weights a sample by the filter in all pixels that it reaches.
-//! - A [`Splat`] of a light path has no weight: splats are summed and divided by the number of light paths.
+//! - With [`Reconstruction::Weighted`] a sample counts in every pixel that its filter reaches, weighted by the
+//!   filter ([`TileSums::splat`]). Tiles therefore add to a border of the filter's radius, and the region of a crop
+//!   includes such a border. No sample lies outside the picture: pixels at its edge are means over the part of the
+//!   filter inside. With [`Reconstruction::Importance`] samples have weight 1 and count in one pixel.
+//! - A [`Splat`] of a light path is multiplied by the density of the filter; the sum is divided by the number of
+//!   light paths.
 //! - A sample with NaN or infinity is not added; it is counted, and the first one is reported with pixel and
 //!   index ([`NonFinite`]).
 //! - A sample index counts once per tile: a pass skips the indices that the tile holds, and merging refuses films
 //!   that share one.
 
+mod adaptive;
+mod aov;
+mod aovs;
 mod band;
 mod bytes;
 #[cfg(test)]
 mod bytes_tests;
+mod caught;
 mod channel;
 mod checksum;
 mod defaults;
 mod develop;
+mod display;
+mod error;
 mod exposure;
+mod extend;
+mod extra_sums;
+mod film_labels;
 mod fixed;
 mod identity;
+mod label_bytes;
+mod labels;
 mod merge;
 mod non_finite;
 mod pixel_sum;
@@ -48,15 +62,26 @@ mod preview;
 mod sample_set;
 mod shared;
 mod splats;
+mod stitch;
+pub(crate) mod strips;
 mod sums;
 mod tile_sums;
 mod tiles;
+mod wide_sum;
 
+pub(crate) use aov::CRYPTO_LAYERS;
+pub use aov::{Aov, Average, HITS, LabelKind, Layout};
+pub use aovs::Aovs;
+pub(crate) use aovs::layers;
 pub use channel::{COLOR_CHANNELS, Channel, MAX_CHANNELS, MAX_NAME};
-pub use checksum::checksum;
+pub use checksum::{Checksum, checksum};
 pub use develop::{Picture, PixelRect};
+pub use display::DisplayTransform;
+pub use error::{ErrorEstimate, Noise};
+pub use exposure::auto_exposure;
 pub use fixed::Fixed96;
 pub use identity::Identity;
+pub use labels::{LabelChannel, LabelRule, NO_LABEL, TileLabels};
 pub use non_finite::NonFinite;
 pub use pixel_sum::PixelSum;
 pub use preview::{COARSE, Preview};
@@ -65,7 +90,7 @@ pub use shared::SharedFilm;
 pub use splats::{Splat, Splats};
 pub use sums::{Film, MAX_PIXELS};
 pub use tile_sums::{SampleValues, TileSums};
-pub use tiles::{TILE, TileGrid};
+pub use tiles::{HALF_SQUARE, Half, TILE, TileGrid};
 
 use crate::color::{Spectrum, Tonemap, Transfer};
 use crate::filter::{Filter, FilterKind};
@@ -85,6 +110,18 @@ choice! {
         Adaptive = "adaptive",
         /// `samples` rays at stratified random positions in the pixel.
         MonteCarlo = "monte-carlo",
+    }
+}
+
+choice! {
+    /// How the pixel filter turns samples into pixels.
+    pub enum Reconstruction {
+        /// Samples lie evenly in the pixels. Each counts in every pixel that its filter reaches, weighted by the
+        /// filter: least noise.
+        Weighted = "weighted",
+        /// Filter importance sampling: samples are distributed around the pixel centre in proportion to the filter, and
+        /// each counts in one pixel. Pixels are independent of one another, but have about twice the variance.
+        Importance = "importance",
     }
 }
 
@@ -131,12 +168,14 @@ params! {
         threshold: f64 = 0.05, in Range::NON_NEGATIVE;
         /// For "adaptive": the maximum number of subdivisions; each divides a square into four.
         max_subdivisions: u32 = 3, in Range::closed(0.0, 6.0);
-        /// The pixel filter of "monte-carlo": samples are distributed around the pixel centre in proportion to
-        /// it.
+        /// The pixel filter of "monte-carlo": the weights of samples around the pixel centre.
         filter: FilterKind = FilterKind::Box;
         /// Radius of the pixel filter in pixels. The default is 0.5 for "box", 1 for "tent" and 1.5 for the
         /// others.
         filter_radius: Option<f64> = None, in Range { min: 0.0, open_min: true, max: 16.0, open_max: false };
+        /// How the filter turns samples into pixels. It makes no difference to filters that stay within the pixel, such
+        /// as the default "box".
+        reconstruction: Reconstruction = Reconstruction::Weighted;
         /// Whether texture lookups are filtered over the footprint of the sample, so that distant patterns do not
         /// alias: "auto" filters with the integrators "path" and "direct".
         texture_filter: TextureFilter = TextureFilter::Auto;
@@ -160,8 +199,15 @@ params! {
         /// limit. Clamping removes fireflies but also light, so pictures get darker. Splats of light paths
         /// (`caustics`) are not clamped.
         clamp_sample: f64 = 0.0, in Range::NON_NEGATIVE;
+        /// Whether noisy parts of the picture get more samples than others; `samples` is then their mean. Every
+        /// pixel has at least a quarter of it. Needs "monte-carlo" with the integrators "path" or "direct", and a filter
+        /// that stays within the pixel, such as the default "box".
+        adaptive_sampling: bool = false;
         /// Seed of the random numbers.
         seed: u32 = 0;
+        /// Further channels next to the colour (AOVs, render passes), from the same samples: `["albedo", "normal"]`. An
+        /// EXR file contains them.
+        aovs: Aovs = Aovs::default();
     }
     example r#"[film]
 width = 320
@@ -186,9 +232,44 @@ impl FilmDesc {
         }
     }
 
-    /// The pixel filter, which places the samples of "monte-carlo".
+    /// The pixel filter of "monte-carlo".
     pub fn filter(&self) -> Filter {
         Filter::new(self.filter, self.filter_radius)
+    }
+
+    /// The density of sample positions in and around a pixel: the filter for importance sampling, the pixel's
+    /// square where samples are weighted.
+    pub fn placement(&self) -> Filter {
+        if self.weights_samples() { Filter::new(FilterKind::Box, None) } else { self.filter() }
+    }
+
+    /// Whether a sample counts by weight in all pixels that the filter reaches, instead of in one pixel.
+    pub fn weights_samples(&self) -> bool {
+        let radius = self.filter_radius.unwrap_or(self.filter.default_radius());
+        self.reconstruction == Reconstruction::Weighted
+            && self.antialias == Antialias::MonteCarlo
+            && radius > 0.5
+    }
+
+    /// Width in pixels of the border around a region whose samples also count in the region.
+    pub fn border(&self) -> u32 {
+        match self.antialias {
+            Antialias::Mean => 1,
+            _ if self.weights_samples() => TileSums::border(&self.filter()),
+            _ => 0,
+        }
+    }
+
+    /// The pixels that are rendered: the crop, or the full picture, and the border around it inside the picture. An
+    /// invalid crop gives the full picture.
+    pub fn region(&self) -> PixelRect {
+        let full = PixelRect { x: 0, y: 0, width: self.width, height: self.height };
+        Film::rects(self).map_or(full, |(region, _)| region)
+    }
+
+    /// Whether each pixel is exactly one sample, so that the film needs no sums.
+    pub(crate) fn is_one_sample(&self) -> bool {
+        self.samples_per_pixel() == 1 && !self.weights_samples() && !self.aovs.has_channels()
     }
 
     /// The factor by which `clamp_sample` scales a sample: 1 if it is not brighter than the limit.

@@ -4,7 +4,7 @@ use super::Fixed96;
 use crate::color::Spectrum;
 
 /// Fixed-point units of a weight or coverage of 1.
-const ONE: f64 = 4_294_967_296.0;
+pub(super) const ONE: f64 = 4_294_967_296.0;
 
 /// Sums of weighted values and of weights for one pixel. They are integers, so the order of samples does not
 /// matter. 52 bytes on the film.
@@ -25,6 +25,12 @@ impl PixelSum {
 
     /// Size on the film in 32-bit words.
     pub(super) const WORDS: usize = PixelSum::BYTES / 4;
+
+    /// A pixel of these sums: weight times colour times coverage; weight times coverage; twice the weight, and the mark
+    /// of a sample that was not added.
+    pub(super) fn new(rgb: [Fixed96; 3], alpha: i64, weight: i64) -> PixelSum {
+        PixelSum { rgb, alpha, weight }
+    }
 
     pub(super) fn to_words(self) -> [u32; PixelSum::WORDS] {
         let [r, g, b] = self.rgb.map(Fixed96::to_words);

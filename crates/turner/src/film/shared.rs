@@ -4,14 +4,14 @@ use std::ops::Range;
 use std::sync::Mutex;
 
 use super::band::Band;
-use super::{Film, NonFinite, PixelRect, SampleSet, Splat, Splats, TILE, TileGrid, TileSums};
+use super::{Film, Half, NonFinite, PixelRect, SampleSet, Splat, Splats, TILE, TileGrid, TileSums};
 use crate::color::Spectrum;
 use crate::filter::Filter;
 
 /// A film that several threads add to. Threads in different rows of tiles do not wait for each other. A lock is
 /// taken once per tile or batch of light paths, never per sample.
 pub struct SharedFilm<'a> {
-    grid: TileGrid,
+    pub(super) grid: TileGrid,
     bands: Vec<Mutex<&'a mut Band>>,
     splats: Option<Mutex<&'a mut Splats>>,
 }
@@ -29,25 +29,29 @@ impl Film {
 
 impl SharedFilm<'_> {
     /// Calls `work` with the band of a tile, the tile's column and its pixels.
-    fn in_band<T>(&self, tile: usize, work: impl FnOnce(&mut Band, usize, PixelRect) -> T) -> T {
+    pub(super) fn in_band<T>(&self, tile: usize, work: impl FnOnce(&mut Band, usize, PixelRect) -> T) -> T {
         let (row, column) = (tile / self.grid.columns(), tile % self.grid.columns());
         let mut band = self.bands[row].lock().unwrap_or_else(|e| e.into_inner());
         let rect = band.tile(column);
         work(&mut band, column, rect)
     }
 
-    /// Adds the sums of these samples to a tile and to the border that their filter reaches. Returns false, and
-    /// adds nothing, if the tile already holds one of them.
+    /// Adds the sums of these samples to a tile, or to one half of it in an adaptive film, and to the border that their
+    /// filter reaches. `rays` is the number of rays that were traced for samples with an index above 0. Returns false, and adds nothing, if the tile already holds one of them.
     pub fn deposit_sums(
         &self,
-        tile: usize,
+        (tile, half): (usize, Option<Half>),
         sums: &TileSums,
         samples: &SampleSet,
         non_finite: &NonFinite,
+        rays: u64,
     ) -> bool {
         let added = self.in_band(tile, |band, column, _| {
-            let added = band.record(column, samples, non_finite);
+            let added = band.record(column, half, samples, non_finite);
             if added {
+                if let Some(adaptive) = band.adaptive.get_mut(column) {
+                    adaptive.rays += rays;
+                }
                 band.add_sums(sums);
             }
             added
@@ -76,7 +80,7 @@ impl SharedFilm<'_> {
         let mut first = SampleSet::default();
         first.insert(0..1);
         self.in_band(tile, |band, column, rect| {
-            let added = band.record(column, &first, non_finite);
+            let added = band.record(column, None, &first, non_finite);
             if added {
                 band.add_samples(&rect, samples);
             }

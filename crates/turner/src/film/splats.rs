@@ -19,11 +19,12 @@ pub struct Splat {
     pub color: Spectrum,
 }
 
-/// The sums of splats, 36 bytes per pixel. They are integers, so the order of light paths does not matter.
+/// The sums of splats, 48 bytes per pixel. They are integers, so the order of light paths does not matter.
 #[derive(Clone, Debug)]
 pub struct Splats {
     region: PixelRect,
-    pub(super) sums: Vec<[Fixed96; 3]>,
+    /// Red, green, blue and the squared luminance.
+    pub(super) sums: Vec<[Fixed96; 4]>,
     /// The indices of the light paths.
     pub(super) held: SampleSet,
     /// The number of non-finite splats, which are not added.
@@ -32,7 +33,7 @@ pub struct Splats {
 
 impl Splats {
     /// Bytes per pixel.
-    pub const BYTES: usize = size_of::<[Fixed96; 3]>();
+    pub const BYTES: usize = size_of::<[Fixed96; 4]>();
 
     /// Without light paths.
     pub(super) fn new(region: PixelRect) -> Result<Splats, SceneError> {
@@ -44,7 +45,7 @@ impl Splats {
                 .help("render it in parts with `crop`, or with `caustics = \"off\"` in [integrator]")
                 .remedy(Remedy::set("integrator.caustics", "off")));
         }
-        sums.resize(region.area() as usize, [Fixed96::default(); 3]);
+        sums.resize(region.area() as usize, [Fixed96::default(); 4]);
         Ok(Splats { region, sums, held: SampleSet::default(), non_finite: 0 })
     }
 
@@ -80,9 +81,12 @@ impl Splats {
                     if weight > 0.0
                         && let Some(sum) = self.sums.get_mut(index)
                     {
-                        for (sum, v) in sum.iter_mut().zip((splat.color * weight as f32).to_array()) {
+                        let color = splat.color * weight as f32;
+                        for (sum, v) in sum.iter_mut().zip(color.to_array()) {
                             *sum = sum.plus(Fixed96::from_f32(v));
                         }
+                        let luminance = f64::from(color.luminance());
+                        sum[3] = sum[3].plus(Fixed96::from_f64(luminance * luminance));
                     }
                     x += 1.0;
                 }
@@ -109,10 +113,23 @@ impl Splats {
         if paths == 0 {
             return [0.0; 3];
         }
-        let index = (y - self.region.y) as usize * self.region.width as usize + (x - self.region.x) as usize;
+        let [red, green, blue, _] = self.sums[self.index(x, y)];
         // The resolution of 2^-44 is far below the contribution of a path, so sums need no scaling by the number
         // of paths.
-        self.sums[index].map(|sum| (sum.mean(1.0) / paths as f64) as f32)
+        [red, green, blue].map(|sum| (sum.mean(1.0) / paths as f64) as f32)
+    }
+
+    /// The luminance from light paths at a pixel of the region, and its variance. Few of the paths reach a pixel, so
+    /// its variance is the sum of squares.
+    pub(super) fn luminance_and_variance(&self, x: u32, y: u32) -> (f64, f64) {
+        let paths = self.held.len().max(1) as f64;
+        let [red, green, blue] = self.mean(x, y);
+        let square = self.sums[self.index(x, y)][3].mean(1.0);
+        (f64::from(Spectrum::new(red, green, blue).luminance()), square.max(0.0) / (paths * paths))
+    }
+
+    fn index(&self, x: u32, y: u32) -> usize {
+        (y - self.region.y) as usize * self.region.width as usize + (x - self.region.x) as usize
     }
 
     /// Bytes of memory.

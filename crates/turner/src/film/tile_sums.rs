@@ -1,6 +1,9 @@
 //! The sums of one tile while its samples are traced.
 
-use super::{Fixed96, PixelRect, PixelSum};
+use super::PixelRect;
+use super::error::ErrorSample;
+use super::extra_sums::ExtraSums;
+use super::wide_sum::{FixedSample, WideSum};
 use crate::color::Spectrum;
 use crate::filter::Filter;
 use crate::math::DVec2;
@@ -14,6 +17,8 @@ pub struct SampleValues<'a> {
     pub alpha: f32,
     /// One value for each additional channel of the film.
     pub extra: &'a [f32],
+    /// The index of the sample, for the error estimate.
+    pub index: u32,
 }
 
 impl SampleValues<'_> {
@@ -26,10 +31,9 @@ impl SampleValues<'_> {
 #[derive(Clone, Debug)]
 pub struct TileSums {
     rect: PixelRect,
-    pub(crate) pixels: Vec<PixelSum>,
-    /// Sums of additional channels, `channels` per pixel.
-    pub(super) extra: Vec<Fixed96>,
-    channels: usize,
+    pub(crate) pixels: Vec<WideSum>,
+    /// Sums of additional channels and, behind them, of the error estimate.
+    pub(super) extra: ExtraSums,
 }
 
 impl Default for TileSums {
@@ -37,8 +41,7 @@ impl Default for TileSums {
         TileSums {
             rect: PixelRect { x: 0, y: 0, width: 0, height: 0 },
             pixels: Vec::new(),
-            extra: Vec::new(),
-            channels: 0,
+            extra: ExtraSums::default(),
         }
     }
 }
@@ -49,14 +52,14 @@ impl TileSums {
         (filter.radius() - 0.5).ceil().max(0.0) as u32
     }
 
-    /// Clears the sums and sets their rectangle, with `channels` channels in addition to colour and coverage.
-    pub fn reset(&mut self, rect: PixelRect, channels: usize) {
+    /// Clears the sums and sets their rectangle, for a film with `channels` channels in addition to colour and
+    /// coverage, which estimates its error or not.
+    pub fn reset(&mut self, rect: PixelRect, channels: usize, estimates_error: bool) {
         let count = rect.area() as usize;
-        (self.rect, self.channels) = (rect, channels);
+        self.rect = rect;
         self.pixels.clear();
-        self.pixels.resize(count, PixelSum::default());
-        self.extra.clear();
-        self.extra.resize(count * channels, Fixed96::default());
+        self.pixels.resize(count, WideSum::default());
+        self.extra.reset(count, channels, estimates_error);
     }
 
     /// The pixels.
@@ -71,39 +74,69 @@ impl TileSums {
             self.pixels[pixel].omit();
             return false;
         }
-        self.pixels[pixel].add_weighted(sample.color, sample.alpha, weight);
-        let sums = &mut self.extra[pixel * self.channels..(pixel + 1) * self.channels];
-        for (sum, v) in sums.iter_mut().zip(sample.extra) {
-            *sum = sum.plus(Fixed96::from_f64(f64::from(*v) * f64::from(weight)));
-        }
+        let fixed = FixedSample::new(sample.color, sample.alpha);
+        let error = ErrorSample::new(sample.color, sample.index);
+        self.extra.begin_sample(sample.extra);
+        self.add(pixel, &fixed, &error, weight);
         true
+    }
+
+    #[inline]
+    fn add(&mut self, pixel: usize, fixed: &FixedSample, error: &ErrorSample, weight: f32) {
+        self.pixels[pixel].add(fixed, weight);
+        self.extra.add(pixel, error, f64::from(weight));
     }
 
     /// Adds a sample at a position of the picture to every pixel that the filter reaches, weighted by the filter,
     /// whose peak has weight 1. Returns whether the sample is finite.
     pub fn splat(&mut self, filter: &Filter, place: DVec2, sample: &SampleValues<'_>) -> bool {
         let PixelRect { x: left, y: top, width, height } = self.rect;
-        let first = (place - filter.radius() - 0.5).ceil();
-        let last = (place + filter.radius() - 0.5).floor();
-        let along = |first: f64, last: f64, from: u32, size: u32| {
-            let (low, high) = (first.max(f64::from(from)), last.min(f64::from(from + size) - 1.0));
-            // An empty range if the filter reaches no pixel.
-            if low <= high { low as u32..high as u32 + 1 } else { 0..0 }
-        };
-        let peak = filter.density(DVec2::ZERO);
-        let mut finite = sample.is_finite();
-        for y in along(first.y, last.y, top, height) {
-            for x in along(first.x, last.x, left, width) {
-                let center = DVec2::new(f64::from(x), f64::from(y)) + 0.5;
-                let weight = (filter.density(place - center) / peak) as f32;
-                if weight != 0.0 {
-                    let pixel = ((y - top) * width + (x - left)) as usize;
-                    finite &= self.add_weighted(pixel, sample, weight);
+        let mut along_x = [0.0; MAX_REACHED];
+        let columns = reached(filter, place.x, left, width, &mut along_x);
+        let mut along_y = [0.0; MAX_REACHED];
+        let rows = reached(filter, place.y, top, height, &mut along_y);
+        let finite = sample.is_finite();
+        let fixed = FixedSample::new(sample.color, sample.alpha);
+        let error = ErrorSample::new(sample.color, sample.index);
+        if finite {
+            self.extra.begin_sample(sample.extra);
+        }
+        for (y, vertical) in rows.zip(along_y) {
+            let row = (y - top) * width;
+            for (x, horizontal) in columns.clone().zip(along_x) {
+                let weight = (horizontal * vertical) as f32;
+                let pixel = (row + x - left) as usize;
+                if weight != 0.0 && finite {
+                    self.add(pixel, &fixed, &error, weight);
+                } else if weight != 0.0 {
+                    self.pixels[pixel].omit();
                 }
             }
         }
         finite
     }
+}
+
+/// The maximum number of pixels that a filter reaches along an axis: radius 16, and both ends.
+pub(super) const MAX_REACHED: usize = 34;
+
+/// The pixels along one axis, from `start`, whose centres are within the filter's radius of `at`, and their weights.
+pub(super) fn reached(
+    filter: &Filter,
+    at: f64,
+    start: u32,
+    size: u32,
+    weights: &mut [f64; MAX_REACHED],
+) -> std::ops::Range<u32> {
+    let first = (at - filter.radius() - 0.5).ceil().max(f64::from(start));
+    let last = (at + filter.radius() - 0.5).floor().min(f64::from(start + size) - 1.0);
+    if first > last || !at.is_finite() {
+        return 0..0;
+    }
+    for (i, weight) in weights.iter_mut().enumerate().take((last - first) as usize + 1) {
+        *weight = filter.weight(at - (first + i as f64 + 0.5));
+    }
+    first as u32..last as u32 + 1
 }
 
 #[cfg(test)]
@@ -143,14 +176,14 @@ mod tests {
         let mut sums = TileSums::default();
         for &tile in order {
             let rect = grid.rect(tile);
-            sums.reset(rect.grown(TileSums::border(&filter), &film.region), 1);
+            sums.reset(rect.grown(TileSums::border(&filter), &film.region), 1, false);
             for (place, [r, g, b, alpha, z]) in samples_of(&rect) {
                 let color = Spectrum::new(r, g, b);
-                assert!(sums.splat(&filter, place, &SampleValues { color, alpha, extra: &[z] }));
+                assert!(sums.splat(&filter, place, &SampleValues { color, alpha, extra: &[z], index: 0 }));
             }
             let mut samples = SampleSet::default();
             samples.insert(0..1);
-            assert!(film.share().deposit_sums(tile, &sums, &samples, &NonFinite::default()));
+            assert!(film.share().deposit_sums((tile, None), &sums, &samples, &NonFinite::default(), 0));
         }
         film
     }
@@ -187,12 +220,12 @@ mod tests {
     fn a_non_finite_sample_is_omitted_from_every_pixel() {
         let filter = Filter::new(FilterKind::Tent, None);
         let mut sums = TileSums::default();
-        sums.reset(PixelRect { x: 0, y: 0, width: 4, height: 4 }, 1);
-        let sample = SampleValues { color: Spectrum::WHITE, alpha: 1.0, extra: &[f32::INFINITY] };
+        sums.reset(PixelRect { x: 0, y: 0, width: 4, height: 4 }, 1, false);
+        let sample = SampleValues { color: Spectrum::WHITE, alpha: 1.0, extra: &[f32::INFINITY], index: 0 };
         assert!(!sums.splat(&filter, DVec2::new(1.7, 1.7), &sample));
-        let unknown = |i: usize| sums.pixels[i].mean().is_some_and(|m| m[0].is_nan());
+        let unknown = |i: usize| sums.pixels[i].narrow().mean().is_some_and(|m| m[0].is_nan());
         assert_eq!((0..16).filter(|i| unknown(*i)).collect::<Vec<_>>(), [5, 6, 9, 10]);
-        assert!(sums.extra.iter().all(|v| *v == Fixed96::default()));
+        assert!(sums.extra.of_pixels(0..16).all(|v| v == 0));
         // Outside the tile, no pixel is reached.
         assert!(sums.splat(&filter, DVec2::new(-3.0, 900.0), &SampleValues { extra: &[0.0], ..sample }));
     }

@@ -1,9 +1,17 @@
 //! Pixel filters (reconstruction filters): the weights of samples around the centre of a pixel.
 //!
 //! A filter is the product of a function f along x and along y; f is even, non-negative, and 0 beyond a radius r. A
-//! pixel is the mean of the image weighted by f. Filter importance sampling (Ernst, Stamminger and Greiner 2006,
-//! "Filter importance sampling") distributes the sample positions with density f and gives all samples the same
-//! weight. Each sample then belongs to one pixel only, and tiles, passes and machines do not exchange samples.
+//! pixel is the mean of the image weighted by f. There are two ways to estimate it
+//! ([`Reconstruction`](crate::film::Reconstruction)):
+//!
+//! ```text
+//! weighted      samples lie evenly in their pixels;     pixel = Σ f(xᵢ)·vᵢ / Σ f(xᵢ) over all samples within r
+//! importance    samples lie around their pixel, with    pixel = mean of its own samples
+//!               density f
+//! ```
+//!
+//! Weighted samples count in several pixels, so a pixel has more of them and less noise. Filter importance sampling
+//! (Ernst, Stamminger and Greiner 2006, "Filter importance sampling") keeps pixels independent.
 //!
 //! | filter | f(x) for abs(x) < r | default r |
 //! |---|---|---|
@@ -117,20 +125,44 @@ impl Filter {
 
     /// The density of [`Filter::place`] per pixel area, at offset `d` from the pixel's centre.
     pub fn density(&self, d: DVec2) -> f64 {
-        let along = |d: f64| {
-            let x = d.abs() / self.radius;
-            // The pixel's square includes its left and upper edges only.
-            if x > 1.0 || d == self.radius {
-                return 0.0;
-            }
-            let half = match &self.shape {
-                Shape::Pixel | Shape::Box => 1.0,
-                Shape::Tent => 2.0 * (1.0 - x),
-                Shape::Table(table) => table.density(x),
-            };
-            0.5 * half / self.radius
-        };
+        let along = |d: f64| 0.5 * self.half(d) / self.radius;
         along(d.x) * along(d.y)
+    }
+
+    /// The filter along one axis at offset `d` from the pixel's centre, relative to the centre: 1 at `d` = 0.
+    pub fn weight(&self, d: f64) -> f64 {
+        self.half(d) / self.half(0.0)
+    }
+
+    /// The fraction of the filter of pixel `at` along one axis that lies within 0..`size`.
+    pub(crate) fn fraction_inside(&self, at: u32, size: u32) -> f64 {
+        let center = f64::from(at) + 0.5;
+        1.0 - self.beyond(center) - self.beyond(f64::from(size) - center)
+    }
+
+    /// The fraction of the filter along one axis at offsets of more than `d` >= 0.
+    fn beyond(&self, d: f64) -> f64 {
+        let x = (d / self.radius).min(1.0);
+        0.5 * match &self.shape {
+            Shape::Pixel | Shape::Box => 1.0 - x,
+            Shape::Tent => (1.0 - x) * (1.0 - x),
+            Shape::Table(table) => 1.0 - table.sum(x),
+        }
+    }
+
+    /// The density along one axis at offset `d`, as a function of the distance in radii, whose integral is 1.
+    #[inline]
+    fn half(&self, d: f64) -> f64 {
+        let x = d.abs() / self.radius;
+        // The pixel's square includes its left and upper edges only.
+        if x > 1.0 || d == self.radius {
+            return 0.0;
+        }
+        match &self.shape {
+            Shape::Pixel | Shape::Box => 1.0,
+            Shape::Tent => 2.0 * (1.0 - x),
+            Shape::Table(table) => table.density(x),
+        }
     }
 }
 

@@ -45,6 +45,14 @@ impl Table {
         (piece as f64 + x.min(1.0)) * step
     }
 
+    /// The distribution function at `x` of 0..=1.
+    pub(super) fn sum(&self, x: f64) -> f64 {
+        let piece = ((x * PIECES as f64) as usize).min(PIECES - 1);
+        let t = x * PIECES as f64 - piece as f64;
+        let (from, to) = (self.density[piece], self.density[piece + 1]);
+        self.sums[piece] + (from * t + 0.5 * (to - from) * t * t) / PIECES as f64
+    }
+
     /// The density at `x` of 0..=1.
     pub(super) fn density(&self, x: f64) -> f64 {
         let piece = ((x * PIECES as f64) as usize).min(PIECES - 1);

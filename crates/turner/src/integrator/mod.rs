@@ -23,6 +23,7 @@
 //! [`IntegratorDesc`] lists the built-in integrators by their names in scene files; each has a file or folder of
 //! its own.
 
+pub mod aovs;
 pub mod classic;
 mod debug_views;
 mod footprint;
@@ -75,6 +76,51 @@ pub struct Radiance {
     pub alpha: f32,
 }
 
+/// Parts of the radiance along a camera ray, times coverage. What remains is indirect light.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct LightParts {
+    /// From emitters and background that the ray reaches itself.
+    pub emission: Spectrum,
+    /// Scattered once on its way.
+    pub direct: Spectrum,
+}
+
+/// Details of samples that a [`Tracer`] may be asked for.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct AskedDetails {
+    /// [`SampleDetails::parts`].
+    pub parts: bool,
+    /// [`SampleDetails::groups`].
+    pub groups: bool,
+    /// [`SampleDetails::rays`].
+    pub rays: bool,
+}
+
+/// Details of the samples of a batch. Each list is empty if the integrator does not know it.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct SampleDetails<'a> {
+    /// Parts of the radiance, one entry for each sample.
+    pub parts: &'a [LightParts],
+    /// The radiance that comes from each light group, times coverage: for each sample one value for each of
+    /// [`LightGroups::names`](crate::scene::LightGroups::names). What remains comes from no group.
+    pub groups: &'a [Spectrum],
+    /// For each sample the number of its rays: the camera ray, those that continue its path, and shadow rays.
+    pub rays: &'a [u32],
+    /// For each sample what a shadow catcher received; empty without shadow catchers.
+    pub caught: &'a [CaughtLight],
+}
+
+/// The direct light that a shadow catcher receives at a sample, as luminance of the irradiance over π.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct CaughtLight {
+    /// Whether the camera sees a shadow catcher there.
+    pub is_caught: bool,
+    /// With the objects of the scene in the way.
+    pub shadowed: f32,
+    /// With nothing in the way but shadow catchers.
+    pub unshadowed: f32,
+}
+
 /// Counts of rays by kind.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct RayStats {
@@ -124,6 +170,8 @@ pub struct Capabilities {
     /// Pixels hold labels, such as the index of an object, which have no mean: each pixel then gets one sample through
     /// its centre, whatever the film asks for.
     pub labels: bool,
+    /// It tells the kinds of light apart and counts the rays of each sample: [`Tracer::details`].
+    pub splits_light: bool,
     /// It shows the cost of BVH traversal. After an edit, all BVHs are built as in a fresh preparation, however
     /// long that takes.
     pub shows_search: bool,
@@ -318,6 +366,15 @@ pub trait Tracer {
 
     /// Sets the photon map for the following samples, which have its sample index.
     fn find_photons(&mut self, _: Arc<PhotonMap>) {}
+
+    /// Asks for [details](Tracer::details) of the following samples.
+    fn ask(&mut self, _: AskedDetails) {}
+
+    /// Details of the samples of the last batch, as far as they were [asked](Tracer::ask) for and the integrator knows
+    /// them.
+    fn details(&self) -> SampleDetails<'_> {
+        SampleDetails::default()
+    }
 }
 
 impl IntegratorDesc {

@@ -7,7 +7,7 @@ mod tests;
 
 use crate::color::Transfer;
 use crate::description::SceneDesc;
-use crate::film::{Antialias, FilmDesc};
+use crate::film::{Antialias, Aov, FilmDesc};
 use crate::integrator::{Capabilities, Caustics, IntegratorDesc, Prepared};
 use crate::light::{Light, LightDesc};
 use crate::material::{Material, MaterialDesc};
@@ -42,6 +42,7 @@ pub fn lint(desc: &SceneDesc, prepared: &Prepared) -> Vec<Warning> {
     let mut out = of_materials(desc, capabilities.physical);
     out.extend(black_environment(&prepared.scene));
     out.extend(of_labels(desc, capabilities));
+    out.extend(of_aovs(&prepared.scene, &prepared.view.film, prepared.integrator.name(), capabilities));
     out.extend(with_findings(desc, prepared));
     out
 }
@@ -53,6 +54,30 @@ pub(crate) fn with_findings(desc: &SceneDesc, prepared: &Prepared) -> Vec<Warnin
     out.extend(of_lights(&prepared.scene, desc, capabilities));
     out.extend(of_caustics(desc, prepared));
     out
+}
+
+/// A warning about AOVs that have no values, and about shadow catchers that are ordinary objects.
+fn of_aovs(scene: &Scene, film: &FilmDesc, integrator: &str, capabilities: Capabilities) -> Option<Warning> {
+    let of_paths = |aov: &Aov| aov.is_light() || matches!(aov, Aov::Cost | Aov::Shadow);
+    let mut lost: Vec<String> =
+        film.aovs.iter().filter(of_paths).map(|aov| format!("the AOV \"{}\"", aov.word())).collect();
+    let catches = !scene.shadow_catchers.is_empty() && !capabilities.debug;
+    lost.extend(catches.then(|| "the shadow on shadow catchers".to_owned()));
+    let why = if !capabilities.splits_light {
+        format!("the integrator \"{integrator}\" does not know")
+    } else if film.antialias == Antialias::Adaptive {
+        "adaptive anti-aliasing, which has no samples of its own in each pixel, does not know".to_owned()
+    } else {
+        return None;
+    };
+    let remedy = if capabilities.splits_light {
+        Remedy::set("film.antialias", "monte-carlo")
+    } else {
+        Remedy::set("integrator.type", "path")
+    };
+    let message = format!("{why} {}", lost.join(", "));
+    (!lost.is_empty())
+        .then(|| Warning { remedy: Some(remedy), ..Warning::new(WarningKind::Ignored, message) })
 }
 
 /// Warnings about colours and emission of materials. They apply to physically based integrators only.

@@ -9,6 +9,7 @@ use crate::scene::light_groups::LightGroups;
 use crate::scene::motion::Motion;
 use crate::scene::names::NameCollector;
 use crate::scene::scene::{NO_TRANSFORM, ObjectTransform, Primitive};
+use crate::scene::shadow_catchers::ShadowCatchers;
 use crate::schema::error::escape;
 use crate::schema::{ErrorCode, MaterialId, Named, SceneError};
 use crate::shape::{Shape, ShapeDesc};
@@ -24,6 +25,7 @@ pub(crate) struct Flattener<'a> {
     pub(crate) default_material: MaterialId,
     pub(crate) names: NameCollector,
     pub(crate) light_groups: LightGroups,
+    pub(crate) shadow_catchers: ShadowCatchers,
     pub(crate) physical: bool,
     /// Opening and closing time of the shutter; equal without motion blur.
     pub(crate) shutter: [f64; 2],
@@ -43,6 +45,10 @@ impl Flattener<'_> {
             name: Option<u32>,
             /// The light group of the objects in this group.
             group: Option<u32>,
+            /// Whether the object that contains these is a shadow catcher.
+            catches: bool,
+            /// Whether the objects are the scene's own.
+            is_top: bool,
         }
         let shapes = self.shapes;
         let mut stack = vec![Level {
@@ -53,6 +59,8 @@ impl Flattener<'_> {
             material: None,
             name: None,
             group: None,
+            catches: false,
+            is_top: true,
         }];
         while let Some(level) = stack.last_mut() {
             let Some(object) = level.objects.get(level.next) else {
@@ -65,15 +73,22 @@ impl Flattener<'_> {
             let material = object.material.or(level.material);
             let shape = &level.shapes[level.next];
             let (outer, own) = (level.name, self.names.number(object.name.as_deref()));
+            let is_entry = level.is_top;
             let own_group = object.light_group.as_deref().map(|name| self.light_groups.number(name));
             let group = own_group.or(level.group);
+            let catches = object.shadow_catcher || level.catches;
             level.next += 1;
+            if is_entry {
+                self.names.begin_entry(self.primitives.len() as u32, own);
+            }
             match (&object.content, shape) {
                 (ObjectContent::Shape(_), Some(shape)) => {
                     let first = self.primitives.len() as u32;
                     self.names.add(first, outer, own);
                     self.light_groups.add(first, group);
                     self.place(shape, to_world, material, object).map_err(|e| e.or_at(object.span))?;
+                    let end = self.primitives.len() as u32;
+                    (first..end).filter(|_| catches).for_each(|id| self.shadow_catchers.add(id));
                 }
                 (ObjectContent::Instance(g), _) => stack.push(Level {
                     objects: &desc.groups[g.index()].value.objects,
@@ -83,6 +98,8 @@ impl Flattener<'_> {
                     material,
                     name: outer.or(own),
                     group,
+                    catches,
+                    is_top: false,
                 }),
                 (ObjectContent::Shape(_), None) => {}
             }

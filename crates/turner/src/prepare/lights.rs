@@ -7,7 +7,7 @@ use crate::description::{SceneDesc, SceneLight};
 use crate::image::Image;
 use crate::integrator::Capabilities;
 use crate::light::{Light, LightDesc};
-use crate::schema::{Asset, SceneError};
+use crate::schema::{Asset, SceneError, Warning, WarningKind};
 
 /// Lights except ambient ones, for each its index in the description, and the sum of the ambient ones.
 #[derive(Clone)]
@@ -95,4 +95,11 @@ fn make(
     let ambient = light.value.prepare(images, compensates, physical, &mut lights);
     let ambient = ambient.map_err(|e| e.or_at(light.span))?;
     Ok(Made { desc: light.value.clone(), image, lights, ambient })
+}
+
+/// The warning about negative or non-finite pixels of an environment map.
+pub(super) fn invalid_pixels(count: u64) -> Warning {
+    let message =
+        format!("{count} pixels of the environment map are negative or non-finite: 0 is used for them");
+    Warning::new(WarningKind::Doubtful, message)
 }

@@ -33,7 +33,7 @@ mod tests;
 pub use preparer::{PrepareStep, Preparer, Rebuilt, Update, UpdateOptions};
 
 use crate::description::SceneDesc;
-use crate::film::{Film, TextureFilter};
+use crate::film::{Antialias, Film, TextureFilter};
 use crate::integrator::{Capabilities, Integrator, Prepared};
 use crate::schema::{ErrorCode, PrepareOptions, SceneError, Warning, WarningKind};
 
@@ -52,13 +52,22 @@ impl SceneDesc {
         integrator: &dyn Integrator,
         options: &PrepareOptions,
     ) -> Result<Prepared, SceneError> {
-        let wanted = UpdateOptions { integrator: Some(integrator), ..UpdateOptions::default() };
-        let update = Preparer::once(options.clone()).update_with(self, &wanted)?;
-        let Some(Update { prepared, .. }) = update else {
-            return Err(SceneError::new(ErrorCode::Internal, "a preparation stopped without a cancel"));
-        };
+        let prepared = self.prepare_unchosen(integrator, options)?;
         prepared.choose();
         Ok(prepared)
+    }
+
+    /// The same without the choices of the integrator, which its first pass makes while other threads trace a preview:
+    /// [`Prepared::choose`].
+    pub fn prepare_unchosen(
+        &self,
+        integrator: &dyn Integrator,
+        options: &PrepareOptions,
+    ) -> Result<Prepared, SceneError> {
+        let wanted = UpdateOptions { integrator: Some(integrator), ..UpdateOptions::default() };
+        let update = Preparer::once(options.clone()).update_with(self, &wanted)?;
+        let stopped = || SceneError::new(ErrorCode::Internal, "a preparation stopped without a cancel");
+        update.map(|Update { prepared, .. }| prepared).ok_or_else(stopped)
     }
 
     /// Validates the film and returns its warnings.
@@ -71,7 +80,12 @@ impl SceneDesc {
         }
         let message = "`filter` and `filter_radius` are ignored: they need `antialias = \"monte-carlo\"`";
         let ignored = self.film.ignores_filter().then(|| Warning::new(WarningKind::Ignored, message));
-        Ok(ignored.into_iter().collect())
+        let film = &self.film;
+        let is_random = film.antialias == Antialias::MonteCarlo && film.samples > 1;
+        let message = "`adaptive_sampling` is ignored: it needs `antialias = \"monte-carlo\"`, several samples per pixel and a filter within the pixel (`filter = \"box\"`)";
+        let even = (film.adaptive_sampling && (!is_random || film.weights_samples()))
+            .then(|| Warning::new(WarningKind::Ignored, message));
+        Ok(ignored.into_iter().chain(even).collect())
     }
 
     /// Whether texture lookups are filtered over the footprint.

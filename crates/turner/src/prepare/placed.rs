@@ -12,6 +12,7 @@ use crate::scene::alpha_test::Faces;
 use crate::scene::light_groups::LightGroups;
 use crate::scene::names::NameCollector;
 use crate::scene::scene::{ObjectTransform, Primitive};
+use crate::scene::shadow_catchers::ShadowCatchers;
 use crate::schema::{ErrorCode, MaterialId, MeshData, PrepareOptions, SceneError, Warning};
 use crate::shape::{CachedShapes, Plane, Shape, TriangleMesh};
 
@@ -27,6 +28,7 @@ pub(super) struct Placed {
     pub(super) faces: Vec<Faces>,
     pub(super) names: NameCollector,
     pub(super) light_groups: LightGroups,
+    pub(super) shadow_catchers: ShadowCatchers,
     pub(super) meshes: Vec<Arc<TriangleMesh>>,
     pub(super) warnings: Vec<Warning>,
     /// The bounds of all bounded primitives.
@@ -81,6 +83,7 @@ fn same_object(a: &ObjectDesc, b: &ObjectDesc) -> bool {
         && a.motion == b.motion
         && a.name == b.name
         && a.light_group == b.light_group
+        && a.shadow_catcher == b.shadow_catcher
 }
 
 fn same_objects(a: &[ObjectDesc], b: &[ObjectDesc]) -> bool {
@@ -145,6 +148,7 @@ impl CachedObjects {
             default_material: MaterialId(desc.materials.len() as u32),
             names: NameCollector::default(),
             light_groups: groups,
+            shadow_catchers: ShadowCatchers::default(),
             physical,
             shutter,
         };
@@ -153,7 +157,8 @@ impl CachedObjects {
             return Err(SceneError::new(ErrorCode::TooLarge, message));
         }
         flat.flatten(desc)?;
-        let Flattener { primitives, bounds, transforms, faces, names, light_groups, .. } = flat;
+        let Flattener { primitives, bounds, transforms, faces, names, light_groups, shadow_catchers, .. } =
+            flat;
         let PreparedShapes { meshes: used, warnings, .. } = shapes;
         let total = bounds.iter().flatten().fold(Bounds::EMPTY, |a, b| a.union(b));
         let placed = Placed {
@@ -163,6 +168,7 @@ impl CachedObjects {
             faces,
             names,
             light_groups,
+            shadow_catchers,
             meshes: used,
             warnings,
             total,

@@ -36,9 +36,10 @@ use crate::math::Bounds;
 use crate::scene::emitters::Emitters;
 use crate::scene::light_groups::LightGroups;
 use crate::scene::placed_emitters::LightChoice;
+use crate::scene::shadow_catchers::ShadowCatchers;
 use crate::scene::volumes::Volumes;
 use crate::scene::{Scene, SceneStats};
-use crate::schema::{ErrorCode, Named, PrepareOptions, SceneError, Warning, WarningKind};
+use crate::schema::{ErrorCode, Named, PrepareOptions, SceneError, Warning};
 use crate::shape::Plane;
 use crate::texture::Textures;
 use crate::view::{View, ViewSampling};
@@ -102,6 +103,8 @@ struct WithStudio {
     sources: Vec<Option<u32>>,
     ambient: Spectrum,
     light_groups: LightGroups,
+    shadow_catchers: ShadowCatchers,
+    material_names: Arc<[Option<String>]>,
 }
 
 impl WithStudio {
@@ -121,7 +124,6 @@ fn assemble(
     instruction_set: InstructionSet,
 ) -> Scene {
     let Surfaces { textures, volumes, .. } = surfaces;
-    let WithStudio { physical, materials, lights, sources, ambient, light_groups, .. } = with_studio;
     let stats = SceneStats {
         primitives: g.primitives.len() as u64,
         triangles: g.triangles(),
@@ -133,9 +135,9 @@ fn assemble(
     Scene {
         background,
         textures,
-        materials: materials.into(),
-        lights: lights.into(),
-        ambient,
+        materials: with_studio.materials.into(),
+        lights: with_studio.lights.into(),
+        ambient: with_studio.ambient,
         primitives: g.primitives,
         bounded: g.bounded,
         gathered: g.gathered,
@@ -146,13 +148,15 @@ fn assemble(
         frame: g.frame,
         batch: g.batch,
         faces: g.faces,
-        physical,
+        physical: with_studio.physical,
         moves: g.moves,
         volumes,
         emitters: Arc::new(Emitters::default()),
         object_names: g.names,
-        light_groups,
-        light_sources: sources,
+        material_names: with_studio.material_names,
+        light_groups: with_studio.light_groups,
+        shadow_catchers: with_studio.shadow_catchers,
+        light_sources: with_studio.sources,
         stats,
         instruction_set,
     }
@@ -313,15 +317,18 @@ impl Preparer {
             labels: capabilities.labels,
             instruction_set: scene.instruction_set,
         };
-        let view =
+        let mut view =
             View::new(camera.value.clone(), desc.film.clone(), sampling).map_err(|e| e.or_at(camera.span))?;
+        let catches = capabilities.splits_light && !scene.shadow_catchers.is_empty();
+        view.film.aovs.know_scene(scene.light_groups.names(), catches);
+        self.promise_film(&view.film)?;
         let own = wanted.integrator.is_none().then(|| desc.integrator.clone());
         let last = self.last.as_ref().filter(|last| {
             own.is_some()
                 && last.integrator == own
                 && Arc::ptr_eq(&last.prepared.scene, &scene)
                 && last.prepared.view.camera_desc == camera.value
-                && same_samples(&last.prepared.view.film, &view.film)
+                && last.prepared.view.film.has_samples_of(&view.film)
         });
         let integrator = match last {
             Some(last) => last.prepared.integrator.clone(),
@@ -369,7 +376,7 @@ impl Preparer {
         let total = placed.map_or(Bounds::EMPTY, |placed| placed.total);
         let invalid: u64 = lights.iter().map(|l| l.invalid_pixels()).sum();
         warnings.extend(placed.iter().flat_map(|placed| placed.warnings.iter().cloned()));
-        warnings.extend((invalid > 0).then(|| invalid_pixels(invalid)));
+        warnings.extend((invalid > 0).then(|| super::lights::invalid_pixels(invalid)));
         let studio = match &desc.studio {
             Some(studio) => studio.complete(desc, &total, compensates, &mut lights)?,
             None => DefaultStudio::default(),
@@ -381,8 +388,13 @@ impl Preparer {
         studio.add_floor(physical, &mut materials);
         let ground = ground_of(&studio);
         let mut light_groups = placed.map_or_else(Default::default, |placed| placed.light_groups.clone());
+        let mut shadow_catchers =
+            placed.map_or_else(Default::default, |placed| placed.shadow_catchers.clone());
         if let (Some(placed), Some(_)) = (placed, &ground) {
-            light_groups.add(placed.primitives.len() as u32, None);
+            let floor = placed.primitives.len() as u32;
+            light_groups.add(floor, None);
+            // An opaque floor without end would leave nothing of a transparent background.
+            desc.background.transparent.then(|| shadow_catchers.add(floor));
         }
         let has_studio = desc.studio.is_some();
         Ok(WithStudio {
@@ -396,6 +408,8 @@ impl Preparer {
             sources,
             ambient,
             light_groups,
+            shadow_catchers,
+            material_names: desc.materials.iter().map(|m| m.name.clone()).collect(),
         })
     }
 
@@ -452,10 +466,7 @@ impl Preparer {
         };
         let same = rebuilt.materials == 0
             && !volumes
-            && last.background == scene.background
-            && last.ambient == scene.ambient
-            && last.light_groups == scene.light_groups
-            && last.light_sources == scene.light_sources
+            && last.has_settings_of(&scene)
             && last.materials.len() == scene.materials.len();
         if same {
             return last.clone();
@@ -475,23 +486,4 @@ impl Preparer {
         }
         Ok(())
     }
-}
-
-/// Whether two films take the same samples, so that an integrator's choices for one hold for the other.
-fn same_samples(a: &FilmDesc, b: &FilmDesc) -> bool {
-    let of = |film: &FilmDesc| FilmDesc {
-        exposure: 0.0,
-        auto_exposure: false,
-        tonemap: Default::default(),
-        crop: None,
-        threshold: 0.0,
-        ..film.clone()
-    };
-    of(a) == of(b)
-}
-
-fn invalid_pixels(count: u64) -> Warning {
-    let message =
-        format!("{count} pixels of the environment map are negative or non-finite: 0 is used for them");
-    Warning::new(WarningKind::Doubtful, message)
 }

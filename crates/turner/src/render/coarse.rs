@@ -16,24 +16,25 @@ impl Renderer {
     /// Traces sample 0 of every fourth pixel in both directions. [`Renderer::develop`] shows each of them in its
     /// block of 4 x 4 pixels until these have samples. The film's sums do not change, so the finished picture is
     /// the same as without a preview. The pass that traces sample 0 reuses these samples. Where pixels depend on
-    /// one another (shared paths, photons, adaptive anti-aliasing) it traces them again. Returns whether the
-    /// preview is complete; finished rows are shown in any case.
+    /// one another (shared paths, photons, adaptive anti-aliasing) it traces them again. Blocks far from one another
+    /// come first, so that a preview that is cancelled is coarser, but whole: after a 64th of its samples. Returns
+    /// whether the preview is complete; what is traced is shown in any case.
     pub fn preview_pass(&mut self, options: &PassOptions<'_>) -> Result<bool, SceneError> {
         let empty = Preview::new(self.film.region);
-        let rows = empty.rows() as usize;
+        let rows = empty.rows();
         let preview = Mutex::new(empty.clone());
         let rays = Mutex::new(RayStats::default());
         let work = Work::new(options);
-        work.parts.store(rows, Ordering::Relaxed);
+        work.parts.store(rows.len(), Ordering::Relaxed);
         let p = &self.prepared;
-        let complete = work.run(rows, |mut tasks| {
+        let complete = work.run(rows.len(), |mut tasks| {
             let mut buffers = TileBuffers::new(p);
             let mut values = Vec::new();
             let stop = tasks.stop();
-            while let Some(row) = tasks.next() {
+            while let Some(row) = tasks.next().and_then(|task| rows.get(task)) {
                 let seed = u64::from(p.view.film.seed);
                 let mut ids =
-                    empty.positions(row as u32).map(|(x, y)| SampleId { x, y, index: 0, seed }).peekable();
+                    empty.positions(*row).map(|(x, y)| SampleId { x, y, index: 0, seed }).peekable();
                 values.clear();
                 while ids.peek().is_some() && !stop.is_set() {
                     let batch: Vec<_> = ids.by_ref().take(BATCH).collect();
@@ -48,7 +49,7 @@ impl Renderer {
                     tasks.mark_unfinished();
                 }
                 let mut preview = preview.lock().unwrap_or_else(|e| e.into_inner());
-                preview.set_row(row as u32, values.iter().copied());
+                preview.set(*row, values.iter().copied());
             }
             rays.lock().unwrap_or_else(|e| e.into_inner()).merge(&buffers.stats);
         });

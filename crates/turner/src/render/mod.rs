@@ -12,20 +12,33 @@
 //! passes. A cancel is checked between sample indices; finished samples stay in the film.
 
 mod adaptive;
+#[cfg(test)]
+mod adaptive_sampling_tests;
+mod aovs;
 mod coarse;
+mod cryptomatte;
+#[cfg(test)]
+mod error_tests;
+mod extend;
 mod light;
 mod order;
+#[cfg(test)]
+mod part_tests;
 mod pass;
 mod pixel;
 #[cfg(test)]
 mod pixel_tests;
 #[cfg(test)]
+mod reconstruction_tests;
+#[cfg(test)]
 mod resume_tests;
 mod schedule;
 mod single;
 mod tile;
+mod tile_aovs;
 mod work;
 
+pub use aovs::{AovChannel, AovValues, label_name};
 pub use pixel::{MAX_LISTED, PixelRecord, SampleRecord, Square, pixel};
 pub use schedule::{PassRange, TileSet};
 pub use single::sample;
@@ -34,7 +47,7 @@ use std::sync::atomic::AtomicBool;
 
 use order::TileOrder;
 
-use crate::film::{Film, Picture};
+use crate::film::{Antialias, Film, Picture};
 use crate::integrator::{Prepared, RayStats};
 use crate::schema::{ErrorCode, SceneError};
 
@@ -61,12 +74,29 @@ pub struct Renderer {
     order: TileOrder,
 }
 
+/// Whether films of this scene and view estimate their error: where samples are random and there are several.
+fn estimates_error(prepared: &Prepared) -> bool {
+    let film = &prepared.view.film;
+    prepared.view.sobol && film.antialias == Antialias::MonteCarlo && film.samples > 1
+}
+
+/// Whether films of this scene and view distribute their samples by the noise.
+fn is_adaptive(prepared: &Prepared) -> bool {
+    prepared.view.film.adaptive_sampling && estimates_error(prepared)
+}
+
 impl Renderer {
     /// A renderer with an empty film.
     ///
     /// Errors: those of [`Film::new`].
     pub fn new(prepared: Prepared) -> Result<Renderer, SceneError> {
         let mut film = Film::new(&prepared.view.film)?;
+        if estimates_error(&prepared) {
+            film.estimate_error()?;
+        }
+        if is_adaptive(&prepared) {
+            film.sample_adaptively();
+        }
         film.take_light(prepared.integrator.light_paths())?;
         let order = TileOrder::new(film.tiles().count());
         Ok(Renderer { prepared, film, stats: RayStats::default(), order })
@@ -81,8 +111,9 @@ impl Renderer {
         let mut renderer = Renderer::new(prepared)?;
         let mut own = renderer.film.identity().clone();
         own.scene = film.identity().scene;
-        let channels = (film.channels() != renderer.film.channels())
-            .then(|| "it has channels that are not rendered".to_owned());
+        let own_film = &renderer.film;
+        let channels = (film.channels() != own_film.channels() || film.labels() != own_film.labels())
+            .then(|| "it has other channels (`aovs`) than this picture".to_owned());
         match own.difference(film.identity()).or(channels) {
             Some(difference) => {
                 let message = format!("the film is of another picture; {difference}");
@@ -107,14 +138,27 @@ impl Renderer {
 
     /// The picture so far. Debug views replace display values as they need.
     pub fn develop(&self) -> Picture {
-        let mut picture = self.film.develop(&self.prepared.view.film);
+        self.develop_with(1)
+    }
+
+    /// Like [`Renderer::develop`], on `threads` threads; 0 uses all.
+    pub fn develop_with(&self, threads: usize) -> Picture {
+        let mut picture = self.film.develop(&self.prepared.view.film, threads);
         self.prepared.integrator.show(&mut picture);
         picture
     }
 
+    /// Whether every pixel of the picture shows something: a sample of its own, or the preview.
+    pub fn is_covered(&self) -> bool {
+        self.film.is_covered()
+    }
+
     /// Whether all samples of all tiles are in the film.
     pub fn is_complete(&self) -> bool {
-        self.film.first_missing() >= self.samples_per_pixel()
+        match self.film.identity().adaptive {
+            true => self.film.mean_goal() >= self.samples_per_pixel() && self.film.has_reached_goals(),
+            false => self.film.first_missing() >= self.samples_per_pixel(),
+        }
     }
 
     /// The number of rays of each tile in the last pass that completed it, row by row; 0 before.

@@ -60,7 +60,7 @@ mod tests {
 
     fn costliest_first(order: &TileOrder) -> Vec<usize> {
         let mut tasks: Vec<TileTask> =
-            (0..order.costs.len()).map(|tile| TileTask { tile, missing: Vec::new() }).collect();
+            (0..order.costs.len()).map(|tile| TileTask { tile, half: None, missing: Vec::new() }).collect();
         order.costliest_first(&mut tasks);
         tasks.into_iter().map(|task| task.tile).collect()
     }
@@ -106,7 +106,7 @@ mod tests {
                 renderer.order.set_costs((0..tiles).map(costs));
                 renderer.pass(2, &PassOptions { threads, cancel: &cancel, progress: None }).unwrap();
             }
-            let picture = renderer.film.develop(&scene.view.film).linear;
+            let picture = renderer.film.develop(&scene.view.film, 1).linear;
             picture.iter().map(|p| p.map(f32::to_bits)).collect::<Vec<_>>()
         };
         let in_rows = picture(|_| 0, 1);

@@ -11,8 +11,10 @@
 //! two parallel parts per sample index.
 
 use std::ops::Range;
-use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::sync::mpsc::{RecvTimeoutError, channel};
 use std::sync::{Arc, Mutex};
+use std::time::Duration;
 
 use super::light::{LightBuffers, LightTasks};
 use super::schedule::{PassRange, Schedule, TileTask};
@@ -23,12 +25,41 @@ use crate::film::SampleSet;
 use crate::integrator::{Photon, PhotonMap, RayStats};
 use crate::schema::SceneError;
 
+/// Time between two checks for a cancel while the integrator makes its choices.
+const POLL: Duration = Duration::from_millis(2);
+
 impl Renderer {
-    /// Adds up to `count` samples to every pixel, starting from the first index that some tile lacks. Returns
-    /// whether the pass was completed; see [`Renderer::pass_over`].
+    /// Adds up to `count` samples to every pixel, starting from the first index that some tile lacks. With adaptive
+    /// sampling `count` is a mean, and a pass ends only where the film decides about its next samples. Returns whether the
+    /// pass was completed; see [`Renderer::pass_over`].
     pub fn pass(&mut self, count: u32, options: &PassOptions<'_>) -> Result<bool, SceneError> {
+        if self.film.identity().adaptive {
+            let end = f64::from(count) + self.film.mean_samples();
+            // The choice of photons decides how samples are distributed.
+            while self.choose(options)? && self.allot(options.threads) {
+                if !self.pass_over(&PassRange::all_tiles(0..u32::MAX), options)? {
+                    return Ok(false);
+                }
+                if f64::from(self.film.mean_goal()) >= end {
+                    return Ok(true);
+                }
+            }
+            return Ok(self.is_complete());
+        }
         let first = self.film.first_missing();
         self.pass_over(&PassRange::all_tiles(first..first.saturating_add(count)), options)
+    }
+
+    /// Decides how the next samples of an adaptive film are distributed, if it holds all of the last decision. Returns
+    /// false if the picture is finished. A pass traces them.
+    pub fn allot(&mut self, threads: usize) -> bool {
+        if !self.film.has_reached_goals() {
+            return true;
+        }
+        let options = PassOptions { threads, cancel: &AtomicBool::new(false), progress: None };
+        // Each sample index of any tile would need the photons of all light paths of that index.
+        let evenly = self.prepared.integrator.finds_photons();
+        self.film.allot(evenly, Work::new(&options).threads())
     }
 
     /// Adds samples to tiles and skips those that the film holds. Returns whether the pass was completed.
@@ -40,7 +71,9 @@ impl Renderer {
     /// Errors: a panic in a worker ([`ErrorCode::Internal`](crate::schema::ErrorCode::Internal)); samples
     /// finished before it stay in the film. No memory for the splats of light paths.
     pub fn pass_over(&mut self, range: &PassRange, options: &PassOptions<'_>) -> Result<bool, SceneError> {
-        self.choose(options)?;
+        if !self.choose(options)? {
+            return Ok(false);
+        }
         let schedule = Schedule::new(range, &self.film);
         let samples = schedule.samples.clone();
         let work = Work::new(options);
@@ -77,30 +110,40 @@ impl Renderer {
     }
 
     /// Lets the integrator make its choices if it has not. Meanwhile the other threads trace a
-    /// [preview](Renderer::preview_pass) with independent camera paths.
-    fn choose(&mut self, options: &PassOptions<'_>) -> Result<(), SceneError> {
+    /// [preview](Renderer::preview_pass) with independent camera paths. Returns false if it was cancelled before the
+    /// choices were made; this is possible with several threads only.
+    fn choose(&mut self, options: &PassOptions<'_>) -> Result<bool, SceneError> {
         if self.prepared.integrator.has_chosen() {
-            return Ok(());
+            return Ok(true);
         }
-        let prepared = self.prepared.clone();
         let threads = Work::new(options).threads();
-        if threads > 1 && self.film.first_missing() == 0 && !self.film.has_preview() {
-            std::thread::scope(|scope| {
-                let chooser = scope.spawn(|| prepared.choose());
+        if threads > 1 {
+            let (ended, end) = channel();
+            let prepared = self.prepared.clone();
+            // Not scoped: a cancel does not wait for it.
+            let chooser = std::thread::Builder::new().spawn(move || {
+                prepared.choose();
+                let _ = ended.send(());
+            });
+            if self.film.first_missing() == 0 && !self.film.has_preview() {
                 let plain = PassOptions { threads: threads - 1, progress: None, ..*options };
-                let shown = self.preview_pass(&plain);
-                // A panic of `choose` occurs again in the call below.
-                let _ = chooser.join();
-                shown
-            })?;
+                self.preview_pass(&plain)?;
+            }
+            // It ends without a message after a panic, which occurs again in the call below.
+            while chooser.is_ok() && end.recv_timeout(POLL) == Err(RecvTimeoutError::Timeout) {
+                if options.cancel.load(Ordering::Relaxed) {
+                    return Ok(false);
+                }
+            }
         }
-        prepared.choose();
-        let light_paths = prepared.integrator.light_paths();
-        if light_paths > 0 || prepared.integrator.shares_paths() {
+        self.prepared.choose();
+        let light_paths = self.prepared.integrator.light_paths();
+        if light_paths > 0 || self.prepared.integrator.shares_paths() {
             // The preview's samples differ from those of this choice.
             self.film.set_preview(None);
         }
-        self.film.take_light(light_paths)
+        self.film.take_light(light_paths)?;
+        Ok(true)
     }
 
     /// Renders tiles and light paths in parallel.
@@ -115,12 +158,14 @@ impl Renderer {
         let costs: Vec<AtomicU64> = self.order.costs().iter().map(|&c| AtomicU64::new(c)).collect();
         let grid = self.film.tiles();
         let preview = self.film.take_preview();
+        let estimates_error = self.film.identity().estimates_error;
         let film = self.film.share();
         // Ray counts, added once per worker.
         let rays = Mutex::new(RayStats::default());
         let p = &self.prepared;
         let complete = work.run(tiles.len() + light.len(), |mut tasks| {
             let mut buffers = TileBuffers::new(p);
+            buffers.estimates_error = estimates_error;
             if let Some(photons) = &photons {
                 buffers.find_photons(photons.clone());
             }
@@ -128,7 +173,7 @@ impl Renderer {
             let mut light_buffers = LightBuffers::new(p);
             let stop = tasks.stop();
             while let Some(task) = tasks.next() {
-                let Some(TileTask { tile, missing }) = tiles.get(task) else {
+                let Some(TileTask { tile, half, missing }) = tiles.get(task) else {
                     let paths = light.get(task - tiles.len());
                     if paths.is_some_and(|paths| !light_buffers.render(paths, &film, stop)) {
                         tasks.mark_unfinished();
@@ -136,8 +181,8 @@ impl Renderer {
                     continue;
                 };
                 let before = buffers.stats.total();
-                let finished = buffers.render(&grid.rect(*tile), missing, stop);
-                buffers.deposit(*tile, &finished, &film);
+                let finished = buffers.render(&grid.rect(*tile), *half, missing, stop);
+                buffers.deposit((*tile, *half), &finished, &film);
                 if finished.len() < missing.iter().map(|r| r.end - r.start).sum() {
                     tasks.mark_unfinished();
                 } else {

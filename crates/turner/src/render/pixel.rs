@@ -3,10 +3,11 @@
 use super::tile::TileBuffers;
 use super::work::Stop;
 use crate::film::{Antialias, Film, FilmDesc};
+use crate::filter::Filter;
 use crate::integrator::{Prepared, Radiance};
 use crate::sampler::SampleId;
 use crate::schema::SceneError;
-use crate::view::{check_pixel, place_of};
+use crate::view::{View, check_pixel, place_of};
 
 /// The maximum number of samples in a [`PixelRecord`].
 pub const MAX_LISTED: usize = 1 << 16;
@@ -19,7 +20,8 @@ pub struct PixelRecord {
     /// Row, from 0 at the top.
     pub y: u32,
     /// Its samples, at most [`MAX_LISTED`]. With "mean": those of the pixel and its neighbours, row by row. With
-    /// "adaptive": the corners in the order of evaluation. Otherwise: by index.
+    /// "adaptive": the corners in the order of evaluation. Otherwise: by index; where the filter weights samples, those
+    /// that it reaches.
     pub samples: Vec<SampleRecord>,
     /// The number of samples.
     pub count: u64,
@@ -57,6 +59,8 @@ pub struct Square {
 /// The samples that [`TileBuffers`] records.
 #[derive(Default)]
 pub(super) struct Log {
+    /// Where the filter weights samples: what reaches the pixel.
+    reach: Option<Reach>,
     pub(super) samples: Vec<(SampleId, Radiance)>,
     pub(super) count: u64,
     /// On the finest grid: corner, side, spread.
@@ -64,10 +68,30 @@ pub(super) struct Log {
 }
 
 impl Log {
-    pub(super) fn traced(&mut self, ids: &[SampleId], radiance: &[Radiance]) {
-        self.count += ids.len() as u64;
-        let room = MAX_LISTED.saturating_sub(self.samples.len());
-        self.samples.extend(ids.iter().copied().zip(radiance.iter().copied()).take(room));
+    pub(super) fn traced(&mut self, view: &View, ids: &[SampleId], radiance: &[Radiance]) {
+        for (id, radiance) in ids.iter().zip(radiance) {
+            if self.reach.as_ref().is_some_and(|reach| reach.weight(place_of(view, id)) == 0.0) {
+                continue;
+            }
+            self.count += 1;
+            if self.samples.len() < MAX_LISTED {
+                self.samples.push((*id, *radiance));
+            }
+        }
+    }
+}
+
+/// The filter of one pixel.
+#[derive(Clone)]
+struct Reach {
+    filter: Filter,
+    center: [f64; 2],
+}
+
+impl Reach {
+    /// The weight of a sample at a position of the picture, relative to the pixel's centre.
+    fn weight(&self, place: [f64; 2]) -> f64 {
+        self.filter.weight(place[0] - self.center[0]) * self.filter.weight(place[1] - self.center[1])
     }
 }
 
@@ -82,19 +106,25 @@ pub fn pixel(p: &Prepared, x: u32, y: u32) -> Result<PixelRecord, SceneError> {
     let desc = FilmDesc { crop: Some([x, y, 1, 1]), auto_exposure: false, ..view.film.clone() };
     let mut film = Film::new(&desc)?;
     let mut buffers = TileBuffers::new(p);
-    buffers.log = Some(Box::default());
-    let region = film.region;
+    let reach = desc
+        .weights_samples()
+        .then(|| Reach { filter: desc.filter(), center: [f64::from(x) + 0.5, f64::from(y) + 0.5] });
+    buffers.log = Some(Box::new(Log { reach: reach.clone(), ..Log::default() }));
+    buffers.region = film.region;
     let all = 0..u64::from(desc.samples_per_pixel());
-    let finished = buffers.render(&region, std::slice::from_ref(&all), Stop::NEVER);
-    // The region has at most three columns and rows: one tile.
-    buffers.deposit(0, &finished, &film.share());
-    let color = film.develop(&desc).linear.first().copied().unwrap_or([f32::NAN; 4]);
+    for tile in 0..film.tiles().count() {
+        let finished =
+            buffers.render(&film.tiles().rect(tile), None, std::slice::from_ref(&all), Stop::NEVER);
+        buffers.deposit((tile, None), &finished, &film.share());
+    }
+    let color = film.develop(&desc, 1).linear.first().copied().unwrap_or([f32::NAN; 4]);
     let log = buffers.log.take().unwrap_or_default();
     let adaptive = desc.antialias == Antialias::Adaptive;
     let cells = f64::from(1u32 << desc.max_subdivisions);
     let finite = |r: &Radiance| r.color.is_finite() && r.alpha.is_finite();
     let counted = log.samples.iter().filter(|(_, r)| finite(r)).count() as f64;
     let counted = counted + (log.count - log.samples.len() as u64) as f64;
+    let total = film.weight(x, y);
     let samples = log.samples.iter().map(|&(id, radiance)| {
         let (place, weight) = if adaptive {
             let touching = |[left, top]: [u32; 2], size: u32| {
@@ -109,7 +139,9 @@ pub fn pixel(p: &Prepared, x: u32, y: u32) -> Result<PixelRecord, SceneError> {
                 .sum();
             ([f64::from(id.x) / cells, f64::from(id.y) / cells], weight)
         } else {
-            (place_of(view, &id), if finite(&radiance) { 1.0 / counted } else { 0.0 })
+            let place = place_of(view, &id);
+            let weight = reach.as_ref().map_or(1.0 / counted, |reach| reach.weight(place) / total);
+            (place, if finite(&radiance) { weight } else { 0.0 })
         };
         SampleRecord {
             id,

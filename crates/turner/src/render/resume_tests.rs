@@ -8,7 +8,8 @@ use proptest::prelude::*;
 use super::{PassOptions, PassRange, Renderer, TileSet};
 use crate::color::Spectrum;
 use crate::description::{ObjectDesc, SceneDesc, SceneLight};
-use crate::film::{Antialias, Film, SampleSet};
+use crate::film::{Antialias, Aov, Aovs, Film, SampleSet};
+use crate::filter::FilterKind;
 use crate::integrator::{Caustics, IntegratorDesc, PathDesc, Prepared, SharedPathsMode};
 use crate::light::{LightDesc, PointDesc};
 use crate::material::{MaterialDesc, PrincipledMaterial};
@@ -16,20 +17,48 @@ use crate::math::DVec3;
 use crate::schema::{ColorSource, ErrorCode, Limits, MaterialId, Named, PrepareOptions};
 use crate::shape::{PlaneDesc, ShapeDesc, SphereDesc};
 
-const KINDS: [&str; 6] = ["path", "shared-paths", "light", "photons", "adaptive", "one"];
+pub(super) const KINDS: [&str; 14] = [
+    "path",
+    "shared-paths",
+    "light",
+    "photons",
+    "adaptive",
+    "one",
+    "tent",
+    "light-gaussian",
+    "shared-wide",
+    "aovs",
+    "shared-aovs",
+    "tent-aovs",
+    "adaptive-aovs",
+    "one-aovs",
+];
 
 /// A glass sphere and a diffuse one on a floor under a point light.
-fn scene(kind: &str) -> Prepared {
+pub(super) fn scene(kind: &str) -> Prepared {
     let mut desc = SceneDesc::default();
     (desc.film.width, desc.film.height) = (53, 37);
     (desc.film.antialias, desc.film.samples) = (Antialias::MonteCarlo, 6);
     let (mut caustics, mut shared_paths) = (Caustics::Off, SharedPathsMode::Off);
+    if kind.ends_with("aovs") {
+        desc.film.aovs = Aovs::new(&Aov::all().collect::<Vec<_>>());
+    }
     match kind {
-        "shared-paths" => shared_paths = SharedPathsMode::Always,
+        "shared-aovs" | "shared-paths" => shared_paths = SharedPathsMode::Always,
+        "shared-wide" => {
+            shared_paths = SharedPathsMode::Always;
+            (desc.film.filter, desc.film.filter_radius) = (FilterKind::BlackmanHarris, Some(3.5));
+        }
+        "tent" | "tent-aovs" => desc.film.filter = FilterKind::Tent,
         "light" => caustics = Caustics::LightTracing,
+        "light-gaussian" => {
+            (caustics, desc.film.filter) = (Caustics::LightTracing, FilterKind::Gaussian);
+        }
         "photons" => (caustics, desc.film.samples) = (Caustics::Full, 3),
-        "adaptive" => (desc.film.antialias, desc.film.max_subdivisions) = (Antialias::Adaptive, 2),
-        "one" => desc.film.antialias = Antialias::None,
+        "adaptive" | "adaptive-aovs" => {
+            (desc.film.antialias, desc.film.max_subdivisions) = (Antialias::Adaptive, 2)
+        }
+        "one" | "one-aovs" => desc.film.antialias = Antialias::None,
         _ => {}
     }
     desc.integrator =
@@ -54,14 +83,14 @@ fn scene(kind: &str) -> Prepared {
     let scene = desc.prepare(&PrepareOptions::default()).unwrap();
     assert_eq!(
         scene.path().is_some_and(|path| path.caustics().is_some()),
-        ["light", "photons"].contains(&kind),
+        ["light", "photons", "light-gaussian"].contains(&kind),
         "{kind}"
     );
-    assert_eq!(scene.integrator.shares_paths(), kind == "shared-paths");
+    assert_eq!(scene.integrator.shares_paths(), kind.starts_with("shared"));
     scene
 }
 
-fn complete_film(scene: &Prepared) -> Film {
+pub(super) fn complete_film(scene: &Prepared) -> Film {
     let mut renderer = Renderer::new(scene.clone()).unwrap();
     let options = PassOptions { threads: 2, cancel: &AtomicBool::new(false), progress: None };
     assert!(renderer.pass(u32::MAX, &options).unwrap() && renderer.is_complete());
@@ -98,7 +127,8 @@ fn a_cancelled_pass_that_continues_counts_nothing_twice() {
                 renderer.film.to_bytes() == uninterrupted.to_bytes(),
                 "{kind}: {threads} {samples} {stops:?}"
             );
-            let (a, b) = (renderer.film.develop(&scene.view.film), uninterrupted.develop(&scene.view.film));
+            let (a, b) =
+                (renderer.film.develop(&scene.view.film, 1), uninterrupted.develop(&scene.view.film, 1));
             assert!(a == b, "{kind}");
         }
     }
@@ -188,7 +218,7 @@ proptest! {
         let scene = scene(kind);
         let (merged, uninterrupted) = (split_and_merged(&scene, &owners, &order), complete_film(&scene));
         prop_assert!(merged.to_bytes() == uninterrupted.to_bytes(), "{}", kind);
-        prop_assert_eq!(merged.develop(&scene.view.film), uninterrupted.develop(&scene.view.film));
+        prop_assert_eq!(merged.develop(&scene.view.film, 1), uninterrupted.develop(&scene.view.film, 1));
     }
 
     #[test]
@@ -292,7 +322,7 @@ fn a_preview_shows_every_pixel_and_changes_no_byte() {
         }
         assert!(coarse.linear.iter().any(|p| *p != coarse.linear[0]));
         if kind == "one" {
-            let finished = complete_film(&scene).develop(&scene.view.film);
+            let finished = complete_film(&scene).develop(&scene.view.film, 1);
             assert!((0..37).step_by(4).all(|y| coarse.linear[y * 53 + 8] == finished.linear[y * 53 + 8]));
         }
         // Tiles with samples show them.
@@ -306,22 +336,33 @@ fn a_preview_shows_every_pixel_and_changes_no_byte() {
         // Where pixels do not share paths, no sample is traced twice.
         let pixels = u64::from(scene.view.film.samples_per_pixel()) * 53 * 37;
         match kind {
-            "path" | "light" | "one" => assert_eq!(renderer.stats.camera, pixels, "{kind}"),
+            "path" | "light" | "one" | "tent" | "light-gaussian" => {
+                assert_eq!(renderer.stats.camera, pixels, "{kind}")
+            }
             "photons" => assert_eq!(renderer.stats.camera, pixels + rays),
             _ => assert!(renderer.stats.camera > pixels, "{kind}"),
         }
         assert!(renderer.film.to_bytes() == uninterrupted.to_bytes(), "{kind}");
-        assert!(renderer.film.develop(&scene.view.film) == uninterrupted.develop(&scene.view.film), "{kind}");
+        assert!(
+            renderer.film.develop(&scene.view.film, 1) == uninterrupted.develop(&scene.view.film, 1),
+            "{kind}"
+        );
     }
 }
 
 #[test]
-fn a_cancelled_preview_shows_what_it_has() {
+fn a_cancelled_preview_is_coarser() {
     let scene = scene("path");
     let cancel = AtomicBool::new(false);
-    let stop = |done: usize, _: usize| cancel.store(done == 3, Ordering::Relaxed);
-    let options = PassOptions { threads: 1, cancel: &cancel, progress: Some(&stop) };
-    let mut renderer = Renderer::new(scene.clone()).unwrap();
-    assert!(!renderer.preview_pass(&options).unwrap());
-    assert_eq!(renderer.develop().missing, 53 * (37 - 12));
+    for (rows, missing) in [(1, 53 * (37 - 32)), (2, 0)] {
+        let stop = |done: usize, _: usize| cancel.store(done == rows, Ordering::Relaxed);
+        let options = PassOptions { threads: 1, cancel: &cancel, progress: Some(&stop) };
+        let mut renderer = Renderer::new(scene.clone()).unwrap();
+        cancel.store(false, Ordering::Relaxed);
+        assert!(!renderer.preview_pass(&options).unwrap());
+        let coarse = renderer.develop();
+        assert_eq!((coarse.missing, renderer.is_covered()), (missing, rows == 2));
+        // Blocks of 32 x 32 pixels have one colour.
+        assert!((0..32 * 53).all(|i| coarse.linear[i] == coarse.linear[i % 53 / 32 * 32]));
+    }
 }

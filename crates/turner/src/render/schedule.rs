@@ -7,7 +7,7 @@
 
 use std::ops::Range;
 
-use crate::film::Film;
+use crate::film::{Film, Half};
 
 /// A set of tiles of a film, by index: row by row from the top left ([`crate::film::TileGrid`]).
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -58,25 +58,41 @@ pub(super) struct Schedule {
     /// In ascending order.
     tiles: Vec<usize>,
     light_paths: u64,
+    /// One more than the last sample index whose light paths are traced.
+    light_end: u32,
 }
 
 impl Schedule {
     pub(super) fn new(range: &PassRange, film: &Film) -> Schedule {
-        let all = film.identity().samples;
+        let all = film.index_goal();
         let samples = range.samples.start.min(all)..range.samples.end.min(all);
         Schedule {
             samples,
             tiles: range.tiles.indices(film.tiles().count()),
             light_paths: film.identity().light_paths,
+            light_end: if film.identity().adaptive { film.mean_goal() } else { all },
         }
     }
 
-    /// For each tile the indices in `samples` that it lacks; complete tiles are omitted.
+    /// For each tile the indices in `samples` that it lacks; complete tiles are omitted. Where the halves of a tile lack
+    /// different samples, each is a task.
     pub(super) fn tiles(&self, film: &Film, samples: &Range<u32>) -> Vec<TileTask> {
-        let asked = u64::from(samples.start)..u64::from(samples.end);
-        let tasks =
-            self.tiles.iter().map(|&tile| TileTask { tile, missing: film.held(tile).missing(asked.clone()) });
-        tasks.filter(|task| !task.missing.is_empty()).collect()
+        let missing = |tile: usize, half: Half| {
+            let end = u64::from(samples.end).min(film.goal(tile, half));
+            film.held_half(tile, half).missing(u64::from(samples.start)..end)
+        };
+        let mut tasks = Vec::new();
+        for &tile in &self.tiles {
+            let [even, odd] = Half::BOTH.map(|half| missing(tile, half));
+            if even == odd {
+                tasks.push(TileTask { tile, half: None, missing: even });
+            } else {
+                tasks.push(TileTask { tile, half: Some(Half::Even), missing: even });
+                tasks.push(TileTask { tile, half: Some(Half::Odd), missing: odd });
+            }
+        }
+        tasks.retain(|task| !task.missing.is_empty());
+        tasks
     }
 
     /// The total number of missing samples, summed over tiles.
@@ -93,7 +109,10 @@ impl Schedule {
     /// The light paths of `samples` that the film lacks and that belong to this pass.
     pub(super) fn missing_light(&self, film: &Film, samples: &Range<u32>) -> Vec<Range<u64>> {
         match film.splats() {
-            Some(splats) if self.tiles.first() == Some(&0) => splats.held().missing(self.light(samples)),
+            Some(splats) if self.tiles.first() == Some(&0) => {
+                let end = samples.end.min(self.light_end).max(samples.start);
+                splats.held().missing(self.light(&(samples.start..end)))
+            }
             _ => Vec::new(),
         }
     }
@@ -102,5 +121,7 @@ impl Schedule {
 /// A tile and the samples to trace.
 pub(super) struct TileTask {
     pub(super) tile: usize,
+    /// One half of its pixels; `None` for all of them.
+    pub(super) half: Option<Half>,
     pub(super) missing: Vec<Range<u64>>,
 }

@@ -2,7 +2,8 @@
 //!
 //! For each sample index, the samples of all pixels of the tile form one batch: pixel position, lens position,
 //! time, camera ray ([`take_points`]). The tracer turns the batch into radiance, which is added to sums that
-//! belong to this worker. At the end of the tile, the sums are added to the film under one lock.
+//! belong to this worker: the tile's pixels and, where the pixel filter weights samples, a border around them. At the
+//! end of the tile, the sums are added to the film, one lock for each row of tiles.
 //!
 //! Three cases differ. With shared paths, the batch covers all cells of pixels that the tile touches, since a
 //! pixel needs the paths of its cell; results outside the tile are discarded. Where samples take many rays, a
@@ -13,9 +14,13 @@ use std::ops::Range;
 use std::sync::Arc;
 
 use super::pixel::Log;
+use super::tile_aovs::TileAovs;
 use super::work::Stop;
 use crate::color::Spectrum;
-use crate::film::{Antialias, NonFinite, PixelRect, Preview, SampleSet, SharedFilm, TileSums};
+use crate::film::{
+    Antialias, HALF_SQUARE, Half, NonFinite, PixelRect, Preview, SampleSet, SampleValues, SharedFilm,
+    TileSums,
+};
 use crate::filter::Filter;
 use crate::integrator::path::CELL;
 use crate::integrator::{CameraSamples, PhotonMap, Prepared, Radiance, RayStats, Tracer};
@@ -27,15 +32,29 @@ use crate::view::{place, take_points};
 /// that tiles are traced in strips.
 const MOST_RAYS: u64 = if cfg!(test) { 128 } else { 8192 };
 
+/// Pixels that share paths are in the same half.
+const _: () = assert!(CELL == HALF_SQUARE);
+
 /// A worker's state for tiles, reused from tile to tile.
 pub(super) struct TileBuffers<'a> {
     pub(super) p: &'a Prepared,
     tracer: Box<dyn Tracer + 'a>,
+    /// Places the samples.
     pub(super) filter: Filter,
+    /// The pixel filter, if it weights samples in several pixels.
+    pub(super) reconstruction: Option<Filter>,
+    /// The region of the film.
+    pub(super) region: PixelRect,
+    /// The half of the tile to render; `None` for all of it.
+    half: Option<Half>,
+    /// Rays of the tile's samples with an index above 0.
+    rays: u64,
+    /// Whether the film estimates its error.
+    pub(super) estimates_error: bool,
     /// The results, with one sample per pixel.
     pub(super) pixels: Vec<Radiance>,
     /// The sums, with more samples per pixel.
-    sums: TileSums,
+    pub(super) sums: TileSums,
     /// The non-finite samples of the tile.
     pub(super) non_finite: NonFinite,
     pub(super) stats: RayStats,
@@ -43,6 +62,8 @@ pub(super) struct TileBuffers<'a> {
     pub(super) radiance: Vec<Radiance>,
     /// Samples and radiance of the strips of this tile that are already traced.
     earlier: (Vec<SampleId>, Vec<Radiance>),
+    /// The values of AOVs, if the film has any.
+    pub(super) aovs: Option<TileAovs<'a>>,
     /// A recent estimate of the number of rays per sample.
     rays_per_sample: u64,
     /// The photon map of the current sample index, if camera paths merge with photons.
@@ -56,10 +77,21 @@ pub(super) struct TileBuffers<'a> {
 
 impl<'a> TileBuffers<'a> {
     pub(super) fn new(p: &'a Prepared) -> TileBuffers<'a> {
+        let aovs = TileAovs::new(p);
+        let mut tracer = p.tracer();
+        if let Some(aovs) = &aovs {
+            aovs.of_samples.ask(&mut *tracer);
+        }
         TileBuffers {
             p,
-            tracer: p.tracer(),
-            filter: p.view.film.filter(),
+            tracer,
+            aovs,
+            filter: p.view.film.placement(),
+            reconstruction: p.view.film.weights_samples().then(|| p.view.film.filter()),
+            region: p.view.film.region(),
+            half: None,
+            rays: 0,
+            estimates_error: false,
             pixels: Vec::new(),
             sums: TileSums::default(),
             non_finite: NonFinite::default(),
@@ -85,6 +117,8 @@ impl<'a> TileBuffers<'a> {
     /// depend on one another.
     pub(super) fn reuse_preview(&mut self, preview: Option<&'a Preview>) {
         let alone = !self.p.integrator.shares_paths() && !self.finds_photons;
+        // A preview holds no AOVs.
+        let alone = alone && self.aovs.is_none();
         self.preview = preview.filter(|_| alone && self.p.view.film.antialias != Antialias::Adaptive);
     }
 
@@ -98,10 +132,18 @@ impl<'a> TileBuffers<'a> {
         }
     }
 
-    /// Renders samples of all pixels of a tile; `stats` accumulates over tiles. Returns the finished samples:
-    /// all, unless stopped.
-    pub(super) fn render(&mut self, tile: &PixelRect, samples: &[Range<u64>], stop: Stop<'_>) -> SampleSet {
-        let one_sample = self.p.view.film.samples_per_pixel() == 1;
+    /// Renders samples of all pixels of a tile, or of one half of them; `stats` accumulates over tiles. Returns the
+    /// finished samples: all, unless stopped.
+    pub(super) fn render(
+        &mut self,
+        tile: &PixelRect,
+        half: Option<Half>,
+        samples: &[Range<u64>],
+        stop: Stop<'_>,
+    ) -> SampleSet {
+        self.half = half;
+        self.rays = 0;
+        let one_sample = self.p.view.film.is_one_sample();
         let mut finished = SampleSet::default();
         self.pixels.clear();
         self.non_finite = NonFinite::default();
@@ -109,13 +151,14 @@ impl<'a> TileBuffers<'a> {
             if !samples.is_empty() {
                 self.prepare(0);
                 if self.render_adaptive(tile, stop) {
+                    self.add_aovs_of_centers(tile);
                     finished.insert(0..1);
                 }
             }
             return finished;
         }
         if !one_sample {
-            self.sums.reset(*tile, 0);
+            self.begin_sums(tile);
         }
         // One sample index of all pixels per batch. Batches of four indices (1024 samples) were tried: path
         // tracers are 2 to 9 % slower, because the state of the paths no longer fits in the caches.
@@ -124,8 +167,12 @@ impl<'a> TileBuffers<'a> {
             if stop.is_set() {
                 break;
             }
+            let before = self.stats.total();
             if !self.render_sample(tile, &traced, index as u32, stop) {
                 break;
+            }
+            if index > 0 {
+                self.rays += self.stats.total() - before;
             }
             finished.insert(index..index + 1);
             if one_sample {
@@ -133,14 +180,43 @@ impl<'a> TileBuffers<'a> {
                 self.check_pixels(tile);
                 continue;
             }
-            let sums = self.sums.pixels.iter_mut();
-            for ((sum, id), radiance) in sums.zip(&self.samples.ids).zip(&self.radiance) {
-                if !sum.add_or_omit(radiance.color, radiance.alpha) {
+            self.add_samples();
+        }
+        finished
+    }
+
+    /// Adds the samples of one index to the sums.
+    fn add_samples(&mut self) {
+        if self.aovs.is_some() {
+            return self.add_samples_with_aovs();
+        }
+        let samples = self.samples.ids.iter().zip(&self.radiance);
+        if let Some(filter) = &self.reconstruction {
+            for (id, &Radiance { color, alpha }) in samples {
+                let at = place(&self.p.view, &self.filter, id);
+                let values = SampleValues { color, alpha, extra: &[], index: id.index };
+                if !self.sums.splat(filter, at, &values) {
                     self.non_finite.note(id.x, id.y, id.index);
                 }
             }
+            return;
         }
-        finished
+        if self.estimates_error {
+            let PixelRect { x, y, width, .. } = self.sums.rect();
+            for (id, &Radiance { color, alpha }) in samples {
+                let i = ((id.y - y) * width + id.x - x) as usize;
+                let values = SampleValues { color, alpha, extra: &[], index: id.index };
+                if !self.sums.add_weighted(i, &values, 1.0) {
+                    self.non_finite.note(id.x, id.y, id.index);
+                }
+            }
+            return;
+        }
+        for (sum, (id, radiance)) in self.sums.pixels.iter_mut().zip(samples) {
+            if !sum.add_or_omit(radiance.color, radiance.alpha) {
+                self.non_finite.note(id.x, id.y, id.index);
+            }
+        }
     }
 
     /// Traces one sample of each pixel of a tile; `traced` is the rectangle of pixels that share paths with them.
@@ -155,6 +231,9 @@ impl<'a> TileBuffers<'a> {
         // Without shared paths, `traced` equals the tile.
         self.earlier.0.clear();
         self.earlier.1.clear();
+        if let Some(aovs) = &mut self.aovs {
+            aovs.forget_earlier();
+        }
         for first in (0..tile.height).step_by(rows as usize) {
             if stop.is_set() {
                 return false;
@@ -164,9 +243,15 @@ impl<'a> TileBuffers<'a> {
             self.render_strip(&strip, &strip, index);
             self.earlier.0.append(&mut self.samples.ids);
             self.earlier.1.append(&mut self.radiance);
+            if let Some(aovs) = &mut self.aovs {
+                aovs.keep();
+            }
         }
         std::mem::swap(&mut self.earlier.0, &mut self.samples.ids);
         std::mem::swap(&mut self.earlier.1, &mut self.radiance);
+        if let Some(aovs) = &mut self.aovs {
+            aovs.take_kept();
+        }
         true
     }
 
@@ -184,9 +269,11 @@ impl<'a> TileBuffers<'a> {
     fn render_strip(&mut self, tile: &PixelRect, traced: &PixelRect, index: u32) {
         let before = self.stats.total();
         let film = &self.p.view.film;
-        let preview = self.preview.filter(|_| index == 0);
+        let preview = self.preview.filter(|_| index == 0 && self.half.is_none());
+        let half = self.half;
         let points = (traced.y..traced.y + traced.height)
             .flat_map(|y| (traced.x..traced.x + traced.width).map(move |x| (x, y)))
+            .filter(|(x, y)| half.is_none_or(|half| Half::of(*x, *y) == half))
             .filter(|(x, y)| preview.and_then(|p| p.traced(*x, *y)).is_none())
             .map(|(x, y)| {
                 let id = SampleId { x, y, index, seed: u64::from(film.seed) };
@@ -199,7 +286,7 @@ impl<'a> TileBuffers<'a> {
             self.discard_outside(tile);
         }
         if let Some(log) = &mut self.log {
-            log.traced(&self.samples.ids, &self.radiance);
+            log.traced(&self.p.view, &self.samples.ids, &self.radiance);
         }
         self.clamp_samples();
         if let Some(preview) = preview {
@@ -225,14 +312,22 @@ impl<'a> TileBuffers<'a> {
     }
 
     /// Adds the finished samples to the film.
-    pub(super) fn deposit(&self, tile: usize, finished: &SampleSet, film: &SharedFilm<'_>) {
+    pub(super) fn deposit(
+        &self,
+        (tile, half): (usize, Option<Half>),
+        finished: &SampleSet,
+        film: &SharedFilm<'_>,
+    ) {
         if finished.is_empty() {
             return;
         }
-        if self.p.view.film.samples_per_pixel() == 1 {
+        if self.p.view.film.is_one_sample() {
             film.deposit_samples(tile, self.pixels.iter().map(|r| (r.color, r.alpha)), &self.non_finite);
         } else {
-            film.deposit_sums(tile, &self.sums, finished, &self.non_finite);
+            let added = film.deposit_sums((tile, half), &self.sums, finished, &self.non_finite, self.rays);
+            if let Some(aovs) = self.aovs.as_ref().filter(|_| added) {
+                film.deposit_labels(tile, &aovs.labels);
+            }
         }
     }
 
@@ -267,6 +362,9 @@ impl<'a> TileBuffers<'a> {
                 }
             }
         }
+        if let Some(aovs) = &mut self.aovs {
+            aovs.of_samples.take(&self.samples, &self.radiance, self.tracer.details());
+        }
     }
 
     /// The pixels to trace for a tile: all cells that it touches, if pixels share paths.
@@ -286,6 +384,10 @@ impl<'a> TileBuffers<'a> {
         let is_within = |id: &SampleId| {
             (tile.x..tile.x + tile.width).contains(&id.x) && (tile.y..tile.y + tile.height).contains(&id.y)
         };
+        if let Some(aovs) = &mut self.aovs {
+            let ids = &self.samples.ids;
+            aovs.of_samples.retain(|i| ids.get(i).is_some_and(is_within));
+        }
         let mut ids = self.samples.ids.iter();
         self.radiance.retain(|_| ids.next().is_some_and(is_within));
         self.samples.ids.retain(is_within);
@@ -297,7 +399,7 @@ impl<'a> TileBuffers<'a> {
         take_points(&self.p.view, &mut self.samples, points);
         self.trace();
         if let Some(log) = &mut self.log {
-            log.traced(&self.samples.ids, &self.radiance);
+            log.traced(&self.p.view, &self.samples.ids, &self.radiance);
         }
         self.clamp_samples();
         &self.radiance

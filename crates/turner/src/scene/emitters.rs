@@ -51,6 +51,8 @@ pub struct LightSample {
     pub is_delta: bool,
     /// The index of the scene's light; [`NO_LIGHT`] for an emissive shape.
     pub light: u32,
+    /// The index of the primitive of an emissive shape; [`NO_LIGHT`] for a light.
+    pub primitive: u32,
 }
 
 /// The index of no light.
@@ -67,6 +69,7 @@ impl LightSample {
             pdf: s.pdf,
             is_delta: false,
             light,
+            primitive: NO_LIGHT,
         }
     }
 }
@@ -356,15 +359,24 @@ impl Light {
         if let Light::Environment(l) = self {
             return l.sample(u).map(|s| LightSample::of_environment(s, light));
         }
+        let primitive = NO_LIGHT;
         if let Light::Directional(l) = self
             && let Some((to_light, radiance, pdf)) = l.sample(u)
         {
-            return Some(LightSample { to_light, finite: false, radiance, pdf, is_delta: false, light });
+            return Some(LightSample {
+                to_light,
+                finite: false,
+                radiance,
+                pdf,
+                is_delta: false,
+                light,
+                primitive,
+            });
         }
         let lit = self.illuminate_at(p, u)?;
         let to_light = if lit.finite { lit.to_light } else { lit.to_light.normalize() };
         let (finite, radiance) = (lit.finite, lit.intensity);
-        Some(LightSample { to_light, finite, radiance, pdf: 1.0, is_delta: true, light })
+        Some(LightSample { to_light, finite, radiance, pdf: 1.0, is_delta: true, light, primitive })
     }
 
     /// Estimate of the power that reaches the scene, for the choice of lights: irradiance times the cross section of a

@@ -67,6 +67,12 @@ impl LightGroups {
 }
 
 impl Scene {
+    /// The group of a primitive, by its index in the prepared scene.
+    #[inline]
+    pub(crate) fn light_group_of(&self, primitive: u32) -> Option<u32> {
+        self.light_groups.of_primitive(self.primitives.get(primitive as usize)?.id)
+    }
+
     /// For each group its name, its number of lights, and its number of primitives.
     pub fn light_group_counts(&self) -> Vec<(&str, u64, u64)> {
         let groups = &self.light_groups;

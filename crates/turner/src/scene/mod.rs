@@ -26,6 +26,7 @@ pub(crate) mod rectangles;
 #[allow(clippy::module_inception)]
 pub(crate) mod scene;
 pub(crate) mod search_cost;
+pub(crate) mod shadow_catchers;
 pub(crate) mod shape_emitters;
 pub(crate) mod spectrum_block;
 pub(crate) mod sphere_culler;
@@ -44,5 +45,6 @@ pub use placed_emitters::LightChoice;
 pub use ray_batch::{RayBatch, RayOrigin};
 pub use scene::{Scene, SceneStats};
 pub use search_cost::SearchCost;
+pub use shadow_catchers::ShadowCatchers;
 pub use spectrum_block::SpectrumBlock;
 pub(crate) use volumes::Volumes;

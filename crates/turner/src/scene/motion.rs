@@ -16,6 +16,7 @@ use glam::DQuat;
 
 use crate::math::elementary::{acos, sin};
 use crate::math::{Bounds, DAffine3, DMat3, DVec3};
+use crate::scene::{Hit, Scene};
 use crate::schema::{ErrorCode, SceneError};
 
 /// A motion from one placement, at time 0, to another, at time 1.
@@ -93,6 +94,23 @@ impl Motion {
             before = corners;
         }
         bounds
+    }
+}
+
+impl Scene {
+    /// Where the surface point `p` of a hit at `time` is when the shutter opens and when it closes; `None` if the
+    /// object does not move.
+    pub(crate) fn ends_of_motion(
+        &self,
+        hit: &Hit,
+        p: DVec3,
+        time: f32,
+        shutter: [f64; 2],
+    ) -> Option<[DVec3; 2]> {
+        let primitive = self.primitives.get(hit.primitive as usize)?;
+        let motion = self.transforms.get(primitive.transform as usize)?.motion.as_ref()?;
+        let own = motion.at(f64::from(time)).inverse().transform_point3(p);
+        Some(shutter.map(|time| motion.at(time).transform_point3(own)))
     }
 }
 

@@ -13,6 +13,8 @@ use crate::schema::MaterialId;
 pub(crate) struct ObjectNames {
     names: Vec<String>,
     runs: Vec<Run>,
+    /// For each entry of the scene's list of objects: its first primitive, and its name or [`NO_NAME`].
+    entries: Vec<(u32, u32)>,
 }
 
 /// Primitives from `first` up to the next run.
@@ -87,9 +89,15 @@ impl NameCollector {
         }
     }
 
+    /// Primitive `first` and the following ones belong to the next entry of the scene's list of objects.
+    pub(crate) fn begin_entry(&mut self, first: u32, name: Option<u32>) {
+        self.names.entries.push((first, name.unwrap_or(NO_NAME)));
+    }
+
     /// Names an object that is not in the scene description.
     pub(crate) fn add_own(&mut self, first: u32, name: &str) {
         let number = self.number_of(name);
+        self.begin_entry(first, Some(number));
         self.add(first, None, Some(number));
     }
 
@@ -108,6 +116,24 @@ impl Scene {
         };
         let name = |number: u32| names.names.get(number as usize).map(String::as_str);
         ObjectName { own: name(run.inner), instance: name(run.outer) }
+    }
+
+    /// The entry of the scene's list of objects that a primitive belongs to, by the primitive's ID. The floor of the
+    /// default studio is an entry of its own.
+    pub fn entry_of(&self, primitive: u32) -> u32 {
+        let behind = self.object_names.entries.partition_point(|(first, _)| *first <= primitive);
+        behind.saturating_sub(1) as u32
+    }
+
+    /// The number of entries of the scene's list of objects, with the floor of the default studio.
+    pub fn entry_count(&self) -> usize {
+        self.object_names.entries.len()
+    }
+
+    /// The name of an entry of the scene's list of objects.
+    pub fn entry_name(&self, entry: u32) -> Option<&str> {
+        let (_, name) = self.object_names.entries.get(entry as usize)?;
+        self.object_names.names.get(*name as usize).map(String::as_str)
     }
 
     /// All object names of the scene in the order of the description, each once.

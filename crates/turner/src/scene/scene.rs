@@ -17,6 +17,7 @@ use crate::scene::emitters::Emitters;
 use crate::scene::light_groups::LightGroups;
 use crate::scene::motion::Motion;
 use crate::scene::names::ObjectNames;
+use crate::scene::shadow_catchers::ShadowCatchers;
 use crate::scene::sphere_culler::SphereCuller;
 use crate::scene::volumes::Volumes;
 use crate::scene::world_mesh::StaticWorldMesh;
@@ -65,8 +66,12 @@ pub struct Scene {
     pub emitters: Arc<Emitters>,
     /// Names of objects.
     pub(crate) object_names: Arc<ObjectNames>,
+    /// Names of materials, by id.
+    pub(crate) material_names: Arc<[Option<String>]>,
     /// Light groups of lights and objects.
     pub light_groups: LightGroups,
+    /// Objects of which the camera sees only the shadow on them.
+    pub shadow_catchers: ShadowCatchers,
     /// For each light its index in the description; `None` for those of the default studio.
     pub light_sources: Vec<Option<u32>>,
     /// Counts and sizes, for `turner info`.
@@ -148,6 +153,24 @@ impl ObjectTransform {
 }
 
 impl Scene {
+    /// Whether background, light groups, shadow catchers and names are those of another scene.
+    pub(crate) fn has_settings_of(&self, other: &Scene) -> bool {
+        self.background == other.background
+            && self.ambient == other.ambient
+            && self.light_groups == other.light_groups
+            && self.shadow_catchers == other.shadow_catchers
+            && self.light_sources == other.light_sources
+            && self.material_names == other.material_names
+    }
+
+    /// From the object space of a primitive.
+    pub(crate) fn to_world(&self, primitive: &Primitive) -> DAffine3 {
+        match primitive.transform {
+            NO_TRANSFORM => DAffine3::IDENTITY,
+            i => self.transforms[i as usize].to_world,
+        }
+    }
+
     /// Radiance of a ray that hits nothing: the environment, if there is one and the background shows it, else the
     /// background's colour.
     pub fn background_radiance(&self, direction: DVec3) -> Spectrum {
@@ -391,6 +414,11 @@ impl Scene {
     pub fn material_at(&self, hit: &Hit) -> &Material {
         let primitive = &self.primitives[hit.primitive as usize];
         &self.materials[self.material_of(primitive, &hit.shape).index()]
+    }
+
+    /// The name of a material of the description, if it has one.
+    pub fn material_name(&self, material: MaterialId) -> Option<&str> {
+        self.material_names.get(material.index())?.as_deref()
     }
 
     /// ID of the primitive that was hit: its index in the description, instances in order.

@@ -332,8 +332,16 @@ impl ShapeEmitter {
         }
         // The shadow ray ends just before the light.
         let end = s.q + s.n * (4.0 * ROUNDING * (self.reach + s.q.abs().max_element())).copysign(side);
-        let (to_light, pdf) = (end - p, s.pdf);
-        Some(LightSample { to_light, finite: true, radiance, pdf, is_delta: false, light: NO_LIGHT })
+        let (to_light, pdf, primitive) = (end - p, s.pdf, self.primitive);
+        Some(LightSample {
+            to_light,
+            finite: true,
+            radiance,
+            pdf,
+            is_delta: false,
+            light: NO_LIGHT,
+            primitive,
+        })
     }
 
     /// The shape, if it can be sampled in blocks of eight.
@@ -484,13 +492,4 @@ fn choose(choice: &AliasTable, u: f64) -> Option<(u32, f64)> {
     }
     let (i, probability, _) = choice.sample(u);
     Some((i, probability))
-}
-
-impl Scene {
-    pub(crate) fn to_world(&self, primitive: &Primitive) -> DAffine3 {
-        match primitive.transform {
-            NO_TRANSFORM => DAffine3::IDENTITY,
-            i => self.transforms[i as usize].to_world,
-        }
-    }
 }

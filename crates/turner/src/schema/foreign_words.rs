@@ -15,6 +15,7 @@ const BACKGROUND: &[&str] = &["[background]"];
 const SCENE: &[&str] = &["the scene"];
 const SHAPE: &[&str] = &["shape"];
 const MEDIUM: &[&str] = &["medium"];
+const AOV: &[&str] = &["aov"];
 
 macro_rules! words {
     ($($within:expr, $($word:literal)|+ => $remedy:literal;)*) => {
@@ -38,6 +39,7 @@ pub const KEYS: &[Foreign] = words! {
     OBJECT, "ior" | "transparency" | "transmission" | "refraction" | "glass" =>
         "this belongs in the material: `material = { type = \"dielectric\", ior = 1.5 }`";
     OBJECT, "opacity" | "alpha" => "opacity belongs in the material: `material = { opacity = 0.5 }`";
+    OBJECT, "isshadowcatcher" | "shadowmatte" | "matteshadow" => "write `shadow_catcher = true`";
     OBJECT, "emission" | "emissive" | "emit" | "glow" | "light" =>
         "an object emits light by its material: `material = { type = \"emissive\", strength = 5 }`";
     OBJECT, "bsdf" | "shader" | "surface" => "write the material in place: `material = { type = \"matte\" }`, or name it: `material = \"NAME\"`";
@@ -130,6 +132,7 @@ pub const KEYS: &[Foreign] = words! {
     LIGHT, "radius" | "size" | "softness" => "a light with an area has `type = \"sphere\"` and `radius`, or `type = \"rectangle\"`";
     LIGHT, "castshadow" | "shadow" | "shadows" | "shadowless" => "all lights cast shadows; `[integrator]` has `shadows = false` for `type = \"classic\"`";
     // Film.
+    FILM, "aov" | "passes" | "outputs" | "channels" | "renderpasses" | "layers" => "write `aovs = [\"albedo\", \"normal\"]`";
     FILM, "size" | "resolution" | "res" | "xresolution" | "yresolution" | "dimensions" => "write `width = 640` and `height = 480`, in pixels";
     FILM, "spp" | "samplesperpixel" | "pixelsamples" | "samplecount" | "quality" => "write `samples = 64`, the samples per pixel";
     FILM, "gamma" | "colorspace" | "colourspace" => "write `transfer = \"srgb\"`";
@@ -254,4 +257,25 @@ pub const KINDS: &[Foreign] = words! {
     MEDIUM, "fog" | "uniform" | "constant" | "scatter" | "absorption" => "write `type = \"homogeneous\"` with `extinction` and `albedo`";
     MEDIUM, "heterogeneous" | "nanovdb" | "vdb" | "openvdb" | "gridvolume" | "uniformgrid" => "write `type = \"grid\"` with `file`";
     MEDIUM, "cloud" => "write `type = \"smoke\"`";
+    // AOVs.
+    AOV, "n" | "normals" | "shnormal" | "shadingnormal" | "worldnormal" | "denoisingnormal" | "nn" => "write `normal`; `camera_normal` has the axes of the camera";
+    AOV, "ng" | "geonormal" | "truenormal" | "facenormal" => "write `geometric_normal`";
+    AOV, "diffusecolor" | "diffcol" | "denoisingalbedo" | "basecolor" | "color" | "diffuse" | "diffusefilter" | "glossycolor" => "write `albedo`";
+    AOV, "z" | "zdepth" | "mist" | "depthz" | "zbuffer" | "denoisingdepth" | "dd" | "dd.y" | "dd.y:depth" => "write `depth`; `distance` is measured along the ray";
+    AOV, "p" | "pos" | "pp" | "worldposition" | "pworld" | "pref" => "write `position`";
+    AOV, "st" | "texcoord" | "texturecoordinates" | "uvs" => "write `uv`";
+    AOV, "motionvector" | "motionvectors" | "vector" | "velocity" | "speed" => "write `motion`: pixels while the shutter is open";
+    AOV, "objectindex" | "indexob" | "id" | "ids" | "shapeindex" | "primindex" => "write `object_id`";
+    AOV, "materialindex" | "indexma" | "matid" => "write `material_id`";
+    AOV, "cryptomatte" | "crypto" => "write `crypto_object`, `crypto_material` or `crypto_asset`";
+    AOV, "noise" | "stderr" => "write `error`, or `variance`";
+    AOV, "samplevariance" | "luminancevariance" => "write `variance`";
+    AOV, "heatmap" | "rays" | "raycount" | "rendertime" | "time" | "debugsamplecount" => "write `cost`: the number of rays per sample";
+    AOV, "lightgroup" | "lights" | "lightselect" | "lightmix" | "rgbalights" => "write `light_groups`: a layer for each `light_group` of the scene";
+    AOV, "shadowcatcher" | "shadows" | "shadowmatte" => "write `shadow`, with `shadow_catcher = true` in an object";
+    AOV, "emit" | "emissive" | "env" | "environment" | "selfillum" => "write `emission`";
+    AOV, "diffusedirect" | "diffdir" | "glossydirect" | "glossdir" | "directlight" | "lighting" => "write `direct`";
+    AOV, "diffuseindirect" | "diffind" | "glossyindirect" | "glossind" | "gi" | "indirectlight" => "write `indirect`";
+    AOV, "beauty" | "combined" | "rgb" | "rgba" | "alpha" | "opacity" => "the colour and its alpha are always there: omit it";
+    AOV, "ao" | "ambientocclusion" | "wireframe" => "this is an integrator of its own: `turner list integrators`";
 };

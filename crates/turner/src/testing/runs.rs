@@ -43,7 +43,7 @@ pub fn render_runs(prepared: &Prepared, runs: u32, seed: u64, threads: usize) ->
         prepared.view.film.seed = random.bits() as u32;
         let mut renderer = Renderer::new(prepared)?;
         renderer.pass(u32::MAX, &PassOptions { threads, cancel: &never, progress: None })?;
-        let picture = renderer.film.develop(&renderer.prepared().view.film);
+        let picture = renderer.film.develop(&renderer.prepared().view.film, 1);
         (out.width, out.height) = (picture.width, picture.height);
         let alpha: f64 = picture.linear.iter().map(|p| f64::from(p[3])).sum();
         out.alpha += alpha / picture.linear.len() as f64 / f64::from(runs);

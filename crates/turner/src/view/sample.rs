@@ -87,7 +87,7 @@ pub(crate) fn sample_id(view: &View, x: u32, y: u32, index: u32) -> Result<Sampl
 
 /// The position of a sample, in pixels from the picture's top left corner; not for adaptive anti-aliasing.
 pub(crate) fn place_of(view: &View, id: &SampleId) -> [f64; 2] {
-    place(view, &view.film.filter(), id).into()
+    place(view, &view.film.placement(), id).into()
 }
 
 /// Replaces the batch by the sample at one position.

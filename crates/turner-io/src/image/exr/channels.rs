@@ -1,12 +1,14 @@
 //! Selects the channels of an EXR file that make up the image.
 
 use super::FORMAT;
+use crate::assets::printable;
 use crate::image::ImageError;
+use exr::meta::attribute::ChannelDescription;
 use exr::meta::header::Header;
 
-/// A layer, and for each of its channels the image channel that it becomes.
+/// Channels of a part, each with the image channel that it becomes.
 pub(super) struct Choice {
-    pub(super) layer: usize,
+    pub(super) part: usize,
     /// By index in the header's channel list; `None` if unused.
     pub(super) to: Vec<Option<u8>>,
     /// 1, 2, 3 or 4.
@@ -30,7 +32,7 @@ pub(super) fn choose(headers: &[Header], name: &str) -> Result<Choice, ImageErro
         .or_else(|| names.iter().find_map(|(layer, names)| in_any_named_layer(*layer, names)))
         .or_else(|| {
             names.iter().find(|(_, n)| n.len() == 1).map(|&(layer, _)| Choice {
-                layer,
+                part: layer,
                 to: vec![Some(0)],
                 channels: 1,
             })
@@ -41,10 +43,10 @@ pub(super) fn choose(headers: &[Header], name: &str) -> Result<Choice, ImageErro
         let found = format!("channels {} and without {}", all.join(", "), missing.join(", "));
         return Err(ImageError::unsupported(name, FORMAT, found, "R, G, B (and A), Y, or a single channel"));
     };
-    let list = &headers[choice.layer].channels.list;
+    let list = &headers[choice.part].channels.list;
     // Luminance/chroma files: Y alone would drop the colours.
     let chroma = list.iter().any(|c| matches!(c.name.as_slice(), b"RY" | b"BY"));
-    if (chroma && choice.channels < 3) || list.iter().any(|c| c.sampling.0 != 1 || c.sampling.1 != 1) {
+    if (chroma && choice.channels < 3) || list.iter().any(is_subsampled) {
         let found = "luminance and chroma or subsampled channels";
         return Err(ImageError::unsupported(name, FORMAT, found, "R, G, B at full resolution"));
     }
@@ -58,7 +60,7 @@ fn in_layer(layer: usize, names: &[String], prefix: &str) -> Option<Choice> {
             let at = names.iter().position(|n| n.strip_prefix(prefix) == Some(suffix))?;
             to[at] = Some(i as u8);
         }
-        Some(Choice { layer, to, channels: set.len() as u8 })
+        Some(Choice { part: layer, to, channels: set.len() as u8 })
     })
 }
 
@@ -72,4 +74,113 @@ fn in_any_named_layer(layer: usize, names: &[String]) -> Option<Choice> {
         last = prefix;
         in_layer(layer, names, prefix)
     })
+}
+
+/// Whether a channel has less than one sample per pixel.
+pub(super) fn is_subsampled(channel: &ChannelDescription) -> bool {
+    channel.sampling.0 != 1 || channel.sampling.1 != 1
+}
+
+/// The names of the channels of each part. In files of several parts the channels of a part with a name get it as a
+/// prefix, unless they have it already.
+pub(super) fn full_names(headers: &[Header]) -> Vec<Vec<String>> {
+    let many = headers.len() > 1;
+    let part = |header: &Header| {
+        let prefix = header.own_attributes.layer_name.as_ref().filter(|_| many).map(|n| format!("{n}."));
+        let prefix = prefix.filter(|p| p.len() > 1).unwrap_or_default();
+        let full = |name: String| if name.starts_with(&prefix) { name } else { format!("{prefix}{name}") };
+        header.channels.list.iter().map(|c| full(c.name.to_string())).collect()
+    };
+    headers.iter().map(part).collect()
+}
+
+/// The components of a layer that make up an image, in order of preference and in lower case.
+const COMPONENTS: &[&[&str]] = &[
+    &["r", "g", "b", "a"],
+    &["r", "g", "b"],
+    &["x", "y", "z"],
+    &["y", "a"],
+    &["x", "y"],
+    &["u", "v"],
+    &["y"],
+];
+
+/// Selects the channels of a layer by its name, such as `albedo`, `N` or `Z`; in upper or lower case if only that
+/// finds it.
+pub(super) fn in_layer_named(headers: &[Header], name: &str, layer: &str) -> Result<Choice, ImageError> {
+    let names = full_names(headers);
+    let flat: Vec<usize> = (0..headers.len()).filter(|part| !headers[*part].deep).collect();
+    let prefix = format!("{layer}.");
+    let exact =
+        |name: &str| (name == layer).then_some("").or_else(|| name.strip_prefix(&prefix)).map(str::to_owned);
+    let lower = prefix.to_lowercase();
+    let any_case = |name: &str| {
+        let name = format!("{}.", name.to_lowercase());
+        name.strip_prefix(&lower).map(|rest| rest.trim_end_matches('.').to_owned())
+    };
+    let by = |component: &dyn Fn(&str) -> Option<String>| {
+        flat.iter().find_map(|&part| components(part, names.get(part)?, component))
+    };
+    let Some(choice) = by(&exact).or_else(|| by(&any_case)) else {
+        return Err(unknown_layer(headers, name, layer));
+    };
+    let list = &headers[choice.part].channels.list;
+    if list.iter().zip(&choice.to).any(|(channel, to)| to.is_some() && is_subsampled(channel)) {
+        let found = format!("the subsampled layer {layer}");
+        return Err(ImageError::unsupported(name, FORMAT, found, "channels at full resolution"));
+    }
+    Ok(choice)
+}
+
+/// The choice among channels whose component (the empty one is the layer itself) is given by `component`.
+fn components(part: usize, names: &[String], component: &dyn Fn(&str) -> Option<String>) -> Option<Choice> {
+    let found: Vec<Option<String>> = names.iter().map(|n| component(n).map(|c| c.to_lowercase())).collect();
+    let position = |wanted: &str| found.iter().position(|c| c.as_deref() == Some(wanted));
+    if let Some(at) = position("") {
+        let mut to = vec![None; names.len()];
+        to[at] = Some(0);
+        return Some(Choice { part, to, channels: 1 });
+    }
+    let set = COMPONENTS.iter().find(|set| set.iter().all(|c| position(c).is_some()));
+    let Some(set) = set else {
+        // A layer with one channel of any other name.
+        let mut only = (0..found.len()).filter(|i| found[*i].is_some());
+        let (at, None) = (only.next()?, only.next()) else { return None };
+        let mut to = vec![None; names.len()];
+        to[at] = Some(0);
+        return Some(Choice { part, to, channels: 1 });
+    };
+    let mut to = vec![None; names.len()];
+    for (i, component) in set.iter().enumerate() {
+        to[position(component)?] = Some(i as u8);
+    }
+    // Two components that are not a value and its alpha are shown as red and green.
+    let channels = if matches!(set, [_, second] if *second != "a") { 3 } else { set.len() as u8 };
+    Some(Choice { part, to, channels })
+}
+
+/// Most layers that an error lists.
+const MOST_LISTED: usize = 32;
+
+/// The error for a layer that the file does not have, with those that it has.
+pub(super) fn unknown_layer(headers: &[Header], name: &str, layer: &str) -> ImageError {
+    let mut layers: Vec<String> = Vec::new();
+    for full in full_names(headers).into_iter().flatten() {
+        // A hostile file has millions.
+        if layers.len() > MOST_LISTED {
+            break;
+        }
+        let layer = full.rsplit_once('.').map_or(full.as_str(), |(layer, _)| layer).to_owned();
+        if !layers.contains(&layer) {
+            layers.push(layer);
+        }
+    }
+    let more = if layers.len() > MOST_LISTED { ", …" } else { "" };
+    layers.truncate(MOST_LISTED);
+    let found = format!("no layer \"{layer}\"");
+    ImageError::NoLayer {
+        name: printable(name),
+        layer: printable(&found),
+        layers: printable(&format!("{}{more}", layers.join(", "))),
+    }
 }

@@ -16,17 +16,25 @@
 //! are dropped. The channels are, in this order: `R G B [A]` of the first part that has them, `Y [A]`, the same in a
 //! named layer, or a single channel as grey. All compressions of the exr crate are supported. NaN and infinite values
 //! are kept. EXR stores colours premultiplied by alpha; [`decode`] divides by alpha, [`decode_as_stored`] does not.
+//! [`decode_layer`] reads another layer, [`parts`] lists everything, and [`read_channels`] reads any channels.
 //!
-//! Writing: one part with 32-bit `R G B [A]`, ZIP compression of 16 scan lines per block, and metadata as `string`
-//! and `int` attributes sorted by name. Nothing depends on time, machine or thread count.
+//! Writing: one part with `R G B [A]` and any further channels ([`super::ExtraChannel`]), with ZIP, PIZ or no
+//! compression ([`ExrOptions`]), and metadata as `string` and `int` attributes sorted by name. Nothing depends on
+//! time, machine or thread count.
 
 mod attributes;
 mod channels;
+mod columns;
+mod options;
+mod parts;
+mod picture;
 mod read;
 mod write;
 
 pub use attributes::read_metadata;
-pub use read::{decode, decode_as_stored};
+pub use options::{ExrCompression, ExrOptions};
+pub use parts::{ExrChannel, ExrPart, parts, read_channels};
+pub use picture::{decode, decode_as_stored, decode_layer};
 pub use write::{encode, encode_samples};
 
 const FORMAT: super::ImageFormat = super::ImageFormat::Exr;

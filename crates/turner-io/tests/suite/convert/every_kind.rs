@@ -150,6 +150,7 @@ fn value(entry: &EntryDoc, field: &Field, random: &mut Random) -> String {
         "[number, number, number, number, number, number]" => several(6, random, &number),
         "[integer, integer, integer, integer]" => several(4, random, &integer),
         "[integer, …]" => several(3, random, &integer),
+        "[\"aov\", …]" => "[\"albedo\", \"depth\", \"crypto_object\"]".into(),
         "color" => color(field, random),
         "color | texture" => source(field, random),
         "[color | texture, …]" => several(2, random, &source),
@@ -234,7 +235,9 @@ fn head(section: &str, i: usize) -> String {
         "texture" | "material" | "medium" => format!("[{section}.\"{i} of \\u0001 them\"]\n"),
         "view" => format!("[[view]]\nname = \"view {i}\"\n"),
         "light" => format!("[[light]]\ngroup = \"key lights\"\nname = \"light {i}\"\n"),
-        "object" => format!("[[object]]\nname = \"{i}\"\nlight_group = \"key lights\"\n"),
+        "object" => {
+            format!("[[object]]\nname = \"{i}\"\nlight_group = \"key lights\"\nshadow_catcher = true\n")
+        }
         _ => format!("[{section}]\n"),
     }
 }

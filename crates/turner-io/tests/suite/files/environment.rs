@@ -38,6 +38,7 @@ fn every_format_lies_the_same_way() {
         transfer: Transfer::Srgb,
         metadata: &Metadata::new(),
         threads: 1,
+        ..OutputImage::default()
     };
     for (format, strength) in [(ImageFormat::Exr, 1.0), (ImageFormat::Hdr, 3.0), (ImageFormat::Png, 0.5)] {
         let image = decode(&encode(&output, format).unwrap(), "sky", &DecodeLimits::default()).unwrap();

@@ -4,8 +4,8 @@ use std::path::Path;
 use std::time::{Duration, Instant};
 
 use turner_io::image::{
-    DecodeLimits, Display, ImageFormat, Metadata, OutputImage, Transfer, decode, encode, read_metadata,
-    silence_contained_panics,
+    DecodeLimits, Display, ExtraChannel, ImageFormat, Metadata, OutputImage, SampleKind, Transfer, decode,
+    encode, exr, read_metadata, silence_contained_panics,
 };
 
 /// A valid file of each format, and the small files of PngSuite.
@@ -24,12 +24,18 @@ fn valid_files() -> Vec<(String, Vec<u8>)> {
         transfer: Transfer::Srgb,
         metadata: &metadata,
         threads: 1,
+        ..OutputImage::default()
     };
     let mut files: Vec<_> = ImageFormat::all()
         .filter(|f| f.can_write())
         .map(|f| (format!("valid.{}", f.extensions()[0]), encode(&image, f).unwrap()))
         .collect();
     files.extend(exr_files());
+    let layers = ["N.X", "N.Y", "N.Z", "id"].map(|name| {
+        let kind = if name == "id" { SampleKind::Uint } else { SampleKind::Half };
+        ExtraChannel::new(name, kind, vec![0.25_f32; linear.len()])
+    });
+    files.push(("layers.exr".to_owned(), exr::encode(&OutputImage { channels: &layers, ..image }).unwrap()));
     let data = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data");
     for name in ["basi6a16", "tbbn3p08", "basn0g01"] {
         files.push((name.to_owned(), std::fs::read(data.join(name).with_extension("png")).unwrap()));
@@ -54,7 +60,7 @@ fn valid_files() -> Vec<(String, Vec<u8>)> {
 
 /// EXR files in compressions and layouts that Turner does not write.
 fn exr_files() -> Vec<(String, Vec<u8>)> {
-    use exr::prelude::*;
+    use ::exr::prelude::*;
     let size = Vec2(20, 18);
     let half = FlatSamples::F16((0..size.area()).map(|i| f16::from_f32(i as f32 * 0.5)).collect());
     let list: AnyChannels<FlatSamples> =
@@ -87,6 +93,13 @@ fn try_file(bytes: &[u8], what: &str) -> bool {
     let start = Instant::now();
     // The extension matters only if no other format is recognised.
     let result = decode(bytes, "hostile.tga", &limits());
+    // Layers of EXR files have their own readers.
+    if bytes.starts_with(b"\x76\x2f\x31\x01") {
+        let listed = exr::parts(bytes, what);
+        let read = exr::read_channels(bytes, what, 0, |_| true, &limits());
+        assert!(result.is_ok() || read.is_err() || listed.is_ok(), "{what}");
+        let _ = exr::decode_layer(bytes, what, "N", &limits());
+    }
     let metadata = read_metadata(bytes, "hostile.tga");
     assert!(start.elapsed() < Duration::from_secs(5), "{what} took {:?}", start.elapsed());
     for message in [result.as_ref().err(), metadata.as_ref().err()].into_iter().flatten() {

@@ -1,4 +1,4 @@
-//! Images read back exactly from PNG and EXR, and within the quantisation step from HDR and JPEG.
+//! Images read back exactly from PNG, WebP and EXR, and within the quantisation step from HDR and JPEG.
 
 use turner::image::{Image, Pixels};
 use turner_io::image::{
@@ -61,6 +61,7 @@ impl Picture {
             transfer: Transfer::Srgb,
             metadata: &self.metadata,
             threads: 1,
+            ..OutputImage::default()
         }
     }
 }
@@ -77,7 +78,7 @@ fn channels<T: Copy>(pixels: &[[T; 4]], n: usize) -> Vec<T> {
 }
 
 #[test]
-fn png_comes_back_exactly() {
+fn png_and_webp_come_back_exactly() {
     for &(w, h) in SIZES {
         let picture = Picture::new(w, h);
         for (alpha, n) in [(false, 3), (true, 4)] {
@@ -85,6 +86,8 @@ fn png_comes_back_exactly() {
             let image = read(&encode(&output, ImageFormat::Png).unwrap());
             assert_eq!((image.width, image.height, usize::from(image.channels)), (w, h, n));
             assert_eq!(image.pixels, Pixels::U8(channels(&picture.eight, n)));
+            let webp = read(&encode(&output, ImageFormat::WebP).unwrap());
+            assert_eq!(webp, image);
             output.display = Some(Display::U16(&picture.sixteen));
             let image = read(&encode(&output, ImageFormat::Png).unwrap());
             assert_eq!(image.pixels, Pixels::U16(channels(&picture.sixteen, n)));

@@ -60,11 +60,11 @@ fn picture(color: impl Fn(u32, u32) -> [u8; 4]) -> Vec<u8> {
         width: 8,
         height: 8,
         alpha: false,
-        linear: None,
         display: Some(Display::U8(&pixels)),
         transfer: Transfer::Srgb,
         metadata: &metadata,
         threads: 1,
+        ..OutputImage::default()
     };
     encode(&image, ImageFormat::of_path(Path::new("a.png")).unwrap()).unwrap()
 }

@@ -32,7 +32,7 @@ fn picture(scene: &Prepared) -> Vec<[f32; 4]> {
             renderer.pass(u32::MAX, &PassOptions { threads: 2, cancel: &cancel, progress: None }).unwrap()
         );
     }
-    renderer.film.develop(&scene.view.film).linear
+    renderer.film.develop(&scene.view.film, 1).linear
 }
 
 const VIEW: &str = r#"

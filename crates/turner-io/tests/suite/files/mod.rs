@@ -1,10 +1,12 @@
 //! Tests of all file formats.
 
 mod environment;
+mod exr_layers;
 mod gltf_files;
 mod gltf_hostile;
 mod hostile;
 mod image_assets;
+mod image_display;
 mod image_exr_writers;
 mod image_hostile;
 mod image_kinds;

@@ -110,7 +110,7 @@ fn the_cornell_box_is_tungstens() {
 #[test]
 fn the_veach_scene_is_pbrts() {
     // The light that the plates reflect to walls and floor arrives by few bright paths.
-    let shot = Shot { size: [64, 36], samples: 48, noise: [0.1, 0.02] };
+    let shot = Shot { size: [64, 36], samples: 96, noise: [0.1, 0.02] };
     compare("veach-mis/scene-v4.pbrt", &shot, &VEACH, |_| 0.03);
 }
 

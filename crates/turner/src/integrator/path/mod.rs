@@ -23,16 +23,21 @@ mod caustics;
 #[cfg(test)]
 mod closed_form_tests;
 mod dispersion;
+mod emission;
+mod group_split;
 mod light_resampling;
+mod light_split;
 mod media;
 mod notes;
 mod pane;
 mod path_batch;
 mod probing;
+mod ray_counts;
 mod record;
 mod replay;
 mod settings;
 mod shade;
+mod shadow_catcher;
 mod shared_paths;
 mod simd_shading;
 mod subsurface;
@@ -184,6 +189,7 @@ fn capabilities(light_sampling: LightSampling) -> Capabilities {
     Capabilities {
         physical: true,
         compensates: light_sampling == LightSampling::Both,
+        splits_light: true,
         ..Capabilities::default()
     }
 }

@@ -27,15 +27,19 @@ use turner_bvh::lanes::LANES;
 
 use super::Context;
 use super::caustics::{CausticsStrategy, PhotonMap, ReversePdf};
+use super::group_split::GroupSplit;
+use super::light_split::LightSplit;
 use super::media::Media;
+use super::ray_counts::RayCounts;
 use super::record::{Off, Record};
 use super::settings::{Bounces, Settings};
 use super::shade::FIRST_SET;
+use super::shadow_catcher::ShadowCatcher;
 use super::shared_paths::SharedPaths;
 use super::simd_shading::VertexBlocks;
 use super::volume_light::ShadowRayMedia;
 use crate::color::Spectrum;
-use crate::integrator::{CameraSamples, Radiance, RayStats, Tracer, footprint};
+use crate::integrator::{AskedDetails, CameraSamples, Radiance, RayStats, SampleDetails, Tracer, footprint};
 use crate::light::Receiver;
 use crate::math::{DVec3, Ray, RayCone};
 use crate::sampler::{OwenSobol, SampleId, VertexNumbers};
@@ -52,7 +56,7 @@ pub(super) struct Path {
     /// The random numbers of the current vertex.
     pub(super) numbers: VertexNumbers,
     /// Time within the shutter interval, for motion blur.
-    time: f32,
+    pub(super) time: f32,
     /// Throughput: the fraction of the radiance that arrives along the next ray that reaches the pixel.
     pub(super) beta: Spectrum,
     /// Factor of `beta` for Russian roulette: 1, except for a donor path. Its `beta` restarts at 1 at its second
@@ -231,6 +235,14 @@ pub(super) struct PathBatch<'a, R = Off> {
     pub(super) by_photons: f64,
     /// Approximate variance of that sum: the sum over vertices of contribution² / number of photons.
     pub(super) photon_variance: f64,
+    /// Emission and direct light of each sample, if they are asked for.
+    pub(super) split: LightSplit,
+    /// The light of each light group, if it is asked for.
+    pub(super) groups: GroupSplit,
+    /// The number of rays of each sample, if it is asked for.
+    pub(super) counts: RayCounts,
+    /// The light that arrives at shadow catchers.
+    pub(super) catcher: ShadowCatcher,
     /// Records the path of a single sample, or nothing.
     pub(super) record: R,
 }
@@ -259,6 +271,10 @@ impl<'a, R> PathBatch<'a, R> {
             photons: None,
             by_photons: 0.0,
             photon_variance: 0.0,
+            split: LightSplit::default(),
+            groups: GroupSplit::default(),
+            counts: RayCounts::default(),
+            catcher: ShadowCatcher::new(scene),
             record,
         }
     }
@@ -267,6 +283,25 @@ impl<'a, R> PathBatch<'a, R> {
 impl<R: Record> Tracer for PathBatch<'_, R> {
     fn find_photons(&mut self, photons: Arc<PhotonMap>) {
         self.photons = Some(photons);
+    }
+
+    fn ask(&mut self, asked: AskedDetails) {
+        if asked.parts {
+            self.split.turn_on();
+        }
+        if asked.groups {
+            self.groups.turn_on(self.scene);
+        }
+        self.counts.turn_on(asked.rays);
+    }
+
+    fn details(&self) -> SampleDetails<'_> {
+        SampleDetails {
+            parts: self.split.parts(),
+            groups: self.groups.light(),
+            rays: self.counts.rays(),
+            caught: self.catcher.caught(),
+        }
     }
 
     fn radiance(&mut self, samples: &CameraSamples, out: &mut Vec<Radiance>, stats: &mut RayStats) {
@@ -287,6 +322,10 @@ impl<R: Record> Tracer for PathBatch<'_, R> {
         if let Some(volumes) = &self.scene.volumes {
             self.begin_in_media(volumes, samples);
         }
+        self.split.begin(count);
+        self.groups.begin(count);
+        self.counts.begin(count);
+        self.catcher.begin(count);
         self.begin_shared_paths(&samples.ids);
         self.queue.rays.copy(&samples.rays);
         self.queue.samples.clear();
@@ -309,6 +348,8 @@ impl<R: Record> PathBatch<'_, R> {
             }
         }
         self.scene.intersect_batch(&mut queue.rays, &mut hits);
+        self.split.begin_round(&queue.samples, &self.paths, out);
+        self.counts.add_all(&queue.samples);
         if let Some(volumes) = &self.scene.volumes {
             self.sample_media(volumes, &mut queue, &mut hits, out, stats);
         }
@@ -345,7 +386,10 @@ impl<R: Record> PathBatch<'_, R> {
         self.hits = hits;
         self.shared_paths.donated = donated;
         self.trace_reconnections(stats);
+        self.trace_catcher_rays(stats);
+        self.split.shaded(&queue.samples, out);
         self.trace_shadow_rays(out, stats);
+        self.split.lit(&queue.samples, out);
         queue.clear();
         self.queue = std::mem::replace(&mut self.next, queue);
     }
@@ -413,6 +457,7 @@ impl<R: Record> PathBatch<'_, R> {
         self.scene.transmittance_batch(&mut shadows.rays, &mut shadows.through);
         for (i, (sample, light)) in shadows.light.iter().enumerate() {
             let mut through = shadows.through[i / LANES].get(i % LANES);
+            self.counts.add(*sample);
             self.record.note(|r| r.next_shadow_ray(shadows.media.get(i).is_some_and(|c| c.equiangular)));
             self.record.note(|r| r.shadow_ray(self.scene, shadows.rays.get(i), through));
             if let (Some(volumes), Some(media)) = (&self.scene.volumes, shadows.media.get_mut(i))
@@ -430,6 +475,7 @@ impl<R: Record> PathBatch<'_, R> {
                     &mut *out
                 };
                 to[*sample as usize].color += arrives;
+                self.groups.arrived(i, *sample, &self.paths[*sample as usize], arrives);
                 self.record.note(|r| r.light_arrived(through, arrives));
             } else {
                 self.record.note(|r| r.light_arrived(through, Spectrum::BLACK));
@@ -438,5 +484,6 @@ impl<R: Record> PathBatch<'_, R> {
         shadows.rays.clear();
         shadows.light.clear();
         shadows.media.clear();
+        self.groups.end_round();
     }
 }

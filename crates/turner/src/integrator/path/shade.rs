@@ -27,7 +27,7 @@ impl Settings {
     /// MIS weight of an emitter that a BSDF-sampled ray hits. `light_pdf` is the density with which light sampling
     /// finds it. `light_path_ratio` is the squared ratio of the light paths' density to the density of BSDF sampling.
     #[inline]
-    fn weight_found(&self, path: &Path, light_pdf: f64, light_path_ratio: f64) -> f64 {
+    pub(super) fn weight_found(&self, path: &Path, light_pdf: f64, light_path_ratio: f64) -> f64 {
         let sampling = match self.light_sampling {
             _ if path.specular_bounce || light_pdf <= 0.0 => 0.0,
             LightSampling::Both => light_pdf / path.pdf,
@@ -84,6 +84,13 @@ impl Settings {
     }
 }
 
+/// The factor by which `clamp_indirect` has scaled light.
+#[inline]
+pub(super) fn clamped_by(light: Spectrum, added: Spectrum) -> f32 {
+    let (whole, left) = (light.max_component(), added.max_component());
+    if left < whole && whole.is_finite() { left / whole } else { 1.0 }
+}
+
 impl<R: Record> PathBatch<'_, R> {
     /// Shades a ray that leaves the scene: environment, background, ambient light.
     pub(super) fn miss(
@@ -129,6 +136,8 @@ impl<R: Record> PathBatch<'_, R> {
             let light_pdf = light_pdf * path.origin.candidates();
             let weight = self.settings.weight_found(path, light_pdf, light_path_ratio);
             found += radiance * weight as f32;
+            let light = scene.emitters.infinite_ids()[index];
+            self.groups.find_light(scene, light, radiance * weight as f32);
             self.record.note(|r| {
                 r.at_escape(|e| e.lights.push(InfiniteLightRecord { radiance, light_pdf, weight }))
             });
@@ -143,6 +152,7 @@ impl<R: Record> PathBatch<'_, R> {
             self.record.note(|r| r.at_escape(|e| e.ambient = scene.ambient));
         }
         let added = self.settings.add(path, beta * found, pixel);
+        self.groups.add_found(sample, path, beta * clamped_by(beta * found, added));
         self.record.note(|r| r.at_escape(|e| e.contribution = added));
     }
 
@@ -156,6 +166,9 @@ impl<R: Record> PathBatch<'_, R> {
         surface: &SurfaceInteraction,
     ) -> bool {
         if self.settings.light_sampling == LightSampling::Bsdf || self.is_spent(path) {
+            return false;
+        }
+        if path.from_camera && self.scene.is_shadow_catcher(hit) {
             return false;
         }
         match self.scene.material_at(hit) {
@@ -190,6 +203,9 @@ impl<R: Record> PathBatch<'_, R> {
             self.record.note(|r| r.end = End::Vertices);
             return;
         }
+        if path.from_camera && scene.is_shadow_catcher(hit) {
+            return self.catch_shadow(at);
+        }
         let outside = ray.direction.dot(surface.ng) < 0.0;
         let met = match scene.material_at(hit) {
             Material::OpenPbr(m) if m.desc.alpha_mode != AlphaMode::Blend => Some(&**m),
@@ -218,15 +234,7 @@ impl<R: Record> PathBatch<'_, R> {
             return;
         }
         if material.desc.unlit {
-            let at = scene.texture_point(surface);
-            let color = scene.textures.color(material.desc.base_color, &at)
-                * scene.textures.color(material.desc.base_weight, &at);
-            let added = self.settings.add(path, path.beta * color, pixel);
-            self.record.note(|r| {
-                r.hit_emitter(path, color, 0.0, 1.0, added);
-                r.end = End::Unlit;
-            });
-            return;
+            return self.add_unlit(sample, material, surface, pixel);
         }
         if material.is_emissive() && (outside || material.emits_backwards()) {
             self.add_emission(sample, material, surface, pixel);
@@ -305,39 +313,6 @@ impl<R: Record> PathBatch<'_, R> {
         }
     }
 
-    /// Adds the emission of a surface that was hit.
-    pub(super) fn add_emission(
-        &mut self,
-        sample: u32,
-        material: &OpenPbr,
-        surface: &SurfaceInteraction,
-        pixel: &mut Radiance,
-    ) {
-        let (scene, path) = (self.scene, &self.paths[sample as usize]);
-        let radiance = match material.constant_emission() {
-            Some(radiance) => radiance,
-            // Light sampling evaluates textures unfiltered. A hit that is weighted against it must do the same.
-            None if path.specular_bounce => material.desc.emitted_color(scene, &scene.texture_point(surface)),
-            None => material.desc.emitted_color(scene, &scene.texture_point(&surface.sharp())),
-        };
-        let pdf =
-            if path.specular_bounce { 0.0 } else { scene.emitters.pdf_hit(scene, path.origin, surface) };
-        let light_path_ratio = match self.strategy {
-            Some(_)
-                if self.counted_by_photons(sample, |caustic_targets, group| {
-                    caustic_targets.density_on_shape(scene, group, surface)
-                }) =>
-            {
-                return;
-            }
-            Some(_) => self.light_path_ratio_hit(sample, surface),
-            None => 0.0,
-        };
-        let weight = self.settings.weight_found(path, pdf, light_path_ratio);
-        let added = self.settings.add(path, path.beta * radiance * weight as f32, pixel);
-        self.record.note(|r| r.hit_emitter(path, radiance, pdf, weight, added));
-    }
-
     /// Queues a shadow ray to the sampled light, or to one of several candidates.
     fn connect(&mut self, sample: u32, v: &Vertex<'_>, material: &OpenPbr, lit: &[Option<LightSample>]) {
         let path = &self.paths[sample as usize];
@@ -387,6 +362,7 @@ impl<R: Record> PathBatch<'_, R> {
             let media = *media;
             self.push_media(sample, media);
         }
+        self.groups.push_shadow_ray(self.groups.of_sample(self.scene, lit));
         self.shadows.push(&ray, v.surface, sample, light);
     }
 

@@ -200,6 +200,7 @@ impl<'a, R: Record> PathBatch<'a, R> {
         let end = walk.run(u, &mut path.media);
         let (ray, steps, length) = (walk.ray, walk.steps, walk.length);
         stats.reflected += u64::from(steps);
+        self.counts.add_many(sample, steps);
         let mut weight = walk.throughput;
         for (weight, before) in weight.iter_mut().zip(throughput) {
             *weight = if before > 0.0 { *weight / before } else { 0.0 };

@@ -82,6 +82,7 @@ impl<R: Record> PathBatch<'_, R> {
             if lit.finite { Ray { t_max: 1.0, ..Ray::new(c.p, lit.to_light) } } else { Ray::new(c.p, wi) };
         let stream = path.sampler.stream(c.stream);
         let media = ShadowRayMedia { media: path.media, stream, equiangular: c.equiangular };
+        self.groups.push_shadow_ray(self.groups.of_sample(self.scene, lit));
         self.shadows.push_from_medium(&ray, c.sample, light, media);
     }
 

@@ -18,6 +18,7 @@
 
 use super::strategy::CausticsStrategy;
 use crate::color::Spectrum;
+use crate::integrator::path::group_split::NO_GROUP;
 use crate::integrator::path::media::Media;
 use crate::integrator::path::settings::Bounces;
 use crate::math::{DVec3, Ray};
@@ -31,6 +32,8 @@ pub(super) struct LightPath {
     pub(super) numbers: OwenSobol,
     pub(super) time: f32,
     pub(super) start: Start,
+    /// The light group of the light, as an index; [`NO_GROUP`] for none.
+    pub(super) light_group: u32,
     /// Power carried.
     pub(super) beta: Spectrum,
     pub(super) vertex: u32,
@@ -96,6 +99,7 @@ impl LightPath {
                 // The point on the light as a ray from the surface finds it, and its radiance.
                 let back = Ray { time: self.time, ..Ray::new(surface.leave(-ray.direction), -ray.direction) };
                 let Some((light, radiance)) = scene.first_emitter(&back) else { return false };
+                self.light_group = scene.light_group_of(light.hit.primitive).unwrap_or(NO_GROUP);
                 self.p = light.p;
                 self.cos = ray.direction.dot(light.ng).abs();
                 let (start, leave) = strategy.caustic_targets.density_on_shape(scene, group, &light);
@@ -123,6 +127,9 @@ impl LightPath {
                 (lit.radiance * (d2 / (start * leave)) as f32, start)
             }
         };
+        if let Source::Infinite(light) | Source::Delta(light, _) = self.start.from {
+            self.light_group = scene.light_groups.of_light(light).unwrap_or(NO_GROUP);
+        }
         self.hit_ratio = start;
         // Grazing rays have zero weight.
         self.beta = self.beta * power;

@@ -168,6 +168,7 @@ impl<'a> LightPathBatch<'a> {
                 numbers,
                 time: if self.scene.moves { (open + (close - open) * time) as f32 } else { 0.0 },
                 start,
+                light_group: u32::MAX,
                 beta: Spectrum::WHITE,
                 vertex: 0,
                 bounces: Bounces::default(),
@@ -274,6 +275,7 @@ impl<'a> LightPathBatch<'a> {
                 normal: surface.ng.as_vec3().to_array(),
                 power: path.beta,
                 depth: path.bounces.total,
+                group: path.light_group,
                 by_delta: path.by_delta,
             };
             if seen.is_smooth(-ray.direction) {
@@ -307,7 +309,7 @@ impl<'a> LightPathBatch<'a> {
     fn connect(&mut self, index: u32, seen: &SurfaceBsdf<'_>, light: DVec3, lens: DVec2) {
         let (scene, path) = (self.scene, &self.paths[index as usize]);
         let surface = seen.surface;
-        if path.bounces.total >= self.settings.max_depth {
+        if path.bounces.total >= self.settings.max_depth || scene.is_shadow_catcher(&surface.hit) {
             return;
         }
         let Some(Projection { place, to_camera, free, density }) =

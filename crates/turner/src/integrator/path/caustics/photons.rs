@@ -45,6 +45,8 @@ pub struct Photon {
     pub power: Spectrum,
     /// Number of scattering events before.
     pub depth: u32,
+    /// The light group that it comes from, as an index; `u32::MAX` for none.
+    pub group: u32,
     /// Whether the first scattering was by a delta lobe, which camera paths can find only by BSDF sampling.
     pub by_delta: bool,
 }
@@ -174,15 +176,19 @@ impl PhotonMap {
     }
 
     /// Radiance from the photons around a point that were scattered at most `max_depth` times. `scatters` returns the
-    /// BSDF for light from a direction times the cosine of the shading normal to it.
+    /// BSDF for light from a direction times the cosine of the shading normal to it. `found` receives the light group and
+    /// the radiance of each photon.
     pub(super) fn gather(
         &self,
         p: DVec3,
         ng: DVec3,
         max_depth: u32,
         mut scatters: impl FnMut(DVec3) -> Spectrum,
+        mut found: impl FnMut(u32, Spectrum),
     ) -> Gathered {
         let mut gathered = Gathered::default();
+        let area = std::f64::consts::PI * self.radius * self.radius;
+        let density = (1.0 / (area * self.paths)) as f32;
         self.for_each_near(p, ng.as_vec3().to_array(), |photon| {
             if photon.depth > max_depth {
                 return;
@@ -191,11 +197,12 @@ impl PhotonMap {
             let cos = light.dot(ng).abs();
             if cos > 0.0 {
                 gathered.count += 1;
-                gathered.radiance += scatters(light) * photon.power * (1.0 / cos) as f32;
+                let radiance = scatters(light) * photon.power * (1.0 / cos) as f32;
+                gathered.radiance += radiance;
+                found(photon.group, radiance * density);
             }
         });
-        let area = std::f64::consts::PI * self.radius * self.radius;
-        gathered.radiance *= (1.0 / (area * self.paths)) as f32;
+        gathered.radiance *= density;
         gathered
     }
 

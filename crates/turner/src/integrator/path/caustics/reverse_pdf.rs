@@ -20,6 +20,7 @@ use crate::bsdf::BsdfSample;
 use crate::integrator::Radiance;
 use crate::integrator::path::path_batch::PathBatch;
 use crate::integrator::path::record::Record;
+use crate::integrator::path::shade::clamped_by;
 use crate::material::vertex::Vertex;
 use crate::material::{OpenPbr, PlainBsdf};
 use crate::math::{DVec3, Ray};
@@ -241,11 +242,20 @@ impl<R: Record> PathBatch<'_, R> {
         }
         let path = &self.paths[sample as usize];
         let (surface, left) = (v.surface(), self.settings.max_depth - path.bounces.total - 1);
-        let gathered = photons
-            .gather(surface.p, surface.ng, left, |light| v.eval_towards(light).0 * v.cosine(light) as f32);
+        let groups = &mut self.groups;
+        let gathered = photons.gather(
+            surface.p,
+            surface.ng,
+            left,
+            |light| v.eval_towards(light).0 * v.cosine(light) as f32,
+            |group, radiance| groups.find(group, radiance),
+        );
         let added = self.settings.add(path, path.beta * gathered.radiance, pixel);
+        let factor = clamped_by(path.beta * gathered.radiance, added);
+        groups.add_found(sample, path, path.beta * factor);
         let luminance = f64::from(added.luminance());
         self.by_photons += luminance;
+        self.split.gathered(sample, added);
         self.photon_variance += luminance * luminance / f64::from(gathered.count.max(1));
         self.record.note(|r| r.gathered(photons.radius, gathered, added));
     }

@@ -68,7 +68,9 @@ impl CausticsStrategy {
         }
         let caustic_targets = CausticTargets::new(scene)?;
         let pixels = u64::from(view.film.width) * u64::from(view.film.height);
-        let margin = (view.film.filter().radius() - 0.5).max(0.0);
+        // Weighted samples lie inside the image, and so must splats.
+        let margin = if view.film.weights_samples() { 0.0 } else { view.film.filter().radius() - 0.5 };
+        let margin = margin.max(0.0);
         let paths = pixels.min(MOST_PATHS);
         let mut strategy = CausticsStrategy {
             caustic_targets,

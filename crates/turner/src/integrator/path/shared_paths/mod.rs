@@ -335,6 +335,7 @@ impl<R: Record> PathBatch<'_, R> {
                 let ray = Ray { t_max: SHADOW_END, ..Ray::new(first.origin, second.target - first.origin) };
                 shared_paths.rays.push_leaving(&ray, first.from);
                 shared_paths.reconnections_of_rays.push((number as u32, member as u8));
+                self.counts.add(donor.sample);
             }
         }
         stats.shadow += shared_paths.reconnections_of_rays.len() as u64;
@@ -386,7 +387,7 @@ impl<R: Record> PathBatch<'_, R> {
 
     /// Adds the radiance of all donors to the samples of their clusters.
     pub(super) fn distribute_shared(&mut self, out: &mut [Radiance]) {
-        let PathBatch { shared_paths, paths, .. } = self;
+        let PathBatch { shared_paths, paths, groups, .. } = self;
         if !shared_paths.on {
             return;
         }
@@ -397,6 +398,7 @@ impl<R: Record> PathBatch<'_, R> {
                 for (&to, geometry) in members.iter().zip(weights) {
                     if !geometry.is_black() {
                         out[to as usize].color += *geometry * donated;
+                        groups.share(from, to, *geometry);
                     }
                 }
             }

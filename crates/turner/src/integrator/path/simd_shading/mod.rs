@@ -140,6 +140,8 @@ struct Shading {
     to_light: [Block; 3],
     radiance: [Block32; 3],
     light_pdf: Block,
+    /// The light groups of those lights, if they are told apart.
+    groups: [u32; LANES],
     /// Resampling weights.
     resampling_weight: Block32,
     /// Bit masks: lights at a finite distance, and lights that BSDF-sampled rays can hit too (MIS).
@@ -172,7 +174,8 @@ impl<R: Record> PathBatch<'_, R> {
         if self.strategy.is_some() && (material.casts_caustics || !matches!(plain, PlainBsdf::Lambert(_))) {
             return false;
         }
-        if !self.paths[sample as usize].media.is_empty() {
+        let path = &self.paths[sample as usize];
+        if !path.media.is_empty() || path.from_camera && self.scene.is_shadow_catcher(hit) {
             return false;
         }
         let (scene, VertexBlocks { lambert, mirrors, in_block, .. }) = (self.scene, &mut self.blocks);
@@ -342,6 +345,7 @@ impl<R: Record> PathBatch<'_, R> {
         set(&mut shading.to_light, lane, lit.to_light);
         set32(&mut shading.radiance, lane, lit.radiance);
         shading.light_pdf.0[lane] = lit.pdf;
+        shading.groups[lane] = self.groups.of_sample(self.scene, lit);
     }
 
     /// Traces the shadow ray of a lane.
@@ -352,6 +356,7 @@ impl<R: Record> PathBatch<'_, R> {
         let light = self.settings.clamped(get32(&shading.light, lane), indirect);
         let t_max = if shading.finite >> lane & 1 == 1 { 1.0 } else { f64::INFINITY };
         let ray = Ray { t_max, ..Ray::new(get(&shading.origin, lane), get(&shading.shadow, lane)) };
+        self.groups.push_shadow_ray(shading.groups[lane]);
         self.shadows.push_ray(&ray, block.from[lane], sample, light);
     }
 

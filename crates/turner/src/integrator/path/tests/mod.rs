@@ -13,6 +13,7 @@ mod panes;
 mod replay;
 mod replay_scenes;
 mod sameness;
+mod shadow_catcher;
 mod shared_paths;
 mod subsurface;
 mod volumes;

@@ -3,6 +3,7 @@
 use crate::camera::{FisheyeDesc, ThinLensDesc};
 use crate::color::Spectrum;
 use crate::description::{ObjectDesc, SceneDesc};
+use crate::film::Reconstruction;
 use crate::filter::FilterKind;
 use crate::integrator::path::{End, Passage, PathRecord, VertexRecord};
 use crate::integrator::{Caustics, DirectDesc, IntegratorDesc, LightSampling, PathDesc};
@@ -237,6 +238,8 @@ fn clamp_and_motion() -> SceneDesc {
     let settings = PathDesc { clamp_indirect: 0.05, max_depth: 4, ..PathDesc::default() };
     let mut desc = with_light(seen(path(settings)).seen(camera));
     (desc.film.shutter, desc.film.filter) = ([0.2, 0.9], FilterKind::Gaussian);
+    // A pixel consists of its own samples only.
+    desc.film.reconstruction = Reconstruction::Importance;
     desc.background.transparent = true;
     let motion = Some(Transform(DAffine3::from_translation(DVec3::X)));
     desc.with_object(ObjectDesc { motion, ..ObjectDesc::new(ball(0.0)) }, matte(grey(0.8)))

@@ -1,0 +1,102 @@
+//! What the integrator knows of a sample besides its colour: parts of its light, its rays, the shadow that it caught.
+
+use crate::color::Spectrum;
+use crate::film::{Aov, FilmDesc, layers};
+use crate::integrator::{CaughtLight, Radiance, SampleDetails};
+
+/// Less light than this fraction of the sample, which remains for "default" after all groups, is rounding.
+const ROUNDING: f32 = 1e-6;
+
+/// The details of one sample, scaled down like its colour.
+#[derive(Default)]
+pub(super) struct SampleLight<'a> {
+    /// The factor of `clamp_sample`.
+    by: f32,
+    color: Spectrum,
+    emission: Spectrum,
+    direct: Spectrum,
+    indirect: Spectrum,
+    /// The light of each group of the scene, not scaled; empty if it is not known.
+    groups: &'a [Spectrum],
+    names: &'a [String],
+    rays: u32,
+}
+
+impl<'a> SampleLight<'a> {
+    /// Of the sample at an index of a batch of samples of a film; `names` are those of all light groups. All light is 0 if
+    /// the integrator does not know its parts.
+    pub(super) fn new(
+        film: &FilmDesc,
+        radiance: &Radiance,
+        details: &SampleDetails<'a>,
+        sample: usize,
+        names: &'a [String],
+    ) -> SampleLight<'a> {
+        let rays = details.rays.get(sample).copied().unwrap_or(0);
+        let Some(part) = details.parts.get(sample) else {
+            return SampleLight { rays, ..SampleLight::default() };
+        };
+        let by = film.clamp_factor(radiance.color);
+        let indirect = radiance.color - part.emission - part.direct;
+        let groups = details.groups.get(sample * names.len()..(sample + 1) * names.len());
+        SampleLight {
+            by,
+            color: radiance.color * by,
+            emission: part.emission * by,
+            direct: part.direct * by,
+            indirect: indirect * by,
+            groups: groups.unwrap_or_default(),
+            names,
+            rays,
+        }
+    }
+
+    /// Appends the values of an AOV; false if it is not one of these.
+    pub(super) fn append(&self, aov: Aov, values: &mut Vec<f32>) -> bool {
+        match aov {
+            Aov::Emission => append(values, self.emission),
+            Aov::Direct => append(values, self.direct),
+            Aov::Indirect => append(values, self.indirect),
+            Aov::LightGroups => self.append_groups(values),
+            Aov::Cost => values.push(self.rays as f32),
+            _ => return false,
+        }
+        true
+    }
+
+    fn append_groups(&self, values: &mut Vec<f32>) {
+        let mut rest = self.color;
+        for (group, _) in layers(self.names) {
+            let light = self.groups.get(group).map_or(Spectrum::BLACK, |light| *light * self.by);
+            append(values, light);
+            rest = rest - light;
+        }
+        let least = ROUNDING * self.color.max_component();
+        append(values, Spectrum::from(rest.to_array().map(|v| if v.abs() > least { v } else { 0.0 })));
+    }
+}
+
+/// Appends what a film sums of a shadow catcher at a sample: see [`crate::film::Film::shadow`].
+pub(super) fn append_caught(
+    values: &mut Vec<f32>,
+    film: &FilmDesc,
+    radiance: &Radiance,
+    caught: Option<&CaughtLight>,
+) {
+    let Some(caught) = caught.filter(|caught| caught.is_caught) else {
+        return values.extend([0.0; 7]);
+    };
+    values.extend([1.0, finite(caught.shadowed), finite(caught.unshadowed)]);
+    append(values, radiance.color * film.clamp_factor(radiance.color));
+    values.push(finite(radiance.alpha));
+}
+
+/// Appends a colour.
+fn append(values: &mut Vec<f32>, color: Spectrum) {
+    values.extend(color.to_array().map(finite));
+}
+
+/// Values that are not finite become 0: they must not hide the colour of their sample.
+pub(super) fn finite(v: f32) -> f32 {
+    if v.is_finite() { v } else { 0.0 }
+}

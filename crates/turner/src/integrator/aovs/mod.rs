@@ -1,0 +1,214 @@
+//! AOVs: the values of a batch of camera samples, besides their colour.
+//!
+//! [`SampleAovs`] traces the camera rays of a batch once more to their first hits, eight at a time, and evaluates the
+//! AOVs of the film there. It uses the rays, times and texture footprints of the samples, so the values belong to the
+//! same surfaces as the colour. Media and materials with partial opacity are not looked through: the first surface
+//! counts. The rays are not counted in [`RayStats`](crate::integrator::RayStats).
+//!
+//! A further AOV is a line of [`Aov`], one of [`Aov::layout`], and an arm of `value` or `label` below. The compiler
+//! reports what is missing.
+
+mod first_hit;
+mod light;
+#[cfg(test)]
+mod light_tests;
+#[cfg(test)]
+mod tests;
+
+use crate::camera::CameraFrame;
+use crate::film::{Aov, LabelKind, NO_LABEL};
+use crate::integrator::{AskedDetails, CameraSamples, Radiance, SampleDetails, Tracer, footprint};
+use crate::math::DVec3;
+use crate::scene::{Hit, RayBatch, Scene};
+use crate::view::View;
+use first_hit::AovHit;
+use light::{SampleLight, append_caught, finite};
+
+/// The AOVs of the samples of one worker. It reuses its buffers from batch to batch.
+pub struct SampleAovs<'a> {
+    scene: &'a Scene,
+    view: &'a View,
+    frame: CameraFrame,
+    aovs: Vec<Aov>,
+    /// What the channels of labels number.
+    kinds: Vec<LabelKind>,
+    rays: RayBatch,
+    hits: Vec<Option<Hit>>,
+    /// For each sample: 1 if it hit something, then the values of all channels with sums.
+    values: Vec<f32>,
+    /// For each sample: the labels of all channels of labels.
+    labels: Vec<u32>,
+    channels: usize,
+}
+
+impl<'a> SampleAovs<'a> {
+    /// For the AOVs of a view's film; `None` if there are none.
+    pub fn new(scene: &'a Scene, view: &'a View) -> Option<SampleAovs<'a>> {
+        if !view.film.aovs.has_channels() {
+            return None;
+        }
+        let aovs = view.film.aovs.iter().filter(|aov| aov.has_sums()).collect();
+        Some(SampleAovs {
+            scene,
+            view,
+            frame: view.camera.frame(),
+            aovs,
+            kinds: view.film.aovs.iter().filter_map(Aov::labels).collect(),
+            rays: RayBatch::default(),
+            hits: Vec::new(),
+            values: Vec::new(),
+            labels: Vec::new(),
+            channels: view.film.channels().len(),
+        })
+    }
+
+    /// Asks a tracer for the details that they show.
+    pub fn ask(&self, tracer: &mut dyn Tracer) {
+        tracer.ask(AskedDetails {
+            parts: self.aovs.iter().any(|aov| aov.is_light()),
+            groups: self.aovs.contains(&Aov::LightGroups),
+            rays: self.aovs.contains(&Aov::Cost),
+        });
+    }
+
+    /// Replaces the values by those of a batch. `radiance` and `details` are what a tracer knows of the samples, before
+    /// `clamp_sample`; what it does not know is 0.
+    pub fn take(&mut self, samples: &CameraSamples, radiance: &[Radiance], details: SampleDetails<'_>) {
+        let film = &self.view.film;
+        let names = self.scene.light_groups.names();
+        self.values.clear();
+        self.labels.clear();
+        self.rays.copy(&samples.rays);
+        self.scene.intersect_batch(&mut self.rays, &mut self.hits);
+        for (i, radiance) in radiance.iter().enumerate().take(samples.ids.len()) {
+            // Where the camera has no ray, what the tracer knows is ignored.
+            let ray = samples.rays.get(i).filter(|ray| ray.t_max >= 0.0);
+            let known = if ray.is_some() { details } else { SampleDetails::default() };
+            let light = SampleLight::new(film, radiance, &known, i, names);
+            let hit = self.hits.get(i).copied().flatten();
+            let values = &mut self.values;
+            if let (Some(hit), Some(ray)) = (hit, ray) {
+                let mut surface = self.scene.surface(&ray, &hit);
+                if self.view.pixel_cone.is_some() {
+                    let mut cone = footprint::of_camera(self.view, samples, i);
+                    footprint::arrive(&mut cone, &mut surface, ray.direction, hit.shape.t);
+                }
+                let at = AovHit { scene: self.scene, view: self.view, frame: &self.frame, ray, hit, surface };
+                values.push(1.0);
+                for aov in &self.aovs {
+                    if !light.append(*aov, values) {
+                        append(values, *aov, value(*aov, &at));
+                    }
+                }
+                self.labels.extend(self.kinds.iter().map(|kind| label(*kind, &at)));
+            } else {
+                values.push(0.0);
+                for aov in &self.aovs {
+                    if !light.append(*aov, values) {
+                        append(values, *aov, [0.0; 3]);
+                    }
+                }
+                self.labels.extend(self.kinds.iter().map(|_| NO_LABEL));
+            }
+            if film.aovs.catches_shadows() {
+                append_caught(values, film, radiance, known.caught.get(i));
+            }
+        }
+    }
+
+    /// The number of samples.
+    pub fn len(&self) -> usize {
+        self.values.len() / self.channels.max(1)
+    }
+
+    /// Whether there are no samples.
+    pub fn is_empty(&self) -> bool {
+        self.values.is_empty()
+    }
+
+    /// The values of a sample, one for each channel of the film.
+    pub fn values(&self, sample: usize) -> &[f32] {
+        self.values.get(sample * self.channels..(sample + 1) * self.channels).unwrap_or_default()
+    }
+
+    /// The labels of a sample, one for each channel of labels of the film.
+    pub fn labels(&self, sample: usize) -> &[u32] {
+        let count = self.kinds.len();
+        self.labels.get(sample * count..(sample + 1) * count).unwrap_or_default()
+    }
+
+    /// Moves the samples to the end of `all`, which the caller keeps while it traces others.
+    pub fn append_to(&mut self, all: &mut (Vec<f32>, Vec<u32>)) {
+        all.0.append(&mut self.values);
+        all.1.append(&mut self.labels);
+    }
+
+    /// Replaces the samples by those of `all`, which gets the present ones.
+    pub fn swap(&mut self, all: &mut (Vec<f32>, Vec<u32>)) {
+        std::mem::swap(&mut self.values, &mut all.0);
+        std::mem::swap(&mut self.labels, &mut all.1);
+    }
+
+    /// Keeps the samples for which `keep` is true; it is called for each in order.
+    pub fn retain(&mut self, mut keep: impl FnMut(usize) -> bool) {
+        let (channels, count) = (self.channels, self.kinds.len());
+        let mut kept = 0;
+        for sample in 0..self.len() {
+            if keep(sample) {
+                self.values.copy_within(sample * channels..(sample + 1) * channels, kept * channels);
+                self.labels.copy_within(sample * count..(sample + 1) * count, kept * count);
+                kept += 1;
+            }
+        }
+        self.values.truncate(kept * channels);
+        self.labels.truncate(kept * count);
+    }
+}
+
+/// Appends as many values as the AOV has channels.
+fn append(values: &mut Vec<f32>, aov: Aov, value: [f64; 3]) {
+    let count = aov.layout().channels.len();
+    values.extend(value.into_iter().take(count).map(|v| finite(v as f32)));
+}
+
+/// The value of an AOV at a hit; those of light are known before.
+fn value(aov: Aov, at: &AovHit<'_>) -> [f64; 3] {
+    let along = |v: DVec3| v.to_array();
+    let one = |v: f64| [v, 0.0, 0.0];
+    match aov {
+        Aov::Albedo => at.albedo().to_array().map(f64::from),
+        Aov::Normal => along(at.normal()),
+        Aov::GeometricNormal => along(at.surface.ng),
+        Aov::CameraNormal => along(at.in_camera(at.normal())),
+        Aov::Depth => one(at.depth()),
+        Aov::Distance => one(at.distance()),
+        Aov::Position => along(at.surface.p),
+        Aov::Uv => at.uv(),
+        Aov::Motion => at.motion(),
+        Aov::Emission
+        | Aov::Direct
+        | Aov::Indirect
+        | Aov::LightGroups
+        | Aov::Caustics
+        | Aov::SampleCount
+        | Aov::Cost
+        | Aov::Shadow
+        | Aov::Variance
+        | Aov::Error
+        | Aov::ObjectId
+        | Aov::MaterialId
+        | Aov::InstanceId
+        | Aov::CryptoObject
+        | Aov::CryptoMaterial
+        | Aov::CryptoAsset => [0.0; 3],
+    }
+}
+
+/// The label of a hit.
+fn label(kind: LabelKind, at: &AovHit<'_>) -> u32 {
+    match kind {
+        LabelKind::Object => at.scene.primitive_id(&at.hit),
+        LabelKind::Material => at.surface.material.0,
+        LabelKind::Instance => at.scene.entry_of(at.scene.primitive_id(&at.hit)),
+    }
+}
