@@ -274,6 +274,12 @@ pub(crate) const PICTURES: &[Picture] = &[
         ),
     ),
     picture(
+        "turn.webp",
+        Turner(
+            "scenes/guides/turntable.toml --turntable 12 --camera orbit:0,22,2.7 --width 120 --height 120 --samples 96 --fps 6",
+        ),
+    ),
+    picture(
         "depth-of-field.jpg",
         Turner(
             "scenes/guides/depth-of-field.toml --width 450 --height 300 --samples 324 --clamp-indirect 0.5",
