@@ -45,6 +45,7 @@ pub mod error_pages;
 pub mod events;
 mod explain;
 pub mod failure;
+mod film_picture;
 mod flags;
 mod foreign;
 mod header;

@@ -1,5 +1,6 @@
 //! The output file, checked before rendering, and its metadata.
 
+use std::fmt::Display;
 use std::io::{IsTerminal, Write};
 use std::path::{Path, PathBuf};
 
@@ -10,14 +11,14 @@ use turner::film::{DisplayTransform, FilmDesc, Picture};
 use turner::integrator::{IntegratorDesc, Prepared};
 use turner::render::Renderer;
 use turner::schema::{ErrorCode, SceneError, Warning, WarningKind};
-use turner::view::View;
 use turner_io::image::{ExtraChannel, ImageFormat, Metadata, OutputFile};
-use turner_io::{Rounding, SaveOptions, to_bytes};
+use turner_io::{Rounding, Save, SaveError, SaveOptions, to_bytes, write_file};
 
 use crate::aovs;
 use crate::camera;
 use crate::encoding::{Encoding, EncodingArgs};
 use crate::failure::{Failure, two_lines};
+use crate::film_picture::FilmPicture;
 use crate::header;
 use crate::recipe::{self, Recipe};
 use crate::sequence::Step;
@@ -266,17 +267,17 @@ impl Output {
     }
 
     /// What the file does not hold of the picture.
-    pub(crate) fn remarks(&self, picture: &Picture, view: &View) -> Vec<Warning> {
+    pub(crate) fn remarks(&self, picture: &FilmPicture<'_>) -> Vec<Warning> {
         let mut remarks = Vec::new();
         let mut remark = |kind, message: String| remarks.push(Warning::new(kind, message));
-        if picture.has_alpha && matches!(self.format, ImageFormat::Jpeg | ImageFormat::Hdr) {
+        if picture.samples().has_alpha() && matches!(self.format, ImageFormat::Jpeg | ImageFormat::Hdr) {
             let format = self.format.name();
             remark(
                 WarningKind::Note,
                 format!("{format} stores no transparency: use PNG, WebP or EXR to keep the alpha channel"),
             );
         }
-        if self.encoding.is_special() && self.has_custom_display(picture, view) {
+        if self.encoding.is_special() && picture.has_custom_display() {
             let message = "--bit-depth, --dither and --display-space are ignored: this debug view shows values as \
                            8-bit colours; EXR files keep the values";
             remark(WarningKind::Ignored, message.to_owned());
@@ -284,28 +285,28 @@ impl Output {
         remarks
     }
 
-    /// Whether a debug view chose display values that are not those of the linear values.
-    fn has_custom_display(&self, picture: &Picture, view: &View) -> bool {
-        picture.transform(&view.film).to_8_bits(&picture.linear, 0) != picture.display
-    }
-
     /// Encodes the picture and writes the file atomically, with the AOVs if it is an EXR file; else they go to one
     /// beside it. If that fails, e.g. because the disk is full, the picture is kept in the folder for temporary files.
     pub(crate) fn write(
         &self,
-        picture: &Picture,
+        picture: &FilmPicture<'_>,
         renderer: &Renderer,
         metadata: &Metadata,
         threads: usize,
     ) -> Result<(), Failure> {
         let film = &renderer.prepared().view.film;
-        let channels = |holds: bool| if holds { aovs::channels(renderer, threads) } else { Vec::new() };
-        let own = self.format == ImageFormat::Exr;
-        let bytes = self.encode(self.format, picture, renderer, channels(own), metadata, threads)?;
+        let is_plain = !self.encoding.is_special() || picture.has_custom_display();
+        let options = |format, holds: bool| {
+            let channels = if holds { aovs::channels(renderer, threads) } else { Vec::new() };
+            let transform = Some(picture.transform()).filter(|_| !is_plain);
+            self.options(format, renderer, channels, metadata, threads, transform)
+        };
+        let own = options(self.format, self.format == ImageFormat::Exr);
         match &self.path {
-            Some(path) => commit(path, self.format, &bytes)?,
+            Some(path) => commit(path, self.format, picture.samples(), &own)?,
             None => {
                 let mut out = std::io::stdout().lock();
+                let bytes = to_bytes(picture.samples(), self.format, &own).map_err(failed)?;
                 out.write_all(&bytes).and_then(|()| out.flush()).map_err(|e| {
                     let message = format!("cannot write to standard output: {e}");
                     Failure::new(two_lines(ErrorCode::Output, &message))
@@ -313,37 +314,35 @@ impl Output {
             }
         }
         let Some(beside) = self.aov_path(film) else { return Ok(()) };
-        let bytes = self.encode(ImageFormat::Exr, picture, renderer, channels(true), metadata, threads)?;
-        commit(&beside, ImageFormat::Exr, &bytes)
+        let format = ImageFormat::Exr;
+        commit(&beside, format, picture.samples(), &options(format, true))
     }
 
-    /// The bytes of a file in a format; `channels` are those of an EXR file.
-    fn encode(
+    /// How a file of a format is encoded; `channels` are those of an EXR file, `transform` that of display values with
+    /// special options.
+    fn options<'a>(
         &self,
         format: ImageFormat,
-        picture: &Picture,
         renderer: &Renderer,
-        channels: Vec<ExtraChannel<'_>>,
+        channels: Vec<ExtraChannel<'a>>,
         metadata: &Metadata,
         threads: usize,
-    ) -> Result<Vec<u8>, Failure> {
-        let view = &renderer.prepared().view;
+        transform: Option<DisplayTransform>,
+    ) -> SaveOptions<'a> {
+        let film = &renderer.prepared().view.film;
         let is_exr = format == ImageFormat::Exr;
-        let is_special = !is_exr && self.encoding.is_special() && !self.has_custom_display(picture, view);
-        let options = SaveOptions {
+        SaveOptions {
             format: Some(format),
-            transfer: match view.film.transfer {
+            transfer: match film.transfer {
                 Transfer::Srgb if !is_exr => turner_io::image::Transfer::Srgb,
                 Transfer::Srgb | Transfer::None => turner_io::image::Transfer::Unstated,
             },
-            display: is_special.then(|| self.encoding.display(picture.transform(&view.film))),
+            display: transform.filter(|_| !is_exr).map(|transform| self.encoding.display(transform)),
             metadata: if is_exr { aovs::metadata(renderer, metadata) } else { metadata.clone() },
             channels,
             exr: self.encoding.exr,
             threads,
-        };
-        to_bytes(picture, format, &options)
-            .map_err(|e| Failure::new(two_lines(ErrorCode::Output, &e.to_string())))
+        }
     }
 
     /// The size in bytes of the files that a picture like this becomes, with these channels. Nothing is written.
@@ -354,9 +353,11 @@ impl Output {
         channels: Vec<ExtraChannel<'_>>,
         threads: usize,
     ) -> usize {
+        let transform = picture.transform(&renderer.prepared().view.film);
+        let transform = Some(transform).filter(|_| self.encoding.is_special());
         let size = |format, channels| {
-            let none = Metadata::new();
-            self.encode(format, picture, renderer, channels, &none, threads).map_or(0, |bytes| bytes.len())
+            let options = self.options(format, renderer, channels, &Metadata::new(), threads, transform);
+            to_bytes(picture, format, &options).map_or(0, |bytes| bytes.len())
         };
         if self.format == ImageFormat::Exr || channels.is_empty() {
             return size(self.format, channels);
@@ -365,15 +366,26 @@ impl Output {
     }
 }
 
-/// Writes a file atomically. If that fails, the bytes are kept in the folder for temporary files.
-fn commit(path: &Path, format: ImageFormat, bytes: &[u8]) -> Result<(), Failure> {
-    OutputFile::create(path).and_then(|file| file.commit(bytes)).map_err(|e| {
-        let failure = Failure::new(two_lines(ErrorCode::Output, &e.to_string()));
-        match rescue(bytes, format) {
+/// Writes a file atomically. If that fails, the picture is kept in the folder for temporary files.
+fn commit(
+    path: &Path,
+    format: ImageFormat,
+    picture: &dyn Save,
+    options: &SaveOptions<'_>,
+) -> Result<(), Failure> {
+    let file = OutputFile::create(path).map_err(SaveError::Output);
+    file.and_then(|file| write_file(file, picture, format, options)).map_err(|error| {
+        let is_refused = matches!(error, SaveError::Image(_));
+        let failure = failed(error);
+        match rescue(format, picture, options).filter(|_| !is_refused) {
             Some(kept) => failure.note(format!("the picture was kept as {}", kept.display())),
             None => failure,
         }
     })
+}
+
+fn failed(error: impl Display) -> Failure {
+    Failure::new(two_lines(ErrorCode::Output, &error.to_string()))
 }
 
 /// Refuses to overwrite a file that the scene reads: `cup.obj` may have a texture `cup.png`.
@@ -392,11 +404,19 @@ fn refuse_input(path: &Path, scene: &Path, desc: &SceneDesc) -> Result<(), Failu
 }
 
 /// Keeps a picture as a temporary file with a unique name.
-fn rescue(bytes: &[u8], format: ImageFormat) -> Option<PathBuf> {
+fn rescue(format: ImageFormat, picture: &dyn Save, options: &SaveOptions<'_>) -> Option<PathBuf> {
     let suffix = format!(".{}", format.extensions()[0]);
-    let mut file = tempfile::Builder::new().prefix("turner-kept-").suffix(&suffix).tempfile().ok()?;
-    file.write_all(bytes).ok()?;
-    file.keep().ok().map(|(_, path)| path)
+    let file = tempfile::Builder::new().prefix("turner-kept-").suffix(&suffix).tempfile().ok()?;
+    let (_, path) = file.keep().ok()?;
+    let written = OutputFile::create(&path).map_err(SaveError::Output);
+    match written.and_then(|own| write_file(own, picture, format, options)) {
+        Ok(()) => Some(path),
+        Err(_) => {
+            // An empty file says nothing.
+            let _ = std::fs::remove_file(&path);
+            None
+        }
+    }
 }
 
 #[cfg(test)]

@@ -1,14 +1,15 @@
 //! Picture files as input of commands.
 
 use std::borrow::Cow;
+use std::ops::Range;
 use std::path::Path;
 
 use turner::image::Image;
 use turner::schema::error::escape;
 use turner::schema::{ErrorCode, SceneError};
+use turner_io::Save;
 use turner_io::assets::{AssetSource, DEFAULT_BUDGET, FolderAssets};
 use turner_io::image::{DecodeLimits, ImageError, ImageFormat, Metadata, decode, exr, read_metadata};
-use turner_io::{Samples, Save};
 
 use crate::failure::{Failure, two_lines};
 
@@ -92,13 +93,22 @@ impl Linear {
 }
 
 impl Save for Linear {
-    fn samples(&self) -> Samples<'_> {
-        Samples {
-            width: self.width,
-            height: self.height,
-            alpha: self.has_alpha,
-            linear: Cow::Borrowed(&self.pixels),
-            display: Cow::Borrowed(&[]),
-        }
+    fn size(&self) -> (u32, u32) {
+        (self.width, self.height)
+    }
+
+    fn has_alpha(&self) -> bool {
+        self.has_alpha
+    }
+
+    fn linear(&self, rows: Range<u32>, _: usize) -> Cow<'_, [[f32; 4]]> {
+        let width = self.width as usize;
+        let part = self.pixels.get(rows.start as usize * width..rows.end as usize * width);
+        Cow::Borrowed(part.unwrap_or_default())
+    }
+
+    /// There are none: they are computed from the linear values.
+    fn display(&self, _: Range<u32>, _: usize) -> Cow<'_, [[u8; 4]]> {
+        Cow::Borrowed(&[])
     }
 }

@@ -8,7 +8,7 @@ use turner::film::{DisplayTransform, auto_exposure};
 use turner::schema::error::escape;
 use turner::schema::{ErrorCode, SceneError, Warning, WarningKind};
 use turner_io::image::{ImageFormat, Metadata, OutputFile};
-use turner_io::{SaveOptions, to_bytes};
+use turner_io::{SaveOptions, write_file};
 
 use crate::encoding::{DisplayArgs, Encoding};
 use crate::failure::{Failure, two_lines};
@@ -150,9 +150,7 @@ fn convert(args: &TonemapArgs) -> Result<(String, Vec<Warning>), Failure> {
         metadata: carried(args, metadata, format, &transform),
         ..SaveOptions::default()
     };
-    let bytes = to_bytes(&linear, format, &options).map_err(|e| output_failed(&e.to_string()))?;
-    file.check_space(bytes.len() as u64).map_err(|e| output_failed(&e.to_string()))?;
-    file.commit(&bytes).map_err(|e| output_failed(&e.to_string()))?;
+    write_file(file, &linear, format, &options).map_err(|e| output_failed(&e.to_string()))?;
     let line = format!(
         "{}: {}x{}, exposure {}, tonemap {}, {}",
         escape(&args.output.to_string_lossy()),

@@ -39,7 +39,9 @@ pub mod testing;
 mod words;
 
 pub use load::{load, load_with};
-pub use save::{DisplayOptions, Rounding, Samples, Save, SaveError, SaveOptions, save, save_with, to_bytes};
+pub use save::{
+    DisplayOptions, Rounding, Save, SaveError, SaveOptions, save, save_with, to_bytes, write_file,
+};
 pub use scene::{LoadError, LoadOptions, Loaded, Override};
 
 /// Runs the README's example. The example has its own file; a test in `load` compares that file with the README.

@@ -20,6 +20,12 @@ const FIRST: Duration = Duration::from_secs(60);
 /// Time between two checkpoints.
 const INTERVAL: Duration = Duration::from_secs(30);
 
+/// Larger films are written while rendering waits, instead of a copy of them: 1 GiB.
+const MOST_COPIED: u64 = 1 << 30;
+
+/// Rendering waits for checkpoints for at most one part in so many of its time.
+const PAUSES: u32 = 20;
+
 /// When and where checkpoints are written.
 pub(crate) struct Writer {
     path: PathBuf,
@@ -83,16 +89,18 @@ impl Writer {
             self.next = Instant::now() + self.interval;
             return;
         }
+        let begin = Instant::now();
         self.start(film, seconds, reporter);
-        self.next = Instant::now() + self.interval;
+        self.next = Instant::now() + self.interval.max(PAUSES * begin.elapsed());
     }
 
-    /// Begins to write the film, after the last write has ended. Rendering continues meanwhile if there is memory for a
-    /// copy of the film.
+    /// Begins to write the film, after the last write has ended. Rendering continues meanwhile if the film is not large
+    /// and there is memory for a copy of it.
     fn start(&mut self, film: &Film, seconds: f64, reporter: &Reporter) {
         self.join(reporter);
         self.prepare(film, seconds);
-        if self.memory.left() < film.memory() as u64 {
+        let size = film.memory() as u64;
+        if size > MOST_COPIED || self.memory.left() < size {
             match write_film(&self.path, &self.header, film) {
                 Ok(()) => self.is_own = true,
                 Err(message) => self.warn(&message, reporter),

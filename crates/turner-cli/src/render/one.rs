@@ -20,6 +20,7 @@ use super::{RenderArgs, Resumed, threads};
 use crate::checkpoint::{self, VERSION, Writer};
 use crate::control::Control;
 use crate::failure::{Failure, Labels};
+use crate::film_picture::FilmPicture;
 use crate::output::Output;
 use crate::recipe::Recipe;
 use crate::report::{Reporter, strict};
@@ -155,7 +156,7 @@ impl One<'_> {
         let renderer = Renderer::resume(self.ready.prepared.clone(), film).map_err(Failure::new)?;
         let samples = 0..renderer.samples_per_pixel();
         let finished = renderer.film.finished(&samples);
-        let noise = renderer.film.error(self.args.run.threads).map(|error| error.noise());
+        let noise = renderer.film.noise(self.args.run.threads);
         let traced =
             Traced { renderer, seconds: 0.0, finished, interrupted: false, ended: None, noise, fault: None };
         self.save(&traced, &samples).map(drop)
@@ -273,12 +274,12 @@ impl One<'_> {
         let Ready { desc, prepared, .. } = self.ready;
         let all = traced.renderer.samples_per_pixel();
         let count = if traced.ended.is_some() { traced.renderer.film.mean_samples() as u32 } else { all };
-        let picture = traced.renderer.develop_with(self.args.run.threads);
-        if picture.missing >= u64::from(picture.width) * u64::from(picture.height) {
+        let picture = FilmPicture::new(&traced.renderer, self.args.run.threads);
+        if picture.is_empty() {
             return Ok(None);
         }
         let hash = &self.hashes.whole;
-        let shown = picture.transform(&prepared.view.film);
+        let shown = picture.transform();
         let mut metadata =
             self.output.metadata(prepared, &desc.integrator, hash, count, &shown, &self.recipe);
         if traced.finished < 1.0 {
@@ -294,14 +295,14 @@ impl One<'_> {
             metadata.insert(SAMPLE_RANGE.to_owned(), range.as_str().into());
         }
         self.output.write(&picture, &traced.renderer, &metadata, self.args.run.threads)?;
-        Ok(Some(self.output.remarks(&picture, &prepared.view)))
+        Ok(Some(self.output.remarks(&picture)))
     }
 
     /// For `turner watch`: writes the picture so far. An error shows when the finished picture is written.
     fn save_progress(&self, renderer: &Renderer) {
         let Ready { desc, prepared, .. } = self.ready;
-        let picture = renderer.develop_with(self.args.run.threads);
-        let (shown, hash) = (picture.transform(&prepared.view.film), &self.hashes.whole);
+        let picture = FilmPicture::new(renderer, self.args.run.threads);
+        let (shown, hash) = (picture.transform(), &self.hashes.whole);
         let samples = renderer.film.mean_samples() as u32;
         let mut metadata =
             self.output.metadata(prepared, &desc.integrator, hash, samples, &shown, &self.recipe);

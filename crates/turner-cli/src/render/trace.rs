@@ -118,7 +118,7 @@ pub(super) fn trace(
         }
         if matches!(result, Ok(true)) {
             progress.end_pass();
-            let noise = || renderer.film.error(job.threads).map(|error| error.noise());
+            let noise = || renderer.film.noise(job.threads);
             let is_clean = budget.is_clean(goal, || {
                 let noise = noise();
                 progress.set_noise(goal, budget, || noise);
@@ -143,7 +143,7 @@ pub(super) fn trace(
         cover(&mut renderer, job.threads);
     }
     let finished = if ended.is_some() { 1.0 } else { renderer.film.finished(samples) };
-    let noise = renderer.film.error(job.threads).map(|error| error.noise());
+    let noise = renderer.film.noise(job.threads);
     Traced { renderer, seconds, finished, interrupted, ended, noise, fault }
 }
 

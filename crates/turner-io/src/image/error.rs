@@ -181,7 +181,7 @@ impl ImageError {
         }
     }
 
-    pub(super) fn encode(format: ImageFormat, problem: impl ToString) -> Self {
+    pub(crate) fn encode(format: ImageFormat, problem: impl ToString) -> Self {
         Self::Encode { format: format.name(), problem: printable(&problem.to_string()) }
     }
 }

@@ -6,7 +6,9 @@
 //! header claims. EXPOSURE and COLORCORR lines are not applied: values are as stored, as in other programs.
 
 use super::limits::{Source, reserve};
-use super::{DecodeLimits, ImageError, ImageFormat, OutputImage};
+use super::strips::refused;
+use super::{DecodeLimits, ImageError, ImageFormat, OutputImage, StripImage, WriteSeek};
+use std::io;
 use turner::image::{Image, Pixels};
 
 const FORMAT: ImageFormat = ImageFormat::Hdr;
@@ -208,26 +210,38 @@ fn power_of_two(n: i32) -> f64 {
 
 /// Encodes the linear samples; alpha and metadata are dropped.
 pub fn encode(image: &OutputImage<'_>) -> Result<Vec<u8>, ImageError> {
-    let linear = image.linear(FORMAT)?;
-    let width = image.width as usize;
-    let mut out = format!("#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y {} +X {}\n", image.height, image.width)
-        .into_bytes();
-    let mut channel = Vec::with_capacity(width);
-    for row in linear.chunks_exact(width) {
-        let line: Vec<Rgbe> = row.iter().map(|p| to_rgbe([p[0], p[1], p[2]])).collect();
-        if !RLE_WIDTHS.contains(&width) {
-            out.extend_from_slice(line.as_flattened());
-            continue;
-        }
-        out.extend_from_slice(&[2, 2, (width >> 8) as u8, (width & 255) as u8]);
-        for c in 0..4 {
-            channel.clear();
-            channel.extend(line.iter().map(|p| p[c]));
-            write_channel(&channel, &mut out);
-        }
-    }
-    Ok(out)
+    super::encode(image, FORMAT)
 }
+
+/// Writes the linear samples strip by strip.
+pub(super) fn write(image: &StripImage<'_>, out: &mut dyn WriteSeek) -> io::Result<()> {
+    let OutputImage { width, height, threads, .. } = *image.image;
+    image.image.pixels(FORMAT).map_err(refused)?;
+    let mut bytes = format!("#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y {height} +X {width}\n").into_bytes();
+    let width = width as usize;
+    let mut channel = Vec::with_capacity(width);
+    for rows in image.strips(STRIP) {
+        for row in image.linear(rows, threads)?.chunks_exact(width) {
+            let line: Vec<Rgbe> = row.iter().map(|p| to_rgbe([p[0], p[1], p[2]])).collect();
+            if !RLE_WIDTHS.contains(&width) {
+                bytes.extend_from_slice(line.as_flattened());
+                continue;
+            }
+            bytes.extend_from_slice(&[2, 2, (width >> 8) as u8, (width & 255) as u8]);
+            for c in 0..4 {
+                channel.clear();
+                channel.extend(line.iter().map(|p| p[c]));
+                write_channel(&channel, &mut bytes);
+            }
+        }
+        out.write_all(&bytes)?;
+        bytes.clear();
+    }
+    Ok(())
+}
+
+/// Pixels of a strip.
+const STRIP: u32 = 1 << 20;
 
 /// Encodes runs of four or more as `128 + n, value`, everything else as `n, values…` with n at most 128.
 fn write_channel(values: &[u8], out: &mut Vec<u8>) {

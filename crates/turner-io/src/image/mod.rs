@@ -4,6 +4,7 @@
 //! ```text
 //! bytes ── decode ──> turner::image::Image          8 and 16 bits are kept, EXR, HDR and PFM become floats
 //! OutputImage ── encode ──> bytes ── OutputFile::commit ──> disk, complete or not at all
+//! StripImage ── write ──────────────────────────────────> the same, for pictures too large to be in memory
 //! ```
 //!
 //! This module does not open a scene's files; bytes come through [`crate::assets::AssetSource`]. Decoders check the
@@ -33,6 +34,7 @@ mod output_image;
 pub mod pfm;
 pub mod png;
 mod shrink;
+mod strips;
 mod temporary;
 pub mod tga;
 pub mod webp;
@@ -49,6 +51,7 @@ pub use metadata::{MetaValue, Metadata};
 pub use output::{OutputError, OutputFile};
 pub use output_image::{Display, OutputImage, Transfer};
 pub(crate) use shrink::to_fit;
+pub use strips::{Strip, StripImage, WriteSeek, write};
 
 use turner::image::Image;
 
@@ -71,16 +74,7 @@ pub fn decode(bytes: &[u8], name: &str, limits: &DecodeLimits) -> Result<Image, 
 
 /// Encodes an image. The same input gives the same bytes on any machine and with any number of threads.
 pub fn encode(image: &OutputImage<'_>, format: ImageFormat) -> Result<Vec<u8>, ImageError> {
-    match format {
-        ImageFormat::Png => png::encode(image),
-        ImageFormat::Exr => exr::encode(image),
-        ImageFormat::Hdr => hdr::encode(image),
-        ImageFormat::Jpeg => jpeg::encode(image),
-        ImageFormat::WebP => webp::encode(image),
-        ImageFormat::Tga | ImageFormat::Bmp | ImageFormat::Pfm => {
-            Err(ImageError::encode(format, "the format can be read but not written; use PNG"))
-        }
-    }
+    strips::encode(image, format)
 }
 
 /// The text and integer metadata of a PNG or EXR file, without decoding pixels; empty for other formats. PNG stores

@@ -4,12 +4,13 @@
 //! immediately and not after an hour. A killed process may leave a `.turner-*.tmp` file, which the next process that
 //! writes into the folder removes.
 
-use std::fs::{self, OpenOptions};
-use std::io::{self, BufWriter, Write};
+use std::fs::{self, File, OpenOptions};
+use std::io::{self, BufWriter, Cursor, Write};
 use std::path::{Path, PathBuf};
 
 use tempfile::NamedTempFile;
 
+use super::WriteSeek;
 use super::temporary::{create_in, free_space, sync_folder};
 use crate::assets::printable;
 
@@ -141,6 +142,22 @@ impl OutputFile {
         self.commit_with(|out| out.write_all(bytes))
     }
 
+    /// Like [`OutputFile::commit_with`], for formats whose first bytes are written last.
+    pub fn commit_seeking(
+        self,
+        write: impl FnOnce(&mut dyn WriteSeek) -> io::Result<()>,
+    ) -> Result<(), OutputError> {
+        match self.target {
+            // A pipe cannot seek.
+            Target::Stream => self.commit_with(|out| {
+                let mut bytes = Cursor::new(Vec::new());
+                write(&mut bytes)?;
+                out.write_all(&bytes.into_inner())
+            }),
+            Target::File { temporary, folder } => replace(&self.path, temporary, &folder, |out| write(out)),
+        }
+    }
+
     /// Like [`OutputFile::commit`], with the bytes that `write` produces.
     pub fn commit_with(
         self,
@@ -153,20 +170,28 @@ impl OutputFile {
                 .open(path)
                 .and_then(|mut f| write(&mut f))
                 .map_err(|e| failed(path, "write", e)),
-            Target::File { mut temporary, folder } => {
-                let mut buffered = BufWriter::with_capacity(1 << 16, temporary.as_file_mut());
-                write(&mut buffered).and_then(|()| buffered.flush()).map_err(|e| failed(path, "write", e))?;
-                drop(buffered);
-                if let Ok(existing) = fs::metadata(path) {
-                    let keep = temporary.as_file().set_permissions(existing.permissions());
-                    keep.map_err(|e| failed(path, "keep its permissions", e))?;
-                }
-                temporary.as_file().sync_all().map_err(|e| failed(path, "flush it to the disk", e))?;
-                temporary.persist(path).map_err(|e| failed(path, "replace it", e.error))?;
-                sync_folder(&folder).map_err(|e| failed(path, "flush its folder to the disk", e))
-            }
+            Target::File { temporary, folder } => replace(path, temporary, &folder, |out| write(out)),
         }
     }
+}
+
+/// Writes a temporary file, flushes it to the disk, and renames it.
+fn replace(
+    path: &Path,
+    mut temporary: NamedTempFile,
+    folder: &Path,
+    write: impl FnOnce(&mut BufWriter<&mut File>) -> io::Result<()>,
+) -> Result<(), OutputError> {
+    let mut buffered = BufWriter::with_capacity(1 << 16, temporary.as_file_mut());
+    write(&mut buffered).and_then(|()| buffered.flush()).map_err(|e| failed(path, "write", e))?;
+    drop(buffered);
+    if let Ok(existing) = fs::metadata(path) {
+        let keep = temporary.as_file().set_permissions(existing.permissions());
+        keep.map_err(|e| failed(path, "keep its permissions", e))?;
+    }
+    temporary.as_file().sync_all().map_err(|e| failed(path, "flush it to the disk", e))?;
+    temporary.persist(path).map_err(|e| failed(path, "replace it", e.error))?;
+    sync_folder(folder).map_err(|e| failed(path, "flush its folder to the disk", e))
 }
 
 /// A size for messages: `1.5 MB`.

@@ -6,11 +6,14 @@
 use super::contain::contain;
 use super::icc::display_p3;
 use super::limits::{Source, buffer, reserve};
-use super::{DecodeLimits, Display, ImageError, ImageFormat, MetaValue, Metadata, OutputImage, Transfer};
+use super::strips::refused;
+use super::{
+    DecodeLimits, ImageError, ImageFormat, MetaValue, Metadata, OutputImage, StripImage, Transfer, WriteSeek,
+};
 use miniz_oxide::deflate::compress_to_vec_zlib;
 use png::chunk::ChunkType;
 use png::{BitDepth, ColorType, DecodeOptions, Decoder, DecodingError, Encoder, Transformations};
-use std::io::Cursor;
+use std::io::{self, Cursor, Write};
 use turner::color::DisplaySpace;
 use turner::image::{Image, Pixels};
 
@@ -78,12 +81,27 @@ fn decode_inner(bytes: &[u8], name: &str, limits: &DecodeLimits) -> Result<Image
 
 /// Encodes the display samples with 8 or 16 bits, RGB or RGBA, and declares the transfer and the metadata.
 pub fn encode(image: &OutputImage<'_>) -> Result<Vec<u8>, ImageError> {
-    let failed = |e: png::EncodingError| ImageError::encode(FORMAT, e);
-    let display = image.display(FORMAT)?;
-    super::metadata::check(image.metadata, FORMAT)?;
-    let mut out = Vec::new();
-    let mut encoder = Encoder::new(&mut out, image.width, image.height);
+    super::encode(image, FORMAT)
+}
+
+/// Images of more bytes are compressed while their rows are computed; others all at once, which stores noise that cannot
+/// be compressed as it is.
+const WHOLE: u64 = 64 << 20;
+
+/// Pixels of a strip.
+const STRIP: u32 = 1 << 20;
+
+/// Bytes of a chunk of a large image.
+const CHUNK: usize = 1 << 18;
+
+/// Writes the display samples strip by strip.
+pub(super) fn write(strips: &StripImage<'_>, out: &mut dyn WriteSeek) -> io::Result<()> {
+    let image = strips.image;
+    image.pixels(FORMAT).map_err(refused)?;
+    super::metadata::check(image.metadata, FORMAT).map_err(refused)?;
+    let mut encoder = Encoder::new(out, image.width, image.height);
     encoder.set_color(if image.alpha { ColorType::Rgba } else { ColorType::Rgb });
+    encoder.set_depth(if strips.is_deep { BitDepth::Sixteen } else { BitDepth::Eight });
     encoder.set_compression(png::Compression::Fast);
     match image.transfer {
         Transfer::Srgb => encoder.set_source_srgb(png::SrgbRenderingIntent::RelativeColorimetric),
@@ -94,7 +112,7 @@ pub fn encode(image: &OutputImage<'_>) -> Result<Vec<u8>, ImageError> {
         }
         Transfer::Gamma(gamma) => {
             let problem = format!("display gamma {gamma}; expected 0.01 to 100");
-            return Err(ImageError::encode(FORMAT, problem));
+            return Err(refused(ImageError::encode(FORMAT, problem)));
         }
         Transfer::DisplayP3 | Transfer::Rec2100Pq | Transfer::Unstated => {}
     }
@@ -108,22 +126,33 @@ pub fn encode(image: &OutputImage<'_>) -> Result<Vec<u8>, ImageError> {
         };
         added.map_err(failed)?;
     }
-    let bytes: Vec<u8> = match display {
-        Display::U8(s) if image.alpha => s.as_flattened().to_vec(),
-        Display::U8(s) => s.iter().flat_map(|p| [p[0], p[1], p[2]]).collect(),
-        Display::U16(s) => {
-            encoder.set_depth(BitDepth::Sixteen);
-            let n = if image.alpha { 4 } else { 3 };
-            s.iter().flat_map(|p| p[..n].iter().flat_map(|v| v.to_be_bytes())).collect()
-        }
-    };
     let mut writer = encoder.write_header().map_err(failed)?;
     for (kind, data) in color_chunks(image.transfer) {
         writer.write_chunk(kind, &data).map_err(failed)?;
     }
-    writer.write_image_data(&bytes).map_err(failed)?;
-    writer.finish().map_err(failed)?;
-    Ok(out)
+    let mut bytes = Vec::new();
+    let pixel = if image.alpha { 4 } else { 3 } * if strips.is_deep { 2 } else { 1 };
+    if u64::from(image.width) * u64::from(image.height) * pixel <= WHOLE {
+        strips.append_display(0..image.height, &mut bytes)?;
+        writer.write_image_data(&bytes).map_err(failed)?;
+        return writer.finish().map_err(failed);
+    }
+    let mut stream = writer.stream_writer_with_size(CHUNK).map_err(failed)?;
+    for rows in strips.strips(STRIP) {
+        bytes.clear();
+        strips.append_display(rows, &mut bytes)?;
+        stream.write_all(&bytes)?;
+    }
+    stream.finish().map_err(failed)?;
+    writer.finish().map_err(failed)
+}
+
+/// The error of a writer.
+fn failed(error: png::EncodingError) -> io::Error {
+    match error {
+        png::EncodingError::IoError(error) => error,
+        other => refused(ImageError::encode(FORMAT, other)),
+    }
 }
 
 /// The chunks of colour spaces that the png crate does not write: cICP, with the code points of ITU-T H.273 for

@@ -3,9 +3,11 @@
 //! A pixel's scene value is its weighted mean plus the light of light paths. Its display value is that of a
 //! [`DisplayTransform`] to 8-bit sRGB.
 
+use std::ops::Range;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 
 use super::caught::Caught;
+use super::exposure::Luminances;
 use super::{Antialias, DisplayTransform, Film, FilmDesc, auto_exposure, strips};
 use crate::color::DisplaySpace;
 use crate::filter::Filter;
@@ -76,40 +78,31 @@ impl Picture {
 impl Film {
     /// The picture from the samples so far, on `threads` threads; 0 uses all. It does not depend on their number.
     pub fn develop(&self, desc: &FilmDesc, threads: usize) -> Picture {
-        let (width, height) = (self.crop.width, self.crop.height);
-        let more = More::new(self, desc);
-        let (missing, has_alpha) = (AtomicU64::new(0), AtomicBool::new(false));
-        let linear = strips::rows(width as usize, height as usize, threads, |y, row: &mut [[f32; 4]]| {
-            let (mut without, mut alpha) = (0, false);
-            for (x, pixel) in (self.crop.x..).zip(row) {
-                let y = self.crop.y + y as u32;
-                let mean = match desc.antialias {
-                    Antialias::Mean => self.mean_of_neighbours(x, y, &more),
-                    _ => self.pixel(x, y, &more),
-                };
-                *pixel = mean.unwrap_or_else(|| {
-                    without += 1;
-                    [0.0; 4]
-                });
-                alpha |= pixel[3] != 1.0;
+        let PixelRect { width, height, .. } = self.crop;
+        let mut developed = Developed::without_survey(self, desc);
+        let (linear, survey) = developed.rows(0..height, threads);
+        developed.set(survey, || auto_exposure(&linear));
+        let Developed { has_alpha, missing, exposure, .. } = developed;
+        let display = developed.transform().to_8_bits(&linear, threads);
+        Picture { width, height, linear, display, has_alpha, missing, exposure }
+    }
+
+    /// The picture from the samples so far, as rows that are computed when they are asked for: for pictures too large to
+    /// be kept beside their film.
+    pub fn developed<'a>(&'a self, desc: &'a FilmDesc, threads: usize) -> Developed<'a> {
+        let mut developed = Developed::without_survey(self, desc);
+        let mut luminances = Luminances::default();
+        let mut survey = Survey::default();
+        let strip = STRIP_PIXELS.div_ceil(self.crop.width).max(1);
+        for y in (0..self.crop.height).step_by(strip as usize) {
+            let (linear, part) = developed.rows(y..(y + strip).min(self.crop.height), threads);
+            survey = Survey { missing: survey.missing + part.missing, alpha: survey.alpha || part.alpha };
+            if desc.auto_exposure {
+                linear.iter().for_each(|pixel| luminances.add(*pixel));
             }
-            missing.fetch_add(without, Ordering::Relaxed);
-            has_alpha.fetch_or(alpha, Ordering::Relaxed);
-        });
-        let mut picture = Picture {
-            width,
-            height,
-            linear,
-            display: Vec::new(),
-            has_alpha: has_alpha.into_inner(),
-            missing: missing.into_inner(),
-            exposure: desc.exposure,
-        };
-        if desc.auto_exposure {
-            picture.exposure += auto_exposure(&picture.linear);
         }
-        picture.display = picture.transform(desc).to_8_bits(&picture.linear, threads);
-        picture
+        developed.set(survey, || luminances.exposure());
+        developed
     }
 
     /// The light of light paths in a pixel of the region, as it is part of the picture: linear red, green and blue.
@@ -152,6 +145,87 @@ impl Film {
             }
         }
         Some(sum.map(|s| (s / f64::from(count)) as f32))
+    }
+}
+
+/// About the number of pixels of a strip of a large picture.
+const STRIP_PIXELS: u32 = 1 << 20;
+
+/// A film's picture whose rows are computed when they are asked for: [`Film::developed`].
+pub struct Developed<'a> {
+    film: &'a Film,
+    desc: &'a FilmDesc,
+    more: More,
+    /// Whether any pixel has a coverage other than 1.
+    pub has_alpha: bool,
+    /// Pixels without samples and without a preview, because rendering was stopped.
+    pub missing: u64,
+    /// The exposure of the display values in stops, as in [`Picture`].
+    pub exposure: f64,
+}
+
+/// What rows say of the picture.
+#[derive(Clone, Copy, Default)]
+struct Survey {
+    missing: u64,
+    alpha: bool,
+}
+
+impl<'a> Developed<'a> {
+    fn without_survey(film: &'a Film, desc: &'a FilmDesc) -> Developed<'a> {
+        let more = More::new(film, desc);
+        Developed { film, desc, more, has_alpha: false, missing: 0, exposure: desc.exposure }
+    }
+
+    fn set(&mut self, survey: Survey, auto_exposure: impl FnOnce() -> f64) {
+        (self.missing, self.has_alpha) = (survey.missing, survey.alpha);
+        if self.desc.auto_exposure {
+            self.exposure += auto_exposure();
+        }
+    }
+
+    /// Columns and rows.
+    pub fn size(&self) -> (u32, u32) {
+        (self.film.crop.width, self.film.crop.height)
+    }
+
+    /// The scene values of these rows, as in [`Picture::linear`]. `threads` of 0 uses all.
+    pub fn linear(&self, rows: Range<u32>, threads: usize) -> Vec<[f32; 4]> {
+        self.rows(rows, threads).0
+    }
+
+    /// The transform from scene values to display values.
+    pub fn transform(&self) -> DisplayTransform {
+        DisplayTransform {
+            exposure: self.exposure,
+            tonemap: self.desc.tonemap,
+            transfer: self.desc.transfer,
+            space: DisplaySpace::Srgb,
+        }
+    }
+
+    fn rows(&self, rows: Range<u32>, threads: usize) -> (Vec<[f32; 4]>, Survey) {
+        let (film, crop) = (self.film, self.film.crop);
+        let rows = rows.start.min(crop.height)..rows.end.min(crop.height);
+        let (missing, has_alpha) = (AtomicU64::new(0), AtomicBool::new(false));
+        let linear = strips::rows(crop.width as usize, rows.len(), threads, |y, row: &mut [[f32; 4]]| {
+            let (mut without, mut alpha) = (0, false);
+            for (x, pixel) in (crop.x..).zip(row) {
+                let y = crop.y + rows.start + y as u32;
+                let mean = match self.desc.antialias {
+                    Antialias::Mean => film.mean_of_neighbours(x, y, &self.more),
+                    _ => film.pixel(x, y, &self.more),
+                };
+                *pixel = mean.unwrap_or_else(|| {
+                    without += 1;
+                    [0.0; 4]
+                });
+                alpha |= pixel[3] != 1.0;
+            }
+            missing.fetch_add(without, Ordering::Relaxed);
+            has_alpha.fetch_or(alpha, Ordering::Relaxed);
+        });
+        (linear, Survey { missing: missing.into_inner(), alpha: has_alpha.into_inner() })
     }
 }
 

@@ -63,12 +63,18 @@ impl DisplayTransform {
 
     /// 8-bit display values with dither: before rounding, an ordered pattern between -0.5 and +0.5 is added, so that
     /// smooth gradients have no bands. Values that 8 bits hold exactly stay as they are. The pattern depends only on
-    /// the position in the picture, which has `width` columns.
-    pub fn to_8_bits_dithered(&self, linear: &[[f32; 4]], width: u32, threads: usize) -> Vec<[u8; 4]> {
+    /// the position in the picture: `linear` are rows of `width` columns from row `first_row` on.
+    pub fn to_8_bits_dithered(
+        &self,
+        linear: &[[f32; 4]],
+        width: u32,
+        first_row: u32,
+        threads: usize,
+    ) -> Vec<[u8; 4]> {
         let curve = Curve::new(self);
         let width = (width as usize).max(1);
         strips::map(linear.len(), threads, |i| {
-            let threshold = threshold_at((i % width) as u32, (i / width) as u32);
+            let threshold = threshold_at((i % width) as u32, first_row + (i / width) as u32);
             curve.pixel(linear[i], MAGENTA, |v| (f64::from(curve.encode(v)) * 255.0 + threshold) as u8)
         })
     }
@@ -309,7 +315,7 @@ mod tests {
         for level in [0.0, 10.25, 99.5, 127.875, 255.0] {
             let v = level / 255.0;
             let flat = vec![[v, v, v, 1.0]; (side * side) as usize];
-            let dithered = plain.to_8_bits_dithered(&flat, side, 1);
+            let dithered = plain.to_8_bits_dithered(&flat, side, 0, 1);
             let mean: f64 = dithered.iter().map(|p| f64::from(p[0])).sum::<f64>() / f64::from(side * side);
             assert!((mean - f64::from(level)).abs() < 1e-3, "{level}: {mean}");
             assert!(dithered.iter().all(|p| (f64::from(p[0]) - f64::from(level)).abs() < 1.0));

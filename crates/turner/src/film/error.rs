@@ -23,7 +23,9 @@
 //!
 //! Half-width = percentile · factor · s. Light paths that are splatted have an error of their own, from Σ splat².
 
-use super::{Film, Fixed96, Half, TILE, strips};
+use std::ops::Range;
+
+use super::{Film, Fixed96, Half, PixelRect, TILE, strips};
 use crate::color::Spectrum;
 
 /// Sums per pixel.
@@ -37,6 +39,12 @@ const CONFIDENCE: f64 = 0.95;
 
 /// The 97.5th percentile of a normal distribution.
 const NORMAL: f64 = 1.959_964;
+
+/// About the number of pixels of a strip.
+const STRIP_PIXELS: u32 = 1 << 21;
+
+/// The least rows of tiles of a strip: those around it are looked at, too.
+const LEAST_TILE_ROWS: u32 = 6;
 
 /// Tiles whose regions a thread looks at in one go.
 const TILES_AT_ONCE: usize = 64;
@@ -119,37 +127,88 @@ impl Film {
     /// Estimates need no reference. They are of the luminance of scene values, and reliable from about 16 samples per
     /// pixel on. `threads` of 0 uses all.
     pub fn error(&self, threads: usize) -> Option<ErrorEstimate> {
+        let PixelRect { width, height, .. } = self.crop;
+        let mut out = ErrorEstimate { width, height, luminance: Vec::new(), half_width: Vec::new() };
+        for rows in self.error_strips()? {
+            let strip = self.error_strip(rows, threads);
+            if strip.height == height {
+                return Some(strip);
+            }
+            out.luminance.extend(strip.luminance);
+            out.half_width.extend(strip.half_width);
+        }
+        Some(out)
+    }
+
+    /// The noise of the picture, like [`ErrorEstimate::noise`]. A large picture is looked at strip by strip, so that no
+    /// memory of its size is needed.
+    pub fn noise(&self, threads: usize) -> Option<Noise> {
+        let strips = self.error_strips()?;
+        if let [all] = &strips[..] {
+            return Some(self.error_strip(all.clone(), threads).noise());
+        }
+        let sums = strips.iter().flat_map(|rows| {
+            let PixelRect { x, y, width, .. } = self.crop;
+            let sums = strips::map(rows.len(), threads, |row| {
+                let pixels = (x..x + width).map(|x| self.spread(x, y + rows.start + row as u32));
+                pixels.map(|spread| f64::from(spread.luminance as f32).abs()).sum::<f64>()
+            });
+            sums.into_iter()
+        });
+        let mut parts = Parts::new(sums.sum::<f64>() / self.crop.area().max(1) as f64);
+        for rows in strips {
+            parts.add(&self.error_strip(rows.clone(), threads), rows.start);
+        }
+        Some(parts.noise())
+    }
+
+    /// The rows of the crop in strips of whole tiles; `None` if there is no estimate.
+    fn error_strips(&self) -> Option<Vec<Range<u32>>> {
         let grid = self.tiles();
         let least = |tile| Half::BOTH.map(|half| self.held_half(tile, half).len()).into_iter().min();
         let fewest = (0..grid.count()).filter_map(least).min().unwrap_or(0);
         if !self.identity.estimates_error || fewest < LEAST_SAMPLES {
             return None;
         }
-        let (width, height) = (self.crop.width, self.crop.height);
-        let count = self.crop.area() as usize;
-        let place = |i: usize| (i as u32 % width, i as u32 / width);
+        let PixelRect { width, height, .. } = self.crop;
+        let rows = (STRIP_PIXELS / width.max(1) / TILE).max(LEAST_TILE_ROWS) * TILE;
+        Some((0..height).step_by(rows as usize).map(|y| y..(y + rows).min(height)).collect())
+    }
+
+    /// The error of the pixels of these rows of the crop, which begin with a row of tiles.
+    pub(crate) fn error_strip(&self, rows: Range<u32>, threads: usize) -> ErrorEstimate {
+        let PixelRect { width, height, .. } = self.crop;
+        // The tiles above and below, and the neighbours of their pixels.
+        let top = rows.start.saturating_sub(TILE + 1);
+        let bottom = (rows.end + TILE + 1).min(height);
+        let count = ((bottom - top) * width) as usize;
         let spreads = strips::map(count, threads, |i| {
-            let (x, y) = place(i);
-            self.spread(self.crop.x + x, self.crop.y + y)
+            let (x, y) = (i as u32 % width, i as u32 / width);
+            self.spread(self.crop.x + x, self.crop.y + top + y)
         });
         let smooth = smoothed(&spreads, width as usize, NEIGHBOURS[0], threads, |s| s.variance);
         let light = smoothed(&spreads, width as usize, NEIGHBOURS[1], threads, |s| s.splats);
         let standardized =
             strips::map(count, threads, |i| ratio(spreads[i].difference, smooth[i]).sqrt() as f32);
         let columns = width.div_ceil(TILE);
-        let tiles = (columns * height.div_ceil(TILE)) as usize;
+        let tiles = (columns * (rows.len() as u32).div_ceil(TILE)) as usize;
+        let first_tile = rows.start / TILE;
         let regions = strips::filled(tiles, TILES_AT_ONCE, threads, |first, strip: &mut [f64]| {
             for (tile, factor) in (first as u32..).zip(strip) {
-                *factor = region_factor(&standardized, [width, height], [tile % columns, tile / columns]);
+                let place = [tile % columns, first_tile + tile / columns];
+                *factor = region_factor(&standardized, [width, height], top, place);
             }
         });
-        let half_width = strips::map(count, threads, |i| {
-            let (x, y) = place(i);
+        let skipped = ((rows.start - top) * width) as usize;
+        let own = rows.len() * width as usize;
+        let half_width = strips::map(own, threads, |i| {
+            let (x, y) = (i as u32 % width, i as u32 / width);
             let factor = regions[(y / TILE * columns + x / TILE) as usize];
+            let i = skipped + i;
             (factor * factor * smooth[i] + NORMAL * NORMAL * light[i]).sqrt() as f32
         });
-        let luminance = spreads.iter().map(|s| s.luminance as f32).collect();
-        Some(ErrorEstimate { width, height, half_width, luminance })
+        let luminance = spreads[skipped..skipped + own].iter().map(|s| s.luminance as f32).collect();
+        ErrorEstimate { width, height: rows.len() as u32, half_width, luminance }
     }
 
     /// The variance of the luminance of a pixel of the region, as if its samples were independent: the spread of their
@@ -225,12 +284,12 @@ fn smoothed(
     })
 }
 
-/// Half-width over s in a tile, from the 3 x 3 tiles around it.
-fn region_factor(standardized: &[f32], [width, height]: [u32; 2], [column, row]: [u32; 2]) -> f64 {
+/// Half-width over s in a tile, from the 3 x 3 tiles around it; `standardized` begins with row `top` of the picture.
+fn region_factor(standardized: &[f32], [width, height]: [u32; 2], top: u32, [column, row]: [u32; 2]) -> f64 {
     let along = |tile: u32, size: u32| (tile.saturating_sub(1) * TILE)..((tile + 2) * TILE).min(size);
     let mut values = Vec::new();
     for y in along(row, height) {
-        let start = (y * width) as usize;
+        let start = ((y - top) * width) as usize;
         let range = along(column, width);
         let line = &standardized[start + range.start as usize..start + range.end as usize];
         values.extend(line.iter().filter(|t| **t > 0.0));
@@ -247,41 +306,85 @@ impl ErrorEstimate {
     /// The relative half-width that 95 % of the pixels do not exceed, with its own interval. Pixels darker than a
     /// hundredth of the mean count as bright as that: nobody sees their noise.
     pub fn noise(&self) -> Noise {
-        /// Parts of the picture whose estimates are compared.
-        const PARTS: usize = 8;
-        let mut relative = self.relative();
-        let columns = self.width.div_ceil(TILE) as usize;
-        let part = |i: usize| {
-            let (x, y) = (i % self.width as usize / TILE as usize, i / self.width as usize / TILE as usize);
-            (y * columns + x) % PARTS
-        };
-        let mut parts: Vec<Vec<f32>> = vec![Vec::new(); PARTS];
-        relative.iter().enumerate().for_each(|(i, v)| parts[part(i)].push(*v));
-        let quantile = |values: &mut [f32]| match values.len() {
-            0 => None,
-            n => {
-                let at = (CONFIDENCE * n as f64) as usize;
-                Some(f64::from(*values.select_nth_unstable_by(at.min(n - 1), f32::total_cmp).1))
+        let mean = self.luminance.iter().map(|l| f64::from(l.abs())).sum::<f64>();
+        let mut parts = Parts::new(mean / self.luminance.len().max(1) as f64);
+        parts.add(self, 0);
+        parts.noise()
+    }
+}
+
+/// Parts of the picture whose noise is compared.
+const PARTS: usize = 8;
+
+/// The least luminance that counts, as a fraction of the mean.
+const DARK: f64 = 0.01;
+
+/// Mantissa bits of a relative half-width that are dropped: bins are within a relative error of 2⁻¹².
+const DROPPED: u32 = 12;
+
+/// Relative half-widths below and above these powers of two count as these.
+const EXPONENTS: [u32; 2] = [127 - 24, 127 + 24];
+
+/// Bins of a part.
+const BINS: usize = ((EXPONENTS[1] - EXPONENTS[0]) << (23 - DROPPED)) as usize + 1;
+
+/// The distribution of relative half-widths in each part of a picture.
+struct Parts {
+    /// The least luminance that counts.
+    least: f32,
+    /// Numbers of pixels: the bins of each part.
+    bins: Vec<u32>,
+}
+
+impl Parts {
+    /// No pixels; `mean` is the mean luminance of the picture.
+    fn new(mean: f64) -> Parts {
+        Parts { least: (DARK * mean) as f32, bins: vec![0; PARTS * BINS] }
+    }
+
+    /// Adds the pixels of a strip whose first row is `top`.
+    fn add(&mut self, strip: &ErrorEstimate, top: u32) {
+        let (width, columns) = (strip.width as usize, strip.width.div_ceil(TILE) as usize);
+        let rows = strip.half_width.chunks(width).zip(strip.luminance.chunks(width));
+        for (y, (half_widths, luminances)) in (top..).zip(rows) {
+            for (x, (half, luminance)) in half_widths.iter().zip(luminances).enumerate() {
+                let part = ((y / TILE) as usize * columns + x / TILE as usize) % PARTS;
+                let relative = if *half > 0.0 { half / luminance.abs().max(self.least) } else { 0.0 };
+                self.bins[part * BINS + bin(relative)] += 1;
             }
-        };
-        let value = quantile(&mut relative).unwrap_or(0.0);
-        let all: Vec<f64> = parts.iter_mut().filter_map(|p| quantile(p)).collect();
+        }
+    }
+
+    fn noise(&self) -> Noise {
+        let parts: Vec<&[u32]> = self.bins.chunks(BINS).collect();
+        let value = percentile(&parts).unwrap_or(0.0);
+        let all: Vec<f64> = parts.iter().filter_map(|part| percentile(&[part])).collect();
         let n = all.len() as f64;
         let mean = all.iter().sum::<f64>() / n.max(1.0);
         let variance = all.iter().map(|v| (v - mean) * (v - mean)).sum::<f64>() / (n - 1.0).max(1.0);
         let half = NORMAL * (variance / n.max(1.0)).sqrt();
         Noise { value, interval: [(value - half).max(0.0), value + half] }
     }
+}
 
-    /// The relative half-width of each pixel, row by row.
-    pub fn relative(&self) -> Vec<f32> {
-        /// The least luminance, as a fraction of the mean.
-        const DARK: f64 = 0.01;
-        let mean = self.luminance.iter().map(|l| f64::from(l.abs())).sum::<f64>();
-        let least = (DARK * mean / self.luminance.len().max(1) as f64) as f32;
-        let pixels = self.half_width.iter().zip(&self.luminance);
-        pixels.map(|(half, l)| if *half > 0.0 { half / l.abs().max(least) } else { 0.0 }).collect()
-    }
+/// The bin of a relative half-width.
+fn bin(relative: f32) -> usize {
+    let [low, high] = EXPONENTS.map(|e| e << 23);
+    ((relative.to_bits().clamp(low, high) - low) >> DROPPED) as usize
+}
+
+/// The 95th percentile of the pixels in these bins together.
+fn percentile(parts: &[&[u32]]) -> Option<f64> {
+    let in_bin = |i: usize| parts.iter().map(|bins| u64::from(bins[i])).sum::<u64>();
+    let count: u64 = (0..BINS).map(in_bin).sum();
+    let (mut below, last) = (0, (CONFIDENCE * count as f64) as u64);
+    let found = (0..BINS).find(|i| {
+        below += in_bin(*i);
+        below > last
+    })?;
+    // The middle of the bin; the first holds everything below, nearly always zeros.
+    let bits = (EXPONENTS[0] << 23) + ((found as u32) << DROPPED) + (1 << (DROPPED - 1));
+    Some(if found == 0 { 0.0 } else { f64::from(f32::from_bits(bits)) })
 }
 
 #[cfg(test)]

@@ -34,7 +34,7 @@ pub fn auto_exposure(linear: &[[f32; 4]]) -> f64 {
 
 /// A histogram of pixel luminances.
 #[derive(Default)]
-struct Luminances {
+pub(super) struct Luminances {
     /// Empty until the first pixel.
     bins: Vec<u64>,
     count: u64,
@@ -43,7 +43,7 @@ struct Luminances {
 impl Luminances {
     /// Adds a pixel (colour times coverage, and coverage) by the luminance of its colour. Pixels that are black,
     /// non-finite or without coverage are ignored.
-    fn add(&mut self, [r, g, b, a]: [f32; 4]) {
+    pub(super) fn add(&mut self, [r, g, b, a]: [f32; 4]) {
         if a <= 0.0 || a.is_nan() {
             return;
         }
@@ -59,7 +59,7 @@ impl Luminances {
 
     /// The stops that map the logarithmic mean to [`MIDDLE_GREY`], without the darkest and the brightest pixels;
     /// 0 without light.
-    fn exposure(&self) -> f64 {
+    pub(super) fn exposure(&self) -> f64 {
         let mean = self.mean_of_logarithms();
         mean.map_or(0.0, |mean| (ln(MIDDLE_GREY) - mean) * std::f64::consts::LOG2_E)
     }

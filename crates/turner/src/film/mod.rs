@@ -75,7 +75,7 @@ pub use aovs::Aovs;
 pub(crate) use aovs::layers;
 pub use channel::{COLOR_CHANNELS, Channel, MAX_CHANNELS, MAX_NAME};
 pub use checksum::{Checksum, checksum};
-pub use develop::{Picture, PixelRect};
+pub use develop::{Developed, Picture, PixelRect};
 pub use display::DisplayTransform;
 pub use error::{ErrorEstimate, Noise};
 pub use exposure::auto_exposure;

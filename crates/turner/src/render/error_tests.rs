@@ -117,6 +117,24 @@ fn intervals_cover_the_truth() {
     }
 }
 
+/// A large picture is estimated in strips.
+#[test]
+fn strips_have_the_error_of_the_whole() {
+    let scene = balls().filmed([37, 150], 16).prepare(&PrepareOptions::default()).unwrap();
+    let mut renderer = Renderer::new(scene).unwrap();
+    let never = AtomicBool::new(false);
+    renderer.pass(u32::MAX, &PassOptions { threads: 2, cancel: &never, progress: None }).unwrap();
+    let film = &renderer.film;
+    let whole = film.error(2).unwrap();
+    for rows in [0..16, 16..80, 80..150, 144..150] {
+        let strip = film.error_strip(rows.clone(), 2);
+        let part = rows.start as usize * 37..rows.end as usize * 37;
+        assert_eq!(strip.half_width, whole.half_width[part.clone()], "{rows:?}");
+        assert_eq!(strip.luminance, whole.luminance[part], "{rows:?}");
+    }
+    assert_eq!(film.noise(3), Some(whole.noise()));
+}
+
 /// Without independent samples there is no estimate, and with too few none yet.
 #[test]
 fn pictures_without_randomness_have_no_estimate() {

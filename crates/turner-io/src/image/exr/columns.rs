@@ -13,8 +13,8 @@ pub(super) struct Column<'a> {
 
 /// Where the samples of a channel are.
 pub(super) enum Source<'a> {
-    /// One channel of RGBA pixels.
-    Pixels(&'a [[f32; 4]], usize),
+    /// One channel of the RGBA pixels that are computed for each block.
+    Strip(usize),
     /// One channel of `stride` interleaved channels, times alpha, the last channel, if `times_alpha`.
     Interleaved { samples: &'a [f32], stride: usize, channel: usize, times_alpha: bool },
     /// Floats of its own.
@@ -49,14 +49,11 @@ impl<'a> Column<'a> {
         if self.kind == SampleKind::Half { 2 } else { 4 }
     }
 
-    /// Appends the samples of `count` pixels from `first`, little-endian.
-    pub(super) fn append(&self, first: usize, count: usize, data: &mut Vec<u8>) {
+    /// Appends the samples of `count` pixels from `first`, little-endian; `strip` are their RGBA values.
+    pub(super) fn append(&self, strip: &[[f32; 4]], first: usize, count: usize, data: &mut Vec<u8>) {
         let pixels = first..first + count;
         match &self.source {
-            Source::Pixels(all, channel) => {
-                let row = all.get(pixels).unwrap_or_default();
-                self.floats(row.iter().map(|p| p[*channel]), data);
-            }
+            Source::Strip(channel) => self.floats(strip.iter().map(|p| p[*channel]), data),
             Source::Interleaved { samples, stride, channel, times_alpha } => {
                 let row = samples.get(first * stride..(first + count) * stride).unwrap_or_default();
                 let factor = |p: &[f32]| if *times_alpha { p[stride - 1] } else { 1.0 };

@@ -29,12 +29,14 @@ mod options;
 mod parts;
 mod picture;
 mod read;
+mod sorted_header;
 mod write;
 
 pub use attributes::read_metadata;
 pub use options::{ExrCompression, ExrOptions};
 pub use parts::{ExrChannel, ExrPart, parts, read_channels};
 pub use picture::{decode, decode_as_stored, decode_layer};
+pub(super) use write::write;
 pub use write::{encode, encode_samples};
 
 const FORMAT: super::ImageFormat = super::ImageFormat::Exr;

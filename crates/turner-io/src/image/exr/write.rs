@@ -1,34 +1,48 @@
 //! Writes EXR files.
 
-use super::attributes::sort_attributes;
 use super::columns::{Column, Source};
+use super::sorted_header::SortedHeader;
 use super::{ExrCompression, FORMAT};
 use crate::image::output_image::workers;
-use crate::image::{ImageError, MetaValue, Metadata, OutputImage, SampleKind, extra_channel};
+use crate::image::strips::refused;
+use crate::image::{
+    ImageError, MetaValue, Metadata, OutputImage, SampleKind, StripImage, WriteSeek, extra_channel,
+};
 use exr::block::BlockIndex;
 use exr::block::chunk::{Chunk, CompressedBlock, CompressedScanLineBlock};
 use exr::block::writer::ChunksWriter;
 use exr::compression::Compression;
 use exr::error::Error;
+use exr::meta::BlockDescription;
 use exr::meta::attribute::{AttributeValue, IntegerBounds, LineOrder, Text};
 use exr::meta::header::{Header, standard_names};
-use exr::meta::{BlockDescription, MetaData};
 use miniz_oxide::deflate::compress_to_vec_zlib;
-use std::io::Cursor;
+use std::borrow::Cow;
+use std::cell::Cell;
+use std::io::{self, Cursor};
+use std::ops::Range;
 use turner::image::{Image, Pixels};
 
 /// Encodes the linear samples, the further channels and the metadata, as one part.
 pub fn encode(image: &OutputImage<'_>) -> Result<Vec<u8>, ImageError> {
-    let linear = image.linear(FORMAT)?;
-    extra_channel::check(image.channels, linear.len(), FORMAT)?;
+    crate::image::encode(image, FORMAT)
+}
+
+/// Writes the same with samples that are computed block by block.
+pub(in crate::image) fn write(strips: &StripImage<'_>, out: &mut dyn WriteSeek) -> io::Result<()> {
+    let image = strips.image;
+    let pixels = image.pixels(FORMAT).map_err(refused)?;
+    extra_channel::check(image.channels, pixels, FORMAT).map_err(refused)?;
     let kind = if image.exr.half { SampleKind::Half } else { SampleKind::Float };
     let names = if image.alpha { &["R", "G", "B", "A"][..] } else { &["R", "G", "B"] };
-    let color =
-        names.iter().enumerate().map(|(i, name)| Column { name, kind, source: Source::Pixels(linear, i) });
+    let color = names.iter().enumerate().map(|(i, name)| Column { name, kind, source: Source::Strip(i) });
     let columns = color.chain(image.channels.iter().map(Column::extra)).collect();
     let size = (image.width, image.height);
-    let file = File::new(size, columns, image.exr.compression);
-    file.write(image.metadata, image.threads)
+    let mut file = File::new(size, columns, image.exr.compression);
+    // Blocks are computed on all threads at once, each block on one.
+    let rows = |rows: Range<u32>| strips.linear(rows, 1);
+    file.rows = Some(&rows);
+    file.write(image.metadata, image.threads, out)
 }
 
 /// Encodes an image of floats with its channels as Y, Y A, R G B or R G B A; colours are premultiplied by alpha, as
@@ -54,8 +68,15 @@ pub fn encode_samples(image: &Image) -> Result<Vec<u8>, ImageError> {
     };
     let columns = names.iter().enumerate().map(column).collect();
     let file = File::new((image.width, image.height), columns, ExrCompression::Zip);
-    file.write(&Metadata::new(), 0)
+    let mut out = Cursor::new(Vec::new());
+    match file.write(&Metadata::new(), 0, &mut out) {
+        Ok(()) => Ok(out.into_inner()),
+        Err(error) => Err(ImageError::encode(FORMAT, error)),
+    }
 }
+
+/// Computes the linear samples of rows.
+type Rows<'a> = &'a (dyn Fn(Range<u32>) -> io::Result<Cow<'a, [[f32; 4]]>> + Sync);
 
 /// A file to be written.
 struct File<'a> {
@@ -63,33 +84,47 @@ struct File<'a> {
     height: usize,
     /// In the order of the names, as the format requires.
     columns: Vec<Column<'a>>,
+    /// The samples of columns from [`Source::Strip`].
+    rows: Option<Rows<'a>>,
     compression: ExrCompression,
 }
+
+/// Pixels that are compressed before they are written: enough for many threads.
+const BATCH: usize = 1 << 20;
 
 impl<'a> File<'a> {
     fn new((width, height): (u32, u32), mut columns: Vec<Column<'a>>, compression: ExrCompression) -> Self {
         columns.sort_by_key(|c| c.name);
-        File { width: width as usize, height: height as usize, columns, compression }
+        File { width: width as usize, height: height as usize, columns, rows: None, compression }
     }
 
-    fn write(&self, metadata: &Metadata, threads: usize) -> Result<Vec<u8>, ImageError> {
-        let failed = |e: Error| ImageError::encode(FORMAT, e);
+    fn write(&self, metadata: &Metadata, threads: usize, out: &mut dyn WriteSeek) -> io::Result<()> {
+        let failed = |e: Error| match e {
+            Error::Io(error) => error,
+            other => refused(ImageError::encode(FORMAT, other)),
+        };
         let mut header = self.header();
-        add_metadata(&mut header, metadata)?;
-        let mut out = Cursor::new(Vec::new());
+        add_metadata(&mut header, metadata).map_err(refused)?;
+        let has_long_names = self.columns.iter().any(|c| c.name.len() > SHORT_NAME);
+        let is_whole = Cell::new(false);
+        let mut out = SortedHeader::new(out, has_long_names, &is_whole);
         exr::block::write(&mut out, [header].into_iter().collect(), true, |meta, writer| {
-            for (index, chunk) in self.compress(threads, &meta)?.into_iter().enumerate() {
-                writer.write_chunk(index, chunk)?;
+            is_whole.set(true);
+            let Some(header) = meta.headers.first() else { return Ok(()) };
+            let mut blocks = meta.enumerate_ordered_header_block_indices().map(|(_, block)| block).peekable();
+            let mut index = 0;
+            while let Some(next) = blocks.peek() {
+                let batch = (BATCH / next.pixel_size.area().max(1)).max(1);
+                let some: Vec<BlockIndex> = blocks.by_ref().take(batch).collect();
+                for chunk in self.compress(threads, header, &some)? {
+                    writer.write_chunk(index, chunk)?;
+                    index += 1;
+                }
             }
             Ok(())
         })
         .map_err(failed)?;
-        let mut bytes = out.into_inner();
-        sort_attributes(&mut bytes);
-        if self.columns.iter().any(|c| c.name.len() > SHORT_NAME) {
-            declare_long_names(&mut bytes);
-        }
-        Ok(bytes)
+        out.finish()
     }
 
     fn header(&self) -> Header {
@@ -110,10 +145,8 @@ impl<'a> File<'a> {
         header
     }
 
-    /// Compresses all blocks; each thread takes a contiguous range. The result is in row order.
-    fn compress(&self, threads: usize, meta: &MetaData) -> Result<Vec<Chunk>, Error> {
-        let Some(header) = meta.headers.first() else { return Ok(Vec::new()) };
-        let blocks: Vec<_> = meta.enumerate_ordered_header_block_indices().map(|(_, block)| block).collect();
+    /// Compresses blocks; each thread takes a contiguous range. The result is in row order.
+    fn compress(&self, threads: usize, header: &Header, blocks: &[BlockIndex]) -> Result<Vec<Chunk>, Error> {
         let workers = workers(threads, blocks.len());
         if workers == 1 {
             return blocks.iter().map(|block| self.chunk(block, header)).collect();
@@ -141,8 +174,13 @@ impl<'a> File<'a> {
         let pixel: usize = self.columns.iter().map(Column::bytes).sum();
         let mut data = Vec::with_capacity(rows * width * pixel);
         let first = block.pixel_position.1;
+        let strip = match self.rows {
+            Some(of) => of(first as u32..(first + rows) as u32)?,
+            None => Cow::Borrowed(&[][..]),
+        };
         for y in first..first + rows {
-            self.columns.iter().for_each(|column| column.append(y * width, width, &mut data));
+            let row = strip.get((y - first) * width..(y + 1 - first) * width).unwrap_or_default();
+            self.columns.iter().for_each(|column| column.append(row, y * width, width, &mut data));
         }
         let compressed_pixels_le = match self.compression {
             ExrCompression::None => data,
@@ -160,13 +198,6 @@ impl<'a> File<'a> {
 
 /// Length in bytes up to which the name of a channel is valid in files of OpenEXR 1.
 const SHORT_NAME: usize = 31;
-
-/// Sets bit 10 of the version field, at byte 4: names of up to 255 bytes. The exr crate sets it for attributes alone.
-fn declare_long_names(bytes: &mut [u8]) {
-    if let Some(flags) = bytes.get_mut(5) {
-        *flags |= 1 << 2;
-    }
-}
 
 fn add_metadata(header: &mut Header, metadata: &Metadata) -> Result<(), ImageError> {
     crate::image::metadata::check(metadata, FORMAT)?;

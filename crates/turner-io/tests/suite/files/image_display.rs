@@ -68,7 +68,7 @@ fn display_values_are_those_of_the_transform() {
         };
         let rgb8 = |v: Vec<[u8; 4]>| Pixels::U8(v.iter().flat_map(|p| [p[0], p[1], p[2]]).collect());
         assert_eq!(read(Rounding::EightBits), rgb8(transform.to_8_bits(&linear, 1)));
-        assert_eq!(read(Rounding::Dithered), rgb8(transform.to_8_bits_dithered(&linear, 64, 2)));
+        assert_eq!(read(Rounding::Dithered), rgb8(transform.to_8_bits_dithered(&linear, 64, 0, 2)));
         let sixteen = transform.to_16_bits(&linear, 2);
         assert_eq!(
             read(Rounding::SixteenBits),

@@ -12,6 +12,7 @@ mod image_hostile;
 mod image_kinds;
 mod image_output;
 mod image_round_trip;
+mod image_strips;
 mod image_suite;
 mod load_bench;
 mod mesh_hostile;
