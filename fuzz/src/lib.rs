@@ -115,7 +115,7 @@ pub fn film(data: &[u8]) {
             Ok(mut film) => {
                 let other = film.clone();
                 let _ = film.merge(&other);
-                film.develop(&SceneDesc::default().film);
+                film.develop(&SceneDesc::default().film, 1);
                 assert!(Film::from_bytes(&film.to_bytes(), &limits).is_ok());
             }
             Err(error) => assert!(!error.message.is_empty() && !error.message.contains('\u{1b}')),
@@ -123,13 +123,13 @@ pub fn film(data: &[u8]) {
     }
 }
 
-/// Reads a checkpoint, as given and with a valid checksum appended. A checkpoint that is read can be written and read
+/// Reads a checkpoint, as given and with the right hashes. A checkpoint that is read can be written and read
 /// again.
 pub fn checkpoint(data: &[u8]) {
-    use turner_io::checkpoint::{from_bytes, to_bytes};
+    use turner_io::checkpoint::{from_bytes, resealed, to_bytes};
     let memory = turner::schema::Memory::new(1 << 24, || Some(0));
     let limits = turner::schema::Limits { memory: std::sync::Arc::new(memory), ..Default::default() };
-    let sealed = [data, &checksum(data).to_le_bytes()].concat();
+    let sealed = resealed(data);
     for bytes in [data, &sealed] {
         match from_bytes(bytes, "fuzz", &limits) {
             Ok(read) => {

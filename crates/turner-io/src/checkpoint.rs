@@ -1,12 +1,13 @@
 //! Checkpoints: a film in a file, with what is needed to load its scene again.
 //!
 //! ```text
-//! turner-checkpoint 1          magic word and version
+//! turner-checkpoint 2          magic word and version
 //! header 812 bytes             length of the header
 //! { "turner": "0.1.0", … }     the header: JSON, see Header
 //! film 431223 bytes            length of the film
-//! …                            the film: Film::to_bytes
-//! …                            hash of all bytes before it (turner::film::checksum, u64, little endian)
+//! …                            the film: Film::to_bytes, which ends with its own hash
+//! …                            hash of the bytes before the film and of the film's hash (turner::film::checksum, u64,
+//!                              little endian)
 //! ```
 //!
 //! The lines end with a line feed, also the last one of the header. So `head -n 20 FILE` shows what a checkpoint is of.
@@ -27,7 +28,7 @@ pub const EXTENSION: &str = "turner-checkpoint";
 const MAGIC: &str = "turner-checkpoint ";
 
 /// The version that is written and read.
-const VERSION: u32 = 1;
+const VERSION: u32 = 2;
 
 /// The largest header in bytes.
 const MAX_HEADER: u64 = 1 << 20;
@@ -102,7 +103,7 @@ pub fn to_bytes(header: &Header, film: &Film) -> Result<Vec<u8>, SceneError> {
         return Err(SceneError::new(ErrorCode::TooLarge, "not enough memory for a checkpoint"));
     }
     // A vector takes all bytes.
-    let _ = put(&start, length, film, &mut out);
+    let _ = put(&start, film, &mut out);
     Ok(out)
 }
 
@@ -118,15 +119,44 @@ fn start(header: &Header, film: &Film) -> Result<(String, u64), SceneError> {
     Ok((format!("{MAGIC}{VERSION}\nheader {} bytes\n{text}film {length} bytes\n", text.len()), length))
 }
 
-fn put(start: &str, length: u64, film: &Film, out: &mut dyn Write) -> io::Result<()> {
-    let mut sum = Checksum::new(start.len() as u64 + length);
-    sum.add(start.as_bytes());
+fn put(start: &str, film: &Film, out: &mut dyn Write) -> io::Result<()> {
     out.write_all(start.as_bytes())?;
+    let mut film_hash = [0; HASH];
     film.write_to(&mut |part| {
-        sum.add(part);
+        // The film's hash is its last piece.
+        if let Ok(hash) = part.try_into() {
+            film_hash = hash;
+        }
         out.write_all(part)
     })?;
-    out.write_all(&sum.finish().to_le_bytes())
+    out.write_all(&hash(start.as_bytes(), film_hash).to_le_bytes())
+}
+
+/// A checkpoint that was changed, with the right hashes of its film and of its own: for tests of readers. Bytes without
+/// the lines of a checkpoint stay as they are.
+pub fn resealed(bytes: &[u8]) -> Vec<u8> {
+    let mut out = bytes.to_vec();
+    let film = line(bytes)
+        .and_then(|(_, rest)| sized(rest, "header "))
+        .and_then(|(length, rest)| sized(rest.get(usize::try_from(length).ok()?..)?, "film "));
+    let Some(length) = film.map(|(_, film)| film.len()).filter(|length| *length >= 2 * HASH) else {
+        return out;
+    };
+    let start = out.len() - length;
+    let ends = [out.len() - 2 * HASH, out.len() - HASH];
+    let film_hash = checksum(&out[start..ends[0]]).to_le_bytes();
+    out[ends[0]..ends[1]].copy_from_slice(&film_hash);
+    let own = hash(&out[..start], film_hash).to_le_bytes();
+    out[ends[1]..].copy_from_slice(&own);
+    out
+}
+
+/// The hash at the end of a checkpoint.
+fn hash(start: &[u8], film_hash: [u8; HASH]) -> u64 {
+    let mut sum = Checksum::new((start.len() + HASH) as u64);
+    sum.add(start);
+    sum.add(&film_hash);
+    sum.finish()
 }
 
 /// Writes a checkpoint to a file, atomically and without a copy of the film in memory.
@@ -137,7 +167,7 @@ pub fn write_film(path: &Path, header: &Header, film: &Film) -> Result<(), Strin
     let (start, length) = start(header, film).map_err(|e| e.message)?;
     let file = OutputFile::create(path).map_err(|e| e.to_string())?;
     file.check_space(start.len() as u64 + length + HASH as u64).map_err(|e| e.to_string())?;
-    file.commit_with(|out| put(&start, length, film, out)).map_err(|e| e.to_string())
+    file.commit_with(|out| put(&start, film, out)).map_err(|e| e.to_string())
 }
 
 /// Whether bytes begin like a checkpoint of any version.
@@ -170,9 +200,6 @@ pub fn from_bytes(bytes: &[u8], name: &str, limits: &Limits) -> Result<Checkpoin
             .help("continue it with the version of Turner that wrote it"));
     }
     let (content, check) = bytes.len().checked_sub(HASH).map(|at| bytes.split_at(at)).ok_or_else(end)?;
-    if check != checksum(content).to_le_bytes() {
-        return Err(bad("the checkpoint is damaged or incomplete: its checksum is wrong"));
-    }
     let rest = rest.get(..rest.len().saturating_sub(HASH)).unwrap_or_default();
     let (length, rest) = sized(rest, "header ").ok_or_else(|| bad("the line `header N bytes` is missing"))?;
     if length > MAX_HEADER {
@@ -182,8 +209,10 @@ pub fn from_bytes(bytes: &[u8], name: &str, limits: &Limits) -> Result<Checkpoin
     let header: Header = serde_json::from_slice(text)
         .map_err(|e| bad(&format!("the header is invalid: {}", printable(&e.to_string()))))?;
     let (length, film) = sized(rest, "film ").ok_or_else(|| bad("the line `film N bytes` is missing"))?;
-    if length != film.len() as u64 {
-        return Err(bad(&format!("the film has {} bytes; expected {length}", film.len())));
+    let before = content.get(..content.len() - film.len()).unwrap_or_default();
+    let own_hash = film.last_chunk().filter(|_| length == film.len() as u64);
+    if own_hash.is_none_or(|own| hash(before, *own).to_le_bytes() != check) {
+        return Err(bad("the checkpoint is damaged or incomplete: its checksum is wrong"));
     }
     let film = Film::from_bytes(film, limits).map_err(|mut error| {
         error.message = format!("{name}: {}", error.message);
@@ -259,11 +288,6 @@ mod tests {
         (header, film)
     }
 
-    fn resealed(mut bytes: Vec<u8>) -> Vec<u8> {
-        bytes.extend(checksum(&bytes).to_le_bytes());
-        bytes
-    }
-
     fn read(bytes: &[u8]) -> Result<Checkpoint, SceneError> {
         from_bytes(bytes, "c", &Limits::default())
     }
@@ -276,7 +300,7 @@ mod tests {
         assert_eq!(back.header, header);
         assert!(back.film.to_bytes() == film.to_bytes());
         let text = String::from_utf8_lossy(&bytes);
-        assert!(text.starts_with("turner-checkpoint 1\nheader ") && text.contains("\"scene\": \"a b.toml\""));
+        assert!(text.starts_with("turner-checkpoint 2\nheader ") && text.contains("\"scene\": \"a b.toml\""));
         assert!(!text.split("\nfilm ").next().unwrap().contains('\u{1b}'));
     }
 
@@ -286,7 +310,7 @@ mod tests {
         let bytes = to_bytes(&header, &film).unwrap();
         for length in 0..bytes.len() {
             assert!(read(&bytes[..length]).is_err(), "{length}");
-            assert!(read(&resealed(bytes[..length.min(bytes.len() - 9)].to_vec())).is_err(), "{length}");
+            assert!(read(&resealed(&bytes[..length])).is_err(), "{length}");
         }
         for bit in 0..8 * bytes.len() {
             let mut bytes = bytes.clone();
@@ -300,24 +324,23 @@ mod tests {
     fn forged_checkpoints_are_refused() {
         let (header, film) = example();
         let bytes = to_bytes(&header, &film).unwrap();
-        let content = &bytes[..bytes.len() - HASH];
-        for at in 0..content.len() {
-            for value in [0, 0xff, b'9', content[at] ^ 1] {
-                let mut forged = content.to_vec();
+        for at in 0..bytes.len() - 2 * HASH {
+            for value in [0, 0xff, b'9', bytes[at] ^ 1] {
+                let mut forged = bytes.clone();
                 forged[at] = value;
-                if let Err(error) = read(&resealed(forged)) {
+                if let Err(error) = read(&resealed(&forged)) {
                     assert!(!error.message.is_empty() && !error.message.contains('\u{1b}'), "{at}");
                 }
             }
         }
         let refused = |old: &str, new: &str, what: &str| {
-            let at = content.windows(old.len()).position(|w| w == old.as_bytes()).unwrap();
-            let forged = [&content[..at], new.as_bytes(), &content[at + old.len()..]].concat();
-            let message = read(&resealed(forged)).unwrap_err().message;
+            let at = bytes.windows(old.len()).position(|w| w == old.as_bytes()).unwrap();
+            let forged = [&bytes[..at], new.as_bytes(), &bytes[at + old.len()..]].concat();
+            let message = read(&resealed(&forged)).unwrap_err().message;
             assert!(message.contains(what), "{message}");
         };
-        refused("turner-checkpoint 1", "turner-checkpoint 2", "has version 2; expected 1");
-        refused("turner-checkpoint 1", "turner-picture", "is not a checkpoint");
+        refused("turner-checkpoint 2", "turner-checkpoint 3", "has version 3; expected 2");
+        refused("turner-checkpoint 2", "turner-picture", "is not a checkpoint");
         refused("header ", "header 9999999999", "expected at most");
         refused("header ", "header -", "`header N bytes` is missing");
         refused("\"turner\": \"0.1.0\",", "                  ", "missing field `turner`");

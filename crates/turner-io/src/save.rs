@@ -143,7 +143,7 @@ impl Save for Developed<'_> {
     }
 
     fn linear(&self, rows: Range<u32>, threads: usize) -> Cow<'_, [[f32; 4]]> {
-        Cow::Owned(Developed::linear(self, rows, threads))
+        Developed::linear(self, rows, threads)
     }
 
     fn display(&self, rows: Range<u32>, threads: usize) -> Cow<'_, [[u8; 4]]> {

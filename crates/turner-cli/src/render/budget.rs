@@ -6,6 +6,8 @@ use clap::Args;
 use turner::film::{Antialias, Noise};
 use turner::integrator::Prepared;
 
+use super::saving::SavingTime;
+
 /// Options for the end of a render.
 #[derive(Clone, Debug, Default, Args)]
 pub(crate) struct BudgetArgs {
@@ -104,21 +106,33 @@ impl End {
 /// The budget of a render that runs.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Budget {
-    /// When rendering must end, so that the picture is written in time.
+    /// When rendering must end, so that a picture without an estimate of its noise is written in time.
     pub(super) deadline: Option<Instant>,
+    /// The time that the estimate takes.
+    estimate: Duration,
     noise: Option<f64>,
 }
 
+/// Samples per pixel from which on the noise of the picture is estimated at its end.
+const ESTIMATED: u32 = 4;
+
 impl Budget {
     /// For a program that started at `begun`; `saving` estimates the time after the last sample.
-    pub(super) fn new(args: &BudgetArgs, begun: Instant, saving: impl FnOnce() -> Duration) -> Budget {
-        let deadline = args.budget.map(|time| begun + time.saturating_sub(saving()));
-        Budget { deadline, noise: args.noise }
+    pub(super) fn new(args: &BudgetArgs, begun: Instant, saving: impl FnOnce() -> SavingTime) -> Budget {
+        let Some(time) = args.budget else { return Budget { noise: args.noise, ..Budget::default() } };
+        let SavingTime { files, noise } = saving();
+        Budget { deadline: Some(begun + time.saturating_sub(files)), estimate: noise, noise: args.noise }
     }
 
-    /// Whether the time is over.
-    pub(super) fn is_over(&self) -> bool {
-        self.deadline.is_some_and(|deadline| Instant::now() >= deadline)
+    /// When a picture with `samples` samples per pixel must be rendered.
+    pub(super) fn deadline_for(&self, samples: u32) -> Option<Instant> {
+        let estimate = if samples >= ESTIMATED { self.estimate } else { Duration::ZERO };
+        self.deadline.map(|deadline| deadline.checked_sub(estimate).unwrap_or(deadline))
+    }
+
+    /// Whether the time is over, after `done` samples per pixel.
+    pub(super) fn is_over(&self, done: u32) -> bool {
+        self.deadline_for(done).is_some_and(|deadline| Instant::now() >= deadline)
     }
 
     /// Whether the noise is limited.
@@ -146,13 +160,22 @@ impl Budget {
         const UNUSED: f64 = 0.2;
         /// Passes take longer than predicted about as often as shorter.
         const MARGIN: f64 = 0.96;
-        let Some(deadline) = self.deadline.filter(|_| done > 0) else { return Some(end) };
-        let left = deadline.saturating_duration_since(Instant::now()).as_secs_f64();
-        let more = MARGIN * left * f64::from(done) / elapsed.as_secs_f64().max(1e-3);
-        if more < 1.0 && left < UNUSED {
-            return None;
+        let reached = |end: u32| {
+            let Some(deadline) = self.deadline_for(end).filter(|_| done > 0) else { return Some(end) };
+            let left = deadline.saturating_duration_since(Instant::now()).as_secs_f64();
+            let more = MARGIN * left * f64::from(done) / elapsed.as_secs_f64().max(1e-3);
+            if more < 1.0 && left < UNUSED {
+                return None;
+            }
+            Some(end.min(done.saturating_add((more as u32).max(1))))
+        };
+        // Where the time does not suffice for the samples that an estimate of the noise needs, there is none.
+        let most = ESTIMATED - 1;
+        match reached(end) {
+            Some(goal) if goal > most => Some(goal),
+            _ if end > most && done < most => reached(most),
+            goal => goal,
         }
-        Some(end.min(done.saturating_add((more as u32).max(1))))
     }
 }
 

@@ -32,17 +32,27 @@ const DISK: f64 = 600e6;
 /// Bytes per second of freeing memory.
 const FREED: f64 = 8e9;
 
+/// How long the end of a render takes.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct SavingTime {
+    /// The picture and its checkpoint.
+    pub(super) files: Duration,
+    /// The noise of a picture that has enough samples for an estimate.
+    pub(super) noise: Duration,
+}
+
 /// An estimate for the picture of `renderer`.
 pub(super) fn saving_time(
     renderer: &Renderer,
     output: &Output,
     count: usize,
     keeps_checkpoint: bool,
-) -> Duration {
+) -> SavingTime {
     let film = &renderer.film;
     let pixels = film.crop.area() as f64;
     let channels = film.channels().len() as f64;
-    let each = DEVELOPED + CHANNEL * channels + if film.identity().estimates_error { ERROR } else { 0.0 };
+    let each = DEVELOPED + CHANNEL * channels;
+    let noise = if film.identity().estimates_error { ERROR } else { 0.0 } * pixels / threads(count) as f64;
     let mut seconds = pixels * each / threads(count) as f64 + film.memory() as f64 / FREED;
     if keeps_checkpoint {
         seconds += film.memory() as f64 / DISK;
@@ -51,7 +61,7 @@ pub(super) fn saving_time(
         let (encoding, bytes) = trial(renderer, output, count);
         seconds += pixels * (encoding + bytes / DISK);
     }
-    LEAST + Duration::from_secs_f64(seconds)
+    SavingTime { files: LEAST + Duration::from_secs_f64(seconds), noise: Duration::from_secs_f64(noise) }
 }
 
 /// Seconds and bytes per pixel to encode a picture of noise.

@@ -86,7 +86,7 @@ pub(super) fn trace(
         if control.is_interrupted() || changed.load(Ordering::SeqCst) {
             break;
         }
-        if budget.is_over() {
+        if budget.is_over(done) {
             ended = Some(End::Time);
             break;
         }
@@ -111,7 +111,8 @@ pub(super) fn trace(
             }
         };
         let options = PassOptions { threads: job.threads, cancel: &control.pause, progress: Some(&tile) };
-        let result = until(budget.deadline, &control.pause, || renderer.pass_over(&range, &options));
+        let result =
+            until(budget.deadline_for(goal), &control.pause, || renderer.pass_over(&range, &options));
         fault = result.as_ref().err().cloned();
         if let Some(writer) = checkpoints.as_mut().filter(|c| c.is_due()) {
             writer.write(&renderer.film, start.elapsed().as_secs_f64(), reporter);
@@ -190,7 +191,7 @@ pub(super) fn until<T>(deadline: Option<Instant>, pause: &AtomicBool, work: impl
 }
 
 /// The longest time that the preview of an interrupted render takes.
-const COVER: Duration = Duration::from_millis(700);
+const COVER: Duration = Duration::from_millis(400);
 
 /// Traces a coarse preview where pixels have no samples yet.
 fn cover(renderer: &mut Renderer, threads: usize) {

@@ -41,6 +41,12 @@ const VERSION: u32 = 4;
 /// Size of the hash in bytes.
 const HASH: usize = 8;
 
+/// Size of a [`Fixed96`] in bytes.
+const FIXED: usize = 12;
+
+/// About the bytes of a piece of a film.
+const PIECE: usize = 1 << 16;
+
 impl Film {
     /// The film without its preview, as bytes that [`Film::from_bytes`] reads on any machine. Films with the same
     /// samples have the same bytes.
@@ -58,13 +64,14 @@ impl Film {
     pub fn bytes_length(&self) -> u64 {
         let mut out = Writer { bytes: Vec::new(), skipped: Some(0) };
         self.put_start(&mut out);
-        self.bands.iter().for_each(|band| out.band(band));
-        self.put_end(&mut out);
+        // A counter takes all bytes.
+        let _ = self.put_tiles(&mut out, |_| Ok(()));
+        let _ = self.put_end(&mut out, |_| Ok(()));
         out.bytes.len() as u64 + out.skipped.unwrap_or(0) + HASH as u64
     }
 
-    /// Gives the bytes of [`Film::to_bytes`] to `sink`, one row of tiles after another, so that no copy of the film is
-    /// needed.
+    /// Gives the bytes of [`Film::to_bytes`] to `sink` in pieces that a processor's cache holds, so that no copy of the
+    /// film is needed.
     ///
     /// Errors: those of `sink`, after which it gets no more.
     pub fn write_to(&self, sink: &mut dyn FnMut(&[u8]) -> io::Result<()>) -> io::Result<()> {
@@ -76,14 +83,27 @@ impl Film {
             out.bytes.clear();
             sent
         };
+        let mut some = |out: &mut Writer| if out.bytes.len() < PIECE { Ok(()) } else { flush(out) };
         self.put_start(&mut out);
-        for band in &self.bands {
-            out.band(band);
-            flush(&mut out)?;
-        }
-        self.put_end(&mut out);
+        self.put_tiles(&mut out, &mut some)?;
+        self.put_end(&mut out, &mut some)?;
         flush(&mut out)?;
         sink(&sum.finish().to_le_bytes())
+    }
+
+    fn put_tiles(
+        &self,
+        out: &mut Writer,
+        mut flush: impl FnMut(&mut Writer) -> io::Result<()>,
+    ) -> io::Result<()> {
+        for band in &self.bands {
+            out.band(band);
+            for column in 0..band.held.len() {
+                out.tile(band, column);
+                flush(out)?;
+            }
+        }
+        Ok(())
     }
 
     fn put_start(&self, out: &mut Writer) {
@@ -101,17 +121,28 @@ impl Film {
         }
     }
 
-    fn put_end(&self, out: &mut Writer) {
+    fn put_end(
+        &self,
+        out: &mut Writer,
+        mut flush: impl FnMut(&mut Writer) -> io::Result<()>,
+    ) -> io::Result<()> {
         if let Some(splats) = &self.splats {
             out.u64(splats.non_finite);
             out.set(&splats.held);
             let light = splats.sums.iter().any(|sums| *sums != [Fixed96::default(); 4]);
             out.bytes.push(u8::from(light));
             if light && !out.skips(splats.sums.len() * 4 * 3) {
-                splats.sums.iter().flatten().for_each(|sum| out.words(&sum.to_words()));
+                for pixels in splats.sums.chunks(PIECE / (4 * FIXED)) {
+                    pixels.iter().flatten().for_each(|sum| out.words(&sum.to_words()));
+                    flush(out)?;
+                }
             }
         }
-        out.labels(self);
+        for held in self.bands.iter().flat_map(|band| &band.labels) {
+            out.labels_of_tile(held);
+            flush(out)?;
+        }
+        Ok(())
     }
 
     /// Reads the bytes of [`Film::to_bytes`]. Memory is requested from `limits` before it is allocated.
@@ -159,7 +190,7 @@ impl Writer {
     }
 
     pub(super) fn words(&mut self, words: &[u32]) {
-        words.iter().for_each(|w| self.u32(*w));
+        self.bytes.extend(words.iter().flat_map(|w| w.to_le_bytes()));
     }
 
     /// Whether `words` words are only counted.
@@ -207,34 +238,35 @@ impl Writer {
         if let Some((y, x, index)) = band.non_finite.first {
             self.words(&[y, x, index]);
         }
-        for (column, held) in band.held.iter().enumerate() {
-            self.set(held);
-            if let Some(adaptive) = band.adaptive.get(column) {
-                self.set(&adaptive.odd);
-                self.words(&adaptive.goals);
-                self.u64(adaptive.rays);
-            }
-            let indices = band.indices(&band.tile(column));
-            let extra = |i: usize| band.extra(i).iter().any(|sum| *sum != [0; 3]);
-            match &band.pixels {
-                Pixels::Samples(pixels) if indices.clone().any(|i| pixels[i] != [0; 4]) => {
-                    self.bytes.push(1);
-                    if !self.skips(indices.clone().count() * 4) {
-                        indices.for_each(|i| self.words(&pixels[i]));
-                    }
+    }
+
+    fn tile(&mut self, band: &Band, column: usize) {
+        self.set(&band.held[column]);
+        if let Some(adaptive) = band.adaptive.get(column) {
+            self.set(&adaptive.odd);
+            self.words(&adaptive.goals);
+            self.u64(adaptive.rays);
+        }
+        let indices = band.indices(&band.tile(column));
+        let extra = |i: usize| band.extra(i).iter().any(|sum| *sum != [0; 3]);
+        match &band.pixels {
+            Pixels::Samples(pixels) if indices.clone().any(|i| pixels[i] != [0; 4]) => {
+                self.bytes.push(1);
+                if !self.skips(indices.clone().count() * 4) {
+                    indices.for_each(|i| self.words(&pixels[i]));
                 }
-                Pixels::Sums(pixels)
-                    if indices.clone().any(|i| pixels[i] != [0; PixelSum::WORDS] || extra(i)) =>
-                {
-                    self.bytes.push(2);
-                    let sums = indices.clone().next().map_or(0, |i| band.extra(i).len());
-                    if !self.skips(indices.clone().count() * (PixelSum::WORDS + 3 * sums)) {
-                        indices.clone().for_each(|i| self.words(&pixels[i]));
-                        indices.for_each(|i| self.words(band.extra(i).as_flattened()));
-                    }
-                }
-                _ => self.bytes.push(0),
             }
+            Pixels::Sums(pixels)
+                if indices.clone().any(|i| pixels[i] != [0; PixelSum::WORDS] || extra(i)) =>
+            {
+                self.bytes.push(2);
+                let sums = indices.clone().next().map_or(0, |i| band.extra(i).len());
+                if !self.skips(indices.clone().count() * (PixelSum::WORDS + 3 * sums)) {
+                    indices.clone().for_each(|i| self.words(&pixels[i]));
+                    indices.for_each(|i| self.words(band.extra(i).as_flattened()));
+                }
+            }
+            _ => self.bytes.push(0),
         }
     }
 }

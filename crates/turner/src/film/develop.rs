@@ -3,6 +3,7 @@
 //! A pixel's scene value is its weighted mean plus the light of light paths. Its display value is that of a
 //! [`DisplayTransform`] to 8-bit sRGB.
 
+use std::borrow::Cow;
 use std::ops::Range;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 
@@ -87,10 +88,16 @@ impl Film {
         Picture { width, height, linear, display, has_alpha, missing, exposure }
     }
 
-    /// The picture from the samples so far, as rows that are computed when they are asked for: for pictures too large to
-    /// be kept beside their film.
+    /// The picture from the samples so far, as rows. Those of a picture of more than 16 million pixels are computed when
+    /// they are asked for, so that it needs no memory beside its film.
     pub fn developed<'a>(&'a self, desc: &'a FilmDesc, threads: usize) -> Developed<'a> {
         let mut developed = Developed::without_survey(self, desc);
+        if self.crop.area() <= KEPT {
+            let (linear, survey) = developed.rows(0..self.crop.height, threads);
+            developed.set(survey, || auto_exposure(&linear));
+            developed.kept = linear;
+            return developed;
+        }
         let mut luminances = Luminances::default();
         let mut survey = Survey::default();
         let strip = STRIP_PIXELS.div_ceil(self.crop.width).max(1);
@@ -151,11 +158,16 @@ impl Film {
 /// About the number of pixels of a strip of a large picture.
 const STRIP_PIXELS: u32 = 1 << 20;
 
-/// A film's picture whose rows are computed when they are asked for: [`Film::developed`].
+/// The most pixels whose scene values are kept: 256 MiB.
+const KEPT: u64 = 1 << 24;
+
+/// A film's picture, developed when its rows are asked for: [`Film::developed`].
 pub struct Developed<'a> {
     film: &'a Film,
     desc: &'a FilmDesc,
     more: More,
+    /// The scene values of all rows, or none.
+    kept: Vec<[f32; 4]>,
     /// Whether any pixel has a coverage other than 1.
     pub has_alpha: bool,
     /// Pixels without samples and without a preview, because rendering was stopped.
@@ -174,7 +186,15 @@ struct Survey {
 impl<'a> Developed<'a> {
     fn without_survey(film: &'a Film, desc: &'a FilmDesc) -> Developed<'a> {
         let more = More::new(film, desc);
-        Developed { film, desc, more, has_alpha: false, missing: 0, exposure: desc.exposure }
+        Developed {
+            film,
+            desc,
+            more,
+            kept: Vec::new(),
+            has_alpha: false,
+            missing: 0,
+            exposure: desc.exposure,
+        }
     }
 
     fn set(&mut self, survey: Survey, auto_exposure: impl FnOnce() -> f64) {
@@ -190,8 +210,12 @@ impl<'a> Developed<'a> {
     }
 
     /// The scene values of these rows, as in [`Picture::linear`]. `threads` of 0 uses all.
-    pub fn linear(&self, rows: Range<u32>, threads: usize) -> Vec<[f32; 4]> {
-        self.rows(rows, threads).0
+    pub fn linear(&self, rows: Range<u32>, threads: usize) -> Cow<'_, [[f32; 4]]> {
+        let width = self.film.crop.width as usize;
+        match self.kept.get(rows.start as usize * width..rows.end as usize * width) {
+            Some(kept) => Cow::Borrowed(kept),
+            None => Cow::Owned(self.rows(rows, threads).0),
+        }
     }
 
     /// The transform from scene values to display values.

@@ -22,17 +22,15 @@ impl Writer {
         }
     }
 
-    pub(super) fn labels(&mut self, film: &Film) {
-        for held in film.bands.iter().flat_map(|band| &band.labels) {
-            held.nearness.iter().for_each(|near| self.u64(*near));
-            self.words(&held.nearest);
-            for entries in &held.covers {
-                self.u32(entries.len() as u32);
-                for ((pixel, label), weight) in entries {
-                    self.bytes.extend(pixel.to_le_bytes());
-                    self.u32(*label);
-                    self.u64(*weight as u64);
-                }
+    pub(super) fn labels_of_tile(&mut self, held: &HeldLabels) {
+        held.nearness.iter().for_each(|near| self.u64(*near));
+        self.words(&held.nearest);
+        for entries in &held.covers {
+            self.u32(entries.len() as u32);
+            for ((pixel, label), weight) in entries {
+                self.bytes.extend(pixel.to_le_bytes());
+                self.u32(*label);
+                self.u64(*weight as u64);
             }
         }
     }
