@@ -4,7 +4,7 @@ use turner::testing::{CompareOptions, compare};
 
 use super::check::{Check, Finding};
 
-const ROOM: &str = r#"
+pub(super) const ROOM: &str = r#"
 camera = { position = [0, 1, 3.4], look_at = [0, 0.9, 0], fov = 45 }
 [material.wall]
 type = "matte"

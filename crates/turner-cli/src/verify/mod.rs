@@ -1,7 +1,7 @@
 //! `turner verify`: statistical tests that this program renders correctly on this machine.
 //!
 //! ```text
-//! checks: densities · light_tree · closed_forms · estimators · metamorphic · sameness      `turner-lab` adds more
+//! checks: densities · light_tree · closed_forms · estimators · intervals · metamorphic · sameness      `turner-lab` adds more
 //!   └ run_checks ── one after another ──> Finding ── compared with the significance level ──> table or JSON, exit code
 //! ```
 
@@ -9,6 +9,7 @@ pub mod check;
 mod closed_forms;
 pub mod densities;
 mod estimators;
+mod intervals;
 mod light_tree;
 mod metamorphic;
 mod sameness;
@@ -88,6 +89,7 @@ pub(crate) fn run(args: &VerifyArgs) -> u8 {
 pub fn checks() -> Vec<Check> {
     let mut all = closed_forms::checks();
     all.extend(estimators::checks());
+    all.extend(intervals::checks());
     all.extend(metamorphic::checks());
     all.extend(sameness::checks());
     all.extend(densities::checks());

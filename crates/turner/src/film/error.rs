@@ -12,7 +12,7 @@
 //! sequence are complete digital nets, and so are those between them. The sums do not depend on the order of samples or on the final number of
 //! them, so they can be split and merged like the others.
 //!
-//! 1. For each pixel the spread gives a standard error s, as if samples were independent. A quarter of it comes from the
+//! 1. For each pixel the spread gives a standard error s, as if samples were independent. Part of it comes from the
 //!    neighbouring pixels: few samples may all miss what is rare.
 //! 2. d = (mean of one part − mean of the other) · √(W'·W''/W²) has that same standard error if samples are independent,
 //!    and a smaller one if they are stratified. In a region of 48 x 48 pixels, |d| / s is distributed nearly like
@@ -49,8 +49,12 @@ const LEAST_TILE_ROWS: u32 = 6;
 /// Tiles whose regions a thread looks at in one go.
 const TILES_AT_ONCE: usize = 64;
 
-/// Weight of the neighbours in the spread of a pixel's samples, and of its light paths, of which fewer arrive.
-const NEIGHBOURS: [f64; 2] = [0.25, 0.5];
+/// Weight of the neighbours in the spread of a pixel's samples. With a filter wider than the pixel neighbours share
+/// samples, so that more of them are needed.
+const NEIGHBOURS: [f64; 2] = [0.4, 0.7];
+
+/// The same in the spread of its light paths, of which fewer arrive.
+const LIGHT_NEIGHBOURS: f64 = 0.5;
 
 /// Whether a sample belongs to the odd octaves.
 #[inline]
@@ -186,17 +190,22 @@ impl Film {
             let (x, y) = (i as u32 % width, i as u32 / width);
             self.spread(self.crop.x + x, self.crop.y + top + y)
         });
-        let smooth = smoothed(&spreads, width as usize, NEIGHBOURS[0], threads, |s| s.variance);
-        let light = smoothed(&spreads, width as usize, NEIGHBOURS[1], threads, |s| s.splats);
+        let neighbours = NEIGHBOURS[usize::from(self.identity.weighted)];
+        let smooth = smoothed(&spreads, width as usize, neighbours, threads, |s| s.variance);
+        let light = smoothed(&spreads, width as usize, LIGHT_NEIGHBOURS, threads, |s| s.splats);
         let standardized =
             strips::map(count, threads, |i| ratio(spreads[i].difference, smooth[i]).sqrt() as f32);
         let columns = width.div_ceil(TILE);
         let tiles = (columns * (rows.len() as u32).div_ceil(TILE)) as usize;
         let first_tile = rows.start / TILE;
         let regions = strips::filled(tiles, TILES_AT_ONCE, threads, |first, strip: &mut [f64]| {
+            let mut pixels = Vec::new();
             for (tile, factor) in (first as u32..).zip(strip) {
                 let place = [tile % columns, first_tile + tile / columns];
-                *factor = region_factor(&standardized, [width, height], top, place);
+                pixels.clear();
+                let around = region_pixels([width, height], top, place).map(|i| standardized[i]);
+                pixels.extend(around.filter(|t| *t > 0.0));
+                *factor = factor_of(&mut pixels);
             }
         });
         let skipped = ((rows.start - top) * width) as usize;
@@ -261,7 +270,11 @@ fn ratio(a: f64, b: f64) -> f64 {
     if b > 0.0 { a / b } else { 0.0 }
 }
 
-/// A variance of each pixel, mixed with the mean over its 3 x 3 neighbours.
+/// The least luminance of a pixel as a fraction of a neighbour's, where their variances are mixed.
+const DARKEST: f64 = 0.01;
+
+/// A variance of each pixel, mixed with the mean over its 3 x 3 neighbours. Those of pixels that are certainly brighter
+/// count relative to their luminance: what is next to a lamp is not as noisy as the lamp's edge.
 fn smoothed(
     spreads: &[Spread],
     width: usize,
@@ -273,10 +286,15 @@ fn smoothed(
     let around = |at: usize, size: usize| at.saturating_sub(1)..(at + 2).min(size);
     strips::map(spreads.len(), threads, |i| {
         let (x, y) = (i % width, i / width);
+        let own = spreads[i].luminance.abs();
         let (mut sum, mut count) = (0.0, 0.0);
         for ny in around(y, height) {
             for nx in around(x, width) {
-                sum += of(&spreads[ny * width + nx]);
+                let other = &spreads[ny * width + nx];
+                let variance = of(other);
+                let bright = other.luminance.abs() - NORMAL * variance.sqrt();
+                let scale = if bright > own { (own / bright).max(DARKEST) } else { 1.0 };
+                sum += scale * scale * variance;
                 count += 1.0;
             }
         }
@@ -284,22 +302,25 @@ fn smoothed(
     })
 }
 
-/// Half-width over s in a tile, from the 3 x 3 tiles around it; `standardized` begins with row `top` of the picture.
-fn region_factor(standardized: &[f32], [width, height]: [u32; 2], top: u32, [column, row]: [u32; 2]) -> f64 {
-    let along = |tile: u32, size: u32| (tile.saturating_sub(1) * TILE)..((tile + 2) * TILE).min(size);
-    let mut values = Vec::new();
-    for y in along(row, height) {
-        let start = ((y - top) * width) as usize;
-        let range = along(column, width);
-        let line = &standardized[start + range.start as usize..start + range.end as usize];
-        values.extend(line.iter().filter(|t| **t > 0.0));
-    }
-    if values.len() < 2 {
+/// The 95th percentile of |d| / s, as a factor of s for the whole.
+fn factor_of(pixels: &mut [f32]) -> f64 {
+    if pixels.len() < 2 {
         return NORMAL;
     }
-    let n = ((values.len() - 1) as f64 * CONFIDENCE) as usize;
-    let percentile = f64::from(*values.select_nth_unstable_by(n, f32::total_cmp).1);
+    let n = ((pixels.len() - 1) as f64 * CONFIDENCE) as usize;
+    let percentile = f64::from(*pixels.select_nth_unstable_by(n, f32::total_cmp).1);
     percentile * whole_from_parts(percentile)
+}
+
+/// The pixels of the 3 x 3 tiles around a tile, in a strip that begins with row `top` of the picture.
+fn region_pixels(
+    [width, height]: [u32; 2],
+    top: u32,
+    [column, row]: [u32; 2],
+) -> impl Iterator<Item = usize> {
+    let along = |tile: u32, size: u32| (tile.saturating_sub(1) * TILE)..((tile + 2) * TILE).min(size);
+    let columns = along(column, width);
+    along(row, height).flat_map(move |y| columns.clone().map(move |x| ((y - top) * width + x) as usize))
 }
 
 impl ErrorEstimate {
