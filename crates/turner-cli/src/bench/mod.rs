@@ -1,7 +1,8 @@
-//! `turner bench`: render speed of scenes on this machine. `antialias` measures the anti-aliasing modes, `edits` the
-//! preparation after edits.
+//! `turner bench`: render speed of scenes on this machine. `antialias` measures the anti-aliasing modes, `clock`
+//! whether renders keep their time, `edits` the preparation after edits.
 
 pub mod antialias;
+mod clock;
 mod edits;
 
 use std::path::{Path, PathBuf};
@@ -61,6 +62,7 @@ pub struct ScenesArgs {
 #[derive(Debug, Subcommand)]
 enum OtherBench {
     Antialias(antialias::AntialiasBenchArgs),
+    Clock(clock::ClockBenchArgs),
     Edits(edits::EditsBenchArgs),
 }
 
@@ -68,6 +70,7 @@ enum OtherBench {
 pub(crate) fn run(args: &BenchArgs) -> u8 {
     match &args.other {
         Some(OtherBench::Antialias(args)) => antialias::run(args),
+        Some(OtherBench::Clock(args)) => clock::run(args),
         Some(OtherBench::Edits(args)) => edits::run(args),
         None => reported(args.scenes.json, measure_scenes(&args.scenes, None)),
     }
