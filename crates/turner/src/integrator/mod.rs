@@ -45,7 +45,7 @@ use std::sync::Arc;
 use crate::camera::CameraDesc;
 use crate::color::Spectrum;
 use crate::film::{Antialias, Picture, Splat};
-use crate::scene::Scene;
+use crate::scene::{Hit, Scene};
 use crate::schema::{SceneError, Warning, family};
 use crate::view::{View, ViewSampling};
 
@@ -94,6 +94,8 @@ pub struct AskedDetails {
     pub groups: bool,
     /// [`SampleDetails::rays`].
     pub rays: bool,
+    /// [`SampleDetails::hits`].
+    pub hits: bool,
 }
 
 /// Details of the samples of a batch. Each list is empty if the integrator does not know it.
@@ -108,6 +110,8 @@ pub struct SampleDetails<'a> {
     pub rays: &'a [u32],
     /// For each sample what a shadow catcher received; empty without shadow catchers.
     pub caught: &'a [CaughtLight],
+    /// For each sample what its camera ray hits first, whatever its opacity.
+    pub hits: &'a [Option<Hit>],
 }
 
 /// The direct light that a shadow catcher receives at a sample, as luminance of the irradiance over π.

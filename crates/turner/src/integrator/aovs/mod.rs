@@ -1,9 +1,10 @@
 //! AOVs: the values of a batch of camera samples, besides their colour.
 //!
-//! [`SampleAovs`] traces the camera rays of a batch once more to their first hits, eight at a time, and evaluates the
-//! AOVs of the film there. It uses the rays, times and texture footprints of the samples, so the values belong to the
-//! same surfaces as the colour. Media and materials with partial opacity are not looked through: the first surface
-//! counts. The rays are not counted in [`RayStats`](crate::integrator::RayStats).
+//! [`SampleAovs`] evaluates the AOVs of the film at the first hits of the camera rays of a batch. For an integrator that
+//! does not keep these hits it traces the rays once more, eight at a time; they are not counted in
+//! [`RayStats`](crate::integrator::RayStats). It uses the rays, times and texture footprints of the samples, so the values
+//! belong to the same surfaces as the colour. Media and materials with partial opacity are not looked through: the first
+//! surface counts.
 //!
 //! A further AOV is a line of [`Aov`], one of [`Aov::layout`], and an arm of `value` or `label` below. The compiler
 //! reports what is missing.
@@ -68,6 +69,7 @@ impl<'a> SampleAovs<'a> {
             parts: self.aovs.iter().any(|aov| aov.is_light()),
             groups: self.aovs.contains(&Aov::LightGroups),
             rays: self.aovs.contains(&Aov::Cost),
+            hits: true,
         });
     }
 
@@ -78,14 +80,17 @@ impl<'a> SampleAovs<'a> {
         let names = self.scene.light_groups.names();
         self.values.clear();
         self.labels.clear();
-        self.rays.copy(&samples.rays);
-        self.scene.intersect_batch(&mut self.rays, &mut self.hits);
+        if details.hits.len() != samples.ids.len() {
+            self.rays.copy(&samples.rays);
+            self.scene.intersect_batch(&mut self.rays, &mut self.hits);
+        }
+        let hits = if details.hits.len() == samples.ids.len() { details.hits } else { &self.hits };
         for (i, radiance) in radiance.iter().enumerate().take(samples.ids.len()) {
             // Where the camera has no ray, what the tracer knows is ignored.
             let ray = samples.rays.get(i).filter(|ray| ray.t_max >= 0.0);
             let known = if ray.is_some() { details } else { SampleDetails::default() };
             let light = SampleLight::new(film, radiance, &known, i, names);
-            let hit = self.hits.get(i).copied().flatten();
+            let hit = hits.get(i).copied().flatten();
             let values = &mut self.values;
             if let (Some(hit), Some(ray)) = (hit, ray) {
                 let mut surface = self.scene.surface(&ray, &hit);

@@ -24,6 +24,7 @@ mod caustics;
 mod closed_form_tests;
 mod dispersion;
 mod emission;
+mod first_hits;
 mod group_split;
 mod light_resampling;
 mod light_split;

@@ -27,6 +27,7 @@ use turner_bvh::lanes::LANES;
 
 use super::Context;
 use super::caustics::{CausticsStrategy, PhotonMap, ReversePdf};
+use super::first_hits::FirstHits;
 use super::group_split::GroupSplit;
 use super::light_split::LightSplit;
 use super::media::Media;
@@ -241,6 +242,8 @@ pub(super) struct PathBatch<'a, R = Off> {
     pub(super) groups: GroupSplit,
     /// The number of rays of each sample, if it is asked for.
     pub(super) counts: RayCounts,
+    /// The hits of camera rays, if they are asked for.
+    first_hits: FirstHits,
     /// The light that arrives at shadow catchers.
     pub(super) catcher: ShadowCatcher,
     /// Records the path of a single sample, or nothing.
@@ -274,6 +277,7 @@ impl<'a, R> PathBatch<'a, R> {
             split: LightSplit::default(),
             groups: GroupSplit::default(),
             counts: RayCounts::default(),
+            first_hits: FirstHits::default(),
             catcher: ShadowCatcher::new(scene),
             record,
         }
@@ -293,6 +297,7 @@ impl<R: Record> Tracer for PathBatch<'_, R> {
             self.groups.turn_on(self.scene);
         }
         self.counts.turn_on(asked.rays);
+        self.first_hits.turn_on(asked.hits);
     }
 
     fn details(&self) -> SampleDetails<'_> {
@@ -301,6 +306,7 @@ impl<R: Record> Tracer for PathBatch<'_, R> {
             groups: self.groups.light(),
             rays: self.counts.rays(),
             caught: self.catcher.caught(),
+            hits: self.first_hits.hits(),
         }
     }
 
@@ -325,6 +331,7 @@ impl<R: Record> Tracer for PathBatch<'_, R> {
         self.split.begin(count);
         self.groups.begin(count);
         self.counts.begin(count);
+        self.first_hits.begin();
         self.catcher.begin(count);
         self.begin_shared_paths(&samples.ids);
         self.queue.rays.copy(&samples.rays);
@@ -348,6 +355,7 @@ impl<R: Record> PathBatch<'_, R> {
             }
         }
         self.scene.intersect_batch(&mut queue.rays, &mut hits);
+        self.first_hits.found(&hits);
         self.split.begin_round(&queue.samples, &self.paths, out);
         self.counts.add_all(&queue.samples);
         if let Some(volumes) = &self.scene.volumes {
