@@ -17,26 +17,40 @@ use crate::text;
 /// Measure budgets, the first picture, the time left and the end after an interrupt
 #[derive(Debug, Args)]
 #[command(
-    after_help = "Seconds by the clock, loading and writing included. budget: the largest deviation from --budget; first: from the start of\n\
-                  `turner watch` to its first picture; left: the largest error of the time left, relative to the whole time, after its first\n\
-                  tenth; interrupt: from the signal to the end of the program, median and longest."
+    after_help = "Seconds by the clock, with loading and writing. budget: the largest deviation from --budget. first: from the \
+                  start of `turner watch` to its first picture. left: the largest error of the time left, relative to the whole time, \
+                  after its first tenth. interrupt: from the signal to the end of the program, median and longest."
 )]
 pub(crate) struct ClockBenchArgs {
     /// Scenes and models
     #[arg(required = true, value_name = "FILE")]
     files: Vec<PathBuf>,
     /// Budgets to try, in seconds
-    #[arg(long, value_delimiter = ',', default_value = "1,3")]
+    #[arg(long, value_name = "SECONDS,…", value_delimiter = ',', default_value = "1,3", value_parser = parse_seconds)]
     budgets: Vec<f64>,
     /// How many renders are interrupted, at moments spread over two seconds
     #[arg(long, default_value_t = 9, value_parser = clap::value_parser!(u32).range(1..=1000))]
     repeat: u32,
     /// Width and height of the pictures, e.g. 1920x1080 [default: those of the scenes]
-    #[arg(long, value_name = "SIZE")]
-    size: Option<String>,
+    #[arg(long, value_name = "WIDTHxHEIGHT", value_parser = parse_size)]
+    size: Option<[u32; 2]>,
     /// Print one JSON object per line
     #[arg(long)]
     json: bool,
+}
+
+fn parse_seconds(text: &str) -> Result<f64, String> {
+    let seconds = text.trim().parse().ok().filter(|seconds| (0.01..=1e6).contains(seconds));
+    seconds.ok_or_else(|| "expected seconds from 0.01 to 1000000, such as 1,3,10".to_owned())
+}
+
+fn parse_size(text: &str) -> Result<[u32; 2], String> {
+    let sides =
+        text.split_once('x').map(|(width, height)| [width, height].map(|side| side.trim().parse().ok()));
+    match sides {
+        Some([Some(width), Some(height)]) if width > 0 && height > 0 => Ok([width, height]),
+        _ => Err("expected columns and rows, such as 1920x1080".to_owned()),
+    }
 }
 
 /// Runs the command.
@@ -51,7 +65,7 @@ fn measure(args: &ClockBenchArgs) -> Result<(), Failure> {
         text::print(&format!("{:width$}   budget    first   left   interrupt\n", "scene"));
     }
     for file in &args.files {
-        let trial = Trial { file, size: args.size.as_deref(), out: folder.path().join("clock.png") };
+        let trial = Trial { file, size: args.size, out: folder.path().join("clock.png") };
         let mut budgets = Vec::new();
         for budget in &args.budgets {
             budgets.push(trial.budget(*budget)?);
@@ -95,7 +109,7 @@ fn failed(error: impl ToString) -> Failure {
 /// Runs of the program with one scene.
 struct Trial<'a> {
     file: &'a Path,
-    size: Option<&'a str>,
+    size: Option<[u32; 2]>,
     /// The picture, in a folder of its own.
     out: PathBuf,
 }
@@ -106,8 +120,8 @@ impl Trial<'_> {
         let program = std::env::current_exe().map_err(failed)?;
         let mut run = Command::new(program);
         run.arg(command).arg(self.file).args(options).arg("-o").arg(&self.out);
-        if let Some((width, height)) = self.size.and_then(|size| size.split_once('x')) {
-            run.args(["--width", width, "--height", height]);
+        if let Some([width, height]) = self.size {
+            run.args(["--width", &width.to_string(), "--height", &height.to_string()]);
         }
         let _ = std::fs::remove_file(&self.out);
         run.stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::null()).spawn().map_err(failed)
@@ -188,4 +202,21 @@ fn interrupt(child: &Child) -> bool {
 #[cfg(not(unix))]
 fn interrupt(_: &Child) -> bool {
     false
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn sizes_and_budgets() {
+        assert_eq!(parse_size("1920x1080"), Ok([1920, 1080]));
+        for bad in ["", "x", "1920", "0x5", "5x0", "-1x2", "1x2x3"] {
+            assert!(parse_size(bad).is_err(), "{bad}");
+        }
+        assert_eq!(parse_seconds("2.5"), Ok(2.5));
+        for bad in ["", "0", "-1", "nan", "inf"] {
+            assert!(parse_seconds(bad).is_err(), "{bad}");
+        }
+    }
 }
