@@ -4,6 +4,7 @@ use std::borrow::Cow;
 use std::ops::Range;
 use std::path::Path;
 
+use turner::compare::Canvas;
 use turner::image::Image;
 use turner::schema::error::escape;
 use turner::schema::{ErrorCode, SceneError};
@@ -79,16 +80,8 @@ pub(crate) struct Linear {
 impl Linear {
     /// The pixels of an image; `associated`: its colours are premultiplied.
     pub(crate) fn new(image: &Image, associated: bool) -> Linear {
-        let places = (0..image.height).flat_map(|y| (0..image.width).map(move |x| (x, y)));
-        let pixels: Vec<[f32; 4]> = places
-            .map(|(x, y)| {
-                let (rgb, a) = (image.rgb(x, y), image.alpha(x, y));
-                let [r, g, b] = if associated || a == 1.0 { rgb } else { rgb.map(|v| v * a) };
-                [r, g, b, a]
-            })
-            .collect();
-        let has_alpha = pixels.iter().any(|p| p[3] != 1.0);
-        Linear { width: image.width, height: image.height, pixels, has_alpha }
+        let Canvas { width, height, pixels, has_alpha, .. } = Canvas::new(image, associated);
+        Linear { width, height, pixels, has_alpha }
     }
 }
 

@@ -51,7 +51,7 @@ mod terminal {
     /// Tenths of a second that a terminal gets for its answer.
     const PATIENCE: u8 = 2;
 
-    /// A terminal in a mode without echo and lines, until this is dropped.
+    /// A terminal in raw mode: it does not show what is typed, and does not wait for whole lines. Dropping this restores it.
     struct Quiet<'a> {
         tty: &'a File,
         before: Termios,

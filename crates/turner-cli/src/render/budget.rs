@@ -106,9 +106,9 @@ impl End {
 /// The budget of a render that runs.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Budget {
-    /// When rendering must end, so that a picture without an estimate of its noise is written in time.
+    /// When rendering must end so that the picture is written in time, if its noise is not estimated.
     pub(super) deadline: Option<Instant>,
-    /// The time that the estimate takes.
+    /// The time that estimating the noise takes.
     estimate: Duration,
     noise: Option<f64>,
 }

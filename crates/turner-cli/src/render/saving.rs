@@ -37,7 +37,7 @@ const FREED: f64 = 8e9;
 pub(super) struct SavingTime {
     /// The picture and its checkpoint.
     pub(super) files: Duration,
-    /// The noise of a picture that has enough samples for an estimate.
+    /// Estimating the noise, if the picture has enough samples for that.
     pub(super) noise: Duration,
 }
 

@@ -207,7 +207,7 @@ pub(super) struct HeldLabels {
     pub(super) nearness: Vec<Nearness>,
     /// For each pixel the labels of these channels.
     pub(super) nearest: Vec<u32>,
-    /// For each channel of the rule `Coverage`, in ascending order: pixel of the tile and label, and the weight.
+    /// For each channel with the rule `Coverage`: the weight of each pair of a pixel and a label, sorted by pixel and label.
     pub(super) covers: Vec<Vec<((u16, u32), Weight)>>,
 }
 

@@ -64,7 +64,7 @@ fn a_film_is_saved_like_its_picture() {
     }
 }
 
-/// Enough pixels that a PNG is not compressed all at once: most rows are equal, so that the test is quick.
+/// The picture is too large to be compressed all at once. It compresses well, so that the test is quick.
 #[test]
 fn large_pictures_have_all_their_rows() {
     let (width, height) = (6000u32, 4000u32);

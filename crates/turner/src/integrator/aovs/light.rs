@@ -23,8 +23,8 @@ pub(super) struct SampleLight<'a> {
 }
 
 impl<'a> SampleLight<'a> {
-    /// Of the sample at an index of a batch of samples of a film; `names` are those of all light groups. All light is 0 if
-    /// the integrator does not know its parts.
+    /// The light of a sample, by its index in the batch; `names` are those of all light groups. Parts that the integrator does not
+    /// know are 0.
     pub(super) fn new(
         film: &FilmDesc,
         radiance: &Radiance,
