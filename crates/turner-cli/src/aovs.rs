@@ -14,7 +14,22 @@ pub(crate) fn channels(renderer: &Renderer, threads: usize) -> Vec<ExtraChannel<
         AovValues::Float(values) => ExtraChannel::new(c.name, SampleKind::Float, values),
         AovValues::Uint(values) => ExtraChannel::new(c.name, SampleKind::Uint, values),
     };
-    renderer.develop_aovs(threads).into_iter().map(channel).collect()
+    let mut channels: Vec<_> = renderer.develop_aovs(threads).into_iter().map(channel).collect();
+    if renderer.denoises() {
+        channels.extend(raw(renderer, threads));
+    }
+    channels
+}
+
+/// The layer `raw`: the picture before the denoiser.
+fn raw(renderer: &Renderer, threads: usize) -> impl Iterator<Item = ExtraChannel<'static>> {
+    let film = &renderer.film;
+    let (desc, rows) = (&renderer.prepared().view.film, 0..film.crop.height);
+    let linear = film.developed(desc, threads).linear(rows, threads).into_owned();
+    ["raw.R", "raw.G", "raw.B"].into_iter().enumerate().map(move |(c, name)| {
+        let values: Vec<f32> = linear.iter().map(|pixel| pixel[c]).collect();
+        ExtraChannel::new(name.to_owned(), SampleKind::Float, values)
+    })
 }
 
 /// The metadata of an EXR file with AOVs: that of the picture, and what describes the channels.

@@ -47,7 +47,7 @@ enum Command {
     Tonemap(tonemap::TonemapArgs),
     View(view::ViewArgs),
     Convert(Box<convert::ConvertArgs>),
-    Info(info::InfoArgs),
+    Info(Box<info::InfoArgs>),
     List(list::ListArgs),
     Bench(bench::BenchArgs),
     Verify(verify::VerifyArgs),

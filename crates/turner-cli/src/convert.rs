@@ -5,8 +5,10 @@ use std::time::Instant;
 
 use clap::Args;
 use serde_json::json;
+use turner::description::default_studio::Orbit;
 use turner::description::{SceneDesc, StudioDesc};
-use turner::light::LightDesc;
+use turner::integrator::Prepared;
+use turner::light::{EnvironmentDesc, LightDesc};
 use turner::schema::error::nearest;
 use turner::schema::{ErrorCode, SceneError, WarningKind};
 use turner_io::convert::{ConvertOptions, Converted, to_glb, to_toml};
@@ -81,6 +83,11 @@ fn convert(args: &ConvertArgs, reporter: &Reporter, control: &Control) -> Result
         args.scene.described(&args.film, args.scene.studio.models(), 0, Some(pictures.clone()), &limits)?;
     let is_import = args.scene.scene.extension().is_none_or(|e| !e.eq_ignore_ascii_case("toml"));
     if is_import && matches!(target, Target::Toml) {
+        if described.desc.studio.as_ref().is_some_and(|studio| studio.lights || studio.ground != Some(false))
+        {
+            let prepared = described.prepare(&limits)?;
+            write_out(&mut described.desc, &prepared);
+        }
         simplify(&mut described.desc);
     }
     let (desc, sources, labels) = (&described.desc, &described.sources, &described.labels);
@@ -102,6 +109,43 @@ fn convert(args: &ConvertArgs, reporter: &Reporter, control: &Control) -> Result
     Ok(())
 }
 
+/// Replaces what the studio would add to a model by what it added: the camera, the light and its exposure, as a person
+/// would write them. The floor and the backdrop stay with the studio.
+fn write_out(desc: &mut SceneDesc, prepared: &Prepared) {
+    let Some(studio) = &mut desc.studio else { return };
+    let own = if studio.camera.is_some() { None } else { desc.camera.as_ref().or(desc.cameras.first()) };
+    let orbit = match &studio.camera {
+        Some(camera) => Orbit::parse(camera).and_then(Result::ok),
+        None => own.is_none().then_some(Orbit::DEFAULT),
+    };
+    if desc.camera.is_none() && desc.cameras.is_empty() || orbit.is_some() {
+        studio.ground = studio.ground.or(Some(own.is_none() && !desc.background.transparent));
+        desc.camera = Some(prepared.view.camera_desc.clone().into());
+    }
+    studio.ground = studio.ground.or(Some(false));
+    if orbit.is_some() {
+        let lens = StudioDesc::default();
+        (studio.camera, studio.look_at) = (None, None);
+        (studio.fov, studio.zoom) = (lens.fov, lens.zoom);
+        (studio.f_stop, studio.focus) = (lens.f_stop, lens.focus);
+    }
+    let is_studio = |i: usize| prepared.scene.light_sources.get(i).is_some_and(Option::is_none);
+    if studio.lights && (0..prepared.scene.lights.len()).any(is_studio) {
+        desc.lights.push(
+            LightDesc::Environment(EnvironmentDesc {
+                strength: studio.strength,
+                rotation: studio.rotation + orbit.map_or(0.0, |orbit| orbit.azimuth),
+                ..EnvironmentDesc::studio()
+            })
+            .into(),
+        );
+        (studio.strength, studio.rotation) = (1.0, 0.0);
+    }
+    studio.lights = false;
+    studio.metering = false;
+    desc.film.exposure = prepared.view.film.exposure;
+}
+
 /// Omits what an import adds to a description without an effect on the picture: a `[[view]]` that is the camera itself,
 /// and a `[studio]` that adds neither camera nor light nor floor.
 fn simplify(desc: &mut SceneDesc) {
@@ -115,7 +159,14 @@ fn simplify(desc: &mut SceneDesc) {
     let has_light = desc.lights.iter().any(|l| !matches!(l.value, LightDesc::Ambient(_)));
     let adds_nothing = |s: &StudioDesc| {
         let no_floor = s.ground.is_none_or(|ground| !ground);
-        s.camera.is_none() && desc.camera.is_some() && no_floor && (has_light || !s.lights)
+        let no_lens = s.fov.is_none() && s.zoom == 1.0 && s.f_stop.is_none() && s.focus.is_none();
+        let no_backdrop = s.backdrop.is_none() && !s.metering;
+        s.camera.is_none()
+            && desc.camera.is_some()
+            && no_floor
+            && (has_light || !s.lights)
+            && no_lens
+            && no_backdrop
     };
     if desc.studio.as_ref().is_some_and(adds_nothing) {
         desc.studio = None;

@@ -23,7 +23,7 @@ impl<'a> FilmPicture<'a> {
             let transform = picture.transform(desc);
             return FilmPicture::Whole(picture, transform);
         }
-        FilmPicture::Rows(renderer.film.developed(desc, threads))
+        FilmPicture::Rows(renderer.developed(threads))
     }
 
     /// What is saved.

@@ -13,6 +13,7 @@ pub(crate) const SHARED_PATHS_OPTION: &str = "--shared-paths";
 const OPTIONS: &[(&str, &str)] = &[
     ("film.antialias", "--antialias"),
     ("film.aovs", "--aov"),
+    ("film.denoise", "--denoise"),
     ("film.auto_exposure", "--auto-exposure"),
     ("film.crop", "--crop"),
     ("film.exposure", "--exposure"),
@@ -27,8 +28,14 @@ const OPTIONS: &[(&str, &str)] = &[
     ("integrator.max_depth", "--max-depth"),
     (SHARED_PATHS, SHARED_PATHS_OPTION),
     ("integrator.type", "--integrator"),
+    ("studio.backdrop", "--background"),
     ("studio.camera", "--camera"),
+    ("studio.f_stop", "--fstop"),
+    ("studio.focus", "--focus"),
+    ("studio.fov", "--fov"),
     ("studio.ground", "--ground"),
+    ("studio.look_at", "--look-at"),
+    ("studio.zoom", "--zoom"),
 ];
 
 /// The option that sets a key, if one does.

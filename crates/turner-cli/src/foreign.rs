@@ -17,7 +17,6 @@ macro_rules! words {
 /// The table.
 pub(crate) const OPTIONS: &[ForeignOption] = words! {
     "spp" | "sample" | "sample-count" | "samples-per-pixel" | "rays" | "aa-samples" | "pixelsamples" => "write `--samples 64`";
-    "quality" => "write `--samples 256` for less noise; the time grows in proportion";
     "size" | "resolution" | "res" | "dimensions" | "geometry" => "write `--width 640 --height 480`";
     "w" | "xres" | "image-width" => "write `--width 640`";
     "hres" | "yres" | "image-height" => "write `--height 480`";
@@ -30,7 +29,7 @@ pub(crate) const OPTIONS: &[ForeignOption] = words! {
     "fov" | "zoom" | "focal-length" => "write `-D camera.fov=40`, the vertical field of view in degrees";
     "eye" | "position" | "from" | "camera-position" => "write `-D camera.position=[0,1,5]`";
     "look-at" | "lookat" | "target" | "to" => "write `-D camera.look_at=[0,0,0]`";
-    "denoise" | "denoiser" | "oidn" | "optix" => "there is no denoiser; write `--samples 256` for less noise";
+    "denoiser" | "oidn" | "optix" => "write `--denoise`: Turner has a denoiser of its own";
     "gpu" | "cuda" | "metal" | "opencl" | "hip" | "device" => "Turner renders on the CPU; `--threads` sets the number of threads";
     "engine" | "renderer" | "render-engine" | "method" | "algorithm" | "tracer" => "write `--integrator path`: `turner list integrators`";
     "path" | "pathtracer" | "path-tracing" | "pt" | "gi" | "global-illumination" => "write `--integrator path`";

@@ -26,7 +26,7 @@ const GROUPS: &[Group] = &[
     },
     Group {
         heading: "Sampling",
-        common: &["samples", "budget", "noise", "adaptive", "antialias"],
+        common: &["quality", "samples", "budget", "noise", "denoise", "adaptive", "antialias"],
         more: &["filter", "seed"],
     },
     Group {
@@ -36,8 +36,8 @@ const GROUPS: &[Group] = &[
     },
     Group {
         heading: "Camera and environment",
-        common: &["camera", "background", "environment"],
-        more: &["env_rotation", "env_strength", "ground", "no_ground"],
+        common: &["camera", "fov", "zoom", "background", "environment"],
+        more: &["look_at", "fstop", "focus", "env_rotation", "env_strength", "ground", "no_ground"],
     },
     Group { heading: "Models", common: &[], more: &["animation", "variant", "bvh_quality"] },
     Group { heading: "Animation", common: &["turntable", "frames"], more: &["time", "frame", "fps"] },

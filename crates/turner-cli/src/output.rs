@@ -215,6 +215,7 @@ impl Output {
                 .then(|| ("turner:sharedPaths", "groups of 16 pixels".to_owned())),
         )
         .chain(clamp.map(|most| ("turner:clampIndirect", most.to_string())))
+        .chain(film.removes_fireflies().then(|| ("turner:fireflies", "removed".to_owned())))
         .map(|(name, value)| (name.to_owned(), value.as_str().into()))
         .collect()
     }

@@ -84,12 +84,18 @@ pub(crate) struct FilmArgs {
     /// Tone mapping for display formats; EXR and HDR files keep scene values
     #[arg(long, value_name = "NAME", value_parser = words(Tonemap::DOCS))]
     tonemap: Option<String>,
+    /// Samples, depth and denoiser together; options of their own, such as --samples, refine it
+    #[arg(long, value_name = "QUALITY")]
+    quality: Option<PictureQuality>,
     /// Samples per pixel
     #[arg(long, value_name = "N")]
     samples: Option<u32>,
     /// Give noisy parts of the picture more samples than others; --samples is then their mean
     #[arg(long)]
     adaptive: bool,
+    /// Remove the noise of the finished picture; EXR files keep the raw one as the layer "raw" [default: on for models]
+    #[arg(long, value_name = "on|off", num_args = 0..=1, default_missing_value = "on", value_parser = ["on", "off"])]
+    denoise: Option<String>,
     /// Anti-aliasing: where the samples of a pixel lie and how they are averaged
     #[arg(long, value_name = "MODE", value_parser = words(Antialias::DOCS))]
     antialias: Option<String>,
@@ -161,6 +167,30 @@ fn parse_aovs(text: &str) -> Result<String, String> {
     }
 }
 
+/// Samples, depth and denoiser together.
+#[derive(Clone, Copy, Debug, clap::ValueEnum)]
+enum PictureQuality {
+    /// 4 samples per pixel, 4 bounces, denoised
+    Draft,
+    /// 16 samples per pixel, denoised
+    Good,
+    /// 256 samples per pixel, denoised
+    Final,
+}
+
+impl PictureQuality {
+    /// Keys of the scene and their values.
+    fn settings(self) -> &'static [(&'static str, &'static str)] {
+        match self {
+            PictureQuality::Draft => {
+                &[("film.samples", "4"), ("integrator.max_depth", "4"), ("film.denoise", "true")]
+            }
+            PictureQuality::Good => &[("film.samples", "16"), ("film.denoise", "true")],
+            PictureQuality::Final => &[("film.samples", "256"), ("film.denoise", "true")],
+        }
+    }
+}
+
 impl FilmArgs {
     /// The overrides, each with the option as given.
     fn overrides(&self) -> Vec<(Override, String)> {
@@ -174,6 +204,16 @@ impl FilmArgs {
         };
         let number = |n: Option<u32>| n.map(|n| n.to_string());
         let quoted = |s: &Option<String>| s.as_ref().map(|s| format!("\"{s}\""));
+        let own = |path: &str| match path {
+            "film.samples" => self.samples.is_some(),
+            "film.denoise" => self.denoise.is_some(),
+            _ => self.max_depth.is_some(),
+        };
+        for (path, value) in self.quality.iter().flat_map(|quality| quality.settings()) {
+            if !own(path) {
+                set(path, Some((*value).to_owned()), None);
+            }
+        }
         set("integrator.max_depth", number(self.max_depth), None);
         let clamp = self.clamp_indirect.map(|most| format!("{most:?}").to_lowercase());
         set("integrator.clamp_indirect", clamp, None);
@@ -191,6 +231,8 @@ impl FilmArgs {
         set("film.aovs", aovs, self.aov.as_deref());
         set("film.samples", number(self.samples), None);
         set("film.adaptive_sampling", self.adaptive.then(|| "true".to_owned()), Some(""));
+        let denoise = self.denoise.as_ref().map(|word| (word == "on").to_string());
+        set("film.denoise", denoise, self.denoise.as_deref());
         set("film.antialias", quoted(&self.antialias), self.antialias.as_deref());
         set("film.filter", quoted(&self.filter), self.filter.as_deref());
         set("film.seed", number(self.seed), None);
@@ -301,6 +343,15 @@ pub(crate) struct Described {
     pub(crate) timeless: Hashes,
 }
 
+impl Described {
+    /// Prepares the scene with the default options, to learn what the studio adds.
+    pub(crate) fn prepare(&self, limits: &Limits) -> Result<Prepared, Failure> {
+        let options = PrepareOptions { limits: limits.clone(), ..PrepareOptions::default() };
+        let prepared = self.desc.prepare_unchosen(self.desc.integrator.integrator(), &options);
+        prepared.map_err(|e| Failure::in_scene(e, &self.sources, &self.labels))
+    }
+}
+
 impl SceneArgs {
     /// Loads and prepares the scene.
     pub(crate) fn ready(
@@ -377,6 +428,8 @@ impl SceneArgs {
             input.load(&options).map_err(|e| needs_path(Failure::load(e, &labels)))?;
         let mut hash = Hashes { whole: hash, shared: shared_hash };
         film.fit(&mut desc.film, &mut hash);
+        self.studio.apply_backdrop(&mut desc);
+        self.studio.apply_camera(&mut desc, &mut hash);
         self.studio.apply_environment(&mut desc, &mut hash, &options)?;
         let ModelOverrides { time, animation, variant } = &options.models;
         if animation.is_some() || variant.is_some() || options.max_texture_size.is_some() {

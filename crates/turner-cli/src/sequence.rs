@@ -1,14 +1,17 @@
 //! Sequences of pictures of a scene: turntables and animation frames.
 
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use clap::Args;
 use turner::camera::CameraDesc;
-use turner::description::SceneDesc;
-use turner::description::default_studio::{FOV, Orbit};
+use turner::description::default_studio::Orbit;
+use turner::description::framing::Subject;
+use turner::description::{SceneDesc, StudioDesc};
 use turner::integrator::{Integrator, Prepared};
 use turner::math::elementary::{cos, sin};
 use turner::math::{Bounds, DVec3, radians};
+use turner::scene::Scene;
 use turner::schema::SceneError;
 
 use crate::scene::{Hashes, Ready};
@@ -131,6 +134,12 @@ impl Step {
     ) -> Result<(), SceneError> {
         let Step::Turn(_, degrees) = self else { return Ok(()) };
         let camera = turntable.camera(*degrees, prepared);
+        // As on a turntable in front of fixed lights.
+        if let Turntable::Orbit(start) = turntable
+            && let Some(scene) = start.scene.with_turned_studio(*degrees)
+        {
+            prepared.scene = scene.into();
+        }
         *prepared = prepared.with_camera(camera, integrator)?;
         Ok(())
     }
@@ -139,10 +148,23 @@ impl Step {
 /// The camera of a turntable at its start.
 #[derive(Clone, Debug)]
 pub(crate) enum Turntable {
-    /// An orbit of the options or of `[studio]`, with its field of view in degrees; otherwise the default orbit.
-    Orbit(Orbit, f64),
+    /// An orbit of the options or of `[studio]`; otherwise the default orbit.
+    Orbit(Box<Start>),
     /// The camera of the scene.
     Camera(Box<CameraDesc>),
+}
+
+/// The orbit of a turntable at its start.
+#[derive(Clone, Debug)]
+pub(crate) struct Start {
+    orbit: Orbit,
+    studio: StudioDesc,
+    /// The camera of the scene, whose lens stays.
+    own: Option<CameraDesc>,
+    /// With the lights of the first picture.
+    scene: Arc<Scene>,
+    /// What the camera shows in a full turn: it is framed once for all pictures.
+    subject: Subject,
 }
 
 impl Turntable {
@@ -153,7 +175,17 @@ impl Turntable {
         let has_camera = desc.camera.is_some() || studio.is_some() && !desc.cameras.is_empty();
         match orbit.or_else(of_studio) {
             None if has_camera => Turntable::Camera(Box::new(prepared.view.camera_desc.clone())),
-            orbit => Turntable::Orbit(orbit.unwrap_or(Orbit::DEFAULT), studio.map_or(FOV, |s| s.fov)),
+            orbit => {
+                let scene = prepared.scene.clone();
+                let bounds = scene.stats.bounds.unwrap_or(Bounds::EMPTY);
+                Turntable::Orbit(Box::new(Start {
+                    orbit: orbit.unwrap_or(Orbit::DEFAULT),
+                    studio: studio.cloned().unwrap_or_default(),
+                    own: desc.camera.as_ref().map(|camera| camera.value.clone()),
+                    subject: Subject::new(scene.hull_points(), &bounds).turned(),
+                    scene,
+                }))
+            }
         }
     }
 
@@ -161,11 +193,10 @@ impl Turntable {
     fn camera(&self, degrees: f64, prepared: &Prepared) -> CameraDesc {
         let bounds = prepared.scene.stats.bounds.unwrap_or(Bounds::EMPTY);
         match self {
-            Turntable::Orbit(orbit, fov) => {
-                // The same distance from all sides, at which the bounding sphere fits.
-                let distance = orbit.distance.unwrap_or_else(|| 1.02 / sin(radians(0.5 * fov)));
-                let orbit = Orbit { azimuth: orbit.azimuth + degrees, distance: Some(distance), ..*orbit };
-                orbit.camera(&bounds, *fov, prepared.view.film.aspect())
+            Turntable::Orbit(start) => {
+                let orbit = Orbit { azimuth: start.orbit.azimuth + degrees, ..start.orbit };
+                let aspect = prepared.view.film.aspect();
+                start.studio.framed(&orbit, &start.subject, start.own.as_ref(), aspect)
             }
             Turntable::Camera(camera) => circled((**camera).clone(), &bounds, degrees),
         }

@@ -4,8 +4,9 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use clap::Args;
-use turner::description::SceneDesc;
 use turner::description::default_studio::Orbit;
+use turner::description::framing::F_STOP;
+use turner::description::{SceneDesc, StudioDesc};
 use turner::light::{EnvironmentDesc, LightDesc};
 use turner::schema::{Asset, ErrorCode, ImageId, SceneError};
 use turner_io::assets::{AssetSource, FolderAssets};
@@ -24,13 +25,28 @@ pub(crate) struct StudioArgs {
     /// Camera of the model by name or index, or orbit:AZIMUTH,ELEVATION[,DISTANCE] in degrees and scene radii
     #[arg(long, value_name = "NAME|orbit:A,E[,D]", value_parser = parse_camera)]
     camera: Option<String>,
+    /// Field of view along the shorter side of the picture, degrees; an orbit camera moves to keep the framing
+    #[arg(long, value_name = "DEGREES", value_parser = parse_angle)]
+    fov: Option<f64>,
+    /// Enlarge the picture about its middle: 2 shows everything twice as large
+    #[arg(long, value_name = "FACTOR", value_parser = parse_positive)]
+    zoom: Option<f64>,
+    /// Name of an object that an orbit camera frames
+    #[arg(long, value_name = "NAME")]
+    look_at: Option<String>,
+    /// Depth of field: f-number of the lens, as if the model were 30 cm large
+    #[arg(long, value_name = "N", value_parser = parse_positive)]
+    fstop: Option<f64>,
+    /// Depth of field: distance of the plane of focus, or `object` for the middle of the model
+    #[arg(long, value_name = "DISTANCE|object", value_parser = parse_focus)]
+    focus: Option<Focus>,
     /// Add a floor below the scene
     #[arg(long, conflicts_with = "no_ground")]
     ground: bool,
     /// Add no floor
     #[arg(long)]
     no_ground: bool,
-    /// Background: transparent, environment, or a colour (a name or #rrggbb)
+    /// Background: transparent, environment, or a colour (a name or #rrggbb), which a model in the studio shows exactly
     #[arg(long, value_name = "WHAT")]
     background: Option<String>,
     /// Light the scene with an equirectangular environment map: .hdr, .exr or .pfm
@@ -57,6 +73,20 @@ pub(crate) struct StudioArgs {
     /// Material variant of the model, by name or index
     #[arg(long, value_name = "NAME")]
     variant: Option<String>,
+}
+
+/// The plane of focus.
+#[derive(Clone, Copy, Debug)]
+enum Focus {
+    Object,
+    Distance(f64),
+}
+
+fn parse_focus(text: &str) -> Result<Focus, String> {
+    match text {
+        "object" => Ok(Focus::Object),
+        _ => parse_positive(text).map(Focus::Distance).map_err(|e| format!("{e}, or `object`")),
+    }
 }
 
 fn parse_camera(text: &str) -> Result<String, String> {
@@ -132,6 +162,43 @@ impl StudioArgs {
 }
 
 impl StudioArgs {
+    /// Applies `--fov`, `--zoom`, `--look-at`, `--fstop` and `--focus` to the camera of the scene, whichever it is.
+    pub(crate) fn apply_camera(&self, desc: &mut SceneDesc, hash: &mut Hashes) {
+        let StudioArgs { fov, zoom, look_at, fstop, focus, .. } = self;
+        if fov.is_none() && zoom.is_none() && look_at.is_none() && fstop.is_none() && focus.is_none() {
+            return;
+        }
+        hash.add(format!("{fov:?} {zoom:?} {look_at:?} {fstop:?} {focus:?}").as_bytes());
+        let nothing = StudioDesc { ground: Some(false), lights: false, ..StudioDesc::default() };
+        let studio = desc.studio.get_or_insert(nothing);
+        studio.fov = fov.or(studio.fov);
+        studio.zoom = zoom.unwrap_or(studio.zoom);
+        studio.f_stop = fstop.or(studio.f_stop);
+        if look_at.is_some() {
+            studio.look_at = look_at.clone();
+        }
+        match focus {
+            Some(Focus::Distance(distance)) => studio.focus = Some(*distance),
+            Some(Focus::Object) => {
+                studio.focus = None;
+                studio.f_stop = studio.f_stop.or(Some(F_STOP));
+            }
+            None => {}
+        }
+    }
+
+    /// Sets the backdrop of a scene with `[studio]`: `--background` and `--environment` replace the studio's own.
+    pub(crate) fn apply_backdrop(&self, desc: &mut SceneDesc) {
+        let Some(studio) = &mut desc.studio else { return };
+        match self.background.as_deref() {
+            Some("environment") => studio.backdrop = None,
+            Some("transparent") => {}
+            Some(_) => studio.backdrop = Some(desc.background.color),
+            None if self.environment.is_some() => studio.backdrop = None,
+            None => {}
+        }
+    }
+
     /// Replaces the environment lights of the scene by the environment map of `--environment`, and applies
     /// `--env-rotation` and `--env-strength`.
     pub(crate) fn apply_environment(
@@ -192,6 +259,22 @@ fn parse_factor(text: &str) -> Result<f64, String> {
     match text.parse::<f64>() {
         Ok(v) if v.is_finite() && v >= 0.0 => Ok(v),
         _ => Err("expected a number, 0 or more".to_owned()),
+    }
+}
+
+/// A finite number above 0.
+fn parse_positive(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(v) if v.is_finite() && v > 0.0 => Ok(v),
+        _ => Err("expected a number above 0".to_owned()),
+    }
+}
+
+/// A field of view, degrees.
+fn parse_angle(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(v) if v > 0.0 && v < 180.0 => Ok(v),
+        _ => Err("expected an angle between 0 and 180 degrees".to_owned()),
     }
 }
 

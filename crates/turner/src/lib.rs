@@ -41,6 +41,7 @@ pub mod camera;
 pub mod choice;
 pub mod color;
 pub mod compare;
+pub mod denoise;
 pub mod description;
 pub mod doctor;
 pub mod film;

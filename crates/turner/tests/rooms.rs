@@ -25,6 +25,7 @@ const ROOMS: &[(&str, &[&str])] = &[
     ("material", &["bsdf", "medium"]),
     ("light", &["material"]),
     ("film", &["schema", "filter"]),
+    ("denoise", &["film"]),
     ("camera", &["film", "sampler"]),
     // Scene, camera samples, light transport.
     ("scene", &["light"]),
@@ -33,7 +34,7 @@ const ROOMS: &[(&str, &[&str])] = &[
     // The descriptions of all families: reading and writing.
     ("description", &["integrator"]),
     ("prepare", &["description"]),
-    ("render", &["prepare"]),
+    ("render", &["prepare", "denoise"]),
     // Tools that check scenes and pictures; nothing below imports them.
     ("compare", &["film"]),
     ("lint", &["prepare"]),

@@ -194,6 +194,9 @@ fn averaging(p: &Prepared, pixel: &PixelRecord) -> String {
             short(p.view.film.clamp_sample)
         );
     }
+    if pixel.fireflies > 0 {
+        samples += &format!("; {} of them scaled down as fireflies (film.fireflies)", pixel.fireflies);
+    }
     match p.path().and_then(|path| path.caustics()) {
         Some(_) => {
             format!("{samples}; the picture adds light paths for caustics (--caustics off disables them)")

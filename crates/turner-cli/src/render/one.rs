@@ -36,6 +36,9 @@ pub(crate) const SAMPLE_RANGE: &str = "turner:sampleRange";
 /// Metadata of a picture whose noise is known: see `turner help --noise`.
 pub(super) const NOISE: &str = "turner:noise";
 
+/// Metadata of a picture that the denoiser has changed.
+const DENOISED: &str = "turner:denoised";
+
 /// One picture to render.
 pub(super) struct One<'a> {
     pub(super) args: &'a RenderArgs,
@@ -289,6 +292,9 @@ impl One<'_> {
         }
         if let Some(noise) = &traced.noise {
             metadata.insert(NOISE.to_owned(), format!("{:.5}", noise.value).as_str().into());
+        }
+        if traced.renderer.denoises() {
+            metadata.insert(DENOISED.to_owned(), "1".into());
         }
         if *samples != (0..all) {
             let range = format!("{}..{}", samples.start, samples.end);

@@ -105,6 +105,7 @@ impl Report<'_> {
             "rays_per_second": self.rays_per_second(),
             "samples": renderer.film.samples(),
             "ended_by": ended.map(End::word),
+            "denoised": renderer.denoises(),
             "noise": noise.map(|noise| json!({
                 "value": noise.value,
                 "interval": noise.interval,
@@ -140,7 +141,8 @@ impl Report<'_> {
             line += &format!(", AOVs in {name}");
         }
         if let Some(noise) = noise {
-            line += &format!(", noise {}", noise_text(noise));
+            let of_raw = if renderer.denoises() { " before denoising" } else { "" };
+            line += &format!(", noise {}{of_raw}", noise_text(noise));
             let (samples, seconds) = self.halving();
             line += &format!("; {samples:.0} samples, {} more, would halve it", text::seconds(seconds));
         }

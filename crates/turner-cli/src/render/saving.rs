@@ -26,6 +26,9 @@ const CHANNEL: f64 = 20e-9;
 /// Seconds that one thread takes to estimate the error of a pixel.
 const ERROR: f64 = 200e-9;
 
+/// Seconds that one thread takes to denoise a pixel.
+const DENOISED: f64 = 4e-6;
+
 /// Bytes per second to the disk.
 const DISK: f64 = 600e6;
 
@@ -54,6 +57,9 @@ pub(super) fn saving_time(
     let each = DEVELOPED + CHANNEL * channels;
     let noise = if film.identity().estimates_error { ERROR } else { 0.0 } * pixels / threads(count) as f64;
     let mut seconds = pixels * each / threads(count) as f64 + film.memory() as f64 / FREED;
+    if renderer.denoises() {
+        seconds += DENOISED * pixels / threads(count) as f64;
+    }
     if keeps_checkpoint {
         seconds += film.memory() as f64 / DISK;
     }

@@ -104,7 +104,7 @@ fn names_of_other_programs_have_a_remedy() {
 }
 
 /// The samples of a channel of an EXR file.
-fn samples(f: &Folder, name: &str, channel: &str) -> Vec<f32> {
+pub(crate) fn samples(f: &Folder, name: &str, channel: &str) -> Vec<f32> {
     let limits = turner_io::image::DecodeLimits::default();
     let found = exr::read_channels(&f.read(name), name, 0, |c| c == channel, &limits).unwrap();
     match &found[0].values {

@@ -2,7 +2,7 @@
 
 use crate::common::folder;
 
-const SCENES: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../scenes");
+pub(crate) const SCENES: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../scenes");
 
 #[test]
 fn a_converted_scene_renders_to_the_same_picture() {
@@ -33,6 +33,10 @@ fn a_scene_as_gltf_looks_the_same() {
         "#000",
         "--tonemap",
         "none",
+        "--denoise",
+        "off",
+        "-D",
+        "film.fireflies=keep",
     ];
     for (scene, picture) in [(scene.as_str(), "a.exr"), ("c.glb", "b.exr")] {
         let mut args = vec![scene, "--width", "48", "--height", "36", "--samples", "16", "-o", picture];
@@ -83,4 +87,19 @@ fn an_imported_camera_is_written_once() {
     let text = String::from_utf8(f.read("c.toml")).unwrap();
     assert!(text.contains("[camera]") && !text.contains("-0.0"), "{text}");
     assert!(!text.contains("[[view]]") && !text.contains("[studio]"), "{text}");
+}
+
+#[test]
+fn a_model_is_written_with_the_camera_and_light_that_were_used() {
+    let f = folder();
+    let model = concat!(env!("CARGO_MANIFEST_DIR"), "/../turner-io/tests/assets/gltf/Box.glb");
+    let small = ["--width", "24", "--height", "16", "--samples", "2"];
+    f.turner(&[&["convert", model, "b.toml", "--fov", "20"][..], &small].concat()).ok();
+    let text = String::from_utf8(f.read("b.toml")).unwrap();
+    for part in ["[camera]", "fov = 20", "[[light]]", "\"environment\"", "rotation = 35", "backdrop"] {
+        assert!(text.contains(part), "{part}: {text}");
+    }
+    f.turner(&[&[model, "-o", "a.png", "--fov", "20"][..], &small].concat()).ok();
+    f.turner(&["b.toml", "-o", "b.png"]).ok();
+    assert_eq!(crate::common::pixels(&f.read("a.png")), crate::common::pixels(&f.read("b.png")));
 }

@@ -8,6 +8,7 @@ mod commands;
 mod common;
 mod compare;
 mod convert;
+mod denoise;
 mod dependable;
 mod docs;
 mod doctor;

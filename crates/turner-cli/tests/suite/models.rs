@@ -73,9 +73,10 @@ fn a_transparent_background_leaves_the_floor_out() {
     f.turner(&small(&["Box.glb", "--background", "transparent"])).ok();
     let alphas = alphas(&f.read("Box.png"));
     assert_eq!((alphas[0], alphas[12 * 32 + 16]), (0.0, 1.0));
-    f.turner(&small(&["Box.glb", "--background", "lime", "--no-ground", "-o", "l.png"])).ok();
+    f.turner(&small(&["Box.glb", "--background", "green", "--no-ground", "-o", "l.png"])).ok();
     let (_, _, p) = pixels(&f.read("l.png"));
-    assert!(p[0][1] > 0.8 && p[0][0] < 0.2, "{:?}", p[0]);
+    // Exactly the colour that was asked for, (0, 128, 0).
+    assert_eq!(p[0].map(|v| (255.0 * v).round()), [0.0, 128.0, 0.0]);
 }
 
 #[test]
@@ -93,6 +94,55 @@ fn cameras_by_orbit_and_by_name() {
     assert_eq!(pixels(&f.read("named.png")), pixels(&f.read("first.png")));
     f.turner(&["Box.glb", "--camera", "orbit:1"]).fails(2, &["orbit:azimuth,elevation"]);
     f.turner(&["MultiUVTest.glb", "--camera", "nobody"]).fails(1, &["nobody"]);
+}
+
+/// The first and last column and row in which a picture with alpha shows anything, as fractions of its shorter side.
+fn extent(bytes: &[u8], [width, height]: [usize; 2]) -> [f64; 4] {
+    let alphas = alphas(bytes);
+    let seen = |i: &usize| alphas[*i] > 0.5;
+    let columns = || (0..alphas.len()).filter(seen).map(|i| i % width);
+    let rows = || (0..alphas.len()).filter(seen).map(|i| i / width);
+    let side = width.min(height) as f64;
+    [columns().min(), columns().max().map(|v| v + 1), rows().min(), rows().max().map(|v| v + 1)]
+        .map(|v| v.unwrap() as f64 / side)
+}
+
+#[test]
+fn models_fill_three_quarters_of_the_picture_and_options_keep_that() {
+    let f = with(&["gltf/Fox.glb"]);
+    let wide = ["--width", "160", "--height", "120", "--samples", "2", "--background", "transparent"];
+    for more in [
+        &["--camera", "orbit:35,22"][..],
+        &["--camera", "orbit:90,0"],
+        &["--camera", "orbit:0,80"],
+        &["--camera", "orbit:200,-40"],
+        &["--fov", "60"],
+        &["-D", "camera.fov=10"],
+        &["--fstop", "64"],
+    ] {
+        f.turner(&[&["Fox.glb", "-o", "f.png"][..], &wide, more].concat()).ok();
+        let [left, right, top, bottom] = extent(&f.read("f.png"), [160, 120]);
+        let longer = (right - left).max(bottom - top);
+        assert!((0.7..0.8).contains(&longer), "{more:?}: {longer}");
+        assert!((left + right - 160.0 / 120.0).abs() < 0.04, "{more:?}: {left} {right}");
+        assert!((top + bottom - 1.0).abs() < 0.04, "{more:?}: {top} {bottom}");
+    }
+    f.turner(&[&["Fox.glb", "--zoom", "0.5", "-o", "z.png"][..], &wide].concat()).ok();
+    let [left, right, ..] = extent(&f.read("z.png"), [160, 120]);
+    assert!((0.2..0.42).contains(&(right - left)), "{left} {right}");
+    f.turner(&small(&["Fox.glb", "--look-at", "nothing"])).fails(1, &["nothing"]);
+    f.turner(&small(&["Fox.glb", "--focus", "near"])).fails(2, &["object"]);
+}
+
+#[test]
+fn a_white_background_is_white() {
+    let f = with(&["gltf/Box.glb"]);
+    f.turner(&small(&["Box.glb", "--background", "white", "-o", "w.png"])).ok();
+    let (_, _, p) = pixels(&f.read("w.png"));
+    assert_eq!(p[0][..3], [1.0, 1.0, 1.0]);
+    f.turner(&small(&["Box.glb", "-o", "b.png"])).ok();
+    let (_, _, p) = pixels(&f.read("b.png"));
+    assert!((0.9..1.0).contains(&p[0][0]), "{:?}", p[0]);
 }
 
 #[test]

@@ -4,9 +4,9 @@
 use std::io::Read;
 
 use turner::color::{Spectrum, Tonemap, Transfer};
-use turner::description::default_studio::FOV;
+use turner::description::default_studio::BACKDROP;
 use turner::description::{ModelDesc, SceneDesc, StudioDesc};
-use turner::film::{Antialias, FilmDesc};
+use turner::film::{Antialias, FilmDesc, Fireflies};
 use turner::integrator::{IntegratorDesc, PathDesc};
 use turner::light::BackgroundDesc;
 use turner::schema::value::{Data, FileId, Span, Table, Value};
@@ -27,19 +27,19 @@ fn showing(integrator: Option<&str>) -> SceneDesc {
     let scene = SceneDesc::default();
     let film = match integrator {
         Some(name) if DATA.contains(&name) => scene.film,
-        _ => FilmDesc { antialias: Antialias::MonteCarlo, samples: 32, ..scene.film },
+        _ => FilmDesc { antialias: Antialias::MonteCarlo, samples: 16, denoise: true, ..scene.film },
     };
+    // The means of other integrators are of data.
+    let is_light = integrator.is_none_or(|name| ["path", "direct"].contains(&name));
+    let fireflies = if is_light { Fireflies::Remove } else { Fireflies::Keep };
     SceneDesc {
-        film: FilmDesc { transfer: Transfer::Srgb, tonemap: Tonemap::Neutral, ..film },
+        film: FilmDesc { transfer: Transfer::Srgb, tonemap: Tonemap::Studio, fireflies, ..film },
         integrator: IntegratorDesc::Path(PathDesc::default()),
+        // Lights a model whose own lights replace those of the studio.
         background: BackgroundDesc { color: Spectrum::WHITE, ..scene.background },
-        studio: Some(studio(None, true)),
+        studio: Some(StudioDesc { backdrop: Some(BACKDROP), metering: true, ..StudioDesc::default() }),
         ..scene
     }
-}
-
-fn studio(ground: Option<bool>, lights: bool) -> StudioDesc {
-    StudioDesc { camera: None, fov: FOV, ground, lights, rotation: 0.0, strength: 1.0 }
 }
 
 /// The `[[object]]` table of a model file.
@@ -90,7 +90,10 @@ pub(super) fn load_whole(
     };
     let (scene, hashes) = import().map_err(|error| LoadError { error, sources: Sources::default() })?;
     // Nothing is added to the scene: without lights it is dark.
-    let scene = SceneDesc { studio: Some(studio(Some(false), false)), ..scene };
+    let scene = SceneDesc {
+        studio: Some(StudioDesc { ground: Some(false), lights: false, ..StudioDesc::default() }),
+        ..scene
+    };
     changed(scene, (name, uri), assets, options, |files, edits| {
         files.add_hashes(&hashes);
         Ok(edits)
@@ -152,8 +155,23 @@ pub(super) fn load(
     changed(showing(options.integrator.as_deref()), (name, uri), assets, options, |files, edits| {
         files.given = assets.resolve(uri, uri).ok().map(|path| Given { path, bytes });
         let list = Data::Array(vec![object(uri, format)]);
-        Ok([KeyEdit::new("object", list)].into_iter().chain(edits).collect())
+        let framed =
+            refines_camera(&edits).then(|| KeyEdit::new("studio.camera", Data::String(ORBIT.into())));
+        Ok([KeyEdit::new("object", list)].into_iter().chain(framed).chain(edits).collect())
     })
+}
+
+/// The camera of a model whose overrides name only keys of the lens.
+const ORBIT: &str = "orbit:35,22";
+
+/// Whether overrides change a camera without placing it: then they refine the framed camera.
+fn refines_camera(edits: &[KeyEdit]) -> bool {
+    let keys = || edits.iter().filter(|e| e.path.first().is_some_and(|part| part.key == "camera"));
+    let is_placed = |e: &KeyEdit| match e.path.get(1) {
+        Some(part) => ["position", "look_at", "viewport"].contains(&part.key.as_str()),
+        None => true,
+    };
+    keys().next().is_some() && !keys().any(is_placed)
 }
 
 /// Applies the overrides of `options` to a scene. `prepare` adds what was read to the files and may add edits.

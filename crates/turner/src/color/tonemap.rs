@@ -14,6 +14,9 @@ choice! {
         None = "none",
         /// Khronos PBR Neutral: keeps surface colours and compresses only highlights. For product pictures.
         Neutral = "neutral",
+        /// "neutral" with a white point: a value of 1.25 is shown as white, so a white backdrop is white. For models in
+        /// the studio.
+        Studio = "studio",
         /// AgX, base look: strong light fades to white as on film, with soft contrast. For interiors and landscapes.
         Agx = "agx",
         /// The filmic curve of ACES 1, as fitted by S. Hill: strong contrast, darker mid-tones.
@@ -28,21 +31,54 @@ impl Tonemap {
         let mapped = match self {
             Tonemap::None => light,
             Tonemap::Neutral => neutral(light),
+            Tonemap::Studio => neutral(light).map(|v| v / STUDIO_PEAK),
             Tonemap::Agx => agx(light),
             Tonemap::Aces => aces(light),
         };
         Spectrum::from(mapped.map(|v| v.clamp(0.0, 1.0) as f32))
     }
+
+    /// The scene radiance that [`Tonemap::map`] maps to a display value of 0..=1: exactly for [`Tonemap::None`],
+    /// [`Tonemap::Neutral`] and [`Tonemap::Studio`]. The others give a multiple of the value with the same largest
+    /// component. A value that no radiance reaches gives that of 0.99.
+    pub fn inverse(self, display: Spectrum) -> Spectrum {
+        let shown = display.to_array().map(|v| f64::from(v).clamp(0.0, 1.0));
+        let light = match self {
+            Tonemap::None => shown,
+            Tonemap::Neutral => neutral_inverse(shown.map(|v| v.min(0.99))),
+            Tonemap::Studio => neutral_inverse(shown.map(|v| v * STUDIO_PEAK)),
+            Tonemap::Agx | Tonemap::Aces => {
+                let wanted = display.max_component().clamp(0.0, 0.99);
+                let (mut low, mut high) = (0.0_f32, 64.0_f32);
+                for _ in 0..40 {
+                    let middle = 0.5 * (low + high);
+                    let reached = self.map(display * middle).max_component() >= wanted;
+                    (low, high) = if reached { (low, middle) } else { (middle, high) };
+                }
+                return display * high;
+            }
+        };
+        Spectrum::from(light.map(|v| v.max(0.0) as f32))
+    }
 }
+
+/// The value that [`Tonemap::Studio`] shows as white.
+const STUDIO_WHITE: f64 = 1.25;
+
+/// [`neutral`] of [`STUDIO_WHITE`].
+const STUDIO_PEAK: f64 = 1.0 - HEADROOM * HEADROOM / (STUDIO_WHITE - F90 - START + HEADROOM);
+
+/// Constants of Khronos PBR Neutral, see [`neutral`].
+const F90: f64 = 0.04;
+const START: f64 = 0.8 - F90;
+const HEADROOM: f64 = 1.0 - START;
+const DESATURATION: f64 = 0.15;
 
 /// Khronos PBR Neutral ("Khronos PBR Neutral Tone Mapper" specification, 2024). First it subtracts the reflection
 /// that every dielectric adds, F90 = 0.04, with a parabola at the toe: a glTF colour of 0.5 is shown as 0.5 under
 /// white light of 1. Above K_s = 0.8 − 0.04, a hyperbola compresses the largest component towards 1, and the colour
 /// loses saturation at the rate K_d = 0.15.
 fn neutral(color: [f64; 3]) -> [f64; 3] {
-    const F90: f64 = 0.04;
-    const START: f64 = 0.8 - F90;
-    const DESATURATION: f64 = 0.15;
     let least = color[0].min(color[1]).min(color[2]);
     let offset = if least < 2.0 * F90 { least - least * least / (4.0 * F90) } else { F90 };
     let color = color.map(|v| v - offset);
@@ -50,10 +86,25 @@ fn neutral(color: [f64; 3]) -> [f64; 3] {
     if peak <= START {
         return color;
     }
-    let headroom = 1.0 - START;
-    let compressed = 1.0 - headroom * headroom / (peak - START + headroom);
+    let compressed = 1.0 - HEADROOM * HEADROOM / (peak - START + HEADROOM);
     let whiteness = 1.0 - 1.0 / (DESATURATION * (peak - compressed) + 1.0);
     color.map(|v| v / peak * compressed * (1.0 - whiteness) + compressed * whiteness)
+}
+
+/// The inverse of [`neutral`] for values below 1.
+fn neutral_inverse(shown: [f64; 3]) -> [f64; 3] {
+    let compressed = shown[0].max(shown[1]).max(shown[2]);
+    let color = if compressed <= START {
+        shown
+    } else {
+        let peak = HEADROOM * HEADROOM / (1.0 - compressed) - HEADROOM + START;
+        let whiteness = 1.0 - 1.0 / (DESATURATION * (peak - compressed) + 1.0);
+        shown.map(|v| (v - compressed * whiteness) / (compressed * (1.0 - whiteness)) * peak)
+    };
+    let least = color[0].min(color[1]).min(color[2]).max(0.0);
+    // The toe subtracts x − x² / (4 F90) from the least component x and leaves x² / (4 F90).
+    let offset = if least < F90 { (4.0 * F90 * least).sqrt() - least } else { F90 };
+    color.map(|v| v + offset)
 }
 
 type Matrix = [[f64; 3]; 3];
@@ -110,7 +161,7 @@ fn aces(color: [f64; 3]) -> [f64; 3] {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use Tonemap::{Aces, Agx, Neutral};
+    use Tonemap::{Aces, Agx, Neutral, Studio};
 
     fn near(tonemap: Tonemap, color: [f32; 3], expected: [f64; 3], tolerance: f64) {
         let found = tonemap.map(Spectrum::from(color)).to_array();
@@ -130,6 +181,30 @@ mod tests {
         // Peak 4: compressed 1 − 0.0576 / 3.48 = 0.983448; whiteness 1 − 1 / (0.15 · 3.016552 + 1) = 0.311524.
         let (p, w) = (0.983_448_275_9, 0.311_523_669_3);
         near(Neutral, [4.0, 0.0, 0.0], [p, p * w, p * w], 1e-6);
+    }
+
+    #[test]
+    fn studio_is_neutral_with_a_white_point() {
+        // 1 − 0.0576 / (1.21 − 0.52) of the specification.
+        let peak = 1.0 - 0.0576 / 0.69;
+        near(Studio, [0.5, 0.2, 0.1], [0.46 / peak, 0.16 / peak, 0.06 / peak], 1e-6);
+        near(Studio, [1.25; 3], [1.0; 3], 1e-7);
+        near(Studio, [40.0; 3], [1.0; 3], 0.0);
+    }
+
+    #[test]
+    fn the_inverse_gives_the_shown_colour() {
+        for tonemap in [Tonemap::None, Neutral, Studio] {
+            for color in [[0.0; 3], [0.9; 3], [0.9, 0.5, 0.1], [0.01, 0.02, 0.5], [0.3, 0.004, 0.06]] {
+                let inverse = tonemap.inverse(Spectrum::from(color)).to_array();
+                near(tonemap, inverse, color.map(f64::from), 2e-5);
+            }
+        }
+        assert!((Studio.inverse(Spectrum::WHITE).r - 1.25).abs() < 1e-5);
+        for tonemap in [Agx, Aces] {
+            let shown = tonemap.map(tonemap.inverse(Spectrum::new(0.4, 0.6, 0.5)));
+            assert!((shown.max_component() - 0.6).abs() < 1e-4, "{tonemap:?} {shown:?}");
+        }
     }
 
     #[test]
@@ -168,7 +243,7 @@ mod tests {
 
     #[test]
     fn greys_stay_grey_and_rise() {
-        for tonemap in [Tonemap::None, Neutral, Agx, Aces] {
+        for tonemap in [Tonemap::None, Neutral, Studio, Agx, Aces] {
             let mut last = 0.0;
             for i in 0..2400 {
                 let v = pow(2.0, f64::from(i) / 50.0 - 24.0) as f32;
@@ -187,7 +262,7 @@ mod tests {
     fn any_input_gives_finite_output() {
         let odd =
             [f32::NAN, f32::INFINITY, f32::NEG_INFINITY, f32::MAX, f32::MIN, -1.0, 0.0, -0.0, 1e-45, 1e30];
-        for tonemap in [Tonemap::None, Neutral, Agx, Aces] {
+        for tonemap in [Tonemap::None, Neutral, Studio, Agx, Aces] {
             for i in 0..odd.len().pow(3) {
                 let [r, g, b] = [i, i / odd.len(), i / odd.len() / odd.len()].map(|i| odd[i % odd.len()]);
                 let mapped = tonemap.map(Spectrum::new(r, g, b));

@@ -13,36 +13,59 @@
 //!          +z (front)
 //! ```
 
-use crate::camera::{CameraDesc, PinholeDesc};
-use crate::math::elementary::{cos, sin, tan};
-use crate::math::{Bounds, DVec3, radians};
+use crate::color::Spectrum;
 use crate::schema::error::escape;
 use crate::schema::{Range, params};
 
-/// Vertical field of view of an orbit camera, degrees.
-pub const FOV: f64 = 38.0;
+/// Field of view of an orbit camera, degrees: that of a short telephoto lens, as products are photographed.
+pub const FOV: f64 = 28.0;
+
+/// The backdrop that the studio shows where the scene asks for none: #f5f5f5.
+pub const BACKDROP: Spectrum = Spectrum::new(0.913_098_65, 0.913_098_65, 0.913_098_65);
 
 params! {
     /// The default studio: a camera, lights and a floor. Each is added only if the scene has none of its own. A model
     /// that is rendered without a scene file (`turner model.glb`) is shown in this studio.
     pub struct StudioDesc as "studio" {
         /// The camera: the name or index of a camera of the scene's models and `[[view]]` sections, or
-        /// "orbit:azimuth,elevation" or "orbit:azimuth,elevation,distance". An orbit camera looks at the centre of the
-        /// scene, from `azimuth` degrees to the right of the front (+z) and `elevation` degrees above the horizon, at a
-        /// distance in radii of the bounding sphere. Without this key: the scene's own camera, else the first camera of
-        /// a model, else "orbit:35,22".
+        /// "orbit:azimuth,elevation" or "orbit:azimuth,elevation,distance". An orbit camera looks at the scene from
+        /// `azimuth` degrees to the right of the front (+z) and `elevation` degrees above the horizon, and frames it: the
+        /// silhouette is in the middle of the picture and fills three quarters of its shorter side. `distance`, in radii
+        /// of the bounding sphere, replaces the framed distance. A `[camera]` keeps its lens then. Without this key: the scene's own camera, else the first
+        /// camera of a model, else "orbit:35,22".
         camera: Option<String> = None;
-        /// Vertical field of view of an orbit camera, degrees. In portrait format it is the horizontal field of view.
-        fov: f64 = FOV, in Range::open(0.0, 180.0);
+        /// Field of view along the shorter side of the picture, degrees. Without this key: that of the camera of the scene
+        /// or model, 28 for an orbit camera.
+        fov: Option<f64> = None, in Range::open(0.0, 180.0);
+        /// Enlargement about the middle of the picture: 2 shows everything twice as large.
+        zoom: f64 = 1.0, in Range::POSITIVE;
+        /// The name of an object that an orbit camera frames instead of the complete scene.
+        look_at: Option<String> = None;
+        /// F-number of the lens, for depth of field: 2.8 blurs more than 8. The lens is that of a full-frame camera in
+        /// front of an object of 30 cm, whatever the units of the scene.
+        f_stop: Option<f64> = None, in Range::POSITIVE;
+        /// Distance of the plane of focus along the viewing direction, in scene units. Without this key the middle of
+        /// what an orbit camera frames is in focus. Without `f_stop` the f-number is then 2.8.
+        focus: Option<f64> = None, in Range::POSITIVE;
         /// Whether to add a floor below the scene. Without this key, a floor is added if the scene has no camera and
-        /// the background is not transparent.
+        /// the background is not transparent. In front of a backdrop, an environment map or a transparent background the
+        /// floor is a shadow catcher: only the shadows on it are visible. A floor that the camera looks at from below is
+        /// omitted.
         ground: Option<bool> = None;
+        /// The backdrop: the colour that the camera sees behind everything, instead of lights and background. It is
+        /// the colour of the picture, after exposure and tone mapping: "white" is 255. Without this key it is near white if
+        /// the built-in studio lights the scene and the scene has no `[background]`; otherwise `[background]` is shown.
+        backdrop: Option<Spectrum> = None;
         /// Whether the built-in studio environment lights a scene without lights.
         lights: bool = true;
-        /// Rotation of the studio environment about the vertical axis, degrees.
+        /// Rotation of the studio environment about the vertical axis, degrees. With an orbit camera the lights stand
+        /// relative to the camera, otherwise relative to the front (+z).
         rotation: f64 = 0.0;
         /// Factor of the radiance of the studio environment.
         strength: f64 = 1.0, in Range::NON_NEGATIVE;
+        /// Whether the exposure is chosen for the light of environment maps, so that white surfaces look white; `exposure` of
+        /// `[film]` is added. It is on for models without a scene file.
+        metering: bool = false;
     }
     example r##"[studio]
 camera = "orbit:20,30"
@@ -93,68 +116,11 @@ impl Orbit {
             )),
         })
     }
-
-    /// The camera that shows the box `bounds`. `fov` is in degrees, `aspect` is width over height.
-    pub fn camera(&self, bounds: &Bounds, fov: f64, aspect: f64) -> CameraDesc {
-        let finite = !bounds.is_empty() && bounds.is_finite();
-        let (center, radius) =
-            if finite { (bounds.center(), 0.5 * bounds.size().length()) } else { (DVec3::ZERO, 1.0) };
-        // A bounding box of size 0 gets a small radius.
-        let radius = if radius > 0.0 { radius } else { 1e-3 * (1.0 + center.abs().max_element()) };
-        let (azimuth, elevation) = (radians(self.azimuth), radians(self.elevation));
-        let back = DVec3::new(sin(azimuth) * cos(elevation), sin(elevation), cos(azimuth) * cos(elevation));
-        // If the camera looks straight up or down, the front is at the lower edge of the picture.
-        let up = if cos(elevation).abs() > 1e-6 { DVec3::Y } else { -sin(elevation).signum() * DVec3::Z };
-        let up = if cos(elevation) < -1e-6 { -up } else { up };
-        let half_height = if aspect >= 1.0 {
-            radians(0.5 * fov)
-        } else {
-            crate::math::elementary::atan2(tan(radians(0.5 * fov)), aspect)
-        };
-        let (tan_y, tan_x) = (tan(half_height), tan(half_height) * aspect);
-        let distance = match self.distance {
-            Some(radii) => radii * radius,
-            None => fitting_distance(bounds, center, radius, back, up, [tan_x, tan_y]),
-        };
-        CameraDesc::Pinhole(PinholeDesc {
-            position: center + distance * back,
-            look_at: center,
-            up,
-            fov: Some(2.0 * half_height.to_degrees()),
-            ..PinholeDesc::default()
-        })
-    }
-}
-
-/// The smallest distance at which all corners of the box are visible with a margin of 8 %, and at least 1.05 radii of
-/// the bounding sphere.
-fn fitting_distance(
-    bounds: &Bounds,
-    center: DVec3,
-    radius: f64,
-    back: DVec3,
-    up: DVec3,
-    tangents: [f64; 2],
-) -> f64 {
-    let mut distance = 1.05 * radius;
-    if bounds.is_empty() || !bounds.is_finite() {
-        return 3.0 * radius;
-    }
-    let right = up.cross(back).try_normalize().unwrap_or(DVec3::X);
-    let up = back.cross(right);
-    for corner in bounds.corners() {
-        let corner = corner - center;
-        for (axis, tangent) in [(right, tangents[0]), (up, tangents[1])] {
-            distance = distance.max(corner.dot(back) + 1.08 * corner.dot(axis).abs() / tangent);
-        }
-    }
-    distance
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::math::DVec2;
 
     #[test]
     fn words_for_orbits() {
@@ -164,41 +130,6 @@ mod tests {
         assert_eq!(Orbit::parse("Camera.001"), None);
         for bad in ["orbit:", "orbit:1", "orbit:1,2,0", "orbit:1,2,3,4", "orbit:nan,1", "orbit:a,b"] {
             assert!(Orbit::parse(bad).unwrap().is_err(), "{bad}");
-        }
-    }
-
-    #[test]
-    fn every_corner_is_in_the_picture_from_everywhere() {
-        let boxes = [
-            Bounds::new(DVec3::new(-1.0, 0.0, -4.0), DVec3::new(2.0, 9.0, 4.0)),
-            Bounds::new(DVec3::new(1e6, 0.0, 0.0), DVec3::new(1e6 + 1.0, 0.0, 100.0)),
-            Bounds::new(DVec3::splat(-1e-6), DVec3::splat(1e-6)),
-        ];
-        for bounds in boxes {
-            for (azimuth, elevation) in
-                [(35.0, 22.0), (0.0, 90.0), (200.0, -90.0), (90.0, 0.0), (300.0, -60.0)]
-            {
-                for aspect in [0.3, 1.0, 2.5] {
-                    let orbit = Orbit { azimuth, elevation, distance: None };
-                    let desc = orbit.camera(&bounds, 38.0, aspect);
-                    let camera = desc.prepare(aspect).unwrap();
-                    let CameraDesc::Pinhole(desc) = desc else { panic!("an orbit is a pinhole camera") };
-                    let ray = |x, y| camera.ray(DVec2::new(x, y), DVec2::ZERO).direction;
-                    let forward = ray(0.0, 0.0).normalize();
-                    // The picture's edges as planes through the camera position.
-                    let (right, up) = (ray(1.0, 0.0) - ray(-1.0, 0.0), ray(0.0, 1.0) - ray(0.0, -1.0));
-                    let scale = ray(0.0, 0.0).length();
-                    for corner in bounds.corners() {
-                        let p = corner - desc.position;
-                        let depth = p.dot(forward);
-                        assert!(depth > 0.0);
-                        for axis in [right, up] {
-                            let reach = 0.5 * axis.length() / scale * depth;
-                            assert!(p.dot(axis.normalize()).abs() <= reach, "{azimuth} {elevation} {aspect}");
-                        }
-                    }
-                }
-            }
         }
     }
 }

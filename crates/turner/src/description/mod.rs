@@ -8,6 +8,7 @@ pub mod default_studio;
 mod default_tests;
 mod draft;
 mod edit;
+pub mod framing;
 mod labels;
 mod model;
 mod read;

@@ -68,6 +68,10 @@ choice! {
         Shadow = "shadow",
         /// Variance of the pixel's luminance, as if its samples were independent; 0 with fewer than two of them.
         Variance = "variance",
+        /// What the denoiser needs: albedo, normal and logarithmic distance of the first surface that is not polished,
+        /// followed through glass and mirrors, the light of that surface in parts, and second moments. Integrators "path" and
+        /// "direct". `denoise` asks for it.
+        Denoising = "denoising",
         /// Half the width of the interval of the luminance that holds the converged value with a probability of 95 %; 0
         /// without an estimate: it needs random samples, at least four per pixel.
         Error = "error",
@@ -112,6 +116,33 @@ pub enum LabelKind {
     Instance,
 }
 
+/// The channels of [`Aov::Denoising`], in the order of
+/// [`DenoisingSample::values`](crate::integrator::DenoisingSample::values).
+///
+/// `moments` are means of squares: X of the luminance of `emission`, Y of `direct`, Z of the rest of the colour;
+/// `guides` of the albedo (X) and of the logarithmic distance (Y).
+pub(crate) const DENOISING_CHANNELS: [&str; 19] = [
+    "denoising.albedo.R",
+    "denoising.albedo.G",
+    "denoising.albedo.B",
+    "denoising.N.X",
+    "denoising.N.Y",
+    "denoising.N.Z",
+    "denoising.Z",
+    "denoising.hits.A",
+    "denoising.emission.R",
+    "denoising.emission.G",
+    "denoising.emission.B",
+    "denoising.direct.R",
+    "denoising.direct.G",
+    "denoising.direct.B",
+    "denoising.moments.X",
+    "denoising.moments.Y",
+    "denoising.moments.Z",
+    "denoising.guides.U",
+    "denoising.guides.V",
+];
+
 /// Depth where nothing is hit.
 const FAR: f32 = 1e10;
 
@@ -155,6 +186,7 @@ impl Aov {
             Aov::SampleCount => row(&["sample_count"], Film, "samples"),
             Aov::Cost => row(&["cost"], Samples, "rays"),
             Aov::Shadow => row(&["shadow"], Film, "fraction"),
+            Aov::Denoising => row(&DENOISING_CHANNELS, Samples, "as the denoiser takes them"),
             Aov::Variance => row(&["variance"], Film, "radiance squared"),
             Aov::Error => row(&["error"], Film, "radiance"),
         }
@@ -184,13 +216,14 @@ impl Aov {
             | Aov::Cost
             | Aov::Shadow
             | Aov::Variance
+            | Aov::Denoising
             | Aov::Error => None,
         }
     }
 
     /// Whether it is a part of the light, so that the integrator must tell its kinds of light apart.
     pub fn is_light(self) -> bool {
-        matches!(self, Aov::Emission | Aov::Direct | Aov::Indirect | Aov::LightGroups)
+        matches!(self, Aov::Emission | Aov::Direct | Aov::Indirect | Aov::LightGroups | Aov::Denoising)
     }
 
     /// Whether the samples have a value for each of its channels.
@@ -205,8 +238,7 @@ impl FilmDesc {
         if !self.aovs.has_channels() {
             return Vec::new();
         }
-        let sums = self.aovs.iter().filter(|aov| aov.has_sums());
-        let names = sums.flat_map(|aov| self.aovs.channels_of(aov));
+        let names = self.aovs.summed().flat_map(|aov| self.aovs.channels_of(aov));
         let caught = CAUGHT.iter().filter(|_| self.aovs.catches_shadows()).map(|name| (*name).to_owned());
         std::iter::once(HITS.to_owned()).chain(names).chain(caught).map(Channel::new).collect()
     }

@@ -14,6 +14,8 @@ pub struct Aovs {
     light_groups: Vec<String>,
     /// Whether the prepared scene has shadow catchers.
     catches_shadows: bool,
+    /// Whether the film holds what the denoiser needs.
+    denoises: bool,
 }
 
 /// The layer of light that comes from no light group.
@@ -62,6 +64,17 @@ impl Aovs {
         self.catches_shadows = catches_shadows;
     }
 
+    /// Makes the film hold what the denoiser needs.
+    pub(crate) fn hold_guides(&mut self) {
+        self.denoises = true;
+    }
+
+    /// The AOVs for which the film holds sums of values, in the order of their channels.
+    pub(crate) fn summed(&self) -> impl Iterator<Item = Aov> + '_ {
+        let guides = self.denoises && !self.contains(Aov::Denoising);
+        self.iter().filter(|aov| aov.has_sums()).chain(guides.then_some(Aov::Denoising))
+    }
+
     /// Whether the scene has shadow catchers, so that the film holds what they receive.
     pub fn catches_shadows(&self) -> bool {
         self.catches_shadows
@@ -69,7 +82,7 @@ impl Aovs {
 
     /// Whether samples have values besides their colour.
     pub fn has_channels(&self) -> bool {
-        self.catches_shadows || !self.is_empty()
+        self.catches_shadows || self.denoises || !self.is_empty()
     }
 
     /// The names of an AOV's channels in an EXR file; for Cryptomatte that of the layers.

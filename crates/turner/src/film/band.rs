@@ -1,6 +1,7 @@
 //! Rows of a film in memory.
 
 use super::adaptive::AdaptiveTile;
+use super::brightest::Brightest;
 use super::labels::HeldLabels;
 use super::{Fixed96, Half, NonFinite, PixelRect, PixelSum, SampleSet, TILE, TileGrid, TileSums};
 use crate::color::Spectrum;
@@ -14,6 +15,8 @@ pub(crate) struct Band {
     /// Sums of additional channels, `channels` per pixel.
     extra: Vec<[u32; 3]>,
     channels: usize,
+    /// The brightest samples of each pixel; empty unless fireflies are removed.
+    pub(super) brightest: Vec<Brightest>,
     /// For each tile, from the left: the samples that it holds.
     pub(super) held: Vec<SampleSet>,
     /// For each tile of an adaptive film what it holds in addition; empty otherwise.
@@ -52,11 +55,17 @@ impl Band {
             pixels,
             extra: vec![[0; 3]; count * channels],
             channels,
+            brightest: Vec::new(),
             held,
             adaptive: Vec::new(),
             labels: Vec::new(),
             non_finite: NonFinite::default(),
         }
+    }
+
+    /// The number of pixels.
+    pub(super) fn pixel_count(&self) -> usize {
+        self.rows.area() as usize
     }
 
     /// Bytes per pixel.
@@ -170,6 +179,9 @@ impl Band {
                 *words = pixel.to_words();
             }
         }
+        for (row, start) in starts.clone().enumerate() {
+            self.merge_brightest(start, sums, skipped + row * width, width);
+        }
         if channels > 0 {
             for (row, start) in starts.enumerate() {
                 let first = skipped + row * width;
@@ -209,6 +221,7 @@ impl Band {
                 }
             }
         }
+        indices.clone().for_each(|i| self.merge_brightest_pixel(i, other, i));
         let channels = self.channels;
         for i in indices.flat_map(|i| i * channels..(i + 1) * channels) {
             self.extra[i] =

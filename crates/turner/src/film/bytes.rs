@@ -7,7 +7,7 @@
 //! picture      width, height, region and crop (x, y, width, height each), samples per pixel, seed (u32 each);
 //!              hash of the sampling settings, light paths per sample index (u64 each); whether samples count by weight
 //!              in several pixels (u8), whether there are sums for an error estimate (u8),
-//!              whether the film is adaptive (u8);
+//!              whether the film is adaptive (u8), whether fireflies are removed (u8);
 //!              whether a scene fingerprint follows (u8), fingerprint (u64)
 //! channels     number of additional channels (u32); for each: length (u16) and name in UTF-8
 //!              then the channels of labels: see label_bytes.rs
@@ -19,7 +19,7 @@
 //!              the error estimate
 //! light        only with light paths: number of non-finite splats (u64), set of light paths; u8: 0 without light,
 //!              1 if 12 x u32 per pixel of the region follow
-//! labels       only with channels of labels: those of each tile
+//! labels       only with channels of labels: those of each tile; then, if fireflies are removed: see brightest.rs
 //! end          hash of all bytes before it (u64)
 //! ```
 
@@ -36,7 +36,7 @@ use crate::schema::{ErrorCode, Limits, SceneError};
 const MAGIC: &[u8; 8] = b"TURNFILM";
 
 /// The version that is written and read.
-const VERSION: u32 = 4;
+const VERSION: u32 = 5;
 
 /// Size of the hash in bytes.
 const HASH: usize = 8;
@@ -142,7 +142,7 @@ impl Film {
             out.labels_of_tile(held);
             flush(out)?;
         }
-        Ok(())
+        self.put_brightest(out, flush)
     }
 
     /// Reads the bytes of [`Film::to_bytes`]. Memory is requested from `limits` before it is allocated.
@@ -194,7 +194,7 @@ impl Writer {
     }
 
     /// Whether `words` words are only counted.
-    fn skips(&mut self, words: usize) -> bool {
+    pub(super) fn skips(&mut self, words: usize) -> bool {
         match &mut self.skipped {
             Some(skipped) => {
                 *skipped += 4 * words as u64;
@@ -226,6 +226,7 @@ impl Writer {
         self.bytes.push(u8::from(i.weighted));
         self.bytes.push(u8::from(i.estimates_error));
         self.bytes.push(u8::from(i.adaptive));
+        self.bytes.push(u8::from(i.removes_fireflies));
         self.bytes.push(u8::from(i.scene.is_some()));
         if let Some(scene) = i.scene {
             self.u64(scene);
@@ -296,7 +297,7 @@ impl<'a> Reader<'a> {
         self.array().map(u64::from_le_bytes)
     }
 
-    fn words<const N: usize>(&mut self) -> Result<[u32; N], SceneError> {
+    pub(super) fn words<const N: usize>(&mut self) -> Result<[u32; N], SceneError> {
         let mut out = [0; N];
         for word in &mut out {
             *word = self.u32()?;
@@ -341,7 +342,7 @@ impl<'a> Reader<'a> {
         let (size, region, crop) = (self.words()?, self.rect()?, self.rect()?);
         let [samples, seed] = self.words()?;
         let (sampling, light_paths, weighted) = (self.u64()?, self.u64()?, self.flag()?);
-        let (estimates_error, adaptive) = (self.flag()?, self.flag()?);
+        let (estimates_error, adaptive, removes_fireflies) = (self.flag()?, self.flag()?, self.flag()?);
         if adaptive && !estimates_error {
             return Err(damaged("it is adaptive without an error estimate"));
         }
@@ -379,6 +380,7 @@ impl<'a> Reader<'a> {
             weighted,
             estimates_error,
             adaptive,
+            removes_fireflies,
             light_paths,
             scene,
         })
@@ -439,6 +441,7 @@ impl<'a> Reader<'a> {
             }
         }
         self.labels(&mut film)?;
+        self.brightest(&mut film)?;
         if !self.rest.is_empty() {
             return Err(damaged("it has more bytes than it should"));
         }

@@ -126,6 +126,9 @@ impl Film {
         {
             mean = caught.apply(band, i, mean);
         }
+        if more.removes_fireflies {
+            mean = self.without_fireflies(x, y, mean);
+        }
         let [r, g, b, alpha] = mean;
         let Some(splats) = self.splats() else { return Some(mean) };
         let scale = more.scale(x, y);
@@ -204,6 +207,34 @@ impl<'a> Developed<'a> {
         }
     }
 
+    /// The whole picture, if its rows are kept.
+    pub(crate) fn into_picture(self, threads: usize) -> Picture {
+        let PixelRect { width, height, .. } = self.film.crop;
+        let linear = self.linear(0..height, threads).into_owned();
+        let display = self.transform().to_8_bits(&linear, threads);
+        let Developed { has_alpha, missing, exposure, .. } = self;
+        Picture { width, height, linear, display, has_alpha, missing, exposure }
+    }
+
+    /// The scene values of all rows, if they are kept: those of pictures of at most 16 million pixels are.
+    pub(crate) fn kept(&self) -> Option<&[[f32; 4]]> {
+        (!self.kept.is_empty()).then_some(&self.kept)
+    }
+
+    /// Replaces the colours of the rows, which are kept. Coverage stays, as do pixels that cover nothing or are not
+    /// finite.
+    pub(crate) fn recolor(&mut self, colors: &[[f32; 3]]) {
+        for (pixel, color) in self.kept.iter_mut().zip(colors) {
+            if pixel[3] != 0.0 && pixel.iter().all(|v| v.is_finite()) {
+                pixel[..3].copy_from_slice(color);
+            }
+        }
+        self.exposure = self.desc.exposure;
+        if self.desc.auto_exposure {
+            self.exposure += auto_exposure(&self.kept);
+        }
+    }
+
     /// Columns and rows.
     pub fn size(&self) -> (u32, u32) {
         (self.film.crop.width, self.film.crop.height)
@@ -262,12 +293,14 @@ struct More {
     size: [u32; 2],
     /// The shadow catchers, if there are any.
     caught: Option<Caught>,
+    removes_fireflies: bool,
 }
 
 impl More {
     fn new(film: &Film, desc: &FilmDesc) -> More {
-        let filter = desc.weights_samples().then(|| (desc.filter(), desc.border()));
-        More { filter, size: [desc.width, desc.height], caught: Caught::of(film) }
+        let filter = desc.weights_samples().then(|| (desc.filter(), desc.reach()));
+        let removes_fireflies = film.identity().removes_fireflies;
+        More { filter, size: [desc.width, desc.height], caught: Caught::of(film), removes_fireflies }
     }
 
     /// The factor for the splats of a pixel: 1 over the fraction of its filter that is inside the picture.

@@ -232,6 +232,17 @@ impl Film {
         (spread.variance + spread.splats) as f32
     }
 
+    /// The number of samples of equal weight that would count as much as those of a pixel of the region, and the variance
+    /// of the luminance of its light paths. `None` if the film holds no estimate of its error.
+    pub(crate) fn count_and_splats(&self, x: u32, y: u32) -> Option<(f64, f64)> {
+        let (band, i) = self.place(x, y).filter(|_| self.identity.estimates_error)?;
+        let total = band.sum(i).weight();
+        let [_, _, weights, _, _] = band.extra(i).last_chunk::<ERROR_SUMS>()?;
+        let weights = Fixed96::from_words(*weights).mean(1.0);
+        let splats = self.splats.as_ref().map_or(0.0, |s| s.luminance_and_variance(x, y).1);
+        Some((total * total / weights.max(f64::MIN_POSITIVE), splats))
+    }
+
     /// The sums of the error estimate of a pixel.
     pub(super) fn spread(&self, x: u32, y: u32) -> Spread {
         let Some((band, i)) = self.place(x, y) else { return Spread::default() };

@@ -63,6 +63,7 @@ impl Film {
         for (own, old) in out.bands.iter_mut().zip(&self.bands) {
             own.held.clone_from(&old.held);
             own.labels.clone_from(&old.labels);
+            own.brightest.clone_from(&old.brightest);
             own.non_finite = old.non_finite;
             let has_sums = matches!(old.pixels, super::band::Pixels::Sums(_));
             let pixels = own.sums_mut();

@@ -24,6 +24,8 @@ pub struct Identity {
     pub estimates_error: bool,
     /// Whether the samples per pixel follow the noise.
     pub adaptive: bool,
+    /// Whether the film removes fireflies, for which it keeps the brightest samples of each pixel.
+    pub removes_fireflies: bool,
     /// Light paths per sample index of the picture.
     pub light_paths: u64,
     /// Fingerprint of the scene, if the caller set one.
@@ -57,6 +59,9 @@ impl Identity {
             tonemap: _,
             exposure: _,
             auto_exposure: _,
+            denoise: _,
+            // In a separate field.
+            fireflies: _,
             // Compared as channels.
             aovs: _,
         } = desc;
@@ -74,6 +79,7 @@ impl Identity {
             weighted: desc.weights_samples(),
             estimates_error: false,
             adaptive: false,
+            removes_fireflies: desc.removes_fireflies(),
             light_paths: 0,
             scene: None,
         }
@@ -99,6 +105,11 @@ impl Identity {
                 words("error estimate", self.estimates_error.to_string(), other.estimates_error.to_string())
             })
             .or_else(|| words("adaptive sampling", self.adaptive.to_string(), other.adaptive.to_string()))
+            .or_else(|| {
+                let fireflies =
+                    |i: &Identity| if i.removes_fireflies { "removed" } else { "kept" }.to_owned();
+                words("fireflies", fireflies(self), fireflies(other))
+            })
             .or_else(|| words("seed", self.seed.to_string(), other.seed.to_string()))
             .or_else(|| {
                 words("light paths per sample", self.light_paths.to_string(), other.light_paths.to_string())
@@ -117,10 +128,12 @@ impl FilmDesc {
         let of = |film: &FilmDesc| FilmDesc {
             exposure: 0.0,
             auto_exposure: false,
+            denoise: false,
             tonemap: Default::default(),
             crop: None,
             threshold: 0.0,
             aovs: Default::default(),
+            fireflies: Default::default(),
             ..film.clone()
         };
         of(self) == of(other)

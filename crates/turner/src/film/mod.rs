@@ -37,6 +37,7 @@ mod adaptive;
 mod aov;
 mod aovs;
 mod band;
+mod brightest;
 mod bytes;
 #[cfg(test)]
 mod bytes_tests;
@@ -51,6 +52,9 @@ mod exposure;
 mod extend;
 mod extra_sums;
 mod film_labels;
+mod fireflies;
+#[cfg(test)]
+mod fireflies_tests;
 mod fixed;
 mod identity;
 mod label_bytes;
@@ -69,16 +73,18 @@ mod tile_sums;
 mod tiles;
 mod wide_sum;
 
-pub(crate) use aov::CRYPTO_LAYERS;
 pub use aov::{Aov, Average, HITS, LabelKind, Layout};
+pub(crate) use aov::{CRYPTO_LAYERS, DENOISING_CHANNELS};
 pub use aovs::Aovs;
 pub(crate) use aovs::layers;
+pub(crate) use caught::CAUGHT;
 pub use channel::{COLOR_CHANNELS, Channel, MAX_CHANNELS, MAX_NAME};
 pub use checksum::{Checksum, checksum};
 pub use develop::{Developed, Picture, PixelRect};
 pub use display::DisplayTransform;
 pub use error::{ErrorEstimate, Noise};
 pub use exposure::auto_exposure;
+pub use fireflies::Fireflies;
 pub use fixed::Fixed96;
 pub use identity::Identity;
 pub use labels::{LabelChannel, LabelRule, NO_LABEL, TileLabels};
@@ -199,10 +205,16 @@ params! {
         /// limit. Clamping removes fireflies but also light, so pictures get darker. Splats of light paths
         /// (`caustics`) are not clamped.
         clamp_sample: f64 = 0.0, in Range::NON_NEGATIVE;
+        /// What happens to fireflies: samples of "monte-carlo" that are far brighter than all others of the pixel and its
+        /// neighbours. A model file that is rendered on its own has "remove".
+        fireflies: Fireflies = Fireflies::Keep;
         /// Whether noisy parts of the picture get more samples than others; `samples` is then their mean. Every
         /// pixel has at least a quarter of it. Needs "monte-carlo" with the integrators "path" or "direct", and a filter
         /// that stays within the pixel, such as the default "box".
         adaptive_sampling: bool = false;
+        /// Whether the denoiser removes the noise of the finished picture, guided by albedo, normals and distance. EXR
+        /// files keep the raw picture as the layer "raw". Needs "monte-carlo" with the integrators "path" or "direct".
+        denoise: bool = false;
         /// Seed of the random numbers.
         seed: u32 = 0;
         /// Further channels next to the colour (AOVs, render passes), from the same samples: `["albedo", "normal"]`. An
@@ -253,6 +265,12 @@ impl FilmDesc {
 
     /// Width in pixels of the border around a region whose samples also count in the region.
     pub fn border(&self) -> u32 {
+        // Fireflies are told by their neighbours.
+        self.reach() + u32::from(self.looks_for_fireflies())
+    }
+
+    /// How far in pixels a sample counts beyond its own pixel.
+    pub(crate) fn reach(&self) -> u32 {
         match self.antialias {
             Antialias::Mean => 1,
             _ if self.weights_samples() => TileSums::border(&self.filter()),

@@ -88,6 +88,7 @@ impl Film {
                     (Pixels::Samples(_), Pixels::Sums(_)) => {}
                 }
                 own.extra_mut(to).copy_from_slice(theirs.extra(from));
+                own.merge_brightest_pixel(to, theirs, from);
                 if let (Some(own), Some(theirs)) = (&mut self.splats, &other.splats) {
                     let at = |region: &PixelRect| {
                         (y - region.y) as usize * region.width as usize + (x - region.x) as usize

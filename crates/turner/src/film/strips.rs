@@ -23,21 +23,7 @@ pub(crate) fn filled<T: Clone + Default + Send>(
             work(i * length, strip);
         }
     };
-    let threads = match threads {
-        0 => std::thread::available_parallelism().map_or(1, |n| n.get()),
-        n => n,
-    };
-    let more = threads.min(count.div_ceil(length)).saturating_sub(1);
-    if more == 0 {
-        all();
-    } else {
-        std::thread::scope(|scope| {
-            (0..more).for_each(|_| {
-                scope.spawn(all);
-            });
-            all();
-        });
-    }
+    run(all, threads, count.div_ceil(length));
     out
 }
 
@@ -64,6 +50,45 @@ pub(crate) fn map<T: Clone + Default + Send>(
     filled(count, STRIP, threads, |first, strip| {
         strip.iter_mut().enumerate().for_each(|(i, value)| *value = of(first + i));
     })
+}
+
+/// `of` of each index below `count`, one at a time; each thread has a state of its own.
+pub(crate) fn with<T: Send, S>(
+    count: usize,
+    threads: usize,
+    state: impl Fn() -> S + Sync,
+    of: impl Fn(&mut S, usize) -> T + Sync,
+) -> Vec<T> {
+    let mut out: Vec<Option<T>> = (0..count).map(|_| None).collect();
+    let next = Mutex::new(out.iter_mut().enumerate());
+    let all = || {
+        let mut state = state();
+        loop {
+            let place = next.lock().unwrap_or_else(|e| e.into_inner()).next();
+            let Some((i, place)) = place else { break };
+            *place = Some(of(&mut state, i));
+        }
+    };
+    run(all, threads, count);
+    out.into_iter().flatten().collect()
+}
+
+/// Runs `work` on as many threads as there is work for; `threads` of 0 uses all; 1 starts none.
+fn run(work: impl Fn() + Sync, threads: usize, tasks: usize) {
+    let threads = match threads {
+        0 => std::thread::available_parallelism().map_or(1, |n| n.get()),
+        n => n,
+    };
+    let more = threads.min(tasks).saturating_sub(1);
+    if more == 0 {
+        return work();
+    }
+    std::thread::scope(|scope| {
+        (0..more).for_each(|_| {
+            scope.spawn(&work);
+        });
+        work();
+    });
 }
 
 #[cfg(test)]

@@ -3,6 +3,7 @@
 use std::ops::Range;
 
 use super::band::Band;
+use super::brightest::Brightest;
 use super::error::ERROR_SUMS;
 use super::preview::Preview;
 use super::{
@@ -80,7 +81,8 @@ impl Film {
     /// Errors: an invalid crop, too many pixels.
     pub fn check(desc: &FilmDesc) -> Result<u64, SceneError> {
         let sums = Band::bytes_per_pixel(desc.is_one_sample(), desc.channels().len());
-        let bytes = (sums + Film::label_bytes(&desc.labels())) as u64;
+        let brightest = if desc.removes_fireflies() { Brightest::BYTES } else { 0 };
+        let bytes = (sums + brightest + Film::label_bytes(&desc.labels())) as u64;
         Film::rects(desc).map(|(region, _)| region.area() * bytes)
     }
 
@@ -133,7 +135,11 @@ impl Film {
             .step_by(TILE as usize)
             .map(|y| {
                 let rows = PixelRect { y: region.y + y, height: TILE.min(region.height - y), ..region };
-                Band::new(rows, one_sample, Film::extra_sums(&identity, &channels))
+                let mut band = Band::new(rows, one_sample, Film::extra_sums(&identity, &channels));
+                if identity.removes_fireflies {
+                    band.keep_brightest();
+                }
+                band
             })
             .collect();
         let non_finite = NonFinite::default();
@@ -159,7 +165,12 @@ impl Film {
 
     /// Bytes per pixel without splats.
     pub(super) fn pixel_bytes(identity: &Identity, channels: &[Channel]) -> usize {
-        Band::bytes_per_pixel(Film::keeps_samples(identity, channels), Film::extra_sums(identity, channels))
+        let brightest = if identity.removes_fireflies { Brightest::BYTES } else { 0 };
+        brightest
+            + Band::bytes_per_pixel(
+                Film::keeps_samples(identity, channels),
+                Film::extra_sums(identity, channels),
+            )
     }
 
     /// Sums per pixel in addition to colour and coverage.
@@ -291,7 +302,7 @@ impl Film {
     }
 
     /// The sums of a pixel of the region.
-    pub(super) fn sum(&self, x: u32, y: u32) -> PixelSum {
+    pub(crate) fn sum(&self, x: u32, y: u32) -> PixelSum {
         self.place(x, y).map_or_else(PixelSum::default, |(band, i)| band.sum(i))
     }
 

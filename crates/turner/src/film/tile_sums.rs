@@ -1,6 +1,7 @@
 //! The sums of one tile while its samples are traced.
 
 use super::PixelRect;
+use super::brightest::Brightest;
 use super::error::ErrorSample;
 use super::extra_sums::ExtraSums;
 use super::wide_sum::{FixedSample, WideSum};
@@ -34,6 +35,8 @@ pub struct TileSums {
     pub(crate) pixels: Vec<WideSum>,
     /// Sums of additional channels and, behind them, of the error estimate.
     pub(super) extra: ExtraSums,
+    /// The brightest samples of each pixel; empty unless the film keeps them.
+    pub(super) brightest: Vec<Brightest>,
 }
 
 impl Default for TileSums {
@@ -42,6 +45,7 @@ impl Default for TileSums {
             rect: PixelRect { x: 0, y: 0, width: 0, height: 0 },
             pixels: Vec::new(),
             extra: ExtraSums::default(),
+            brightest: Vec::new(),
         }
     }
 }
@@ -53,13 +57,14 @@ impl TileSums {
     }
 
     /// Clears the sums and sets their rectangle, for a film with `channels` channels in addition to colour and
-    /// coverage, which estimates its error or not.
+    /// coverage, which estimates its error or not, and keeps no brightest samples.
     pub fn reset(&mut self, rect: PixelRect, channels: usize, estimates_error: bool) {
         let count = rect.area() as usize;
         self.rect = rect;
         self.pixels.clear();
         self.pixels.resize(count, WideSum::default());
         self.extra.reset(count, channels, estimates_error);
+        self.keep_brightest(false);
     }
 
     /// The pixels.
@@ -78,6 +83,7 @@ impl TileSums {
         let error = ErrorSample::new(sample.color, sample.index);
         self.extra.begin_sample(sample.extra);
         self.add(pixel, &fixed, &error, weight);
+        self.note_bright(pixel, sample.color, weight, None, sample.index);
         true
     }
 
@@ -108,6 +114,7 @@ impl TileSums {
                 let pixel = (row + x - left) as usize;
                 if weight != 0.0 && finite {
                     self.add(pixel, &fixed, &error, weight);
+                    self.note_bright(pixel, sample.color, weight, Some(place), sample.index);
                 } else if weight != 0.0 {
                     self.pixels[pixel].omit();
                 }

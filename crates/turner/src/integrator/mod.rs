@@ -96,6 +96,8 @@ pub struct AskedDetails {
     pub rays: bool,
     /// [`SampleDetails::hits`].
     pub hits: bool,
+    /// [`SampleDetails::denoising`].
+    pub denoising: bool,
 }
 
 /// Details of the samples of a batch. Each list is empty if the integrator does not know it.
@@ -112,6 +114,42 @@ pub struct SampleDetails<'a> {
     pub caught: &'a [CaughtLight],
     /// For each sample what its camera ray hits first, whatever its opacity.
     pub hits: &'a [Option<Hit>],
+    /// For each sample the surface that the denoiser is guided by.
+    pub denoising: &'a [DenoisingSample],
+}
+
+/// The first surface of a path that is not polished, as the camera sees it by way of glass and mirrors.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct DenoisingSample {
+    /// Throughput up to the surface times its base colour; throughput alone where the path leaves the scene.
+    pub albedo: Spectrum,
+    /// Shading normal, towards the viewer; 0 without a surface.
+    pub normal: [f32; 3],
+    /// Binary logarithm of the length of the path to the surface, in scene units; 0 without a surface.
+    pub log_distance: f32,
+    /// Whether there is a surface.
+    pub is_hit: bool,
+    /// Light that is seen directly or by way of glass and mirrors: emitters, background.
+    pub emission: Spectrum,
+    /// Light that the surface receives directly from emitters.
+    pub direct: Spectrum,
+}
+
+impl DenoisingSample {
+    /// The values of the channels of [`Aov::Denoising`](crate::film::Aov::Denoising), for a sample of this radiance. `by`
+    /// is a factor of its light.
+    pub(crate) fn values(&self, color: Spectrum, by: f32) -> [f32; 19] {
+        let [r, g, b] = self.albedo.to_array();
+        let [x, y, z] = self.normal;
+        let (emission, direct) = (self.emission * by, self.direct * by);
+        let ([er, eg, eb], [dr, dg, db]) = (emission.to_array(), direct.to_array());
+        let square = |light: Spectrum| light.luminance() * light.luminance();
+        let [e2, d2, i2] = [emission, direct, color - emission - direct].map(square);
+        let hit = f32::from(u8::from(self.is_hit));
+        let distance = self.log_distance;
+        let albedo = r * r + g * g + b * b;
+        [r, g, b, x, y, z, distance, hit, er, eg, eb, dr, dg, db, e2, d2, i2, albedo, distance * distance]
+    }
 }
 
 /// The direct light that a shadow catcher receives at a sample, as luminance of the irradiance over π.

@@ -22,10 +22,13 @@ mod flatten;
 mod gathered_tests;
 mod geometry;
 mod lights;
+mod metering;
 mod picture_needs;
 mod placed;
 mod preparer;
 mod shapes;
+#[cfg(test)]
+mod studio_tests;
 mod surfaces;
 #[cfg(test)]
 mod tests;

@@ -6,13 +6,17 @@ use super::default_studio::DefaultStudio;
 use super::flatten::Flattener;
 use super::shapes::PreparedShapes;
 use super::surfaces::MaterialTraits;
+use crate::description::framing::Subject;
 use crate::description::{GroupDesc, ObjectDesc, SceneDesc};
 use crate::math::Bounds;
 use crate::scene::alpha_test::Faces;
 use crate::scene::light_groups::LightGroups;
 use crate::scene::names::NameCollector;
+use crate::scene::outline::hull_points;
 use crate::scene::scene::{ObjectTransform, Primitive};
 use crate::scene::shadow_catchers::ShadowCatchers;
+use crate::schema::error::unknown_name;
+use crate::schema::value::{FileId, Span};
 use crate::schema::{ErrorCode, MaterialId, MeshData, PrepareOptions, SceneError, Warning};
 use crate::shape::{CachedShapes, Plane, Shape, TriangleMesh};
 
@@ -36,6 +40,23 @@ pub(super) struct Placed {
 }
 
 impl Placed {
+    /// What a camera is to show: all bounded objects, or those of a name.
+    ///
+    /// Errors: a name that no object has.
+    pub(super) fn subject(&self, name: Option<&str>) -> Result<Subject, SceneError> {
+        let is_chosen = |p: &Primitive| name.is_none_or(|name| self.names.is_named(p.id, name));
+        let chosen = || self.primitives.iter().zip(&self.bounds).filter(|(p, _)| is_chosen(p));
+        let bounds = chosen().filter_map(|(_, b)| b.as_ref()).fold(Bounds::EMPTY, |a, b| a.union(b));
+        if let Some(name) = name.filter(|_| bounds.is_empty()) {
+            let span = Span { file: FileId(u32::MAX), start: 0, end: 0 };
+            let mut error = unknown_name(ErrorCode::UnknownName, span, "object", name, &self.names.all());
+            error.span = None;
+            return Err(error);
+        }
+        let primitives: Vec<&Primitive> = chosen().map(|(p, _)| p).collect();
+        Ok(Subject::new(hull_points(&primitives, &self.transforms), &bounds))
+    }
+
     /// Adds the floor of the default studio, with the material of this index.
     pub(super) fn add_ground(&mut self, studio: &DefaultStudio, material: usize) {
         let Some(plane) = ground_of(studio) else { return };

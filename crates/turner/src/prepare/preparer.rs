@@ -28,6 +28,7 @@ use super::surfaces::{CachedMaterials, CachedMedia, CachedTextures};
 use crate::camera::CameraDesc;
 use crate::color::Spectrum;
 use crate::description::SceneDesc;
+use crate::description::framing::Subject;
 use crate::film::{Film, FilmDesc};
 use crate::integrator::{Capabilities, Integrator, IntegratorDesc, Prepared};
 use crate::light::{BackgroundDesc, Light};
@@ -304,10 +305,10 @@ impl Preparer {
             return Ok(None);
         };
         wanted.begin(PrepareStep::LightTree);
-        let background = desc.background.prepared();
+        let background = with_studio.studio.background(&desc.background);
         let filtered = surfaces.filtered;
         let camera = with_studio.camera(desc, &geometry);
-        let ground = with_studio.ground;
+        let (ground, exposure) = (with_studio.ground, with_studio.studio.exposure);
         let scene = self.scene(surfaces, with_studio, geometry.clone(), background, capabilities);
         wanted.begin(PrepareStep::View);
         let sampling = ViewSampling {
@@ -317,10 +318,12 @@ impl Preparer {
             labels: capabilities.labels,
             instruction_set: scene.instruction_set,
         };
-        let mut view =
-            View::new(camera.value.clone(), desc.film.clone(), sampling).map_err(|e| e.or_at(camera.span))?;
+        let exposure = (desc.film.exposure + exposure).clamp(-64.0, 64.0);
+        let film = FilmDesc { exposure, ..desc.film.clone() };
+        let mut view = View::new(camera.value.clone(), film, sampling).map_err(|e| e.or_at(camera.span))?;
         let catches = capabilities.splits_light && !scene.shadow_catchers.is_empty();
         view.film.aovs.know_scene(scene.light_groups.names(), catches);
+        view.prepare_denoiser(capabilities.splits_light);
         self.promise_film(&view.film)?;
         let own = wanted.integrator.is_none().then(|| desc.integrator.clone());
         let last = self.last.as_ref().filter(|last| {
@@ -378,7 +381,12 @@ impl Preparer {
         warnings.extend(placed.iter().flat_map(|placed| placed.warnings.iter().cloned()));
         warnings.extend((invalid > 0).then(|| super::lights::invalid_pixels(invalid)));
         let studio = match &desc.studio {
-            Some(studio) => studio.complete(desc, &total, compensates, &mut lights)?,
+            Some(studio) => {
+                let subject = |name: Option<&str>| {
+                    placed.map_or_else(|| Ok(Subject::new([], &total)), |placed| placed.subject(name))
+                };
+                studio.complete(desc, (&total, &subject), compensates, &mut lights)?
+            }
             None => DefaultStudio::default(),
         };
         sources.resize(lights.len(), None);
@@ -393,8 +401,8 @@ impl Preparer {
         if let (Some(placed), Some(_)) = (placed, &ground) {
             let floor = placed.primitives.len() as u32;
             light_groups.add(floor, None);
-            // An opaque floor without end would leave nothing of a transparent background.
-            desc.background.transparent.then(|| shadow_catchers.add(floor));
+            // An opaque floor without end would hide the backdrop, or leave nothing of a transparent background.
+            studio.catches_shadows.then(|| shadow_catchers.add(floor));
         }
         let has_studio = desc.studio.is_some();
         Ok(WithStudio {

@@ -22,6 +22,9 @@ impl Renderer {
                     film.sample_adaptively();
                 }
             }
+            if prepared.view.film.removes_fireflies() {
+                film.begin_brightest();
+            }
             film.extend(new)?;
         }
         Renderer::resume(prepared, film)

@@ -20,6 +20,8 @@ mod cryptomatte;
 #[cfg(test)]
 mod error_tests;
 mod extend;
+#[cfg(test)]
+mod firefly_tests;
 mod light;
 mod order;
 #[cfg(test)]
@@ -47,7 +49,8 @@ use std::sync::atomic::AtomicBool;
 
 use order::TileOrder;
 
-use crate::film::{Antialias, Film, Picture};
+use crate::denoise::{Buffers, denoise};
+use crate::film::{Antialias, Developed, Film, Picture};
 use crate::integrator::{Prepared, RayStats};
 use crate::schema::{ErrorCode, SceneError};
 
@@ -136,6 +139,24 @@ impl Renderer {
         self.prepared.view.film.samples_per_pixel()
     }
 
+    /// The picture so far as rows, without noise if the film's `denoise` is on and the picture has at most 16 million
+    /// pixels. `threads` of 0 uses all. Debug views are not told apart.
+    pub fn developed(&self, threads: usize) -> Developed<'_> {
+        let desc = &self.prepared.view.film;
+        let mut developed = self.film.developed(desc, threads);
+        if desc.denoise
+            && let Some(buffers) = Buffers::of_film(&self.film, desc, &developed, threads)
+        {
+            developed.recolor(&denoise(&buffers, threads, self.prepared.view.instruction_set));
+        }
+        developed
+    }
+
+    /// Whether [`Renderer::developed`] and [`Renderer::develop`] remove noise.
+    pub fn denoises(&self) -> bool {
+        self.prepared.view.film.denoise && Buffers::are_held(&self.film)
+    }
+
     /// The picture so far. Debug views replace display values as they need.
     pub fn develop(&self) -> Picture {
         self.develop_with(1)
@@ -143,7 +164,10 @@ impl Renderer {
 
     /// Like [`Renderer::develop`], on `threads` threads; 0 uses all.
     pub fn develop_with(&self, threads: usize) -> Picture {
-        let mut picture = self.film.develop(&self.prepared.view.film, threads);
+        let mut picture = match self.denoises() {
+            true => self.developed(threads).into_picture(threads),
+            false => self.film.develop(&self.prepared.view.film, threads),
+        };
         self.prepared.integrator.show(&mut picture);
         picture
     }

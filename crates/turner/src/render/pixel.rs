@@ -27,6 +27,8 @@ pub struct PixelRecord {
     pub count: u64,
     /// With "adaptive": the squares that were not divided further.
     pub squares: Vec<Square>,
+    /// The number of samples that `film.fireflies` scales down.
+    pub fireflies: usize,
     /// The pixel as rendered: linear scene values times coverage, and coverage. NaN if no sample was finite.
     pub color: [f32; 4],
 }
@@ -39,7 +41,7 @@ pub struct SampleRecord {
     /// Its position in the picture, in pixels from the top left corner: (column, row).
     pub place: [f64; 2],
     /// Its weight in the pixel. The weights add up to 1 if all samples are finite, and to less if
-    /// `film.clamp_sample` scales some.
+    /// `film.clamp_sample` or `film.fireflies` scales some.
     pub weight: f64,
     /// Its radiance, before `film.clamp_sample`.
     pub radiance: Radiance,
@@ -61,6 +63,8 @@ pub struct Square {
 pub(super) struct Log {
     /// Where the filter weights samples: what reaches the pixel.
     reach: Option<Reach>,
+    /// The pixel, if others are traced only to tell its fireflies.
+    only: Option<(u32, u32)>,
     pub(super) samples: Vec<(SampleId, Radiance)>,
     pub(super) count: u64,
     /// On the finest grid: corner, side, spread.
@@ -71,6 +75,9 @@ impl Log {
     pub(super) fn traced(&mut self, view: &View, ids: &[SampleId], radiance: &[Radiance]) {
         for (id, radiance) in ids.iter().zip(radiance) {
             if self.reach.as_ref().is_some_and(|reach| reach.weight(place_of(view, id)) == 0.0) {
+                continue;
+            }
+            if self.only.is_some_and(|only| only != (id.x, id.y)) {
                 continue;
             }
             self.count += 1;
@@ -109,7 +116,8 @@ pub fn pixel(p: &Prepared, x: u32, y: u32) -> Result<PixelRecord, SceneError> {
     let reach = desc
         .weights_samples()
         .then(|| Reach { filter: desc.filter(), center: [f64::from(x) + 0.5, f64::from(y) + 0.5] });
-    buffers.log = Some(Box::new(Log { reach: reach.clone(), ..Log::default() }));
+    let only = (desc.removes_fireflies() && reach.is_none()).then_some((x, y));
+    buffers.log = Some(Box::new(Log { reach: reach.clone(), only, ..Log::default() }));
     buffers.region = film.region;
     let all = 0..u64::from(desc.samples_per_pixel());
     for tile in 0..film.tiles().count() {
@@ -125,6 +133,8 @@ pub fn pixel(p: &Prepared, x: u32, y: u32) -> Result<PixelRecord, SceneError> {
     let counted = log.samples.iter().filter(|(_, r)| finite(r)).count() as f64;
     let counted = counted + (log.count - log.samples.len() as u64) as f64;
     let total = film.weight(x, y);
+    let limit = film.firefly_limit(x, y);
+    let mut fireflies = 0;
     let samples = log.samples.iter().map(|&(id, radiance)| {
         let (place, weight) = if adaptive {
             let touching = |[left, top]: [u32; 2], size: u32| {
@@ -143,17 +153,22 @@ pub fn pixel(p: &Prepared, x: u32, y: u32) -> Result<PixelRecord, SceneError> {
             let weight = reach.as_ref().map_or(1.0 / counted, |reach| reach.weight(place) / total);
             (place, if finite(&radiance) { weight } else { 0.0 })
         };
-        SampleRecord {
-            id,
-            place,
-            weight: weight * f64::from(view.film.clamp_factor(radiance.color)),
-            radiance,
-        }
+        let clamped = f64::from(view.film.clamp_factor(radiance.color));
+        let contribution = f64::from(radiance.color.luminance()) * clamped * weight * total;
+        let kept = match limit {
+            Some(limit) if contribution > f64::from(limit) => {
+                fireflies += 1;
+                f64::from(limit) / contribution
+            }
+            _ => 1.0,
+        };
+        SampleRecord { id, place, weight: weight * clamped * kept, radiance }
     });
+    let samples = samples.collect();
     let squares = log.squares.iter().map(|&(corner, size, spread)| Square {
         corner: corner.map(|c| f64::from(c) / cells),
         size: f64::from(size) / cells,
         spread,
     });
-    Ok(PixelRecord { x, y, samples: samples.collect(), count: log.count, squares: squares.collect(), color })
+    Ok(PixelRecord { x, y, samples, count: log.count, squares: squares.collect(), fireflies, color })
 }

@@ -143,7 +143,7 @@ fn a_panorama_of_the_studio_is_the_studio() {
         // A fisheye shows the same in its circle, and black outside.
         let picture = render(&around(fisheye.clone().into(), &integrator)).0;
         let front = prepared.radiance(v(0.02, 0.02, -1.0));
-        assert!((pixel(&picture, 32, 15)[0] - front.g).abs() < 0.02, "{:?}", pixel(&picture, 32, 15));
+        assert!((pixel(&picture, 32, 15)[0] - front.g).abs() < 0.05, "{:?}", pixel(&picture, 32, 15));
         for (x, y) in [(0, 0), (14, 15), (49, 15), (32 + 12, 3)] {
             assert_eq!(pixel(&picture, x, y), [0.0; 3], "{}", integrator.type_name());
             assert_eq!(picture.linear[(y * 64 + x) as usize][3], 1.0);

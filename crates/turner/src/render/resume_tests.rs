@@ -8,7 +8,7 @@ use proptest::prelude::*;
 use super::{PassOptions, PassRange, Renderer, TileSet};
 use crate::color::Spectrum;
 use crate::description::{ObjectDesc, SceneDesc, SceneLight};
-use crate::film::{Antialias, Aov, Aovs, Film, SampleSet};
+use crate::film::{Antialias, Aov, Aovs, Film, Fireflies, SampleSet};
 use crate::filter::FilterKind;
 use crate::integrator::{Caustics, IntegratorDesc, PathDesc, Prepared, SharedPathsMode};
 use crate::light::{LightDesc, PointDesc};
@@ -17,7 +17,7 @@ use crate::math::DVec3;
 use crate::schema::{ColorSource, ErrorCode, Limits, MaterialId, Named, PrepareOptions};
 use crate::shape::{PlaneDesc, ShapeDesc, SphereDesc};
 
-pub(super) const KINDS: [&str; 14] = [
+pub(super) const KINDS: [&str; 16] = [
     "path",
     "shared-paths",
     "light",
@@ -32,6 +32,8 @@ pub(super) const KINDS: [&str; 14] = [
     "tent-aovs",
     "adaptive-aovs",
     "one-aovs",
+    "fireflies",
+    "tent-fireflies",
 ];
 
 /// A glass sphere and a diffuse one on a floor under a point light.
@@ -43,13 +45,16 @@ pub(super) fn scene(kind: &str) -> Prepared {
     if kind.ends_with("aovs") {
         desc.film.aovs = Aovs::new(&Aov::all().collect::<Vec<_>>());
     }
+    if kind.ends_with("fireflies") {
+        desc.film.fireflies = Fireflies::Remove;
+    }
     match kind {
         "shared-aovs" | "shared-paths" => shared_paths = SharedPathsMode::Always,
         "shared-wide" => {
             shared_paths = SharedPathsMode::Always;
             (desc.film.filter, desc.film.filter_radius) = (FilterKind::BlackmanHarris, Some(3.5));
         }
-        "tent" | "tent-aovs" => desc.film.filter = FilterKind::Tent,
+        "tent" | "tent-aovs" | "tent-fireflies" => desc.film.filter = FilterKind::Tent,
         "light" => caustics = Caustics::LightTracing,
         "light-gaussian" => {
             (caustics, desc.film.filter) = (Caustics::LightTracing, FilterKind::Gaussian);
@@ -336,7 +341,7 @@ fn a_preview_shows_every_pixel_and_changes_no_byte() {
         // Where pixels do not share paths, no sample is traced twice.
         let pixels = u64::from(scene.view.film.samples_per_pixel()) * 53 * 37;
         match kind {
-            "path" | "light" | "one" | "tent" | "light-gaussian" => {
+            "path" | "light" | "one" | "tent" | "light-gaussian" | "fireflies" | "tent-fireflies" => {
                 assert_eq!(renderer.stats.camera, pixels, "{kind}")
             }
             "photons" => assert_eq!(renderer.stats.camera, pixels + rays),

@@ -201,7 +201,7 @@ impl<'a> TileBuffers<'a> {
             }
             return;
         }
-        if self.estimates_error {
+        if self.estimates_error || self.p.view.film.removes_fireflies() {
             let PixelRect { x, y, width, .. } = self.sums.rect();
             for (id, &Radiance { color, alpha }) in samples {
                 let i = ((id.y - y) * width + id.x - x) as usize;

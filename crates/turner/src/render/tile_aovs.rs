@@ -50,9 +50,10 @@ impl<'a> TileAovs<'a> {
 impl TileBuffers<'_> {
     /// Clears the sums for a tile.
     pub(super) fn begin_sums(&mut self, tile: &PixelRect) {
-        let reach = tile.grown(self.p.view.film.border(), &self.region);
+        let reach = tile.grown(self.p.view.film.reach(), &self.region);
         let channels = self.aovs.as_ref().map_or(0, |aovs| aovs.channels);
         self.sums.reset(reach, channels, self.estimates_error);
+        self.sums.keep_brightest(self.p.view.film.removes_fireflies());
         if let Some(aovs) = &mut self.aovs {
             aovs.labels.reset(*tile, reach, &aovs.label_channels);
         }

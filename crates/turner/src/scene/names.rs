@@ -101,6 +101,22 @@ impl NameCollector {
         self.add(first, None, Some(number));
     }
 
+    /// Whether a primitive belongs to an object or an instance of a name, by its ID.
+    pub(crate) fn is_named(&self, primitive: u32, name: &str) -> bool {
+        let Some(number) = self.known.get(name) else { return false };
+        let next = self.names.runs.partition_point(|run| run.first <= primitive);
+        let run = next.checked_sub(1).and_then(|i| self.names.runs.get(i));
+        let entry = self.names.entries.partition_point(|(first, _)| *first <= primitive);
+        let entry = entry.checked_sub(1).and_then(|i| self.names.entries.get(i));
+        run.is_some_and(|run| run.outer == *number || run.inner == *number)
+            || entry.is_some_and(|(_, name)| name == number)
+    }
+
+    /// All names.
+    pub(crate) fn all(&self) -> Vec<&str> {
+        self.names.names.iter().map(String::as_str).collect()
+    }
+
     pub(crate) fn finish(self) -> ObjectNames {
         self.names
     }

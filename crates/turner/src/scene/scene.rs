@@ -153,6 +153,19 @@ impl ObjectTransform {
 }
 
 impl Scene {
+    /// The same scene with the lights of the default studio turned about +y, in degrees: they follow a camera that
+    /// circles the scene. `None` if the studio does not light the scene.
+    pub fn with_turned_studio(&self, degrees: f64) -> Option<Scene> {
+        let of_studio = |i: usize| self.light_sources.get(i).is_some_and(Option::is_none);
+        let turned = |(i, light): (usize, &Light)| match light {
+            Light::Environment(l) if of_studio(i) => Light::Environment(l.turned(degrees)),
+            light => light.clone(),
+        };
+        let has_studio = (0..self.lights.len()).any(of_studio);
+        has_studio
+            .then(|| Scene { lights: self.lights.iter().enumerate().map(turned).collect(), ..self.clone() })
+    }
+
     /// Whether background, light groups, shadow catchers and names are those of another scene.
     pub(crate) fn has_settings_of(&self, other: &Scene) -> bool {
         self.background == other.background

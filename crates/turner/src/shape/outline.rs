@@ -16,6 +16,27 @@ fn circle([center, x, y]: [DVec3; 3]) -> impl Iterator<Item = DVec3> {
     })
 }
 
+/// The vertices that reach farthest in each of 26 directions: those of a large mesh that are not to be left out.
+fn farthest(positions: &[[f32; 3]]) -> Vec<[f32; 3]> {
+    let mut directions = Vec::new();
+    for i in 0..27 {
+        let d = [i / 9, i / 3 % 3, i % 3].map(|v| v as f32 - 1.0);
+        let length = d.iter().map(|v| v * v).sum::<f32>().sqrt();
+        if length > 0.0 {
+            directions.push((d.map(|v| v / length), f32::NEG_INFINITY, [0.0; 3]));
+        }
+    }
+    for p in positions {
+        for (d, most, at) in &mut directions {
+            let reach = d[0] * p[0] + d[1] * p[1] + d[2] * p[2];
+            if reach > *most {
+                (*most, *at) = (reach, *p);
+            }
+        }
+    }
+    directions.into_iter().filter(|(_, most, _)| most.is_finite()).map(|(_, _, at)| at).collect()
+}
+
 impl Shape {
     /// Surface points in the shape's own space whose convex hull approximates that of the shape. Empty for
     /// unbounded shapes. Spheres and tori are sampled by circles, large meshes by some of their vertices.
@@ -64,8 +85,11 @@ impl Shape {
             }
             Shape::Mesh(mesh) => {
                 let positions = &mesh.data().positions;
-                let vertices = positions.iter().step_by(positions.len() / MAX_POINTS + 1);
-                vertices.map(|p| DVec3::from(p.map(f64::from))).filter(|p| p.is_finite()).collect()
+                let step = positions.len() / MAX_POINTS + 1;
+                let chosen = positions.iter().step_by(step);
+                let farthest = if step > 1 { farthest(positions) } else { Vec::new() };
+                let vertices = chosen.chain(&farthest).map(|p| DVec3::from(p.map(f64::from)));
+                vertices.filter(|p| p.is_finite()).collect()
             }
             Shape::Points(points) => {
                 let step = points.count() / MAX_POINTS + 1;

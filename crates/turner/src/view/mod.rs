@@ -36,6 +36,15 @@ pub struct View {
 }
 
 impl View {
+    /// Makes the film hold what the denoiser needs, if it is on and there is noise to remove. `splits_light`: the
+    /// integrator tells kinds of light apart.
+    pub(crate) fn prepare_denoiser(&mut self, splits_light: bool) {
+        let is_noisy = self.sobol && self.film.antialias == Antialias::MonteCarlo && self.film.samples > 1;
+        if self.film.denoise && splits_light && is_noisy {
+            self.film.aovs.hold_guides();
+        }
+    }
+
     /// A view through a camera. With `filtered`, texture lookups are filtered over the footprint of a pixel. With
     /// `labels`, the film has no anti-aliasing, whatever it asks for.
     ///

@@ -2,7 +2,7 @@
 
 use crate::color::Spectrum;
 use crate::film::{Aov, FilmDesc, layers};
-use crate::integrator::{CaughtLight, Radiance, SampleDetails};
+use crate::integrator::{CaughtLight, DenoisingSample, Radiance, SampleDetails};
 
 /// Less light than this fraction of the sample, which remains for "default" after all groups, is rounding.
 const ROUNDING: f32 = 1e-6;
@@ -20,6 +20,7 @@ pub(super) struct SampleLight<'a> {
     groups: &'a [Spectrum],
     names: &'a [String],
     rays: u32,
+    denoising: DenoisingSample,
 }
 
 impl<'a> SampleLight<'a> {
@@ -33,8 +34,9 @@ impl<'a> SampleLight<'a> {
         names: &'a [String],
     ) -> SampleLight<'a> {
         let rays = details.rays.get(sample).copied().unwrap_or(0);
+        let denoising = details.denoising.get(sample).copied().unwrap_or_default();
         let Some(part) = details.parts.get(sample) else {
-            return SampleLight { rays, ..SampleLight::default() };
+            return SampleLight { rays, denoising, ..SampleLight::default() };
         };
         let by = film.clamp_factor(radiance.color);
         let indirect = radiance.color - part.emission - part.direct;
@@ -48,6 +50,7 @@ impl<'a> SampleLight<'a> {
             groups: groups.unwrap_or_default(),
             names,
             rays,
+            denoising,
         }
     }
 
@@ -59,6 +62,9 @@ impl<'a> SampleLight<'a> {
             Aov::Indirect => append(values, self.indirect),
             Aov::LightGroups => self.append_groups(values),
             Aov::Cost => values.push(self.rays as f32),
+            Aov::Denoising => {
+                values.extend(self.denoising.values(self.color, self.by).map(finite));
+            }
             _ => return false,
         }
         true

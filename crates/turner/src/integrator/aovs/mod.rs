@@ -48,7 +48,7 @@ impl<'a> SampleAovs<'a> {
         if !view.film.aovs.has_channels() {
             return None;
         }
-        let aovs = view.film.aovs.iter().filter(|aov| aov.has_sums()).collect();
+        let aovs = view.film.aovs.summed().collect();
         Some(SampleAovs {
             scene,
             view,
@@ -70,6 +70,7 @@ impl<'a> SampleAovs<'a> {
             groups: self.aovs.contains(&Aov::LightGroups),
             rays: self.aovs.contains(&Aov::Cost),
             hits: true,
+            denoising: self.aovs.contains(&Aov::Denoising),
         });
     }
 
@@ -199,6 +200,7 @@ fn value(aov: Aov, at: &AovHit<'_>) -> [f64; 3] {
         | Aov::Cost
         | Aov::Shadow
         | Aov::Variance
+        | Aov::Denoising
         | Aov::Error
         | Aov::ObjectId
         | Aov::MaterialId

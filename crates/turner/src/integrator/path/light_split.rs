@@ -75,6 +75,11 @@ impl LightSplit {
         }
     }
 
+    /// The light of photons that a sample has gained in this step.
+    pub(super) fn photons(&self, sample: u32) -> Spectrum {
+        self.photons.get(sample as usize).copied().unwrap_or_default()
+    }
+
     /// The vertices of a round are shaded; the light that they sample is not yet added.
     pub(super) fn shaded(&mut self, samples: &[u32], out: &[Radiance]) {
         if !self.active {

@@ -29,6 +29,7 @@ use super::Context;
 use super::caustics::{CausticsStrategy, PhotonMap, ReversePdf};
 use super::first_hits::FirstHits;
 use super::group_split::GroupSplit;
+use super::guides::Guides;
 use super::light_split::LightSplit;
 use super::media::Media;
 use super::ray_counts::RayCounts;
@@ -36,18 +37,16 @@ use super::record::{Off, Record};
 use super::settings::{Bounces, Settings};
 use super::shade::FIRST_SET;
 use super::shadow_catcher::ShadowCatcher;
+use super::shadow_rays::ShadowRays;
 use super::shared_paths::SharedPaths;
 use super::simd_shading::VertexBlocks;
-use super::volume_light::ShadowRayMedia;
 use crate::color::Spectrum;
 use crate::integrator::{AskedDetails, CameraSamples, Radiance, RayStats, SampleDetails, Tracer, footprint};
 use crate::light::Receiver;
 use crate::math::{DVec3, Ray, RayCone};
 use crate::sampler::{OwenSobol, SampleId, VertexNumbers};
 use crate::scene::emitters::LightSample;
-use crate::scene::{
-    EscapedRays, Hit, LightBatch, RayBatch, RayOrigin, Scene, SpectrumBlock, SurfaceInteraction,
-};
+use crate::scene::{EscapedRays, Hit, LightBatch, RayBatch, RayOrigin, Scene, SurfaceInteraction};
 use crate::view::View;
 
 /// The state of the path of one sample.
@@ -71,6 +70,8 @@ pub(super) struct Path {
     pub(super) transparent: u32,
     /// Whether the ray is still the camera ray, unscattered.
     pub(super) from_camera: bool,
+    /// Whether every surface so far let the ray through, so that what it reaches is seen behind them.
+    pub(super) seen_through: bool,
     /// Whether light sampling cannot find an emitter that this ray hits: for camera rays and rays of delta lobes.
     pub(super) specular_bounce: bool,
     /// Whether any vertex so far scattered by a non-delta lobe.
@@ -103,6 +104,7 @@ impl Path {
         self.bounces = Bounces::default();
         self.transparent = 0;
         self.from_camera = true;
+        self.seen_through = true;
         self.specular_bounce = true;
         self.any_nonspecular = false;
         self.pdf = 1.0;
@@ -167,46 +169,6 @@ impl RayQueue {
     }
 }
 
-/// The shadow rays of one round, with the radiance that each contributes to its sample if unoccluded.
-#[derive(Default)]
-pub(super) struct ShadowRays {
-    rays: RayBatch,
-    light: Vec<(u32, Spectrum)>,
-    through: Vec<SpectrumBlock>,
-    /// In scenes with media: the media state of each ray.
-    media: Vec<ShadowRayMedia>,
-}
-
-impl ShadowRays {
-    pub(super) fn push(&mut self, ray: &Ray, from: &SurfaceInteraction, sample: u32, light: Spectrum) {
-        self.push_ray(ray, from.hit.origin(), sample, light);
-    }
-
-    #[inline]
-    pub(super) fn push_ray(&mut self, ray: &Ray, from: RayOrigin, sample: u32, light: Spectrum) {
-        self.rays.push_leaving(ray, from);
-        self.light.push((sample, light));
-    }
-
-    /// Adds a ray from a point in a medium.
-    pub(super) fn push_from_medium(
-        &mut self,
-        ray: &Ray,
-        sample: u32,
-        light: Spectrum,
-        media: ShadowRayMedia,
-    ) {
-        self.rays.push(ray);
-        self.light.push((sample, light));
-        self.media.push(media);
-    }
-
-    /// Sets the media state of the next ray.
-    pub(super) fn push_media(&mut self, media: ShadowRayMedia) {
-        self.media.push(media);
-    }
-}
-
 /// A batch of paths while it is traced. Its buffers are reused from batch to batch.
 pub(super) struct PathBatch<'a, R = Off> {
     pub(super) settings: Settings,
@@ -244,6 +206,8 @@ pub(super) struct PathBatch<'a, R = Off> {
     pub(super) counts: RayCounts,
     /// The hits of camera rays, if they are asked for.
     first_hits: FirstHits,
+    /// The surfaces that the denoiser is guided by, if they are asked for.
+    pub(super) guides: Guides,
     /// The light that arrives at shadow catchers.
     pub(super) catcher: ShadowCatcher,
     /// Records the path of a single sample, or nothing.
@@ -278,6 +242,7 @@ impl<'a, R> PathBatch<'a, R> {
             groups: GroupSplit::default(),
             counts: RayCounts::default(),
             first_hits: FirstHits::default(),
+            guides: Guides::default(),
             catcher: ShadowCatcher::new(scene),
             record,
         }
@@ -298,6 +263,7 @@ impl<R: Record> Tracer for PathBatch<'_, R> {
         }
         self.counts.turn_on(asked.rays);
         self.first_hits.turn_on(asked.hits);
+        self.guides.turn_on(asked.denoising);
     }
 
     fn details(&self) -> SampleDetails<'_> {
@@ -307,6 +273,7 @@ impl<R: Record> Tracer for PathBatch<'_, R> {
             rays: self.counts.rays(),
             caught: self.catcher.caught(),
             hits: self.first_hits.hits(),
+            denoising: self.guides.samples(),
         }
     }
 
@@ -332,6 +299,7 @@ impl<R: Record> Tracer for PathBatch<'_, R> {
         self.groups.begin(count);
         self.counts.begin(count);
         self.first_hits.begin();
+        self.guides.begin(count);
         self.catcher.begin(count);
         self.begin_shared_paths(&samples.ids);
         self.queue.rays.copy(&samples.rays);
@@ -357,6 +325,7 @@ impl<R: Record> PathBatch<'_, R> {
         self.scene.intersect_batch(&mut queue.rays, &mut hits);
         self.first_hits.found(&hits);
         self.split.begin_round(&queue.samples, &self.paths, out);
+        self.guides.begin_round(&queue.samples, out);
         self.counts.add_all(&queue.samples);
         if let Some(volumes) = &self.scene.volumes {
             self.sample_media(volumes, &mut queue, &mut hits, out, stats);
@@ -365,6 +334,7 @@ impl<R: Record> PathBatch<'_, R> {
         let mut surfaces = std::mem::take(&mut self.surfaces);
         let mut lights = std::mem::take(&mut self.lights);
         self.prepare(&queue, &hits, &mut surfaces, &mut lights);
+        self.find_guides(&queue, &hits, &surfaces);
         let mut escaped = std::mem::take(&mut self.escaped);
         escaped.clear();
         let missing = (0..queue.samples.len()).zip(&hits).filter(|(_, hit)| hit.is_none());
@@ -395,9 +365,11 @@ impl<R: Record> PathBatch<'_, R> {
         self.shared_paths.donated = donated;
         self.trace_reconnections(stats);
         self.trace_catcher_rays(stats);
+        self.guides.shaded(&queue.samples, out, &self.split);
         self.split.shaded(&queue.samples, out);
         self.trace_shadow_rays(out, stats);
         self.split.lit(&queue.samples, out);
+        self.guides.lit(&queue.samples, out);
         queue.clear();
         self.queue = std::mem::replace(&mut self.next, queue);
     }

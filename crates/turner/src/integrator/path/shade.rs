@@ -15,7 +15,7 @@ use crate::material::{AlphaMode, Material, OpenPbr};
 use crate::math::Ray;
 use crate::scene::caustic_targets::CausticTargets;
 use crate::scene::emitters::LightSample;
-use crate::scene::{Hit, SurfaceInteraction};
+use crate::scene::{Hit, Scene, SurfaceInteraction};
 
 /// Sets of random numbers: one for the position in the pixel, one for the lens, then two for each vertex.
 pub(super) const FIRST_SET: u32 = 2;
@@ -84,6 +84,12 @@ impl Settings {
     }
 }
 
+/// Whether the camera sees the background instead of environment lights.
+#[inline]
+fn hides_environment(scene: &Scene) -> bool {
+    scene.background.transparent || !scene.background.environment
+}
+
 /// The factor by which `clamp_indirect` has scaled light.
 #[inline]
 pub(super) fn clamped_by(light: Spectrum, added: Spectrum) -> f32 {
@@ -106,13 +112,18 @@ impl<R: Record> PathBatch<'_, R> {
             pixel.alpha = 0.0;
             return;
         }
+        // Glass in front of a transparent background is transparent as far as light passes it.
+        if path.seen_through && scene.background.transparent {
+            pixel.alpha = 1.0 - (path.beta.to_array().iter().sum::<f32>() / 3.0).clamp(0.0, 1.0);
+            return;
+        }
         let mut beta = path.beta;
         let transmittance = path.media.transmittance(f64::INFINITY);
         if let Some(transmittance) = transmittance {
             beta = beta * transmittance;
         }
         self.record.note(|r| r.escaped(path, ray, transmittance, beta));
-        if path.from_camera && !scene.background.environment {
+        if path.seen_through && !scene.background.environment {
             let background = scene.background.color(ray.direction);
             let added = self.settings.add(path, beta * background, pixel);
             self.record.note(|r| r.at_escape(|e| (e.background, e.contribution) = (background, added)));
@@ -327,7 +338,10 @@ impl<R: Record> PathBatch<'_, R> {
         self.record.note(|r| {
             r.sampled_light(lit, wi, met.f, met.pdf, wi_local.z.abs(), (candidates, resampling_weight))
         });
-        if met.f.is_black() {
+        // Behind glass the background is seen instead of the lights of the environment.
+        let hides_lights = hides_environment(self.scene);
+        let is_behind = hides_lights && path.seen_through && crosses && !lit.finite && !lit.is_delta;
+        if met.f.is_black() || is_behind {
             return;
         }
         let light_path_ratio = match self.strategy {
@@ -419,6 +433,7 @@ impl<R: Record> PathBatch<'_, R> {
         self.record.note(|r| r.scattered(wi, &s, terminator, path.beta));
         path.bounces = bounces;
         path.from_camera = false;
+        path.seen_through &= crosses && !s.lobe.is_diffuse;
         path.specular_bounce = s.lobe.is_delta;
         path.any_nonspecular |= !s.lobe.is_delta;
         path.pdf = s.pdf;

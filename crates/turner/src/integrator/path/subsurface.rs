@@ -209,6 +209,7 @@ impl<'a, R: Record> PathBatch<'a, R> {
         path.beta = path.beta * weight;
         path.vertex += 1;
         path.from_camera = false;
+        path.seen_through = false;
         self.forget_light_paths(sample);
         let path = &mut self.paths[sample as usize];
         if path.beta.is_black() {

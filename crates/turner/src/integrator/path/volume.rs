@@ -268,6 +268,7 @@ impl<R: Record> PathBatch<'_, R> {
         path.vertex += 1;
         path.bounces.total += 1;
         path.from_camera = false;
+        path.seen_through = false;
         path.specular_bounce = false;
         path.any_nonspecular = true;
         // A light hit from here weighs this density against p_L. The factor accounts for strategies 1 and 3 together.

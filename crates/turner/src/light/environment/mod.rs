@@ -25,9 +25,9 @@ params! {
     /// right. The upper edge is the zenith, the lower edge the nadir. EXR and HDR files hold linear radiance; images
     /// of 8 and 16 bits are read as sRGB. Negative and non-finite samples count as 0; alpha is ignored.
     pub struct EnvironmentDesc as "environment" {
-        /// The image, as a path relative to the scene file. Without it a neutral studio is used: a large soft light
-        /// at the upper left of the front (+z), a dimmer one on the right, and a strip behind. In the studio a white
-        /// floor has a brightness of about 0.9.
+        /// The image, as a path relative to the scene file. Without it a neutral studio is used: a white sweep
+        /// under a dark ceiling, a large soft light at the upper left of the front (+z), a dim one on the right, and a
+        /// third high behind. In the studio a white floor has a brightness of about 0.9.
         file: Option<ImageId> = None;
         /// Multiplies the light.
         strength: f64 = 1.0, in Range::NON_NEGATIVE;
@@ -172,6 +172,41 @@ impl EnvironmentLight {
     /// The pdf of [`EnvironmentLight::sample`] for a direction, per solid angle.
     pub fn pdf(&self, direction: DVec3) -> f64 {
         self.prepared.distribution.pdf(self.to_image(direction))
+    }
+
+    /// The same environment after a further rotation about +y, in degrees.
+    pub(crate) fn turned(&self, degrees: f64) -> EnvironmentLight {
+        let (s, c) = crate::math::elementary::sin_cos(radians(degrees));
+        let (sin, cos) = self.rotation;
+        EnvironmentLight { rotation: (sin * c + cos * s, cos * c - sin * s), ..self.clone() }
+    }
+
+    /// How bright unshadowed white surfaces with these unit normals are: the luminance of their irradiance over π, to
+    /// within a few percent.
+    pub(crate) fn brightness(&self, normals: &[DVec3]) -> Vec<f64> {
+        const COLUMNS: u32 = 128;
+        const ROWS: u32 = 64;
+        let map = &self.prepared.map;
+        let (width, height) = map.size();
+        let mut blocks = vec![0.0; (COLUMNS * ROWS) as usize];
+        let block_of = |i: u32, n: u32, of: u32| (u64::from(i) * u64::from(n) / u64::from(of)) as u32;
+        for (y, solid_angle) in (0..height).zip(map::solid_angles(width, height)) {
+            let row = block_of(y, ROWS, height) * COLUMNS;
+            for x in 0..width {
+                let radiance = self.scaled(map.pixel(x, y)).luminance();
+                blocks[(row + block_of(x, COLUMNS, width)) as usize] += f64::from(radiance) * solid_angle;
+            }
+        }
+        let mut sums = vec![0.0; normals.len()];
+        for (i, light) in (0..).zip(blocks).filter(|(_, light)| *light > 0.0) {
+            let (row, column) = (f64::from(i / COLUMNS) + 0.5, f64::from(i % COLUMNS) + 0.5);
+            let (sin, cos) = crate::math::elementary::sin_cos(std::f64::consts::PI * row / f64::from(ROWS));
+            let direction = self.to_world(map::direction_at(column / f64::from(COLUMNS), sin, cos));
+            for (sum, normal) in sums.iter_mut().zip(normals) {
+                *sum += light * direction.dot(*normal).max(0.0) * std::f64::consts::FRAC_1_PI;
+            }
+        }
+        sums
     }
 
     /// The radiance integrated over all directions. Times π r² it is the power that falls on a sphere of radius r.

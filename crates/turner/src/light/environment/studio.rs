@@ -1,8 +1,9 @@
 //! The built-in studio: a photographer's studio for product shots, in white and grey.
 //!
-//! A soft grey room, brighter towards the ceiling, with three soft boxes: a large key light at the upper left of the
-//! front (+z), a dimmer upright fill light on the right, and a thin rim light behind. A white floor under them has a
-//! brightness of 0.9: they suit exposure 0.
+//! A white sweep, that is a white floor that curves up into white walls, under a dark ceiling, with three soft boxes: a
+//! large key light at the upper left of the front (+z), a dim upright fill light on the right, and a rim light high
+//! behind. An unshadowed white floor has a brightness of 0.87: they suit exposure 0. White below gives soft light from all
+//! sides, and the dark ceiling gives mirrors and glass contrast and black objects their shape.
 //!
 //! ```text
 //!   from above:        rim
@@ -25,32 +26,35 @@ const WIDTH: u32 = 512;
 const HEIGHT: u32 = WIDTH / 2;
 
 /// Radiance of the room: straight down, at the horizon, straight up.
-const FLOOR: f64 = 0.2;
-const WALL: f64 = 0.28;
-const CEILING: f64 = 0.4;
+const FLOOR: f64 = 0.7;
+const WALL: f64 = 0.75;
+const CEILING: f64 = 0.12;
+
+/// The sine of the elevation above which there is ceiling.
+const SWEEP: f64 = 0.35;
 
 const KEY: SoftBox = SoftBox {
-    radiance: 5.25,
-    azimuth: -38.0,
-    elevation: 42.0,
+    radiance: 5.0,
+    azimuth: -46.0,
+    elevation: 44.0,
     half_width: 22.0,
-    half_height: 16.0,
-    softness: 0.25,
-};
-const FILL: SoftBox = SoftBox {
-    radiance: 2.0,
-    azimuth: 62.0,
-    elevation: 18.0,
-    half_width: 9.0,
-    half_height: 26.0,
+    half_height: 18.0,
     softness: 0.3,
 };
+const FILL: SoftBox = SoftBox {
+    radiance: 0.9,
+    azimuth: 65.0,
+    elevation: 22.0,
+    half_width: 14.0,
+    half_height: 26.0,
+    softness: 0.4,
+};
 const RIM: SoftBox = SoftBox {
-    radiance: 3.0,
+    radiance: 3.2,
     azimuth: 180.0,
-    elevation: 32.0,
-    half_width: 42.0,
-    half_height: 3.5,
+    elevation: 45.0,
+    half_width: 40.0,
+    half_height: 8.0,
     softness: 0.4,
 };
 
@@ -73,7 +77,7 @@ pub(super) fn image() -> Image {
 
 /// Radiance of the room by height, −1 the floor and 1 the ceiling.
 fn room_radiance(height: f64) -> f64 {
-    FLOOR + (WALL - FLOOR) * smooth(-1.0, 0.0, height) + (CEILING - WALL) * smooth(0.0, 1.0, height)
+    FLOOR + (WALL - FLOOR) * smooth(-1.0, 0.0, height) + (CEILING - WALL) * smooth(0.0, SWEEP, height)
 }
 
 /// Smooth step: 0 before `from`, 1 after `to`, 3t² − 2t³ between.

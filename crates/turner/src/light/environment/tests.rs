@@ -231,26 +231,24 @@ fn irradiance(light: &EnvironmentLight, n: DVec3) -> f64 {
 fn the_studio_suits_exposure_zero() {
     let studio = desc(false).prepare(&[], false).unwrap();
     let up = irradiance(&studio, DVec3::Y);
-    assert!((up - 0.9).abs() < 0.02, "{up}");
+    assert!((up - 0.865).abs() < 0.02, "{up}");
     let [front, left, right, back, down] =
         [DVec3::Z, DVec3::NEG_X, DVec3::X, DVec3::NEG_Z, DVec3::NEG_Y].map(|n| irradiance(&studio, n));
     // The key light is at the upper left of the front; no side is dark.
-    assert!(
-        up > front && front > left && left > right && right > down && down > 0.2,
-        "{front} {left} {right} {down}"
-    );
-    assert!(front > 1.5 * back, "{front} {back}");
+    assert!(left > 1.3 * right && front > 1.1 * back, "{front} {left} {right} {back}");
+    assert!([front, left, right, back, down].iter().all(|side| *side > 0.5), "{right} {down}");
     let (mut most, mut towards) = (0.0, DVec3::ZERO);
     for (d, _) in grid(512, 256) {
         let light = studio.radiance(d);
-        assert!(light.r == light.g && light.g == light.b && light.g >= 0.2, "{d} {light:?}");
+        assert!(light.r == light.g && light.g == light.b && light.g >= 0.1, "{d} {light:?}");
         if light.g > most {
             (most, towards) = (light.g, d);
         }
     }
-    assert!((5.0..=15.0).contains(&most), "{most}");
+    assert!((4.0..=15.0).contains(&most), "{most}");
     assert!(towards.x < -0.3 && towards.y > 0.5 && towards.z > 0.3, "{towards}");
-    assert!(studio.radiance(DVec3::Y).g > studio.radiance(DVec3::NEG_Y).g);
+    // A white floor, a dark ceiling.
+    assert!(studio.radiance(DVec3::NEG_Y).g > 4.0 * studio.radiance(DVec3::Y).g);
     assert_eq!(studio.invalid_pixels(), 0);
     assert!(studio.memory() < 2 << 20);
 }

@@ -383,6 +383,7 @@ impl<R: Record> PathBatch<'_, R> {
         path.beta = get32(&shading.beta_next, lane);
         path.bounces = bounces;
         path.from_camera = false;
+        path.seen_through = false;
         path.specular_bounce = false;
         path.any_nonspecular = true;
         path.pdf = shading.pdf.0[lane];

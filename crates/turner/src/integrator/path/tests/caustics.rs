@@ -5,7 +5,7 @@ use std::f64::consts::PI;
 use crate::description::SceneDesc;
 use crate::filter::FilterKind;
 use crate::integrator::{Caustics, PathDesc};
-use crate::light::{Attenuation, DirectionalDesc, EnvironmentDesc, LightDesc, PointDesc};
+use crate::light::{Attenuation, DirectionalDesc, LightDesc, PointDesc, SkyDesc};
 use crate::material::{DielectricMaterial, MetalMaterial, PrincipledMaterial};
 use crate::math::DVec3;
 use crate::shape::{CylinderDesc, PlaneDesc, ShapeDesc};
@@ -90,15 +90,14 @@ fn of_area_lights() {
 #[test]
 fn of_infinite_lights() {
     let lit = |desc: SceneDesc| {
-        let around =
-            EnvironmentDesc { rotation: 40.0, tint: [1.0, 0.8, 0.6].into(), ..EnvironmentDesc::studio() };
+        let around = SkyDesc { elevation: 60.0, sun: false, ..SkyDesc::default() };
         let disc = DirectionalDesc {
             from: Some(v(0.5, 1.0, 0.6)),
             angle: 25.0,
             intensity: 2.0,
             ..DirectionalDesc::default()
         };
-        desc.lit(LightDesc::Environment(around)).lit(LightDesc::Directional(disc))
+        desc.lit(LightDesc::Sky(around)).lit(LightDesc::Directional(disc))
     };
     all_agree(lit, 256, 0.02);
 }

@@ -1,0 +1,121 @@
+//! One kind of light, ready to be fitted: divided by the albedo, without single bright samples, with a smooth variance.
+
+use super::{Buffers, Part, Rgb, around, box_mean};
+use crate::film::strips;
+
+/// Added to the albedo that light is divided by, so that black surfaces do not amplify their noise.
+const LEAST_ALBEDO: f32 = 0.05;
+
+/// A pixel's standard error, relative to its luminance, from which on single samples may dominate it.
+const DOMINATED: f32 = 0.4;
+
+/// Neighbours within two pixels that may be as bright as such a pixel.
+const AS_BRIGHT: usize = 6;
+
+/// Standard deviations over its other neighbours that such a pixel may keep.
+const KEPT: f32 = 4.0;
+
+/// Radius of the square over which variances are averaged.
+const SMOOTH: usize = 3;
+
+/// Light of each pixel, to be fitted.
+pub(super) struct Light {
+    pub(super) width: usize,
+    pub(super) height: usize,
+    /// Radiance over albedo.
+    pub(super) values: Vec<Rgb>,
+    /// Variance of the luminance of `values`, smoothed; 0 where there is no noise.
+    pub(super) variance: Vec<f32>,
+    divides: bool,
+}
+
+pub(super) fn luminance(v: &Rgb) -> f32 {
+    0.2126 * v[0] + 0.7152 * v[1] + 0.0722 * v[2]
+}
+
+fn factor(guide: &[f32; super::GUIDES]) -> Rgb {
+    std::array::from_fn(|c| guide[c].clamp(0.0, 1.0) + LEAST_ALBEDO)
+}
+
+impl Light {
+    /// `is_seen`: the light is that of emitters that are seen, which surfaces do not reflect.
+    pub(super) fn new(
+        buffers: &Buffers,
+        part: &Part,
+        guides: &[[f32; super::GUIDES]],
+        is_seen: bool,
+        threads: usize,
+    ) -> Light {
+        let (width, height) = (buffers.width, buffers.height);
+        let count = width * height;
+        let over_albedo = |i: usize| {
+            let by = if is_seen { [1.0; 3] } else { factor(&guides[i]) };
+            let scale = 1.0 / luminance(&by);
+            let value: Rgb = std::array::from_fn(|c| part.mean[i][c] / by[c]);
+            (value, part.variance[i] * scale * scale)
+        };
+        let raw: Vec<(Rgb, f32)> = strips::map(count, threads, over_albedo);
+        let bright: Vec<f32> = raw.iter().map(|(value, _)| luminance(value)).collect();
+        let limited = strips::map(count, threads, |i| {
+            let (value, variance) = raw[i];
+            let by = limit(&bright, [width, height], i, variance);
+            (value.map(|v| v * by), variance * by * by)
+        });
+        let mut variance = smoothed(&limited, [width, height], threads);
+        if is_seen {
+            let noise: Vec<f32> = limited.iter().map(|(_, variance)| *variance).collect();
+            let is_noisy = opened(&noise, [width, height], threads);
+            variance.iter_mut().zip(is_noisy).for_each(|(v, noisy)| *v = if noisy { *v } else { 0.0 });
+        }
+        let values = limited.into_iter().map(|(value, _)| value).collect();
+        Light { width, height, values, variance, divides: !is_seen }
+    }
+
+    /// What the values of a pixel are multiplied by to become radiance.
+    pub(super) fn factors<'a>(&self, guides: &'a [[f32; super::GUIDES]]) -> impl Fn(usize) -> Rgb + 'a {
+        let divides = self.divides;
+        move |i| if divides { factor(&guides[i]) } else { [1.0; 3] }
+    }
+}
+
+/// The factor by which a pixel that a single bright sample dominates becomes about as bright as its neighbours.
+fn limit(bright: &[f32], [width, height]: [usize; 2], i: usize, variance: f32) -> f32 {
+    let own = bright[i];
+    if variance.sqrt() <= DOMINATED * own {
+        return 1.0;
+    }
+    let (mut near, mut count) = ([0.0f32; 24], 0);
+    for j in around(width, height, i, 2).filter(|j| *j != i) {
+        near[count] = bright[j];
+        count += 1;
+    }
+    let near = &mut near[..count];
+    if count <= AS_BRIGHT {
+        return 1.0;
+    }
+    let (others, _, _) = near.select_nth_unstable_by(count - AS_BRIGHT, f32::total_cmp);
+    // In a fixed order, whatever the selection did.
+    others.sort_unstable_by(f32::total_cmp);
+    let scale = 1.0 / others.len() as f32;
+    let mean = others.iter().sum::<f32>() * scale;
+    let spread = others.iter().map(|v| (v - mean) * (v - mean)).sum::<f32>() * scale;
+    let most = mean + KEPT * spread.sqrt() + 1e-6;
+    if own > most { most / own } else { 1.0 }
+}
+
+/// Variances, averaged over a square; the dark pixels beside bright ones get the relative variance of the square at most.
+fn smoothed(light: &[(Rgb, f32)], [width, height]: [usize; 2], threads: usize) -> Vec<f32> {
+    let mean = box_mean(width, height, 1, threads, |i| luminance(&light[i].0));
+    let square = |i: usize| mean[i] * mean[i];
+    let absolute = box_mean(width, height, SMOOTH, threads, |i| light[i].1);
+    let relative = box_mean(width, height, SMOOTH, threads, |i| light[i].1 / (square(i) + 1e-12));
+    strips::map(width * height, threads, |i| absolute[i].min(square(i) * relative[i]))
+}
+
+/// Where variance is more than a line of one pixel, as at the edges of emitters: morphological opening with a square of
+/// 3 x 3 pixels.
+fn opened(variance: &[f32], [width, height]: [usize; 2], threads: usize) -> Vec<bool> {
+    let count = width * height;
+    let inner = strips::map(count, threads, |i| around(width, height, i, 1).all(|j| variance[j] > 0.0));
+    strips::map(count, threads, |i| around(width, height, i, 1).any(|j| inner[j]))
+}

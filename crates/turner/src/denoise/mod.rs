@@ -1,0 +1,134 @@
+//! The denoiser: a clean picture from few samples, by regression with features.
+//!
+//! The light of a pixel changes with what is seen there: its albedo, normal and distance. These *guides* are nearly free of
+//! noise. So around each pixel the noisy light is fitted by a linear function of the guides, and the fit replaces the
+//! light (Bitterli et al. 2016, "Nonlinearly Weighted First-order Regression for Denoising Monte Carlo Renderings"):
+//!
+//! ```text
+//!   samples ──► film ──► emission, direct, indirect light, each with its variance     [`Buffers`]
+//!                   └──► guides: albedo, normal, distance, each with its variance
+//!
+//!   guides   ──► noisy ones are averaged with similar neighbours                      guides
+//!   light    ──► divided by the albedo; single bright samples are limited             light
+//!   each of the three kinds of light:
+//!       weights of a window of 19 x 19 pixels, by the similarity of patches           weights
+//!       weighted fit: light = a + b · (x, y, albedo, normal, distance)                fit
+//!       the fits around a pixel, averaged with these weights, are its new light       tile
+//! ```
+//!
+//! Kinds of light are fitted apart, because their noise and their edges differ: shadows are sharp in direct light, and
+//! indirect light is smooth but noisy. Emission that is seen directly has no noise but at edges and out of focus.
+//!
+//! A fit holds for its whole window, so not every pixel needs its own: every third pixel of every third row has one, and
+//! further pixels where those around them are unlike.
+//!
+//! Tiles and the order of all sums are fixed, and lanes are independent numbers, so the result has the same bytes for any
+//! number of threads and any instruction set.
+
+// Loops over columns, rows and channels that are the same in several arrays, so that they become SIMD instructions.
+#![allow(clippy::needless_range_loop)]
+
+mod fit;
+mod guides;
+mod light;
+mod picture;
+#[cfg(test)]
+mod tests;
+mod tile;
+mod weights;
+
+use turner_bvh::InstructionSet;
+
+use crate::film::strips;
+use light::Light;
+#[cfg(test)]
+use light::luminance;
+
+/// Red, green and blue, linear.
+pub type Rgb = [f32; 3];
+
+/// Albedo (3), normal (3), binary logarithm of the distance.
+pub(crate) const GUIDES: usize = 7;
+
+/// A kind of light of each pixel.
+#[derive(Clone, Debug, Default)]
+pub struct Part {
+    /// Its mean over the samples of a pixel, row by row.
+    pub mean: Vec<Rgb>,
+    /// The variance of the luminance of that mean.
+    pub variance: Vec<f32>,
+}
+
+/// What the denoiser works on: a picture in parts, and its guides. All lists have `width` times `height` entries, row by
+/// row, and finite values.
+#[derive(Clone, Debug, Default)]
+pub struct Buffers {
+    /// Columns.
+    pub width: usize,
+    /// Rows.
+    pub height: usize,
+    /// Emitters and background, seen directly or by way of glass and mirrors.
+    pub emission: Part,
+    /// Light that a surface receives directly from emitters.
+    pub direct: Part,
+    /// All other light.
+    pub indirect: Part,
+    /// Means of albedo, normal and logarithmic distance.
+    pub guides: Vec<[f32; GUIDES]>,
+    /// Variances of the means of albedo, normal and logarithmic distance, each summed over its components.
+    pub guide_variances: Vec<[f32; 3]>,
+}
+
+/// The picture without noise: radiance of each pixel. `threads` of 0 uses all; neither they nor the instruction set change
+/// a bit.
+pub fn denoise(buffers: &Buffers, threads: usize, set: InstructionSet) -> Vec<Rgb> {
+    let (width, height) = (buffers.width, buffers.height);
+    let guides = guides::filtered(buffers, threads);
+    let mut out = vec![[0.0; 3]; width * height];
+    for (part, is_seen) in [(&buffers.emission, true), (&buffers.direct, false), (&buffers.indirect, false)] {
+        let light = Light::new(buffers, part, &guides, is_seen, threads);
+        let fitted = tile::fitted(&light, &guides, threads, set);
+        let factors = light.factors(&guides);
+        for (((to, light), fitted), i) in out.iter_mut().zip(&light.values).zip(&fitted).zip(0..) {
+            let new = fitted.map_or(*light, |fitted| fitted.map(|v| v.max(0.0)));
+            let factor = factors(i);
+            for c in 0..3 {
+                to[c] += new[c] * factor[c];
+            }
+        }
+    }
+    out
+}
+
+/// The mean over a square of `2 · radius + 1` pixels, as far as it lies in the picture.
+fn box_mean(
+    width: usize,
+    height: usize,
+    radius: usize,
+    threads: usize,
+    of: impl Fn(usize) -> f32 + Sync,
+) -> Vec<f32> {
+    let along = strips::rows(width, height, threads, |y, row: &mut [f32]| {
+        let values: Vec<f32> = (0..width).map(|x| of(y * width + x)).collect();
+        for (x, mean) in row.iter_mut().enumerate() {
+            let near = &values[x.saturating_sub(radius)..(x + radius + 1).min(width)];
+            *mean = near.iter().sum::<f32>() / near.len() as f32;
+        }
+    });
+    strips::rows(width, height, threads, |y, row: &mut [f32]| {
+        let near = y.saturating_sub(radius)..(y + radius + 1).min(height);
+        let scale = 1.0 / near.len() as f32;
+        for line in near {
+            row.iter_mut().zip(&along[line * width..(line + 1) * width]).for_each(|(sum, v)| *sum += v);
+        }
+        row.iter_mut().for_each(|v| *v *= scale);
+    })
+}
+
+/// The indices of the pixels within `radius` of a pixel, itself included.
+fn around(width: usize, height: usize, i: usize, radius: usize) -> impl Iterator<Item = usize> {
+    let (x, y) = (i % width, i / width);
+    let columns = x.saturating_sub(radius)..(x + radius + 1).min(width);
+    (y.saturating_sub(radius)..(y + radius + 1).min(height))
+        .flat_map(move |y| columns.clone().map(move |x| y * width + x))
+}

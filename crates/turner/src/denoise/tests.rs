@@ -1,0 +1,119 @@
+use turner_bvh::InstructionSet;
+
+use super::*;
+
+const WIDTH: usize = 100;
+const HEIGHT: usize = 70;
+
+/// A uniform number for a pixel.
+fn random(i: usize, k: u32) -> f32 {
+    let hash = (i as u32).wrapping_mul(2_654_435_761) ^ k.wrapping_mul(0x9e37_79b9);
+    let hash = (hash ^ hash >> 15).wrapping_mul(0x85eb_ca6b);
+    ((hash ^ hash >> 13) >> 8) as f32 / (1 << 24) as f32
+}
+
+/// Two surfaces of different albedo and normal, of which the left one has stripes, lit unevenly, with a lamp. Returns the
+/// buffers and the picture without noise. Noise is uniform, with this standard deviation relative to the light.
+fn scene(noise: f32) -> (Buffers, Vec<Rgb>) {
+    let mut b = Buffers { width: WIDTH, height: HEIGHT, ..Buffers::default() };
+    let mut truth = Vec::new();
+    for i in 0..WIDTH * HEIGHT {
+        let (x, y) = (i % WIDTH, i / WIDTH);
+        let is_lamp = (80..90).contains(&x) && (20..30).contains(&y);
+        let is_left = x < 50;
+        let stripe = if x % 4 < 2 { 0.9 } else { 0.3 };
+        let albedo: Rgb = match (is_lamp, is_left) {
+            (true, _) => [0.0; 3],
+            (_, true) => [stripe, 0.5, 0.2],
+            _ => [0.4; 3],
+        };
+        let normal = if is_left { [1.0, 0.0, 0.0] } else { [0.0, 0.0, 1.0] };
+        let light = 0.5 + y as f32 / HEIGHT as f32;
+        let direct: Rgb = albedo.map(|a| a * light);
+        let indirect: Rgb = albedo.map(|a| a * 0.2);
+        let emission = if is_lamp { [20.0; 3] } else { [0.0; 3] };
+        truth.push(std::array::from_fn(|c| direct[c] + indirect[c] + emission[c]));
+        let noisy = |v: Rgb, k: u32| {
+            let by = 1.0 + noise * 12f32.sqrt() * (random(i, k) - 0.5);
+            let new = v.map(|v| v * by);
+            let deviation = noise * luminance(&v);
+            (new, deviation * deviation)
+        };
+        for (part, (mean, variance)) in [
+            (&mut b.emission, (emission, 0.0)),
+            (&mut b.direct, noisy(direct, 1)),
+            (&mut b.indirect, noisy(indirect, 2)),
+        ] {
+            part.mean.push(mean);
+            part.variance.push(variance);
+        }
+        let [r, g, blue] = albedo;
+        let [nx, ny, nz] = normal;
+        b.guides.push([r, g, blue, nx, ny, nz, 2.0]);
+        b.guide_variances.push([0.0; 3]);
+    }
+    (b, truth)
+}
+
+fn error(found: &[Rgb], truth: &[Rgb]) -> f64 {
+    let each = found.iter().flatten().zip(truth.iter().flatten());
+    each.map(|(a, b)| f64::from((a - b) * (a - b))).sum::<f64>() / found.len() as f64
+}
+
+#[test]
+fn without_noise_the_picture_stays() {
+    let (buffers, truth) = scene(0.0);
+    let found = denoise(&buffers, 1, InstructionSet::best());
+    for (a, b) in found.iter().flatten().zip(truth.iter().flatten()) {
+        assert!((a - b).abs() <= 1e-5 * b, "{a} {b}");
+    }
+}
+
+#[test]
+fn noise_goes_edges_textures_and_energy_stay() {
+    let (buffers, truth) = scene(0.4);
+    let raw: Vec<Rgb> = (0..truth.len())
+        .map(|i| {
+            std::array::from_fn(|c| {
+                buffers.emission.mean[i][c] + buffers.direct.mean[i][c] + buffers.indirect.mean[i][c]
+            })
+        })
+        .collect();
+    let found = denoise(&buffers, 1, InstructionSet::best());
+    let (before, after) = (error(&raw, &truth), error(&found, &truth));
+    assert!(after < 0.05 * before, "{before} {after}");
+    let mean = |picture: &[Rgb]| picture.iter().flatten().map(|v| f64::from(*v)).sum::<f64>();
+    assert!((mean(&found) / mean(&raw) - 1.0).abs() < 0.01, "{} {}", mean(&found), mean(&raw));
+    // Neighbouring stripes differ as they should, and the lamp is as it was.
+    let at = |x: usize, y: usize| found[y * WIDTH + x];
+    let ratio = at(21, 35)[0] / at(23, 35)[0];
+    assert!((ratio - 3.0).abs() < 0.15, "{ratio}");
+    assert_eq!(at(85, 25), [20.0; 3]);
+}
+
+#[test]
+fn threads_and_instruction_sets_do_not_change_a_bit() {
+    let (buffers, _) = scene(0.4);
+    let bits = |threads, set| -> Vec<u32> {
+        denoise(&buffers, threads, set).iter().flatten().map(|v| v.to_bits()).collect()
+    };
+    let first = bits(1, InstructionSet::PORTABLE);
+    for set in InstructionSet::available() {
+        for threads in [1, 3] {
+            assert!(bits(threads, set) == first, "{} {threads}", set.name());
+        }
+    }
+}
+
+/// A single bright sample, as of a caustic that few samples find.
+#[test]
+fn single_bright_samples_are_limited() {
+    let (mut buffers, truth) = scene(0.1);
+    let i = 50 * WIDTH + 70;
+    buffers.indirect.mean[i] = [50.0; 3];
+    buffers.indirect.variance[i] = 2500.0;
+    let found = denoise(&buffers, 1, InstructionSet::best());
+    let near = around(WIDTH, HEIGHT, i, 4);
+    let worst = near.map(|j| (found[j][1] / truth[j][1] - 1.0).abs()).fold(0.0, f32::max);
+    assert!(worst < 0.2, "{worst}");
+}
