@@ -51,6 +51,7 @@ one object per line: see docs/reference.
     rays_per_second    total / seconds.render
     samples            total number of samples
     ended_by           "budget" or "noise" if one of these ended the render, or null
+    denoised           whether the denoiser changed the picture
     noise              {value, interval, halving}: the relative accuracy that 95 % of the pixels have or exceed (half
                        the width of their 95 % confidence intervals), the interval of this estimate, and the
                        {samples_per_pixel, seconds} that halve it; null if it cannot be estimated

@@ -16,6 +16,20 @@ pub(crate) enum FilmPicture<'a> {
 impl<'a> FilmPicture<'a> {
     /// The picture so far, on `threads` threads; 0 uses all.
     pub(crate) fn new(renderer: &'a Renderer, threads: usize) -> FilmPicture<'a> {
+        FilmPicture::with(renderer, threads, |threads| renderer.developed(threads))
+    }
+
+    /// The same with its noise, which takes less time.
+    pub(crate) fn raw(renderer: &'a Renderer, threads: usize) -> FilmPicture<'a> {
+        let desc = &renderer.prepared().view.film;
+        FilmPicture::with(renderer, threads, |threads| renderer.film.developed(desc, threads))
+    }
+
+    fn with(
+        renderer: &'a Renderer,
+        threads: usize,
+        developed: impl FnOnce(usize) -> Developed<'a>,
+    ) -> FilmPicture<'a> {
         let prepared = renderer.prepared();
         let desc = &prepared.view.film;
         if prepared.integrator.capabilities().debug {
@@ -23,7 +37,7 @@ impl<'a> FilmPicture<'a> {
             let transform = picture.transform(desc);
             return FilmPicture::Whole(picture, transform);
         }
-        FilmPicture::Rows(renderer.developed(threads))
+        FilmPicture::Rows(developed(threads))
     }
 
     /// What is saved.

@@ -307,7 +307,7 @@ impl One<'_> {
     /// For `turner watch`: writes the picture so far. An error shows when the finished picture is written.
     fn save_progress(&self, renderer: &Renderer) {
         let Ready { desc, prepared, .. } = self.ready;
-        let picture = FilmPicture::new(renderer, self.args.run.threads);
+        let picture = FilmPicture::raw(renderer, self.args.run.threads);
         let (shown, hash) = (picture.transform(), &self.hashes.whole);
         let samples = renderer.film.mean_samples() as u32;
         let mut metadata =

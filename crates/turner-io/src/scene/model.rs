@@ -25,12 +25,12 @@ const DATA: [&str; 5] = ["depth", "ids", "normals", "position", "uv"];
 /// The scene around a single model: the default studio, path traced unless another integrator is asked for.
 fn showing(integrator: Option<&str>) -> SceneDesc {
     let scene = SceneDesc::default();
-    let film = match integrator {
-        Some(name) if DATA.contains(&name) => scene.film,
-        _ => FilmDesc { antialias: Antialias::MonteCarlo, samples: 16, denoise: true, ..scene.film },
-    };
     // The means of other integrators are of data.
     let is_light = integrator.is_none_or(|name| ["path", "direct"].contains(&name));
+    let film = match integrator {
+        Some(name) if DATA.contains(&name) => scene.film,
+        _ => FilmDesc { antialias: Antialias::MonteCarlo, samples: 16, denoise: is_light, ..scene.film },
+    };
     let fireflies = if is_light { Fireflies::Remove } else { Fireflies::Keep };
     SceneDesc {
         film: FilmDesc { transfer: Transfer::Srgb, tonemap: Tonemap::Studio, fireflies, ..film },

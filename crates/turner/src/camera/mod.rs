@@ -82,6 +82,9 @@ pub enum Camera {
     Fisheye(fisheye::Fisheye),
 }
 
+/// The vertical field of view of cameras that name none, degrees.
+pub(crate) const DEFAULT_FOV: f64 = 40.0;
+
 impl CameraDesc {
     /// Prepares it for a picture of the given aspect ratio (width over height).
     pub fn prepare(&self, aspect: f64) -> Result<Camera, SceneError> {
@@ -107,7 +110,7 @@ impl CameraDesc {
 
     /// The default camera for scenes without one: it shows the complete box from slightly above its front (+z).
     pub fn framing(bounds: &Bounds, aspect: f64) -> CameraDesc {
-        let fov = 40.0;
+        let fov = DEFAULT_FOV;
         let finite = !bounds.is_empty() && bounds.is_finite();
         let (center, radius) =
             if finite { (bounds.center(), 0.5 * bounds.size().length()) } else { (DVec3::Y, 2.0) };

@@ -136,7 +136,7 @@ pub(super) fn screen(
         }
         (fov, None) => {
             let distance = distance.unwrap_or(1.0);
-            let half = tan(radians(fov.unwrap_or(40.0)) / 2.0) * distance;
+            let half = tan(radians(fov.unwrap_or(super::DEFAULT_FOV)) / 2.0) * distance;
             Ok(Screen { half: DVec2::new(half * aspect, half), distance, shift })
         }
     }

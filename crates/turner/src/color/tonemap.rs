@@ -75,7 +75,7 @@ const HEADROOM: f64 = 1.0 - START;
 const DESATURATION: f64 = 0.15;
 
 /// Khronos PBR Neutral ("Khronos PBR Neutral Tone Mapper" specification, 2024). First it subtracts the reflection
-/// that every dielectric adds, F90 = 0.04, with a parabola at the toe: a glTF colour of 0.5 is shown as 0.5 under
+/// that every dielectric adds, F90 = 0.04, and less from colours whose least component is below 0.08: a glTF colour of 0.5 is shown as 0.5 under
 /// white light of 1. Above K_s = 0.8 − 0.04, a hyperbola compresses the largest component towards 1, and the colour
 /// loses saturation at the rate K_d = 0.15.
 fn neutral(color: [f64; 3]) -> [f64; 3] {
@@ -102,7 +102,7 @@ fn neutral_inverse(shown: [f64; 3]) -> [f64; 3] {
         shown.map(|v| (v - compressed * whiteness) / (compressed * (1.0 - whiteness)) * peak)
     };
     let least = color[0].min(color[1]).min(color[2]).max(0.0);
-    // The toe subtracts x − x² / (4 F90) from the least component x and leaves x² / (4 F90).
+    // A least component x below 2 F90 became x² / (4 F90).
     let offset = if least < F90 { (4.0 * F90 * least).sqrt() - least } else { F90 };
     color.map(|v| v + offset)
 }

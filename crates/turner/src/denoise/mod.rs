@@ -16,14 +16,14 @@
 //!       the fits around a pixel, averaged with these weights, are its new light       tile
 //! ```
 //!
-//! Kinds of light are fitted apart, because their noise and their edges differ: shadows are sharp in direct light, and
+//! Each kind of light has fits of its own, because their noise and their edges differ: shadows are sharp in direct light, and
 //! indirect light is smooth but noisy. Emission that is seen directly has no noise but at edges and out of focus.
 //!
 //! A fit holds for its whole window, so not every pixel needs its own: every third pixel of every third row has one, and
 //! further pixels where those around them are unlike.
 //!
-//! Tiles and the order of all sums are fixed, and lanes are independent numbers, so the result has the same bytes for any
-//! number of threads and any instruction set.
+//! Tiles and the order of all sums are fixed, so the result has the same bytes for any number of threads and any
+//! instruction set.
 
 // Loops over columns, rows and channels that are the same in several arrays, so that they become SIMD instructions.
 #![allow(clippy::needless_range_loop)]

@@ -2,15 +2,16 @@
 
 use super::light::luminance;
 use super::{Buffers, Part, Rgb, around};
-use crate::film::{CAUGHT, DENOISING_CHANNELS, Developed, Film, FilmDesc, strips};
+use crate::film::{CAUGHT, DENOISING_CHANNELS, Developed, Film, FilmDesc, KEPT_PIXELS, strips};
 
 /// More coverage by shadow catchers than this is all of it.
 const WHOLE: f32 = 0.999;
 
 impl Buffers {
-    /// Whether a film holds what the denoiser needs.
+    /// Whether a film holds what the denoiser needs, and its picture has at most 16 million pixels.
     pub fn are_held(film: &Film) -> bool {
-        film.identity().estimates_error
+        film.crop.area() <= KEPT_PIXELS
+            && film.identity().estimates_error
             && film.channels().iter().any(|channel| channel.name == DENOISING_CHANNELS[0])
     }
 

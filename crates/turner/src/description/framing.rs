@@ -15,7 +15,7 @@
 //! the camera) touches the right edge of that angle from a camera at (c, …, d) if x − c = t (d − z). So the largest x + t z
 //! and the largest −x + t z give c and d at once. Across, where the silhouette is smaller, bisection finds the middle.
 
-use crate::camera::{CameraDesc, PinholeDesc, ThinLensDesc};
+use crate::camera::{CameraDesc, DEFAULT_FOV, PinholeDesc, ThinLensDesc};
 use crate::description::default_studio::{FOV, Orbit, StudioDesc};
 use crate::math::elementary::{atan2, cos, sin, sin_cos, tan};
 use crate::math::{Bounds, DVec3, radians};
@@ -25,6 +25,29 @@ pub const FILL: f64 = 0.76;
 
 /// The most points that are kept of a subject.
 const MOST_POINTS: usize = 50_000;
+
+/// Directions in which the farthest point is kept in any case: faces and corners of a cube.
+const FACES_AND_CORNERS: [DVec3; 14] = {
+    const fn v(x: i32, y: i32, z: i32) -> DVec3 {
+        DVec3::new(x as f64, y as f64, z as f64)
+    }
+    [
+        v(1, 0, 0),
+        v(-1, 0, 0),
+        v(0, 1, 0),
+        v(0, -1, 0),
+        v(0, 0, 1),
+        v(0, 0, -1),
+        v(1, 1, 1),
+        v(1, 1, -1),
+        v(1, -1, 1),
+        v(1, -1, -1),
+        v(-1, 1, 1),
+        v(-1, 1, -1),
+        v(-1, -1, 1),
+        v(-1, -1, -1),
+    ]
+};
 
 /// What a camera is to show: points with the convex hull of the objects.
 #[derive(Clone, Debug, PartialEq)]
@@ -75,8 +98,15 @@ impl Subject {
         if points.len() < 2 {
             points = bounds.corners().into_iter().map(|p| p - center).collect();
         }
-        let step = points.len() / MOST_POINTS + 1;
-        Subject { points: points.into_iter().step_by(step).collect(), center, radius }
+        if points.len() > MOST_POINTS {
+            let step = points.len() / MOST_POINTS + 1;
+            let farthest = FACES_AND_CORNERS.map(|direction| {
+                let along = |p: &&DVec3| direction.dot(**p);
+                points.iter().max_by(|a, b| along(a).total_cmp(&along(b))).copied()
+            });
+            points = points.into_iter().step_by(step).chain(farthest.into_iter().flatten()).collect();
+        }
+        Subject { points, center, radius }
     }
 
     /// What the subject sweeps over in a full turn about the vertical axis through its centre.
@@ -243,7 +273,7 @@ impl StudioDesc {
             && (self.fov.is_some() || self.zoom != 1.0 && viewport.is_none())
         {
             let wanted = self.fov.map(|fov| tan(radians(0.5 * fov)) / aspect.min(1.0));
-            let half = wanted.unwrap_or_else(|| tan(radians(0.5 * fov.unwrap_or(40.0))));
+            let half = wanted.unwrap_or_else(|| tan(radians(0.5 * fov.unwrap_or(DEFAULT_FOV))));
             (*fov, *viewport) = (Some(degrees(half / self.zoom)), None);
         }
         self.with_lens(camera, radius)
@@ -255,7 +285,7 @@ impl StudioDesc {
         if self.f_stop.is_none() && self.focus.is_none() {
             return camera;
         }
-        let focal_length = 0.5 * SENSOR / tan(radians(0.5 * c.fov.unwrap_or(40.0)));
+        let focal_length = 0.5 * SENSOR / tan(radians(0.5 * c.fov.unwrap_or(DEFAULT_FOV)));
         let aperture = focal_length / self.f_stop.unwrap_or(F_STOP) * radius / OBJECT;
         let PinholeDesc { position, look_at, up, handedness, fov, viewport, distance, shift, near } =
             c.clone();

@@ -186,7 +186,7 @@ impl Aov {
             Aov::SampleCount => row(&["sample_count"], Film, "samples"),
             Aov::Cost => row(&["cost"], Samples, "rays"),
             Aov::Shadow => row(&["shadow"], Film, "fraction"),
-            Aov::Denoising => row(&DENOISING_CHANNELS, Samples, "as the denoiser takes them"),
+            Aov::Denoising => row(&DENOISING_CHANNELS, Samples, "see `denoise`"),
             Aov::Variance => row(&["variance"], Film, "radiance squared"),
             Aov::Error => row(&["error"], Film, "radiance"),
         }

@@ -162,7 +162,7 @@ impl Film {
 const STRIP_PIXELS: u32 = 1 << 20;
 
 /// The most pixels whose scene values are kept: 256 MiB.
-const KEPT: u64 = 1 << 24;
+pub(crate) const KEPT: u64 = 1 << 24;
 
 /// A film's picture, developed when its rows are asked for: [`Film::developed`].
 pub struct Developed<'a> {

@@ -5,9 +5,9 @@
 //! confirm a sample of a pixel, and its contribution c (luminance times weight) is limited to the largest of what they allow:
 //!
 //! ```text
-//! limit = max( 2 · the 4th brightest of the pixel,           the pixel sees the same light again and again
-//!              2 · the nth brightest of the 3 x 3 pixels,    its neighbours see it, too: an edge, a line, a caustic
-//!              W · m / 8 )                                   it changes the pixel by an eighth of the mean m at most
+//! limit = max( 2 · the 4th brightest of the pixel,           four samples of the pixel are that bright
+//!              2 · the nth brightest of the 3 x 3 pixels,    the neighbours see that light, too
+//!              W · m / 8 )                                   the sample changes the pixel by m / 8 at most
 //! ```
 //!
 //! W is the weight of the pixel's samples, and m the mean of the 3 x 3 pixels in which no sample counts more than the nth

@@ -1,4 +1,5 @@
-//! Fireflies: removed from pictures, while light stays, in any order and split of the samples.
+//! Fireflies: single bright samples are removed; light that several samples see stays. Order and splits of the samples
+//! change nothing.
 
 use super::*;
 use crate::color::Spectrum;
@@ -114,7 +115,8 @@ fn light_stays() {
     }
 }
 
-/// Samples are `1 / p` with the probability `p`, and otherwise 0: the mean is 1. What is lost vanishes as samples grow.
+/// Samples are `1 / p` with the probability `p`, and otherwise 0: the mean is 1. The more samples, the less
+/// of it is lost, and in the end nothing.
 #[test]
 fn the_mean_converges() {
     let mean = |p: f32, samples: u32, fireflies: Fireflies| {
@@ -122,11 +124,15 @@ fn the_mean_converges() {
         let all = red(&film(samples, fireflies, value));
         f64::from(all.iter().sum::<f32>()) / all.len() as f64
     };
-    let left = |p: f32, samples: u32| mean(p, samples, Fireflies::Remove) / mean(p, samples, Fireflies::Keep);
-    let rare = [16, 64, 256, 1024].map(|samples| left(0.01, samples));
-    assert!(rare[0] < 0.9 && rare[2] > 0.8 && rare[3] == 1.0, "{rare:?}");
-    let rarer = [64, 1024, 8192].map(|samples| left(0.001, samples));
-    assert!(rarer[0] < rarer[2] && rarer[2] > 0.995, "{rarer:?}");
+    let left = |p: f32, samples: u32| {
+        let left = mean(p, samples, Fireflies::Remove) / mean(p, samples, Fireflies::Keep);
+        // Sums of single precision leave some 1e-8 of the light.
+        (1e6 * left).round() * 1e-6
+    };
+    let rare = [64, 128, 256, 512, 1024].map(|samples| left(0.01, samples));
+    assert!(rare.is_sorted() && rare[0] < 0.1 && rare[4] == 1.0, "{rare:?}");
+    let rarer = [64, 1024, 2048, 4096, 8192].map(|samples| left(0.001, samples));
+    assert!(rarer.is_sorted() && rarer[0] < 0.1 && rarer[4] == 1.0, "{rarer:?}");
 }
 
 #[test]

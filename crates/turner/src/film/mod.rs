@@ -80,6 +80,7 @@ pub(crate) use aovs::layers;
 pub(crate) use caught::CAUGHT;
 pub use channel::{COLOR_CHANNELS, Channel, MAX_CHANNELS, MAX_NAME};
 pub use checksum::{Checksum, checksum};
+pub(crate) use develop::KEPT as KEPT_PIXELS;
 pub use develop::{Developed, Picture, PixelRect};
 pub use display::DisplayTransform;
 pub use error::{ErrorEstimate, Noise};

@@ -73,7 +73,7 @@ pub(crate) fn with<T: Send, S>(
     out.into_iter().flatten().collect()
 }
 
-/// Runs `work` on as many threads as there is work for; `threads` of 0 uses all; 1 starts none.
+/// Runs `work` on `threads` threads, but no more than there are `tasks`. 0 uses all; 1 starts none.
 fn run(work: impl Fn() + Sync, threads: usize, tasks: usize) {
     let threads = match threads {
         0 => std::thread::available_parallelism().map_or(1, |n| n.get()),

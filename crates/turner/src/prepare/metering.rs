@@ -1,7 +1,7 @@
 //! Metering: the exposure for the light that falls on a scene, as a photographer reads it from an incident light meter.
 //!
-//! It depends on the light and the viewing direction alone, not on the materials: a black object stays black. Of a white
-//! sphere without shadows, lit by the lights at infinity, the side towards the camera gets [`WHITE`] as its mean.
+//! It depends on the light and the viewing direction alone, not on the materials: a black object stays black. A white
+//! sphere in this light, seen by the camera, has the mean brightness [`WHITE`]; shadows are left out.
 
 use crate::light::Light;
 use crate::math::DVec3;

@@ -323,7 +323,7 @@ impl Preparer {
         let mut view = View::new(camera.value.clone(), film, sampling).map_err(|e| e.or_at(camera.span))?;
         let catches = capabilities.splits_light && !scene.shadow_catchers.is_empty();
         view.film.aovs.know_scene(scene.light_groups.names(), catches);
-        view.prepare_denoiser(capabilities.splits_light);
+        warnings.extend(view.prepare_denoiser(capabilities.splits_light));
         self.promise_film(&view.film)?;
         let own = wanted.integrator.is_none().then(|| desc.integrator.clone());
         let last = self.last.as_ref().filter(|last| {

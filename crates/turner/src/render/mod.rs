@@ -116,7 +116,7 @@ impl Renderer {
         own.scene = film.identity().scene;
         let own_film = &renderer.film;
         let channels = (film.channels() != own_film.channels() || film.labels() != own_film.labels())
-            .then(|| "it has other channels (`aovs`) than this picture".to_owned());
+            .then(|| "it has other channels (`aovs`, `denoise`) than this picture".to_owned());
         match own.difference(film.identity()).or(channels) {
             Some(difference) => {
                 let message = format!("the film is of another picture; {difference}");
@@ -144,12 +144,16 @@ impl Renderer {
     pub fn developed(&self, threads: usize) -> Developed<'_> {
         let desc = &self.prepared.view.film;
         let mut developed = self.film.developed(desc, threads);
-        if desc.denoise
-            && let Some(buffers) = Buffers::of_film(&self.film, desc, &developed, threads)
-        {
+        if let Some(buffers) = self.denoising_buffers(&developed, threads) {
             developed.recolor(&denoise(&buffers, threads, self.prepared.view.instruction_set));
         }
         developed
+    }
+
+    /// What a denoiser needs, from the picture of this renderer's film. `None` without [`Renderer::denoises`].
+    pub fn denoising_buffers(&self, picture: &Developed<'_>, threads: usize) -> Option<Buffers> {
+        let desc = &self.prepared.view.film;
+        if self.denoises() { Buffers::of_film(&self.film, desc, picture, threads) } else { None }
     }
 
     /// Whether [`Renderer::developed`] and [`Renderer::develop`] remove noise.

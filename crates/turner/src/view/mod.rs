@@ -11,8 +11,8 @@ pub(crate) use sample::{camera_point, check_pixel, place, place_of, sample_id, t
 use turner_bvh::InstructionSet;
 
 use crate::camera::{Camera, CameraDesc, PixelCone};
-use crate::film::{Antialias, Film, FilmDesc};
-use crate::schema::SceneError;
+use crate::film::{Antialias, Film, FilmDesc, KEPT_PIXELS};
+use crate::schema::{SceneError, Warning, WarningKind};
 
 /// A prepared camera and film settings.
 #[derive(Clone, Debug)]
@@ -36,13 +36,25 @@ pub struct View {
 }
 
 impl View {
-    /// Makes the film hold what the denoiser needs, if it is on and there is noise to remove. `splits_light`: the
-    /// integrator tells kinds of light apart.
-    pub(crate) fn prepare_denoiser(&mut self, splits_light: bool) {
-        let is_noisy = self.sobol && self.film.antialias == Antialias::MonteCarlo && self.film.samples > 1;
-        if self.film.denoise && splits_light && is_noisy {
-            self.film.aovs.hold_guides();
+    /// Makes the film hold what the denoiser needs, if it is on. `splits_light`: the integrator tells kinds of light
+    /// apart. Returns a warning if the denoiser has no effect.
+    pub(crate) fn prepare_denoiser(&mut self, splits_light: bool) -> Option<Warning> {
+        if !self.film.denoise {
+            return None;
         }
+        let film = &mut self.film;
+        let (area, samples) = (film.region().area(), film.samples);
+        let why = match () {
+            _ if !splits_light || !self.sobol => "it needs the integrator \"path\" or \"direct\"",
+            _ if film.antialias != Antialias::MonteCarlo => "it needs `antialias = \"monte-carlo\"`",
+            _ if samples < 2 => "it needs two samples per pixel",
+            _ if area > KEPT_PIXELS => "the picture has more than 16 million pixels",
+            _ => {
+                film.aovs.hold_guides();
+                return None;
+            }
+        };
+        Some(Warning::new(WarningKind::Ignored, format!("`denoise` has no effect: {why}")))
     }
 
     /// A view through a camera. With `filtered`, texture lookups are filtered over the footprint of a pixel. With

@@ -2,8 +2,8 @@
 //!
 //! A white sweep, that is a white floor that curves up into white walls, under a dark ceiling, with three soft boxes: a
 //! large key light at the upper left of the front (+z), a dim upright fill light on the right, and a rim light high
-//! behind. An unshadowed white floor has a brightness of 0.87: they suit exposure 0. White below gives soft light from all
-//! sides, and the dark ceiling gives mirrors and glass contrast and black objects their shape.
+//! behind. An unshadowed white floor has a brightness of 0.87 at exposure 0. The white floor and walls light objects softly
+//! from below and from the sides; the dark ceiling gives mirrors and glass contrast, and black objects their shape.
 //!
 //! ```text
 //!   from above:        rim
