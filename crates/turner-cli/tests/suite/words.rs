@@ -130,7 +130,8 @@ fn answers_name_what_exists() {
                     || commands.contains(part)
                     || other.contains(&part)
                     || turner::color::NAMES.iter().any(|(name, _)| *name == part)
-                    || ["true", "false", "D", "-D", "o", "-o", "type", "orbit"].contains(&part)
+                    || ["true", "false", "D", "-D", "o", "-o", "type", "orbit", "draft", "object"]
+                        .contains(&part)
                     || is_number;
                 assert!(known, "{part}: {remedy}");
                 count += 1;

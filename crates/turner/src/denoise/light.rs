@@ -27,6 +27,8 @@ pub(super) struct Light {
     /// Variance of the luminance of `values`, smoothed; 0 where there is no noise.
     pub(super) variance: Vec<f32>,
     divides: bool,
+    /// The pixels that have this light; empty for all.
+    known: Vec<bool>,
 }
 
 pub(super) fn luminance(v: &Rgb) -> f32 {
@@ -68,7 +70,31 @@ impl Light {
             variance.iter_mut().zip(is_noisy).for_each(|(v, noisy)| *v = if noisy { *v } else { 0.0 });
         }
         let values = limited.into_iter().map(|(value, _)| value).collect();
-        Light { width, height, values, variance, divides: !is_seen }
+        Light { width, height, values, variance, divides: !is_seen, known: Vec::new() }
+    }
+
+    /// The fraction of the light that arrives at shadow catchers. Other pixels get the mean of the known ones of a patch
+    /// around them, so that they do not keep patches from being alike.
+    pub(super) fn of_caught(buffers: &Buffers, threads: usize) -> Light {
+        let (width, height, caught) = (buffers.width, buffers.height, &buffers.caught);
+        let mean = |of: &(dyn Fn(usize) -> f32 + Sync)| {
+            box_mean(width, height, SMOOTH, threads, |i| if caught[i].is_whole { of(i) } else { 0.0 })
+        };
+        let coverage = mean(&|_| 1.0);
+        let [lit, variance] = [mean(&|i| caught[i].lit), mean(&|i| caught[i].variance)];
+        let light = |i: usize| {
+            let scale = if coverage[i] > 0.0 { 1.0 / coverage[i] } else { 0.0 };
+            let own = if caught[i].is_whole { caught[i].lit } else { lit[i] * scale };
+            ([own; 3], if caught[i].is_whole { variance[i] * scale } else { 0.0 })
+        };
+        let (values, variance) = strips::map(width * height, threads, light).into_iter().unzip();
+        let known = caught.iter().map(|caught| caught.is_whole).collect();
+        Light { width, height, values, variance, divides: false, known }
+    }
+
+    /// Whether a pixel has this light.
+    pub(super) fn is_known(&self, i: usize) -> bool {
+        self.known.get(i).is_none_or(|known| *known)
     }
 
     /// What the values of a pixel are multiplied by to become radiance.

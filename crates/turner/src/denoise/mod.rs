@@ -77,6 +77,21 @@ pub struct Buffers {
     pub guides: Vec<[f32; GUIDES]>,
     /// Variances of the means of albedo, normal and logarithmic distance, each summed over its components.
     pub guide_variances: Vec<[f32; 3]>,
+    /// The shadow catchers; empty without them.
+    pub caught: Vec<Caught>,
+}
+
+/// The shadow catchers of a pixel.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Caught {
+    /// What is behind them, without shadow, times their coverage. It is none of the three kinds of light.
+    pub behind: Rgb,
+    /// The fraction of the light that arrives at them, 0 to 1; in the pixels around unless `is_whole`.
+    pub lit: f32,
+    /// The variance of `lit`.
+    pub variance: f32,
+    /// Whether they cover the whole pixel.
+    pub is_whole: bool,
 }
 
 /// The picture without noise: radiance of each pixel. `threads` of 0 uses all; neither they nor the instruction set change
@@ -97,7 +112,35 @@ pub fn denoise(buffers: &Buffers, threads: usize, set: InstructionSet) -> Vec<Rg
             }
         }
     }
+    if !buffers.caught.is_empty() {
+        let light = Light::of_caught(buffers, threads);
+        let lit = tile::fitted(&light, &guides, threads, set);
+        buffers.add_caught(&lit, &mut out);
+    }
     out
+}
+
+impl Buffers {
+    /// Adds what is behind shadow catchers. `lit`: the fraction of the light that arrives at them, without noise. Pixels that
+    /// show other objects, too, get that of the pixels around.
+    fn add_caught(&self, lit: &[Option<Rgb>], out: &mut [Rgb]) {
+        let clean = |i: usize| lit[i].map_or(self.caught[i].lit, |lit| lit[0].clamp(0.0, 1.0));
+        for (i, caught) in self.caught.iter().enumerate().filter(|(_, caught)| caught.behind != [0.0; 3]) {
+            let near = |radius: usize| {
+                let (mut sum, mut count) = (0.0, 0.0);
+                for j in around(self.width, self.height, i, radius).filter(|j| self.caught[*j].is_whole) {
+                    sum += clean(j);
+                    count += 1.0;
+                }
+                (count > 0.0).then(|| sum / count)
+            };
+            let lit = match caught.is_whole {
+                true => clean(i),
+                false => near(1).or_else(|| near(2)).unwrap_or(caught.lit),
+            };
+            out[i].iter_mut().zip(caught.behind).for_each(|(to, v)| *to += v * lit);
+        }
+    }
 }
 
 /// The mean over a square of `2 · radius + 1` pixels, as far as it lies in the picture.

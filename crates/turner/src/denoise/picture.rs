@@ -1,8 +1,8 @@
 //! What the denoiser needs, from a film.
 
 use super::light::luminance;
-use super::{Buffers, Part, Rgb, around};
-use crate::film::{CAUGHT, DENOISING_CHANNELS, Developed, Film, FilmDesc, KEPT_PIXELS, strips};
+use super::{Buffers, Caught, GUIDES, Part, Rgb, around};
+use crate::film::{CAUGHT, DENOISING_CHANNELS, Developed, Film, KEPT_PIXELS, strips};
 
 /// More coverage by shadow catchers than this is all of it.
 const WHOLE: f32 = 0.999;
@@ -15,135 +15,151 @@ impl Buffers {
             && film.channels().iter().any(|channel| channel.name == DENOISING_CHANNELS[0])
     }
 
-    /// From a film and its picture. `None` if the film does not hold what is needed, or the picture has more than 16
-    /// million pixels.
-    pub(crate) fn of_film(
-        film: &Film,
-        desc: &FilmDesc,
-        picture: &Developed<'_>,
-        threads: usize,
-    ) -> Option<Buffers> {
+    /// From a film and its picture. `None` if the film does not hold what is needed.
+    pub(crate) fn of_film(film: &Film, picture: &Developed<'_>, threads: usize) -> Option<Buffers> {
         let pixels = picture.kept().filter(|_| Buffers::are_held(film))?;
-        let crop = film.crop;
-        let planes: Vec<Vec<f32>> =
-            DENOISING_CHANNELS.iter().map(|name| film.channel_values(name, threads)).collect();
-        // Where fireflies were removed, all kinds of light are scaled down alike.
-        let kept: Vec<f32> = strips::map(pixels.len(), threads, |i| {
-            let (x, y) = (crop.x + i as u32 % crop.width, crop.y + i as u32 / crop.width);
-            let raw = film.sum(x, y).mean().filter(|_| film.identity().removes_fireflies);
-            let Some([r, g, b, _]) = raw else { return 1.0 };
-            let light = film.light(desc, x, y);
-            let clean: Rgb = std::array::from_fn(|c| pixels[i][c] - light[c]);
-            let scale = luminance(&clean) / luminance(&[r, g, b]);
-            if scale.is_finite() { scale.clamp(0.0, 1.0) } else { 1.0 }
-        });
-        let sound = |v: f32| if v.is_finite() { v } else { 0.0 };
-        let at = |k: usize, i: usize| planes.get(k).and_then(|plane| plane.get(i)).map_or(0.0, |v| sound(*v));
-        let three = |k: usize, i: usize| -> Rgb { std::array::from_fn(|c| at(k + c, i)) };
-        // The same for light, of which fireflies were removed; the moments of light are squares.
-        let light = |k: usize, i: usize| -> Rgb { std::array::from_fn(|c| at(k + c, i) * kept[i]) };
-        let moment = |k: usize, i: usize| at(k, i) * kept[i] * kept[i];
-        let counts = strips::map(pixels.len(), threads, |i| {
-            let (x, y) = (i as u32 % crop.width, i as u32 / crop.width);
-            film.count_and_splats(crop.x + x, crop.y + y).unwrap_or((0.0, 0.0))
-        });
-        // Of the mean of n samples: (E(v²) − E(v)²) / (n − 1).
-        let of_mean = |square: f32, mean: f32, i: usize| {
-            let spread = (square - mean * mean).max(0.0);
-            // A single sample may be anything.
-            if counts[i].0 > 1.5 { spread / (counts[i].0 - 1.0) as f32 } else { square }
-        };
-        let part = |mean: &dyn Fn(usize) -> Rgb, which: usize| Part {
-            mean: (0..pixels.len()).map(mean).collect(),
-            variance: (0..pixels.len())
-                .map(|i| sound(of_mean(moment(which, i), luminance(&mean(i)), i)))
-                .collect(),
-        };
-        let rest = |i: usize| -> Rgb {
-            std::array::from_fn(|c| sound(pixels[i][c]) - light(8, i)[c] - light(11, i)[c])
-        };
-        // The moment of the rest is that of its samples, without light paths.
-        let of_samples = |i: usize| {
-            let splats = film.light(desc, crop.x + i as u32 % crop.width, crop.y + i as u32 / crop.width);
-            let mut mean = rest(i);
-            mean.iter_mut().zip(splats).for_each(|(v, l)| *v -= sound(l));
-            mean
-        };
-        let indirect = Part {
-            mean: (0..pixels.len()).map(rest).collect(),
-            variance: (0..pixels.len())
-                .map(|i| {
-                    sound(of_mean(moment(16, i), luminance(&of_samples(i)), i)) + sound(counts[i].1 as f32)
-                })
-                .collect(),
-        };
-        let guide = |i: usize| std::array::from_fn(|k| at(k, i));
-        let guide_variance = |i: usize| {
-            let [a, n] = [three(0, i), three(3, i)];
-            let square = |v: Rgb| v.iter().map(|v| v * v).sum::<f32>();
-            let spread = |all: f32, mean: f32| {
-                if counts[i].0 > 1.5 { (all - mean).max(0.0) / (counts[i].0 - 1.0) as f32 } else { 0.0 }
-            };
-            let distance = at(6, i);
-            [
-                spread(at(17, i), square(a)),
-                spread(at(7, i), square(n)),
-                spread(at(18, i), distance * distance),
-            ]
+        let source = Source { film, picture, pixels, planes: planes(film, &DENOISING_CHANNELS, threads) };
+        let each = strips::map(pixels.len(), threads, |i| source.pixel(i));
+        let part = |of: fn(&Pixel) -> (Rgb, f32)| {
+            let (mean, variance) = each.iter().map(of).unzip();
+            Part { mean, variance }
         };
         let mut buffers = Buffers {
-            width: crop.width as usize,
-            height: crop.height as usize,
-            emission: part(&|i| light(8, i), 14),
-            direct: part(&|i| light(11, i), 15),
-            indirect,
-            guides: (0..pixels.len()).map(guide).collect(),
-            guide_variances: (0..pixels.len()).map(guide_variance).collect(),
+            width: film.crop.width as usize,
+            height: film.crop.height as usize,
+            emission: part(|pixel| pixel.emission),
+            direct: part(|pixel| pixel.direct),
+            indirect: part(|pixel| pixel.indirect),
+            guides: each.iter().map(|pixel| pixel.guides).collect(),
+            guide_variances: each.iter().map(|pixel| pixel.guide_variances).collect(),
+            caught: Vec::new(),
         };
         if film.channels().iter().any(|channel| channel.name == CAUGHT[0]) {
-            let caught = CAUGHT.map(|name| film.channel_values(name, threads));
-            buffers.take_shadows(&caught, pixels);
+            buffers.take_shadows(&planes(film, &CAUGHT, threads), threads);
         }
         Some(buffers)
     }
 
-    /// Where the camera sees nothing but shadow catchers, the picture is what is behind them, darkened by a fraction of the
-    /// light: it is filtered as a whole, as direct light. Where it sees other objects as well, few samples say what that
-    /// fraction is, so it becomes that of the pixels around.
-    fn take_shadows(&mut self, caught: &[Vec<f32>; CAUGHT.len()], pixels: &[[f32; 4]]) {
-        let width = self.width;
-        let [coverage, shadowed, unshadowed, behind @ .., _] = caught;
-        let kept_off = |shadowed: f32, unshadowed: f32| {
-            if unshadowed > 0.0 { (1.0 - shadowed / unshadowed).clamp(0.0, 1.0) } else { 0.0 }
+    /// Takes what is behind shadow catchers out of the kinds of light. A pixel that shows other objects, too, has few samples
+    /// of the shadow, which becomes that of the pixels around.
+    fn take_shadows(&mut self, caught: &[Vec<f32>], threads: usize) {
+        let (width, height) = (self.width, self.height);
+        let [coverage, shadowed, unshadowed, behind @ .., _] = caught else { return };
+        let ratio = |shadowed: f32, unshadowed: f32| {
+            if unshadowed > 0.0 { (shadowed / unshadowed).clamp(0.0, 1.0) } else { 1.0 }
         };
-        let is_caught = |i: usize| coverage[i] > WHOLE;
-        for i in (0..coverage.len()).filter(|i| coverage[*i] > 0.0 && !is_caught(*i)) {
-            let own = kept_off(shadowed[i], unshadowed[i]);
-            let sum = |of: &[f32]| around(width, self.height, i, 2).map(|j| of[j]).sum::<f32>();
-            let near = kept_off(sum(shadowed), sum(unshadowed));
-            for (c, behind) in behind.iter().enumerate() {
-                self.emission.mean[i][c] -= behind[i] * near;
-                self.indirect.mean[i][c] += behind[i] * own;
+        let is_whole = |i: usize| coverage[i] > WHOLE;
+        let own = |i: usize| ratio(shadowed[i], unshadowed[i]);
+        self.caught = strips::map(coverage.len(), threads, |i| {
+            let behind: Rgb = std::array::from_fn(|c| behind[c][i]);
+            if !is_whole(i) {
+                let near = |of: &[f32]| around(width, height, i, 2).map(|j| of[j]).sum::<f32>();
+                let lit = if coverage[i] > 0.0 { ratio(near(shadowed), near(unshadowed)) } else { 1.0 };
+                return Caught { behind, lit, variance: 0.0, is_whole: false };
             }
-        }
-        let bright = |i: usize| luminance(&[pixels[i][0], pixels[i][1], pixels[i][2]]);
-        for i in (0..coverage.len()).filter(|i| is_caught(*i)) {
-            let [r, g, b, _] = pixels[i];
             let (mut sum, mut count) = (0.0, 0.0);
-            for j in around(width, self.height, i, 1) {
+            for j in around(width, height, i, 1) {
                 // The four neighbours that share an edge.
-                if (j % width == i % width) != (j / width == i / width) && is_caught(j) {
-                    sum += bright(j);
+                if (j % width == i % width) != (j / width == i / width) && is_whole(j) {
+                    sum += own(j);
                     count += 1.0;
                 }
             }
-            // The difference of independent values from their neighbours' mean has 1 + 1/4 times their variance.
-            let apart = if count > 0.0 { bright(i) - sum / count } else { 0.0 };
+            // The difference of independent values from the mean of n neighbours has 1 + 1 / n times their variance.
+            let lit = own(i);
+            let apart = if count > 0.0 { lit - sum / count } else { 0.0 };
             let variance = apart * apart * count / (count + 1.0f32);
-            (self.direct.mean[i], self.direct.variance[i]) = ([r, g, b], variance);
-            for part in [&mut self.emission, &mut self.indirect] {
-                (part.mean[i], part.variance[i]) = ([0.0; 3], 0.0);
+            Caught { behind, lit, variance, is_whole: true }
+        });
+        for i in (0..coverage.len()).filter(|i| coverage[*i] > 0.0) {
+            if is_whole(i) {
+                for part in [&mut self.emission, &mut self.direct, &mut self.indirect] {
+                    (part.mean[i], part.variance[i]) = ([0.0; 3], 0.0);
+                }
+                continue;
             }
+            let kept_off = 1.0 - own(i);
+            for (c, behind) in self.caught[i].behind.into_iter().enumerate() {
+                // The picture has the shadow, emission has none.
+                self.emission.mean[i][c] -= behind;
+                self.indirect.mean[i][c] += behind * kept_off;
+            }
+        }
+    }
+}
+
+/// The values of these channels, row by row.
+fn planes(film: &Film, names: &[&str], threads: usize) -> Vec<Vec<f32>> {
+    names.iter().map(|name| film.channel_values(name, threads)).collect()
+}
+
+/// A film, its picture and its channels for the denoiser.
+struct Source<'a> {
+    film: &'a Film,
+    picture: &'a Developed<'a>,
+    pixels: &'a [[f32; 4]],
+    planes: Vec<Vec<f32>>,
+}
+
+/// Means and variances of the means of a pixel.
+#[derive(Clone, Default)]
+struct Pixel {
+    emission: (Rgb, f32),
+    direct: (Rgb, f32),
+    indirect: (Rgb, f32),
+    guides: [f32; GUIDES],
+    guide_variances: [f32; 3],
+}
+
+fn sound(v: f32) -> f32 {
+    if v.is_finite() { v } else { 0.0 }
+}
+
+impl Source<'_> {
+    /// The value of a channel.
+    fn at(&self, channel: usize, i: usize) -> f32 {
+        self.planes.get(channel).and_then(|plane| plane.get(i)).map_or(0.0, |v| sound(*v))
+    }
+
+    fn three(&self, channel: usize, i: usize) -> Rgb {
+        std::array::from_fn(|c| self.at(channel + c, i))
+    }
+
+    fn pixel(&self, i: usize) -> Pixel {
+        let crop = self.film.crop;
+        let (x, y) = (crop.x + i as u32 % crop.width, crop.y + i as u32 / crop.width);
+        let (count, of_splats) = self.film.count_and_splats(x, y).unwrap_or((0.0, 0.0));
+        // Of the mean of n samples: (E(v²) − E(v)²) / (n − 1).
+        let spread = |square: f32, mean_square: f32| {
+            (count > 1.5).then(|| sound((square - mean_square).max(0.0) / (count - 1.0) as f32))
+        };
+        // Where fireflies were removed, all kinds of light are scaled down alike; the moments of light are squares.
+        let kept = self.picture.left_of_fireflies(x, y, &self.pixels[i]);
+        let light = |channel: usize| self.three(channel, i).map(|v| v * kept);
+        let of_mean = |mean: &Rgb, moment: usize| {
+            let square = self.at(moment, i) * kept * kept;
+            let mean = luminance(mean);
+            // A single sample may be anything.
+            spread(square, mean * mean).unwrap_or(square)
+        };
+        let (emission, direct) = (light(8), light(11));
+        let indirect: Rgb = std::array::from_fn(|c| sound(self.pixels[i][c]) - emission[c] - direct[c]);
+        // The moment of the rest is that of its samples, without light paths.
+        let splats = self.picture.light(x, y);
+        let of_samples = std::array::from_fn(|c| indirect[c] - sound(splats[c]));
+        let guides: [f32; GUIDES] = std::array::from_fn(|k| self.at(k, i));
+        let [r, g, b, nx, ny, nz, distance] = guides;
+        let of_guide = |moment: usize, mean: f32| spread(self.at(moment, i), mean).unwrap_or(0.0);
+        Pixel {
+            emission: (emission, of_mean(&emission, 14)),
+            direct: (direct, of_mean(&direct, 15)),
+            indirect: (indirect, of_mean(&of_samples, 16) + sound(of_splats as f32)),
+            guides,
+            guide_variances: [
+                of_guide(17, r * r + g * g + b * b),
+                of_guide(7, nx * nx + ny * ny + nz * nz),
+                of_guide(18, distance * distance),
+            ],
         }
     }
 }

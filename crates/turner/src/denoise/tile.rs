@@ -71,9 +71,13 @@ impl Work for Tile<'_> {
         self.buffers.weights.compute(self.light, self.left, self.top);
         self.load();
         for y in 0..TILE.min(self.light.height - self.top) {
+            let noise = &self.light.variance[(self.top + y) * self.light.width + self.left..];
+            if noise[..TILE.min(self.light.width - self.left)].iter().all(|v| *v <= 0.0) {
+                continue;
+            }
             let alone = self.alone(y);
             for x in 0..TILE.min(self.light.width - self.left) {
-                if alone[x] > 0.0 {
+                if alone[x] > 0.0 && noise[x] > 0.0 {
                     self.fit(simd, x, y);
                 }
             }
@@ -110,8 +114,8 @@ impl Tile<'_> {
         }
     }
 
-    /// 1 for the pixels of a row that get a fit: those of the grid, and those for which the grid is too coarse; 0 where
-    /// there is no noise.
+    /// 1 for the pixels of a row that get a fit if they have noise: those of the grid, and those for which the grid is too
+    /// coarse.
     #[inline(always)]
     fn alone(&self, y: usize) -> Line {
         let (mut all, mut grid): (Line, Line) = ([0.0; TILE], [0.0; TILE]);
@@ -122,10 +126,11 @@ impl Tile<'_> {
         for (k, weights) in self.buffers.weights.of_row(y).iter().enumerate() {
             let (dx, dy) = (k % SIDE, k / SIDE);
             let columns = &on_grid[dx % STEP];
+            let noisy = self.buffers.weights.noisy(y, dx, dy);
             let row = if (y + dy) % STEP == 1 { 1.0 } else { 0.0 };
             for x in 0..TILE {
                 all[x] += weights[x];
-                grid[x] += row * columns[x] * weights[x];
+                grid[x] += row * columns[x] * noisy[x] * weights[x];
             }
         }
         const CELL: f32 = (STEP * STEP) as f32;

@@ -52,6 +52,8 @@ pub(super) struct Weights {
     inside: Vec<[f32; REGION]>,
     /// The terms of one row.
     terms: [f32; WIDE],
+    /// 1 for pixels with noise.
+    noisy: Vec<[f32; REGION]>,
     /// Sums of terms over seven columns.
     along: Vec<Line>,
     /// For each row of the tile and each offset of the window: the weights of the row's pixels.
@@ -64,6 +66,7 @@ impl Weights {
             luminance: vec![[0.0; COLUMNS]; OUTER],
             variance: vec![[0.0; COLUMNS]; OUTER],
             inside: vec![[0.0; REGION]; REGION],
+            noisy: vec![[0.0; REGION]; REGION],
             terms: [0.0; WIDE],
             along: vec![[0.0; TILE]; INNER],
             lines: vec![[0.0; TILE]; TILE * TAPS],
@@ -74,6 +77,12 @@ impl Weights {
     #[inline(always)]
     pub(super) fn of_row(&self, y: usize) -> &[Line] {
         &self.lines[y * TAPS..(y + 1) * TAPS]
+    }
+
+    /// 1 for the pixels with noise that the window offset `dx`, `dy` reaches from row `y`; 0 for others.
+    #[inline(always)]
+    pub(super) fn noisy(&self, y: usize, dx: usize, dy: usize) -> &Line {
+        line(&self.noisy[y + dy], dx)
     }
 
     /// Computes the weights of the tile at (`left`, `top`).
@@ -103,10 +112,13 @@ impl Weights {
             }
         }
         for y in 0..REGION {
-            let row = place(top, y, RADIUS, height).is_some();
+            let row = place(top, y, RADIUS, height);
             for x in 0..REGION {
-                let is_inside = row && place(left, x, RADIUS, width).is_some();
+                let i = row.zip(place(left, x, RADIUS, width)).map(|(y, x)| y * width + x);
+                let is_inside = i.is_some_and(|i| light.is_known(i));
                 self.inside[y][x] = if is_inside { 1.0 } else { 0.0 };
+                let is_noisy = is_inside && i.is_some_and(|i| light.variance[i] > 0.0);
+                self.noisy[y][x] = if is_noisy { 1.0 } else { 0.0 };
             }
         }
     }

@@ -10,7 +10,7 @@ use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use super::caught::Caught;
 use super::exposure::Luminances;
 use super::{Antialias, DisplayTransform, Film, FilmDesc, auto_exposure, strips};
-use crate::color::DisplaySpace;
+use crate::color::{DisplaySpace, Spectrum};
 use crate::filter::Filter;
 
 /// A rectangle of pixels; row 0 is at the top.
@@ -119,13 +119,19 @@ impl Film {
         splats.mean(x, y).map(|v| v * scale)
     }
 
-    fn pixel(&self, x: u32, y: u32, more: &More) -> Option<[f32; 4]> {
-        let Some(mut mean) = self.sum(x, y).mean() else { return self.preview.as_ref()?.pixel(x, y) };
-        if let Some(caught) = more.caught
-            && let Some((band, i)) = self.place(x, y)
-        {
-            mean = caught.apply(band, i, mean);
+    /// The mean of the samples of a pixel of the region, with the shadow on shadow catchers.
+    fn mean(&self, x: u32, y: u32, caught: Option<Caught>) -> Option<[f32; 4]> {
+        let mean = self.sum(x, y).mean()?;
+        match (caught, self.place(x, y)) {
+            (Some(caught), Some((band, i))) => Some(caught.apply(band, i, mean)),
+            _ => Some(mean),
         }
+    }
+
+    fn pixel(&self, x: u32, y: u32, more: &More) -> Option<[f32; 4]> {
+        let Some(mut mean) = self.mean(x, y, more.caught) else {
+            return self.preview.as_ref()?.pixel(x, y);
+        };
         if more.removes_fireflies {
             mean = self.without_fireflies(x, y, mean);
         }
@@ -219,6 +225,27 @@ impl<'a> Developed<'a> {
     /// The scene values of all rows, if they are kept: those of pictures of at most 16 million pixels are.
     pub(crate) fn kept(&self) -> Option<&[[f32; 4]]> {
         (!self.kept.is_empty()).then_some(&self.kept)
+    }
+
+    /// The light of light paths in a pixel of the region, as in [`Film::light`].
+    pub(crate) fn light(&self, x: u32, y: u32) -> [f32; 3] {
+        self.film.splats().map_or([0.0; 3], |splats| {
+            let scale = self.more.scale(x, y);
+            splats.mean(x, y).map(|v| v * scale)
+        })
+    }
+
+    /// The factor by which removing fireflies has scaled the light of a pixel of the region; `pixel` is its value in
+    /// the picture.
+    pub(crate) fn left_of_fireflies(&self, x: u32, y: u32, pixel: &[f32; 4]) -> f32 {
+        if !self.more.removes_fireflies {
+            return 1.0;
+        }
+        let Some([r, g, b, _]) = self.film.mean(x, y, self.more.caught) else { return 1.0 };
+        let light = self.light(x, y);
+        let clean = Spectrum::from(std::array::from_fn(|c| pixel[c] - light[c]));
+        let scale = clean.luminance() / Spectrum::new(r, g, b).luminance();
+        if scale.is_finite() { scale.clamp(0.0, 1.0) } else { 1.0 }
     }
 
     /// Replaces the colours of the rows, which are kept. Coverage stays, as do pixels that cover nothing or are not

@@ -152,8 +152,7 @@ impl Renderer {
 
     /// What a denoiser needs, from the picture of this renderer's film. `None` without [`Renderer::denoises`].
     pub fn denoising_buffers(&self, picture: &Developed<'_>, threads: usize) -> Option<Buffers> {
-        let desc = &self.prepared.view.film;
-        if self.denoises() { Buffers::of_film(&self.film, desc, picture, threads) } else { None }
+        if self.denoises() { Buffers::of_film(&self.film, picture, threads) } else { None }
     }
 
     /// Whether [`Renderer::developed`] and [`Renderer::develop`] remove noise.
