@@ -15,6 +15,12 @@ const AS_BRIGHT: usize = 6;
 /// Standard deviations over its other neighbours that such a pixel may keep.
 const KEPT: f32 = 4.0;
 
+/// Emission with a smaller standard error than this part of its luminance is without noise.
+const LEAST_NOISE: f32 = 0.01;
+
+/// Radius of the square that emission must be noisy in.
+const OPENED: usize = 2;
+
 /// Radius of the square over which variances are averaged.
 const SMOOTH: usize = 3;
 
@@ -26,6 +32,8 @@ pub(super) struct Light {
     pub(super) values: Vec<Rgb>,
     /// Variance of the luminance of `values`, smoothed; 0 where there is no noise.
     pub(super) variance: Vec<f32>,
+    /// Whether it is emission that is seen, which surfaces do not reflect.
+    pub(super) is_seen: bool,
     divides: bool,
     /// The pixels that have this light; empty for all.
     known: Vec<bool>,
@@ -60,17 +68,21 @@ impl Light {
         let bright: Vec<f32> = raw.iter().map(|(value, _)| luminance(value)).collect();
         let limited = strips::map(count, threads, |i| {
             let (value, variance) = raw[i];
-            let by = limit(&bright, [width, height], i, variance);
+            // Emission that is seen has bright samples, too, where small lamps are, but no fireflies.
+            let by = if is_seen { 1.0 } else { limit(&bright, [width, height], i, variance) };
             (value.map(|v| v * by), variance * by * by)
         });
         let mut variance = smoothed(&limited, [width, height], threads);
         if is_seen {
-            let noise: Vec<f32> = limited.iter().map(|(_, variance)| *variance).collect();
-            let is_noisy = opened(&noise, [width, height], threads);
+            let is_noisy = |i: usize| {
+                let (value, variance) = &limited[i];
+                variance.sqrt() > LEAST_NOISE * luminance(value)
+            };
+            let is_noisy = opened(is_noisy, [width, height], threads);
             variance.iter_mut().zip(is_noisy).for_each(|(v, noisy)| *v = if noisy { *v } else { 0.0 });
         }
         let values = limited.into_iter().map(|(value, _)| value).collect();
-        Light { width, height, values, variance, divides: !is_seen, known: Vec::new() }
+        Light { width, height, values, variance, is_seen, divides: !is_seen, known: Vec::new() }
     }
 
     /// The fraction of the light that arrives at shadow catchers. Other pixels get the mean of the known ones of a patch
@@ -89,7 +101,7 @@ impl Light {
         };
         let (values, variance) = strips::map(width * height, threads, light).into_iter().unzip();
         let known = caught.iter().map(|caught| caught.is_whole).collect();
-        Light { width, height, values, variance, divides: false, known }
+        Light { width, height, values, variance, is_seen: false, divides: false, known }
     }
 
     /// Whether a pixel has this light.
@@ -138,10 +150,10 @@ fn smoothed(light: &[(Rgb, f32)], [width, height]: [usize; 2], threads: usize) -
     strips::map(width * height, threads, |i| absolute[i].min(square(i) * relative[i]))
 }
 
-/// Where variance is more than a line of one pixel, as at the edges of emitters: morphological opening with a square of
-/// 3 x 3 pixels.
-fn opened(variance: &[f32], [width, height]: [usize; 2], threads: usize) -> Vec<bool> {
+/// Where there is noise on more than lines of a few pixels, which the edges of emitters are: morphological opening with a
+/// square.
+fn opened(is_noisy: impl Fn(usize) -> bool + Sync, [width, height]: [usize; 2], threads: usize) -> Vec<bool> {
     let count = width * height;
-    let inner = strips::map(count, threads, |i| around(width, height, i, 1).all(|j| variance[j] > 0.0));
-    strips::map(count, threads, |i| around(width, height, i, 1).any(|j| inner[j]))
+    let inner = strips::map(count, threads, |i| around(width, height, i, OPENED).all(&is_noisy));
+    strips::map(count, threads, |i| around(width, height, i, OPENED).any(|j| inner[j]))
 }

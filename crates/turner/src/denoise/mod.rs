@@ -5,19 +5,19 @@
 //! light (Bitterli et al. 2016, "Nonlinearly Weighted First-order Regression for Denoising Monte Carlo Renderings"):
 //!
 //! ```text
-//!   samples ──► film ──► emission, direct, indirect light, each with its variance     [`Buffers`]
+//!   samples ──► film ──► emission and reflected light, each with its variance        [`Buffers`]
 //!                   └──► guides: albedo, normal, distance, each with its variance
 //!
 //!   guides   ──► noisy ones are averaged with similar neighbours                      guides
 //!   light    ──► divided by the albedo; single bright samples are limited             light
-//!   each of the three kinds of light:
+//!   each of the two kinds of light, and shadows on shadow catchers:
 //!       weights of a window of 19 x 19 pixels, by the similarity of patches           weights
 //!       weighted fit: light = a + b · (x, y, albedo, normal, distance)                fit
 //!       the fits around a pixel, averaged with these weights, are its new light       tile
 //! ```
 //!
-//! Each kind of light has fits of its own, because their noise and their edges differ: shadows are sharp in direct light, and
-//! indirect light is smooth but noisy. Emission that is seen directly has no noise but at edges and out of focus.
+//! Emission that is seen directly has no noise but at edges and out of focus. It has fits of its own, so that lamps do not
+//! bleed into what is around them.
 //!
 //! A fit holds for its whole window, so not every pixel needs its own: every third pixel of every third row has one, and
 //! further pixels where those around them are unlike.
@@ -69,10 +69,8 @@ pub struct Buffers {
     pub height: usize,
     /// Emitters and background, seen directly or by way of glass and mirrors.
     pub emission: Part,
-    /// Light that a surface receives directly from emitters.
-    pub direct: Part,
-    /// All other light.
-    pub indirect: Part,
+    /// All other light: what surfaces and media send on.
+    pub reflected: Part,
     /// Means of albedo, normal and logarithmic distance.
     pub guides: Vec<[f32; GUIDES]>,
     /// Variances of the means of albedo, normal and logarithmic distance, each summed over its components.
@@ -84,7 +82,7 @@ pub struct Buffers {
 /// The shadow catchers of a pixel.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Caught {
-    /// What is behind them, without shadow, times their coverage. It is none of the three kinds of light.
+    /// What is behind them, without shadow, times their coverage. It is in neither kind of light.
     pub behind: Rgb,
     /// The fraction of the light that arrives at them, 0 to 1; in the pixels around unless `is_whole`.
     pub lit: f32,
@@ -100,7 +98,7 @@ pub fn denoise(buffers: &Buffers, threads: usize, set: InstructionSet) -> Vec<Rg
     let (width, height) = (buffers.width, buffers.height);
     let guides = guides::filtered(buffers, threads);
     let mut out = vec![[0.0; 3]; width * height];
-    for (part, is_seen) in [(&buffers.emission, true), (&buffers.direct, false), (&buffers.indirect, false)] {
+    for (part, is_seen) in [(&buffers.emission, true), (&buffers.reflected, false)] {
         let light = Light::new(buffers, part, &guides, is_seen, threads);
         let fitted = tile::fitted(&light, &guides, threads, set);
         let factors = light.factors(&guides);

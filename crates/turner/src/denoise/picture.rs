@@ -28,8 +28,7 @@ impl Buffers {
             width: film.crop.width as usize,
             height: film.crop.height as usize,
             emission: part(|pixel| pixel.emission),
-            direct: part(|pixel| pixel.direct),
-            indirect: part(|pixel| pixel.indirect),
+            reflected: part(|pixel| pixel.reflected),
             guides: each.iter().map(|pixel| pixel.guides).collect(),
             guide_variances: each.iter().map(|pixel| pixel.guide_variances).collect(),
             caught: Vec::new(),
@@ -73,7 +72,7 @@ impl Buffers {
         });
         for i in (0..coverage.len()).filter(|i| coverage[*i] > 0.0) {
             if is_whole(i) {
-                for part in [&mut self.emission, &mut self.direct, &mut self.indirect] {
+                for part in [&mut self.emission, &mut self.reflected] {
                     (part.mean[i], part.variance[i]) = ([0.0; 3], 0.0);
                 }
                 continue;
@@ -82,7 +81,7 @@ impl Buffers {
             for (c, behind) in self.caught[i].behind.into_iter().enumerate() {
                 // The picture has the shadow, emission has none.
                 self.emission.mean[i][c] -= behind;
-                self.indirect.mean[i][c] += behind * kept_off;
+                self.reflected.mean[i][c] += behind * kept_off;
             }
         }
     }
@@ -105,8 +104,7 @@ struct Source<'a> {
 #[derive(Clone, Default)]
 struct Pixel {
     emission: (Rgb, f32),
-    direct: (Rgb, f32),
-    indirect: (Rgb, f32),
+    reflected: (Rgb, f32),
     guides: [f32; GUIDES],
     guide_variances: [f32; 3],
 }
@@ -121,10 +119,6 @@ impl Source<'_> {
         self.planes.get(channel).and_then(|plane| plane.get(i)).map_or(0.0, |v| sound(*v))
     }
 
-    fn three(&self, channel: usize, i: usize) -> Rgb {
-        std::array::from_fn(|c| self.at(channel + c, i))
-    }
-
     fn pixel(&self, i: usize) -> Pixel {
         let crop = self.film.crop;
         let (x, y) = (crop.x + i as u32 % crop.width, crop.y + i as u32 / crop.width);
@@ -135,30 +129,28 @@ impl Source<'_> {
         };
         // Where fireflies were removed, all kinds of light are scaled down alike; the moments of light are squares.
         let kept = self.picture.left_of_fireflies(x, y, &self.pixels[i]);
-        let light = |channel: usize| self.three(channel, i).map(|v| v * kept);
         let of_mean = |mean: &Rgb, moment: usize| {
             let square = self.at(moment, i) * kept * kept;
             let mean = luminance(mean);
             // A single sample may be anything.
             spread(square, mean * mean).unwrap_or(square)
         };
-        let (emission, direct) = (light(8), light(11));
-        let indirect: Rgb = std::array::from_fn(|c| sound(self.pixels[i][c]) - emission[c] - direct[c]);
-        // The moment of the rest is that of its samples, without light paths.
+        let emission: Rgb = std::array::from_fn(|c| self.at(8 + c, i) * kept);
+        let reflected: Rgb = std::array::from_fn(|c| sound(self.pixels[i][c]) - emission[c]);
+        // The moment is that of the samples, without light paths.
         let splats = self.picture.light(x, y);
-        let of_samples = std::array::from_fn(|c| indirect[c] - sound(splats[c]));
+        let of_samples = std::array::from_fn(|c| reflected[c] - sound(splats[c]));
         let guides: [f32; GUIDES] = std::array::from_fn(|k| self.at(k, i));
         let [r, g, b, nx, ny, nz, distance] = guides;
         let of_guide = |moment: usize, mean: f32| spread(self.at(moment, i), mean).unwrap_or(0.0);
         Pixel {
-            emission: (emission, of_mean(&emission, 14)),
-            direct: (direct, of_mean(&direct, 15)),
-            indirect: (indirect, of_mean(&of_samples, 16) + sound(of_splats as f32)),
+            emission: (emission, of_mean(&emission, 11)),
+            reflected: (reflected, of_mean(&of_samples, 12) + sound(of_splats as f32)),
             guides,
             guide_variances: [
-                of_guide(17, r * r + g * g + b * b),
+                of_guide(13, r * r + g * g + b * b),
                 of_guide(7, nx * nx + ny * ny + nz * nz),
-                of_guide(18, distance * distance),
+                of_guide(14, distance * distance),
             ],
         }
     }

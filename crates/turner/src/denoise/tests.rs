@@ -29,21 +29,18 @@ fn scene(noise: f32) -> (Buffers, Vec<Rgb>) {
         };
         let normal = if is_left { [1.0, 0.0, 0.0] } else { [0.0, 0.0, 1.0] };
         let light = 0.5 + y as f32 / HEIGHT as f32;
-        let direct: Rgb = albedo.map(|a| a * light);
-        let indirect: Rgb = albedo.map(|a| a * 0.2);
+        let reflected: Rgb = albedo.map(|a| a * (light + 0.2));
         let emission = if is_lamp { [20.0; 3] } else { [0.0; 3] };
-        truth.push(std::array::from_fn(|c| direct[c] + indirect[c] + emission[c]));
+        truth.push(std::array::from_fn(|c| reflected[c] + emission[c]));
         let noisy = |v: Rgb, k: u32| {
             let by = 1.0 + noise * 12f32.sqrt() * (random(i, k) - 0.5);
             let new = v.map(|v| v * by);
             let deviation = noise * luminance(&v);
             (new, deviation * deviation)
         };
-        for (part, (mean, variance)) in [
-            (&mut b.emission, (emission, 0.0)),
-            (&mut b.direct, noisy(direct, 1)),
-            (&mut b.indirect, noisy(indirect, 2)),
-        ] {
+        for (part, (mean, variance)) in
+            [(&mut b.emission, (emission, 0.0)), (&mut b.reflected, noisy(reflected, 1))]
+        {
             part.mean.push(mean);
             part.variance.push(variance);
         }
@@ -73,11 +70,7 @@ fn without_noise_the_picture_stays() {
 fn noise_goes_edges_textures_and_energy_stay() {
     let (buffers, truth) = scene(0.4);
     let raw: Vec<Rgb> = (0..truth.len())
-        .map(|i| {
-            std::array::from_fn(|c| {
-                buffers.emission.mean[i][c] + buffers.direct.mean[i][c] + buffers.indirect.mean[i][c]
-            })
-        })
+        .map(|i| std::array::from_fn(|c| buffers.emission.mean[i][c] + buffers.reflected.mean[i][c]))
         .collect();
     let found = denoise(&buffers, 1, InstructionSet::best());
     let (before, after) = (error(&raw, &truth), error(&found, &truth));
@@ -110,8 +103,8 @@ fn threads_and_instruction_sets_do_not_change_a_bit() {
 fn single_bright_samples_are_limited() {
     let (mut buffers, truth) = scene(0.1);
     let i = 50 * WIDTH + 70;
-    buffers.indirect.mean[i] = [50.0; 3];
-    buffers.indirect.variance[i] = 2500.0;
+    buffers.reflected.mean[i] = [50.0; 3];
+    buffers.reflected.variance[i] = 2500.0;
     let found = denoise(&buffers, 1, InstructionSet::best());
     let near = around(WIDTH, HEIGHT, i, 4);
     let worst = near.map(|j| (found[j][1] / truth[j][1] - 1.0).abs()).fold(0.0, f32::max);

@@ -169,35 +169,32 @@ impl Tile<'_> {
         }
         if sums[0] > 0.0 {
             let coefficients = solve(&sums);
-            self.predict(x, y, &coefficients);
+            self.predict(simd, x, y, &coefficients);
         }
     }
 
     #[inline(always)]
-    fn predict(&mut self, x: usize, y: usize, coefficients: &Coefficients) {
+    fn predict<S: Simd>(&mut self, simd: S, x: usize, y: usize, coefficients: &Coefficients) {
+        const VECTORS: usize = WIDE / LANES;
+        let own = coefficients.map(|own| own.map(|v| F32x8::splat(simd, v)));
         for dy in 0..SIDE {
-            for first in (0..WIDE).step_by(LANES) {
-                let mut light = [[0.0f32; LANES]; 3];
-                for (k, plane) in self.buffers.terms.iter().enumerate() {
-                    let term: &[f32; LANES] = lanes(&plane[y + dy], x + first);
-                    for (light, own) in light.iter_mut().zip(coefficients) {
-                        for i in 0..LANES {
-                            light[i] += own[k] * term[i];
-                        }
+            let mut light = own.map(|own| [own[0]; VECTORS]);
+            for (k, plane) in self.buffers.terms.iter().enumerate().skip(1) {
+                for v in 0..VECTORS {
+                    let term = F32x8::load(simd, &block(&plane[y + dy], x + v * LANES));
+                    for c in 0..3 {
+                        light[c][v] = light[c][v] + own[c][k] * term;
                     }
                 }
-                let weights: &[f32; LANES] = lanes(&self.buffers.window[dy], first);
-                let [red, green, blue, sum] = &mut self.out.planes;
-                for (plane, light) in [red, green, blue].into_iter().zip(&light) {
-                    let out = &mut plane[y + dy][x + first..x + first + LANES];
-                    for i in 0..LANES {
-                        out[i] += weights[i] * light[i];
-                    }
+            }
+            let [colors @ .., sum] = &mut self.out.planes;
+            for v in 0..VECTORS {
+                let weight = F32x8::load(simd, &block(&self.buffers.window[dy], v * LANES));
+                let at = x + v * LANES;
+                for (plane, light) in colors.iter_mut().zip(&light) {
+                    add(simd, &mut plane[y + dy], at, weight * light[v]);
                 }
-                let out = &mut sum[y + dy][x + first..x + first + LANES];
-                for i in 0..LANES {
-                    out[i] += weights[i];
-                }
+                add(simd, &mut sum[y + dy], at, weight);
             }
         }
     }
@@ -205,8 +202,16 @@ impl Tile<'_> {
 
 /// A vector of a row.
 #[inline(always)]
-fn lanes(row: &[f32], from: usize) -> &[f32; LANES] {
-    row[from..].first_chunk().expect("rows are long enough")
+fn block(row: &[f32], from: usize) -> Block32 {
+    Block32(*row[from..].first_chunk().expect("rows are long enough"))
+}
+
+/// Adds a vector to a row.
+#[inline(always)]
+fn add<S: Simd>(simd: S, row: &mut [f32], from: usize, more: F32x8<S>) {
+    let mut sum = Block32::default();
+    (F32x8::load(simd, &block(row, from)) + more).store(&mut sum);
+    row[from..from + LANES].copy_from_slice(&sum.0);
 }
 
 /// The fitted light of each pixel; `None` where there is no noise.

@@ -69,7 +69,7 @@ choice! {
         /// Variance of the pixel's luminance, as if its samples were independent; 0 with fewer than two of them.
         Variance = "variance",
         /// What the denoiser needs: albedo, normal and logarithmic distance of the first surface that is not polished,
-        /// followed through glass and mirrors, the light of that surface in parts, and second moments. Integrators "path" and
+        /// followed through glass and mirrors, the emission that is seen there, and second moments. Integrators "path" and
         /// "direct". `denoise` asks for it.
         Denoising = "denoising",
         /// Half the width of the interval of the luminance that holds the converged value with a probability of 95 %; 0
@@ -119,9 +119,9 @@ pub enum LabelKind {
 /// The channels of [`Aov::Denoising`], in the order of
 /// [`DenoisingSample::values`](crate::integrator::DenoisingSample::values).
 ///
-/// `moments` are means of squares: X of the luminance of `emission`, Y of `direct`, Z of the rest of the colour;
+/// `moments` are means of squares: X of the luminance of `emission`, Y of that of the rest of the colour;
 /// `guides` of the albedo (X) and of the logarithmic distance (Y).
-pub(crate) const DENOISING_CHANNELS: [&str; 19] = [
+pub(crate) const DENOISING_CHANNELS: [&str; 15] = [
     "denoising.albedo.R",
     "denoising.albedo.G",
     "denoising.albedo.B",
@@ -133,12 +133,8 @@ pub(crate) const DENOISING_CHANNELS: [&str; 19] = [
     "denoising.emission.R",
     "denoising.emission.G",
     "denoising.emission.B",
-    "denoising.direct.R",
-    "denoising.direct.G",
-    "denoising.direct.B",
     "denoising.moments.X",
     "denoising.moments.Y",
-    "denoising.moments.Z",
     "denoising.guides.U",
     "denoising.guides.V",
 ];

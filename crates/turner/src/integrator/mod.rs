@@ -131,24 +131,21 @@ pub struct DenoisingSample {
     pub is_hit: bool,
     /// Light that is seen directly or by way of glass and mirrors: emitters, background.
     pub emission: Spectrum,
-    /// Light that the surface receives directly from emitters.
-    pub direct: Spectrum,
 }
 
 impl DenoisingSample {
     /// The values of the channels of [`Aov::Denoising`](crate::film::Aov::Denoising), for a sample of this radiance. `by`
     /// is a factor of its light.
-    pub(crate) fn values(&self, color: Spectrum, by: f32) -> [f32; 19] {
+    pub(crate) fn values(&self, color: Spectrum, by: f32) -> [f32; 15] {
         let [r, g, b] = self.albedo.to_array();
         let [x, y, z] = self.normal;
-        let (emission, direct) = (self.emission * by, self.direct * by);
-        let ([er, eg, eb], [dr, dg, db]) = (emission.to_array(), direct.to_array());
-        let square = |light: Spectrum| light.luminance() * light.luminance();
-        let [e2, d2, i2] = [emission, direct, color - emission - direct].map(square);
+        let emission = self.emission * by;
+        let [er, eg, eb] = emission.to_array();
+        let [e2, l2] = [emission, color - emission].map(|light| light.luminance() * light.luminance());
         let hit = f32::from(u8::from(self.is_hit));
         let distance = self.log_distance;
         let albedo = r * r + g * g + b * b;
-        [r, g, b, x, y, z, distance, hit, er, eg, eb, dr, dg, db, e2, d2, i2, albedo, distance * distance]
+        [r, g, b, x, y, z, distance, hit, er, eg, eb, e2, l2, albedo, distance * distance]
     }
 }
 

@@ -35,8 +35,6 @@ struct Trail {
     bounces: u32,
     /// The most bounces at the next surface: more mean that a medium has scattered it.
     expected: u32,
-    /// Its number of bounces in this round.
-    now: u32,
     /// Whether the last surface is the one sought, unless the path passed straight through it.
     is_found: bool,
     is_over: bool,
@@ -82,26 +80,9 @@ impl Guides {
         }
         for &sample in samples {
             let i = sample as usize;
-            let (trail, known) = (&mut self.trails[i], &mut self.samples[i]);
-            let gained = out[i].color - trail.before - split.photons(sample);
+            let trail = &self.trails[i];
             if !trail.is_over {
-                known.emission += gained;
-            } else if trail.now == trail.bounces + 1 {
-                known.direct += gained;
-            }
-            trail.before = out[i].color;
-        }
-    }
-
-    /// The light that the vertices of a round sample is added.
-    pub(super) fn lit(&mut self, samples: &[u32], out: &[Radiance]) {
-        if !self.active {
-            return;
-        }
-        for &sample in samples {
-            let (trail, known) = (&self.trails[sample as usize], &mut self.samples[sample as usize]);
-            if !trail.is_over {
-                known.direct += out[sample as usize].color - trail.before;
+                self.samples[i].emission += out[i].color - trail.before - split.photons(sample);
             }
         }
     }
@@ -129,10 +110,9 @@ impl<R: Record> PathBatch<'_, R> {
             let at = sample as usize;
             let path = &self.paths[at];
             let trail = &mut self.guides.trails[at];
-            trail.now = path.bounces.total;
-            trail.is_over |= trail.is_found && trail.now > trail.bounces || trail.now > trail.expected;
+            let now = path.bounces.total;
+            trail.is_over |= trail.is_found && now > trail.bounces || now > trail.expected;
             if trail.is_over {
-                self.guides.active |= trail.now <= trail.bounces + 1;
                 continue;
             }
             self.guides.active = true;
@@ -162,7 +142,7 @@ impl<R: Record> PathBatch<'_, R> {
             let material = self.scene.material_at(hit);
             let normal = if outside { surface.ns } else { -surface.ns };
             trail.length += hit.shape.t;
-            (trail.bounces, trail.expected) = (trail.now, trail.now + 1);
+            (trail.bounces, trail.expected) = (now, now + 1);
             let log_distance = (ln(trail.length.max(f64::MIN_POSITIVE)) * LOG2_E) as f32;
             let albedo = match material {
                 Material::OpenPbr(m) => match m.constant_bsdf(outside) {

@@ -369,7 +369,6 @@ impl<R: Record> PathBatch<'_, R> {
         self.split.shaded(&queue.samples, out);
         self.trace_shadow_rays(out, stats);
         self.split.lit(&queue.samples, out);
-        self.guides.lit(&queue.samples, out);
         queue.clear();
         self.queue = std::mem::replace(&mut self.next, queue);
     }
