@@ -15,6 +15,12 @@ const AS_BRIGHT: usize = 6;
 /// Standard deviations over its other neighbours that such a pixel may keep.
 const KEPT: f32 = 4.0;
 
+/// Radius of the wider surroundings.
+const WIDE: usize = 5;
+
+/// How much brighter than the mean of these such a pixel may be.
+const BRIGHTER: f32 = 8.0;
+
 /// Emission with a smaller standard error than this part of its luminance is without noise.
 const LEAST_NOISE: f32 = 0.01;
 
@@ -32,8 +38,6 @@ pub(super) struct Light {
     pub(super) values: Vec<Rgb>,
     /// Variance of the luminance of `values`, smoothed; 0 where there is no noise.
     pub(super) variance: Vec<f32>,
-    /// Whether it is emission that is seen, which surfaces do not reflect.
-    pub(super) is_seen: bool,
     divides: bool,
     /// The pixels that have this light; empty for all.
     known: Vec<bool>,
@@ -66,23 +70,32 @@ impl Light {
         };
         let raw: Vec<(Rgb, f32)> = strips::map(count, threads, over_albedo);
         let bright: Vec<f32> = raw.iter().map(|(value, _)| luminance(value)).collect();
+        let noisy_emission = is_seen.then(|| {
+            let is_noisy = |i: usize| raw[i].1.sqrt() > LEAST_NOISE * bright[i];
+            opened(is_noisy, [width, height], threads)
+        });
+        // Emission that is seen has bright pixels at the edges of lamps, too. They stay.
+        let stays = |i: usize| noisy_emission.as_ref().is_some_and(|noisy| !noisy[i]);
+        let near = strips::map(count, threads, |i| {
+            if stays(i) { 1.0 } else { limit(&bright, [width, height], i, raw[i].1) }
+        });
+        let around = box_mean(width, height, WIDE, threads, |i| bright[i] * near[i]);
         let limited = strips::map(count, threads, |i| {
             let (value, variance) = raw[i];
-            // Emission that is seen has bright samples, too, where small lamps are, but no fireflies.
-            let by = if is_seen { 1.0 } else { limit(&bright, [width, height], i, variance) };
+            let own = bright[i] * near[i];
+            let by = if stays(i) || variance.sqrt() <= DOMINATED * bright[i] {
+                near[i]
+            } else {
+                near[i] * wide_limit(own, around[i])
+            };
             (value.map(|v| v * by), variance * by * by)
         });
         let mut variance = smoothed(&limited, [width, height], threads);
-        if is_seen {
-            let is_noisy = |i: usize| {
-                let (value, variance) = &limited[i];
-                variance.sqrt() > LEAST_NOISE * luminance(value)
-            };
-            let is_noisy = opened(is_noisy, [width, height], threads);
-            variance.iter_mut().zip(is_noisy).for_each(|(v, noisy)| *v = if noisy { *v } else { 0.0 });
+        if let Some(noisy) = &noisy_emission {
+            variance.iter_mut().zip(noisy).for_each(|(v, noisy)| *v = if *noisy { *v } else { 0.0 });
         }
         let values = limited.into_iter().map(|(value, _)| value).collect();
-        Light { width, height, values, variance, is_seen, divides: !is_seen, known: Vec::new() }
+        Light { width, height, values, variance, divides: !is_seen, known: Vec::new() }
     }
 
     /// The fraction of the light that arrives at shadow catchers. Other pixels get the mean of the known ones of a patch
@@ -101,7 +114,7 @@ impl Light {
         };
         let (values, variance) = strips::map(width * height, threads, light).into_iter().unzip();
         let known = caught.iter().map(|caught| caught.is_whole).collect();
-        Light { width, height, values, variance, is_seen: false, divides: false, known }
+        Light { width, height, values, variance, divides: false, known }
     }
 
     /// Whether a pixel has this light.
@@ -138,6 +151,14 @@ fn limit(bright: &[f32], [width, height]: [usize; 2], i: usize, variance: f32) -
     let mean = others.iter().sum::<f32>() * scale;
     let spread = others.iter().map(|v| (v - mean) * (v - mean)).sum::<f32>() * scale;
     let most = mean + KEPT * spread.sqrt() + 1e-6;
+    if own > most { most / own } else { 1.0 }
+}
+
+/// The same for bright pixels that are not alone, among wider surroundings. `mean` is that of the square, the pixel included.
+fn wide_limit(own: f32, mean: f32) -> f32 {
+    const PIXELS: f32 = ((2 * WIDE + 1) * (2 * WIDE + 1)) as f32;
+    let others = (mean * PIXELS - own).max(0.0) / (PIXELS - 1.0);
+    let most = BRIGHTER * others + 1e-6;
     if own > most { most / own } else { 1.0 }
 }
 
