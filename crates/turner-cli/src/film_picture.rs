@@ -1,6 +1,6 @@
 //! The picture of a film, to be saved.
 
-use turner::film::{Developed, DisplayTransform, Picture};
+use turner::film::{Denoise, Developed, DisplayTransform, Picture};
 use turner::render::Renderer;
 use turner_io::Save;
 
@@ -19,10 +19,9 @@ impl<'a> FilmPicture<'a> {
         FilmPicture::with(renderer, threads, |threads| renderer.developed(threads))
     }
 
-    /// The same with its noise, which takes less time.
-    pub(crate) fn raw(renderer: &'a Renderer, threads: usize) -> FilmPicture<'a> {
-        let desc = &renderer.prepared().view.film;
-        FilmPicture::with(renderer, threads, |threads| renderer.film.developed(desc, threads))
+    /// The same by the fast denoiser, if the picture has one: for pictures while rendering goes on.
+    pub(crate) fn progress(renderer: &'a Renderer, threads: usize) -> FilmPicture<'a> {
+        FilmPicture::with(renderer, threads, |threads| renderer.developed_as(Denoise::Fast, threads))
     }
 
     fn with(

@@ -8,7 +8,7 @@ use clap::builder::{PossibleValue, PossibleValuesParser};
 use clap::{Args, ValueEnum};
 use turner::color::Tonemap;
 use turner::description::SceneDesc;
-use turner::film::{Antialias, FilmDesc};
+use turner::film::{Antialias, Denoise, FilmDesc};
 use turner::filter::FilterKind;
 use turner::integrator::{Caustics, IntegratorDesc, Prepared, SharedPathsMode};
 use turner::lint::lint;
@@ -94,7 +94,7 @@ pub(crate) struct FilmArgs {
     #[arg(long)]
     adaptive: bool,
     /// Remove the noise of the finished picture; EXR files keep the raw one as the layer "raw" [default: on for models]
-    #[arg(long, value_name = "on|off", num_args = 0..=1, default_missing_value = "on", value_parser = ["on", "off"])]
+    #[arg(long, value_name = "DENOISER", num_args = 0..=1, default_missing_value = "on", value_parser = words(Denoise::DOCS))]
     denoise: Option<String>,
     /// Anti-aliasing: where the samples of a pixel lie and how they are averaged
     #[arg(long, value_name = "MODE", value_parser = words(Antialias::DOCS))]
@@ -183,10 +183,10 @@ impl PictureQuality {
     fn settings(self) -> &'static [(&'static str, &'static str)] {
         match self {
             PictureQuality::Draft => {
-                &[("film.samples", "4"), ("integrator.max_depth", "4"), ("film.denoise", "true")]
+                &[("film.samples", "4"), ("integrator.max_depth", "4"), ("film.denoise", "\"on\"")]
             }
-            PictureQuality::Good => &[("film.samples", "16"), ("film.denoise", "true")],
-            PictureQuality::Final => &[("film.samples", "256"), ("film.denoise", "true")],
+            PictureQuality::Good => &[("film.samples", "16"), ("film.denoise", "\"on\"")],
+            PictureQuality::Final => &[("film.samples", "256"), ("film.denoise", "\"on\"")],
         }
     }
 }
@@ -231,8 +231,7 @@ impl FilmArgs {
         set("film.aovs", aovs, self.aov.as_deref());
         set("film.samples", number(self.samples), None);
         set("film.adaptive_sampling", self.adaptive.then(|| "true".to_owned()), Some(""));
-        let denoise = self.denoise.as_ref().map(|word| (word == "on").to_string());
-        set("film.denoise", denoise, self.denoise.as_deref());
+        set("film.denoise", quoted(&self.denoise), self.denoise.as_deref());
         set("film.antialias", quoted(&self.antialias), self.antialias.as_deref());
         set("film.filter", quoted(&self.filter), self.filter.as_deref());
         set("film.seed", number(self.seed), None);

@@ -8,6 +8,7 @@
 //! ```
 
 mod budget;
+mod denoiser;
 mod finished;
 mod load;
 mod one;

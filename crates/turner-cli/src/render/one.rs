@@ -12,6 +12,7 @@ use turner_io::checkpoint::{Header, fingerprint};
 use turner_io::scene::Sources;
 
 use super::budget::Budget;
+use super::denoiser::load_denoiser;
 use super::report::{Report, late_warnings};
 use super::saving::saving_time;
 use super::trace::{Job, Traced, trace};
@@ -36,7 +37,7 @@ pub(crate) const SAMPLE_RANGE: &str = "turner:sampleRange";
 /// Metadata of a picture whose noise is known: see `turner help --noise`.
 pub(super) const NOISE: &str = "turner:noise";
 
-/// Metadata of a picture that the denoiser has changed.
+/// Metadata of a picture that a denoiser has changed: its name.
 const DENOISED: &str = "turner:denoised";
 
 /// One picture to render.
@@ -156,7 +157,8 @@ impl One<'_> {
     pub(super) fn develop(&self, header: &Header, film: Film) -> Result<(), Failure> {
         let path = Path::new(&header.scene);
         checkpoint::check_scene(path, header, &self.hashes.shared).map_err(Failure::new)?;
-        let renderer = Renderer::resume(self.ready.prepared.clone(), film).map_err(Failure::new)?;
+        let mut renderer = Renderer::resume(self.ready.prepared.clone(), film).map_err(Failure::new)?;
+        load_denoiser(&mut renderer).map_err(Failure::new)?;
         let samples = 0..renderer.samples_per_pixel();
         let finished = renderer.film.finished(&samples);
         let noise = renderer.film.noise(self.args.run.threads);
@@ -207,14 +209,17 @@ impl One<'_> {
     ) -> Result<(Renderer, Option<PathBuf>, Option<Header>), Failure> {
         let Ready { prepared, sources, labels, .. } = self.ready;
         let Some(Resumed { path, checkpoint }) = resumed else {
-            let renderer = Renderer::new(prepared.clone());
-            return Ok((renderer.map_err(|e| Failure::in_scene(e, sources, labels))?, None, None));
+            let mut renderer =
+                Renderer::new(prepared.clone()).map_err(|e| Failure::in_scene(e, sources, labels))?;
+            load_denoiser(&mut renderer).map_err(Failure::new)?;
+            return Ok((renderer, None, None));
         };
         checkpoint::check_scene(&path, &checkpoint.header, &self.hashes.shared).map_err(Failure::new)?;
-        let renderer = Renderer::extend(prepared.clone(), checkpoint.film).map_err(|mut error| {
+        let mut renderer = Renderer::extend(prepared.clone(), checkpoint.film).map_err(|mut error| {
             error.message = format!("{}: {}", path.display(), error.message);
             Failure::new(error)
         })?;
+        load_denoiser(&mut renderer).map_err(Failure::new)?;
         Ok((renderer, Some(path), Some(checkpoint.header)))
     }
 
@@ -293,8 +298,9 @@ impl One<'_> {
         if let Some(noise) = &traced.noise {
             metadata.insert(NOISE.to_owned(), format!("{:.5}", noise.value).as_str().into());
         }
-        if traced.renderer.denoises() {
-            metadata.insert(DENOISED.to_owned(), "1".into());
+        let denoiser = traced.renderer.denoiser().filter(|_| traced.renderer.denoiser_fault().is_none());
+        if let Some(denoiser) = denoiser {
+            metadata.insert(DENOISED.to_owned(), denoiser.as_str().into());
         }
         if *samples != (0..all) {
             let range = format!("{}..{}", samples.start, samples.end);
@@ -307,7 +313,7 @@ impl One<'_> {
     /// For `turner watch`: writes the picture so far. An error shows when the finished picture is written.
     fn save_progress(&self, renderer: &Renderer) {
         let Ready { desc, prepared, .. } = self.ready;
-        let picture = FilmPicture::raw(renderer, self.args.run.threads);
+        let picture = FilmPicture::progress(renderer, self.args.run.threads);
         let (shown, hash) = (picture.transform(), &self.hashes.whole);
         let samples = renderer.film.mean_samples() as u32;
         let mut metadata =

@@ -34,6 +34,9 @@ pub(super) fn late_warnings(traced: &Traced, integrator: &IntegratorDesc) -> Vec
         };
         warn(format!("the ray tree was truncated in {n}{remedy}"));
     }
+    if let Some(fault) = traced.renderer.denoiser_fault() {
+        warn(format!("the picture keeps its noise: {fault}"));
+    }
     out
 }
 
@@ -105,7 +108,7 @@ impl Report<'_> {
             "rays_per_second": self.rays_per_second(),
             "samples": renderer.film.samples(),
             "ended_by": ended.map(End::word),
-            "denoised": renderer.denoises(),
+            "denoised": renderer.denoises() && renderer.denoiser_fault().is_none(),
             "noise": noise.map(|noise| json!({
                 "value": noise.value,
                 "interval": noise.interval,
@@ -141,7 +144,7 @@ impl Report<'_> {
             line += &format!(", AOVs in {name}");
         }
         if let Some(noise) = noise {
-            let of_raw = if renderer.denoises() { " before denoising" } else { "" };
+            let of_raw = if renderer.denoises() && renderer.denoiser_fault().is_none() { " before denoising" } else { "" };
             line += &format!(", noise {}{of_raw}", noise_text(noise));
             let (samples, seconds) = self.halving();
             line += &format!("; {samples:.0} samples, {} more, would halve it", text::seconds(seconds));

@@ -8,7 +8,7 @@ use std::sync::atomic::AtomicBool;
 use std::time::{Duration, Instant};
 
 use clap::Args;
-use turner::film::Picture;
+use turner::film::{Denoise, Picture};
 use turner::render::{PassOptions, Renderer};
 use turner::schema::{ErrorCode, SceneError};
 
@@ -133,7 +133,8 @@ impl<'a> Viewers<'a> {
         if self.terminal.is_none() && self.tev.is_none() {
             return;
         }
-        let picture = renderer.develop_with(threads);
+        let mode = if is_last { renderer.prepared().view.film.denoise } else { Denoise::Fast };
+        let picture = renderer.develop_as(mode, threads);
         if let Some(terminal) = &self.terminal {
             let Picture { width, height, display, .. } = &picture;
             let shot = Shot { width: *width, height: *height, pixels: display };

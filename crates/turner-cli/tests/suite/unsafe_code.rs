@@ -1,4 +1,4 @@
-//! `unsafe` occurs only in turner-bvh and turner-embree.
+//! `unsafe` occurs only in turner-bvh, and in the crates that load libraries of other programs.
 
 use std::path::{Path, PathBuf};
 
@@ -21,12 +21,12 @@ fn is_unsafe(line: &str) -> bool {
 }
 
 #[test]
-fn unsafe_code_stands_in_two_crates() {
+fn unsafe_code_stands_in_three_crates() {
     let crates = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
     let mut looked_at = Vec::new();
     for entry in std::fs::read_dir(crates).unwrap().map(|e| e.unwrap().path()) {
         let name = entry.file_name().unwrap().to_string_lossy().into_owned();
-        if !entry.join("Cargo.toml").is_file() || ["turner-bvh", "turner-embree"].contains(&&*name) {
+        if !entry.join("Cargo.toml").is_file() || ["turner-bvh", "turner-embree", "turner-oidn"].contains(&&*name) {
             continue;
         }
         let library = std::fs::read_to_string(entry.join("src/lib.rs")).unwrap();

@@ -6,7 +6,7 @@ use std::io::Read;
 use turner::color::{Spectrum, Tonemap, Transfer};
 use turner::description::default_studio::BACKDROP;
 use turner::description::{ModelDesc, SceneDesc, StudioDesc};
-use turner::film::{Antialias, FilmDesc, Fireflies};
+use turner::film::{Antialias, Denoise, FilmDesc, Fireflies};
 use turner::integrator::{IntegratorDesc, PathDesc};
 use turner::light::BackgroundDesc;
 use turner::schema::value::{Data, FileId, Span, Table, Value};
@@ -27,9 +27,10 @@ fn showing(integrator: Option<&str>) -> SceneDesc {
     let scene = SceneDesc::default();
     // The means of other integrators are of data.
     let is_light = integrator.is_none_or(|name| ["path", "direct"].contains(&name));
+    let denoise = if is_light { Denoise::On } else { Denoise::Off };
     let film = match integrator {
         Some(name) if DATA.contains(&name) => scene.film,
-        _ => FilmDesc { antialias: Antialias::MonteCarlo, samples: 16, denoise: is_light, ..scene.film },
+        _ => FilmDesc { antialias: Antialias::MonteCarlo, samples: 16, denoise, ..scene.film },
     };
     let fireflies = if is_light { Fireflies::Remove } else { Fireflies::Keep };
     SceneDesc {

@@ -9,7 +9,7 @@ use super::{GUIDES, Rgb};
 pub(super) const TERMS: usize = 3 + GUIDES;
 
 /// Products of two terms.
-const PAIRS: usize = TERMS * (TERMS + 1) / 2;
+pub(super) const PAIRS: usize = TERMS * (TERMS + 1) / 2;
 
 /// Length of a row: products, and terms times light, filled up to whole vectors.
 pub(super) const ROW: usize = (PAIRS + 3 * TERMS).next_multiple_of(16);

@@ -15,7 +15,7 @@ const AS_BRIGHT: usize = 6;
 /// Standard deviations over its other neighbours that such a pixel may keep.
 const KEPT: f32 = 4.0;
 
-/// Radius of the wider surroundings.
+/// Radius of the wider square around a bright pixel.
 const WIDE: usize = 5;
 
 /// How much brighter than the mean of these such a pixel may be.
@@ -98,6 +98,19 @@ impl Light {
         Light { width, height, values, variance, divides: !is_seen, known: Vec::new() }
     }
 
+    /// Reflected light with all that is noise: neither limited nor smoothed.
+    pub(super) fn plain(buffers: &Buffers, threads: usize) -> Light {
+        let (width, height, part) = (buffers.width, buffers.height, &buffers.reflected);
+        let of = |i: usize| {
+            let by = factor(&buffers.guides[i]);
+            let scale = 1.0 / luminance(&by);
+            let value: Rgb = std::array::from_fn(|c| part.mean[i][c] / by[c]);
+            (value, part.variance[i] * scale * scale)
+        };
+        let (values, variance) = strips::map(width * height, threads, of).into_iter().unzip();
+        Light { width, height, values, variance, divides: true, known: Vec::new() }
+    }
+
     /// The fraction of the light that arrives at shadow catchers. Other pixels get the mean of the known ones of a patch
     /// around them, so that they do not keep patches from being alike.
     pub(super) fn of_caught(buffers: &Buffers, threads: usize) -> Light {
@@ -154,7 +167,7 @@ fn limit(bright: &[f32], [width, height]: [usize; 2], i: usize, variance: f32) -
     if own > most { most / own } else { 1.0 }
 }
 
-/// The same for bright pixels that are not alone, among wider surroundings. `mean` is that of the square, the pixel included.
+/// The same for bright pixels that are not alone, in a wider square. `mean` is that of the square, the pixel included.
 fn wide_limit(own: f32, mean: f32) -> f32 {
     const PIXELS: f32 = ((2 * WIDE + 1) * (2 * WIDE + 1)) as f32;
     let others = (mean * PIXELS - own).max(0.0) / (PIXELS - 1.0);

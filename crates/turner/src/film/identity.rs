@@ -1,7 +1,7 @@
 //! Which picture a film belongs to.
 
 use super::checksum::checksum;
-use super::{FilmDesc, PixelRect};
+use super::{Denoise, FilmDesc, PixelRect};
 
 /// The settings that two films must share so that their samples belong to one picture.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -128,7 +128,7 @@ impl FilmDesc {
         let of = |film: &FilmDesc| FilmDesc {
             exposure: 0.0,
             auto_exposure: false,
-            denoise: false,
+            denoise: Denoise::Off,
             tonemap: Default::default(),
             crop: None,
             threshold: 0.0,

@@ -45,6 +45,7 @@ mod caught;
 mod channel;
 mod checksum;
 mod defaults;
+mod denoise;
 mod develop;
 mod display;
 mod error;
@@ -81,6 +82,7 @@ pub(crate) use caught::CAUGHT;
 pub use channel::{COLOR_CHANNELS, Channel, MAX_CHANNELS, MAX_NAME};
 pub use checksum::{Checksum, checksum};
 pub(crate) use develop::KEPT as KEPT_PIXELS;
+pub use denoise::Denoise;
 pub use develop::{Developed, Picture, PixelRect};
 pub use display::DisplayTransform;
 pub use error::{ErrorEstimate, Noise};
@@ -213,9 +215,9 @@ params! {
         /// pixel has at least a quarter of it. Needs "monte-carlo" with the integrators "path" or "direct", and a filter
         /// that stays within the pixel, such as the default "box".
         adaptive_sampling: bool = false;
-        /// Whether the denoiser removes the noise of the finished picture, guided by albedo, normals and distance. EXR
-        /// files keep the raw picture as the layer "raw". Needs "monte-carlo" with the integrators "path" or "direct".
-        denoise: bool = false;
+        /// Which denoiser removes the noise of the finished picture. EXR files keep the raw picture as the layer "raw".
+        /// Needs "monte-carlo" with the integrators "path" or "direct".
+        denoise: Denoise = Denoise::Off;
         /// Seed of the random numbers.
         seed: u32 = 0;
         /// Further channels next to the colour (AOVs, render passes), from the same samples: `["albedo", "normal"]`. An

@@ -46,11 +46,12 @@ pub use schedule::{PassRange, TileSet};
 pub use single::sample;
 
 use std::sync::atomic::AtomicBool;
+use std::sync::{Arc, OnceLock};
 
 use order::TileOrder;
 
-use crate::denoise::{Buffers, denoise};
-use crate::film::{Antialias, Developed, Film, Picture};
+use crate::denoise::{Buffers, Denoiser, denoise, denoise_fast};
+use crate::film::{Antialias, Denoise, Developed, Film, Picture};
 use crate::integrator::{Prepared, RayStats};
 use crate::schema::{ErrorCode, SceneError};
 
@@ -75,6 +76,9 @@ pub struct Renderer {
     /// Rays traced so far.
     pub stats: RayStats,
     order: TileOrder,
+    /// Removes the noise for [`Denoise::Oidn`], and why it could not.
+    denoiser: Option<Arc<dyn Denoiser>>,
+    fault: OnceLock<String>,
 }
 
 /// Whether films of this scene and view estimate their error: where samples are random and there are several.
@@ -102,7 +106,8 @@ impl Renderer {
         }
         film.take_light(prepared.integrator.light_paths())?;
         let order = TileOrder::new(film.tiles().count());
-        Ok(Renderer { prepared, film, stats: RayStats::default(), order })
+        let (stats, fault) = (RayStats::default(), OnceLock::new());
+        Ok(Renderer { prepared, film, stats, order, denoiser: None, fault })
     }
 
     /// A renderer that continues a film of the same picture: a saved or merged one.
@@ -139,15 +144,53 @@ impl Renderer {
         self.prepared.view.film.samples_per_pixel()
     }
 
-    /// The picture so far as rows, without noise if the film's `denoise` is on and the picture has at most 16 million
-    /// pixels. `threads` of 0 uses all. Debug views are not told apart.
+    /// Gives the denoiser for [`Denoise::Oidn`]. Without one, Turner's own takes its place.
+    pub fn denoise_with(&mut self, denoiser: Arc<dyn Denoiser>) {
+        self.denoiser = Some(denoiser);
+    }
+
+    /// The picture so far as rows, without noise if the film's `denoise` asks for it and the picture has at most 16
+    /// million pixels. `threads` of 0 uses all. Debug views are not told apart.
     pub fn developed(&self, threads: usize) -> Developed<'_> {
+        self.developed_as(self.prepared.view.film.denoise, threads)
+    }
+
+    /// The same with another denoiser, which has an effect if the film's `denoise` is not [`Denoise::Off`].
+    pub fn developed_as(&self, mode: Denoise, threads: usize) -> Developed<'_> {
         let desc = &self.prepared.view.film;
         let mut developed = self.film.developed(desc, threads);
-        if let Some(buffers) = self.denoising_buffers(&developed, threads) {
-            developed.recolor(&denoise(&buffers, threads, self.prepared.view.instruction_set));
+        if mode == Denoise::Off {
+            return developed;
+        }
+        if let Some(buffers) = self.denoising_buffers(&developed, threads)
+            && let Some(colors) = self.denoised(mode, &buffers, threads)
+        {
+            developed.recolor(&colors);
         }
         developed
+    }
+
+    /// The colours without noise; `None` if the denoiser fails.
+    fn denoised(&self, mode: Denoise, buffers: &Buffers, threads: usize) -> Option<Vec<[f32; 3]>> {
+        let set = self.prepared.view.instruction_set;
+        match (mode, &self.denoiser) {
+            (Denoise::Off, _) => None,
+            (Denoise::Oidn, Some(denoiser)) => match denoiser.denoise(buffers, threads) {
+                Ok(colors) if colors.len() == buffers.width * buffers.height => Some(colors),
+                other => {
+                    let why = other.err().unwrap_or_else(|| "it gave a picture of another size".to_owned());
+                    let _ = self.fault.set(why);
+                    None
+                }
+            },
+            (Denoise::Fast, _) => Some(denoise_fast(buffers, threads, set)),
+            (Denoise::On | Denoise::Oidn, _) => Some(denoise(buffers, threads, set)),
+        }
+    }
+
+    /// Why the denoiser that was given failed, so that the picture kept its noise.
+    pub fn denoiser_fault(&self) -> Option<&str> {
+        self.fault.get().map(String::as_str)
     }
 
     /// What a denoiser needs, from the picture of this renderer's film. `None` without [`Renderer::denoises`].
@@ -157,7 +200,16 @@ impl Renderer {
 
     /// Whether [`Renderer::developed`] and [`Renderer::develop`] remove noise.
     pub fn denoises(&self) -> bool {
-        self.prepared.view.film.denoise && Buffers::are_held(&self.film)
+        self.prepared.view.film.denoise != Denoise::Off && Buffers::are_held(&self.film)
+    }
+
+    /// The name of the denoiser, if there is one: "turner", "turner fast" or that of the one that was given.
+    pub fn denoiser(&self) -> Option<String> {
+        self.denoises().then(|| match (self.prepared.view.film.denoise, &self.denoiser) {
+            (Denoise::Oidn, Some(denoiser)) => denoiser.name(),
+            (Denoise::Fast, _) => "turner fast".to_owned(),
+            _ => "turner".to_owned(),
+        })
     }
 
     /// The picture so far. Debug views replace display values as they need.
@@ -167,8 +219,13 @@ impl Renderer {
 
     /// Like [`Renderer::develop`], on `threads` threads; 0 uses all.
     pub fn develop_with(&self, threads: usize) -> Picture {
+        self.develop_as(self.prepared.view.film.denoise, threads)
+    }
+
+    /// The same with another denoiser, as for [`Renderer::developed_as`].
+    pub fn develop_as(&self, mode: Denoise, threads: usize) -> Picture {
         let mut picture = match self.denoises() {
-            true => self.developed(threads).into_picture(threads),
+            true => self.developed_as(mode, threads).into_picture(threads),
             false => self.film.develop(&self.prepared.view.film, threads),
         };
         self.prepared.integrator.show(&mut picture);

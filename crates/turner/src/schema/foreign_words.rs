@@ -140,7 +140,7 @@ pub const KEYS: &[Foreign] = words! {
     FILM, "aa" | "antialiasing" | "supersampling" => "write `antialias = \"monte-carlo\"`";
     FILM, "background" => "the background is a section: `[background]` with `color = \"white\"`";
     FILM, "filename" | "output" | "file" | "format" => "name the file on the command line: `-o FILE`";
-    FILM, "denoiser" | "oidn" | "optix" => "write `denoise = true`";
+    FILM, "denoiser" | "oidn" | "optix" => "write `denoise = \"on\"`";
     FILM, "rfilter" | "pixelfilter" | "reconstructionfilter" => "write `filter`";
     FILM, "tonemapping" => "write `tonemap`";
     FILM, "integrator" => "the integrator is a section: `[integrator]` with `type = \"path\"`";
@@ -149,7 +149,7 @@ pub const KEYS: &[Foreign] = words! {
     INTEGRATOR, "samples" | "spp" | "samplesperpixel" | "quality" => "samples per pixel belong in `[film]`: `samples = 64`";
     INTEGRATOR, "rrdepth" | "russianroulette" => "write `rr_start` with `type = \"path\"`";
     INTEGRATOR, "clamp" | "firefly" | "radianceclamp" | "clampindirect" => "write `clamp_indirect` with `type = \"path\"`";
-    INTEGRATOR, "denoise" | "denoiser" => "write `denoise = true` in `[film]`";
+    INTEGRATOR, "denoise" | "denoiser" => "write `denoise = \"on\"` in `[film]`";
     INTEGRATOR, "photons" | "photonmap" => "write `caustics = \"full\"` with `type = \"path\"`";
     INTEGRATOR, "seed" => "the seed belongs in `[film]`: `seed = 1`";
     INTEGRATOR, "name" | "method" | "engine" => "write `type = \"path\"`, or another integrator: `turner list integrators`";
@@ -245,7 +245,7 @@ pub const KINDS: &[Foreign] = words! {
     INTEGRATOR, "directlighting" | "directillumination" => "write `type = \"direct\"`";
     INTEGRATOR, "ao" | "ambientocclusion" | "occlusion" => "write `type = \"ambient-occlusion\"`";
     INTEGRATOR, "normal" | "aov" => "write `type = \"normals\"`; `turner list integrators` lists the other views";
-    INTEGRATOR, "denoise" => "write `denoise = true` in `[film]`";
+    INTEGRATOR, "denoise" => "write `denoise = \"on\"` in `[film]`";
     // Textures.
     TEXTURE, "checker" | "checkered" | "checkers" | "checkeredtexture" => "write `type = \"checkerboard\"` with `even` and `odd`";
     TEXTURE, "bitmap" | "imagemap" | "imagetexture" | "picture" | "file" => "write `type = \"image\"` with `file = \"FILE\"`";

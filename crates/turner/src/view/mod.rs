@@ -11,7 +11,7 @@ pub(crate) use sample::{camera_point, check_pixel, place, place_of, sample_id, t
 use turner_bvh::InstructionSet;
 
 use crate::camera::{Camera, CameraDesc, PixelCone};
-use crate::film::{Antialias, Film, FilmDesc, KEPT_PIXELS};
+use crate::film::{Antialias, Denoise, Film, FilmDesc, KEPT_PIXELS};
 use crate::schema::{SceneError, Warning, WarningKind};
 
 /// A prepared camera and film settings.
@@ -39,7 +39,7 @@ impl View {
     /// Makes the film hold what the denoiser needs, if it is on. `splits_light`: the integrator tells kinds of light
     /// apart. Returns a warning if the denoiser has no effect.
     pub(crate) fn prepare_denoiser(&mut self, splits_light: bool) -> Option<Warning> {
-        if !self.film.denoise {
+        if self.film.denoise == Denoise::Off {
             return None;
         }
         let film = &mut self.film;
