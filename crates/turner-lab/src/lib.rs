@@ -4,12 +4,14 @@
 //! ```text
 //! start ─┬─ rays       rays per second of Turner's BVHs, compared with Embree
 //!        ├─ render     error over time of path tracing, compared with Mitsuba and Cycles
+//!        ├─ denoise    error and time of denoisers, compared with Open Image Denoise
 //!        ├─ povray     the classic scenes, compared with POV-Ray ─┬─ program  runs it
 //!        ├─ antialias  anti-aliasing modes, compared with POV-Ray ┘
 //!        └─ verify     statistical tests
 //! ```
 #![forbid(unsafe_code)]
 
+mod denoise;
 mod povray;
 mod rays;
 mod render;
@@ -40,6 +42,7 @@ struct Cli {
 enum Command {
     Rays(rays::RaysArgs),
     Render(render::RenderBenchArgs),
+    Denoise(denoise::DenoiseArgs),
     Povray(povray::PovrayArgs),
     Antialias(povray::AntialiasArgs),
     Verify(verify::VerifyArgs),
@@ -55,6 +58,7 @@ fn run(args: Vec<OsString>) -> u8 {
     match Cli::try_parse_from(args).map(|cli| cli.command) {
         Ok(Command::Rays(args)) => rays::run(&args),
         Ok(Command::Render(args)) => render::run(&args),
+        Ok(Command::Denoise(args)) => denoise::run(&args),
         Ok(Command::Povray(args)) => povray::run(&args),
         Ok(Command::Antialias(args)) => povray::run_antialias(&args),
         Ok(Command::Verify(args)) => verify::run(&args),

@@ -39,15 +39,18 @@ const RATIOS: [f64; 6] = [0.0625, 0.125, 0.25, 0.5, 1.0, 2.0];
 const RAY_COST: f64 = 0.4;
 const SCATTERING_COST: f64 = 2.2;
 
-/// Further cost of a scattering event on a thin film, whose interference colours are expensive. Only for the reported
-/// price, which is right within a factor of about 2; measured with mirrors with thin films and with IridescenceSuzanne
-/// of glTF's sample models.
+/// Further cost of a scattering event on a thin film, whose interference colours are expensive. Right within a factor of
+/// about 2; measured with mirrors with thin films and with IridescenceSuzanne of glTF's sample models.
 const FILM_COST: f64 = 6.0;
 
 /// The samples of a render are well distributed, those of the probe are not: the fraction of the variance that remains,
 /// for camera paths and for light paths. Measured.
 const STRATIFIED: f64 = 0.25;
 const STRATIFIED_LIGHT: f64 = 0.1;
+
+/// Samples per pixel for which missing light is weighed against noise, where fireflies are removed. A fixed number, so
+/// that a picture with more samples continues one with fewer.
+const FEW: f64 = 16.0;
 
 /// Factor by which the photons within the radius become fewer after some dozens of samples, because the radius shrinks.
 const SHRUNK: f64 = 2.0;
@@ -73,7 +76,7 @@ pub(super) struct ProbeResult {
     pub(super) pays: bool,
     /// Cost for the same noise relative to no light paths; `None` where only light paths find some of the light.
     pub(super) gain: Option<f64>,
-    /// Cost of a light path, thin films included, in camera paths with their shading.
+    /// Cost of a light path, in camera paths with their shading.
     pub(super) price: f64,
     /// Fractions of the image's light: what light paths contribute, what only they find, what photons contribute.
     pub(super) contribution: f64,
@@ -96,6 +99,21 @@ struct LightPathSums {
     squares: f64,
     squares_camera: f64,
     of_group: Vec<f64>,
+    /// For each cell of the image: light and its squares.
+    of_cell: Vec<[f64; 2]>,
+}
+
+impl LightPathSums {
+    /// Mean square over the image of the light of light paths, each relative to the light of its cell.
+    fn bias(&self, pilot: &PilotRun, pixels: f64) -> f64 {
+        let cells = self.of_cell.len().max(1) as f64;
+        let scale = cells / (self.paths * pixels);
+        let of = |([light, squares], mean): (&[f64; 2], &f64)| {
+            // Without the products of a value with itself, which are noise.
+            (light * light - squares) * scale * scale / (mean * mean + pilot.dark).max(f64::MIN_POSITIVE)
+        };
+        (self.of_cell.iter().zip(&pilot.cells).map(of).sum::<f64>() / cells).max(0.0)
+    }
 }
 
 impl PilotRun {
@@ -170,13 +188,18 @@ impl PilotRun {
         self.cells.iter().sum::<f64>() / self.cells.len().max(1) as f64
     }
 
-    /// Weight of a squared luminance at a position of the image, given in 0..1.
-    fn weight(&self, position: DVec2) -> f64 {
-        let cell = position * f64::from(SIDE);
-        let at = |v: f64| (v.max(0.0) as u32).min(SIDE - 1);
-        let value = self.cells.get((at(cell.y) * SIDE + at(cell.x)) as usize).copied().unwrap_or(0.0);
+    /// Weight of a squared luminance in a cell.
+    fn weight(&self, cell: usize) -> f64 {
+        let value = self.cells.get(cell).copied().unwrap_or(0.0);
         1.0 / (value * value + self.dark).max(f64::MIN_POSITIVE)
     }
+}
+
+/// The cell at a position of the image, given in 0..1.
+fn cell_at(position: DVec2) -> usize {
+    let cell = position * f64::from(SIDE);
+    let at = |v: f64| (v.max(0.0) as u32).min(SIDE - 1);
+    (at(cell.y) * SIDE + at(cell.x)) as usize
 }
 
 /// Sample variance.
@@ -192,8 +215,11 @@ pub(super) fn probe(context: Context<'_>, strategy: &CausticsStrategy) -> ProbeR
     let pixels = f64::from(view.film.width) * f64::from(view.film.height);
     let size = DVec2::new(f64::from(view.film.width), f64::from(view.film.height));
     let mut batch = LightPathBatch::new(context, strategy);
-    let mut sums =
-        LightPathSums { of_group: vec![0.0; strategy.caustic_targets.len()], ..LightPathSums::default() };
+    let mut sums = LightPathSums {
+        of_group: vec![0.0; strategy.caustic_targets.len()],
+        of_cell: vec![[0.0; 2]; (SIDE * SIDE) as usize],
+        ..LightPathSums::default()
+    };
     let mut stats = RayStats::default();
     let mut pilot = None;
     // Indices that no render reaches.
@@ -208,7 +234,12 @@ pub(super) fn probe(context: Context<'_>, strategy: &CausticsStrategy) -> ProbeR
                 return;
             }
             sums.light += value;
-            let square = value * value * pilot.weight(splat.place / size);
+            let cell = cell_at(splat.place / size);
+            let square = value * value * pilot.weight(cell);
+            if let Some([light, squares]) = sums.of_cell.get_mut(cell) {
+                *light += value;
+                *squares += value * value;
+            }
             sums.squares += weight * weight * square;
             // From the power heuristic w = 1/(1 + a² + b²): the other strategies together have about √(a² + b²) times
             // the density of all light paths.
@@ -236,10 +267,8 @@ pub(super) fn probe(context: Context<'_>, strategy: &CausticsStrategy) -> ProbeR
     // Variance per pixel and sample; for light paths, with as many as pixels.
     let variance_camera = sums.squares_camera / (n * pixels);
     let variance_light = STRATIFIED_LIGHT * sums.squares / (n * pixels * strategy.paths as f64);
-    let cost_per_path = (RAY_COST * stats.light as f64 + SCATTERING_COST * batch.scatterings as f64)
-        / n
-        / pilot.rays.max(1.0);
-    let price = cost_per_path + FILM_COST * batch.films as f64 / n / pilot.rays.max(1.0);
+    let scatterings = SCATTERING_COST * batch.scatterings as f64 + FILM_COST * batch.films as f64;
+    let price = (RAY_COST * stats.light as f64 + scatterings) / n / pilot.rays.max(1.0);
     let of_image = |light: f64| light / (n * pixels) / pilot.mean().max(1e-30);
     let (light_paths_only, contribution) = (of_image(sums.light_paths_only), of_image(sums.light));
     let ratio_of = strategy.paths as f64 / pixels;
@@ -250,7 +279,7 @@ pub(super) fn probe(context: Context<'_>, strategy: &CausticsStrategy) -> ProbeR
     // Squared error times time per sample.
     let cost = |ratio: f64, photon_variance: f64| {
         (STRATIFIED * pilot.variance + (variance_light + photon_variance) * ratio_of / ratio)
-            * (1.0 + cost_per_path * ratio)
+            * (1.0 + price * ratio)
     };
     let best = |photon_variance: f64| {
         RATIOS
@@ -259,7 +288,12 @@ pub(super) fn probe(context: Context<'_>, strategy: &CausticsStrategy) -> ProbeR
             .unwrap_or(1.0)
     };
     let (ratio, ratio_with_photons) = (best(0.0), best(of_photons));
-    let gain = cost(ratio, 0.0) / (STRATIFIED * (pilot.variance + variance_camera));
+    let mut of_camera = STRATIFIED * variance_camera;
+    if view.film.removes_fireflies() {
+        // What is rare is removed: its light is missing, but does not make noise.
+        of_camera = of_camera.min(FEW * sums.bias(&pilot, pixels));
+    }
+    let gain = cost(ratio, 0.0) / (STRATIFIED * pilot.variance + of_camera);
     let pays = light_paths_only > MIN_FRACTION || gain < MAX_COST;
     let gain = (light_paths_only <= MIN_FRACTION).then_some(gain);
     let groups = (0u32..)
