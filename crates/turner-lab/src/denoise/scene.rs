@@ -1,0 +1,150 @@
+//! A scene, and the picture that its denoised pictures are compared with.
+
+use std::path::Path;
+use std::sync::atomic::AtomicBool;
+
+use turner::compare::{Canvas, Metric, Pair, relative_mse};
+use turner::denoise::Rgb;
+use turner::film::{Antialias, Denoise};
+use turner::integrator::Prepared;
+use turner::render::{PassOptions, Renderer};
+use turner::schema::{ErrorCode, PrepareOptions, SceneError};
+use turner_cli::failure::{Failure, Labels, two_lines};
+use turner_cli::instructions::instruction_set;
+use turner_cli::limits;
+use turner_io::image::{DecodeLimits, decode};
+use turner_io::scene::{LoadOptions, load};
+
+/// The seeds of the halves of a reference.
+const SEEDS: [u32; 2] = [0x5eed, 0x5eee];
+
+/// A scene to denoise.
+pub(super) struct Scene {
+    pub(super) name: String,
+    prepared: Prepared,
+    threads: usize,
+}
+
+impl Scene {
+    /// Loads a scene or model, its picture scaled to a width.
+    pub(super) fn load(path: &Path, width: u32, threads: usize) -> Result<Scene, Failure> {
+        let labels = Labels::new();
+        let options = LoadOptions { threads, limits: limits::of_machine(), ..LoadOptions::default() };
+        let mut loaded = load(path, &options).map_err(|e| Failure::load(e, &labels))?;
+        let film = &mut loaded.desc.film;
+        film.height = (film.height * width).div_ceil(film.width).max(1);
+        (film.width, film.antialias, film.denoise) = (width, Antialias::MonteCarlo, Denoise::On);
+        film.samples = film.samples.max(2);
+        let options =
+            PrepareOptions { threads, instruction_set: instruction_set(), ..PrepareOptions::default() };
+        let prepared = loaded.desc.prepare(&options);
+        let prepared = prepared.map_err(|e| Failure::in_scene(e, &loaded.sources, &labels))?;
+        let stem = path.file_stem().unwrap_or_default().to_string_lossy();
+        let folder = path.parent().and_then(Path::file_name).unwrap_or_default().to_string_lossy();
+        // Many scenes have the name "scene".
+        let name = if stem.starts_with("scene") { folder.into_owned() } else { stem.into_owned() };
+        Ok(Scene { name, prepared, threads })
+    }
+
+    /// An error that names the scene.
+    pub(super) fn failure(&self, why: &str) -> Failure {
+        Failure::new(SceneError::new(ErrorCode::Conflict, format!("{}: {why}", self.name)))
+    }
+
+    /// Renders it.
+    pub(super) fn render(&mut self, samples: u32, seed: u32) -> Result<Renderer, Failure> {
+        let film = &mut self.prepared.view.film;
+        (film.samples, film.seed) = (samples, seed);
+        let never = AtomicBool::new(false);
+        let mut renderer = Renderer::new(self.prepared.clone()).map_err(Failure::new)?;
+        let options = PassOptions { threads: self.threads, cancel: &never, progress: None };
+        renderer.pass(u32::MAX, &options).map_err(Failure::new)?;
+        Ok(renderer)
+    }
+
+    /// Writes a picture.
+    pub(super) fn save(&self, path: &Path, pixels: &[Rgb]) -> Result<(), Failure> {
+        let film = &self.prepared.view.film;
+        let linear: Vec<[f32; 4]> = pixels.iter().map(|[r, g, b]| [*r, *g, *b, 1.0]).collect();
+        let display = vec![[0; 4]; linear.len()];
+        let (width, height, exposure) = (film.width, film.height, film.exposure);
+        let picture = turner::film::Picture {
+            width,
+            height,
+            linear,
+            display,
+            has_alpha: false,
+            missing: 0,
+            exposure,
+        };
+        if let Some(folder) = path.parent() {
+            std::fs::create_dir_all(folder).map_err(|e| self.failure(&e.to_string()))?;
+        }
+        turner_io::save(path, &picture).map_err(|e| self.failure(&e.to_string()))
+    }
+}
+
+/// A converged picture.
+pub(super) struct Reference {
+    pub(super) pixels: Vec<Rgb>,
+    /// Its own relMSE.
+    noise: f64,
+}
+
+impl Reference {
+    /// Rendered in two halves, which are kept at this path with "-0.exr" and "-1.exr" behind it.
+    pub(super) fn of(scene: &mut Scene, samples: u32, kept: Option<&Path>) -> Result<Reference, Failure> {
+        let mut halves: Vec<Vec<Rgb>> = Vec::new();
+        for (seed, k) in SEEDS.into_iter().zip(0..) {
+            let path = kept.map(|path| path.with_file_name(format!("{}-{k}.exr", scene.name)));
+            if let Some(found) = path.as_ref().and_then(|path| read(path).transpose()) {
+                halves.push(found?);
+                continue;
+            }
+            let renderer = scene.render(samples, seed)?;
+            let picture = renderer.film.develop(&scene.prepared.view.film, scene.threads);
+            let pixels: Vec<Rgb> = picture.linear.iter().map(|[r, g, b, _]| [*r, *g, *b]).collect();
+            if let Some(path) = path {
+                scene.save(&path, &pixels)?;
+            }
+            halves.push(pixels);
+        }
+        let film = &scene.prepared.view.film;
+        if halves.iter().any(|half| half.len() != (film.width * film.height) as usize) {
+            return Err(scene.failure("a reference has another size"));
+        }
+        let mean = |a: &Rgb, b: &Rgb| std::array::from_fn(|c| 0.5 * (a[c] + b[c]));
+        let pixels: Vec<Rgb> = halves[0].iter().zip(&halves[1]).map(|(a, b)| mean(a, b)).collect();
+        // The mean has half the variance of each half; the difference of a half from it is half of the whole difference.
+        let noise = relative_mse(&doubles(&halves[0]), &doubles(&pixels));
+        Ok(Reference { pixels, noise })
+    }
+
+    /// relMSE without the reference's own noise, and FLIP.
+    pub(super) fn errors(&self, scene: &Scene, pixels: &[Rgb], threads: usize) -> [f64; 2] {
+        let error = relative_mse(&doubles(pixels), &doubles(&self.pixels)) - self.noise;
+        let film = &scene.prepared.view.film;
+        let canvas = |pixels: &[Rgb]| {
+            let scale = film.exposure.exp2() as f32;
+            let shown = |v: &Rgb| [v[0] * scale, v[1] * scale, v[2] * scale, 1.0].map(|v| v.clamp(0.0, 1.0));
+            let pixels = pixels.iter().map(shown).collect();
+            Canvas { width: film.width, height: film.height, pixels, has_alpha: false, is_linear: true }
+        };
+        let flip = Pair::new(canvas(&self.pixels), canvas(pixels))
+            .map_or(f64::NAN, |pair| Metric::Flip.measure(&pair, threads).value);
+        [error.max(1e-9), flip]
+    }
+}
+
+/// The pixels of a file, if there is one.
+fn read(path: &Path) -> Result<Option<Vec<Rgb>>, Failure> {
+    let Ok(bytes) = std::fs::read(path) else { return Ok(None) };
+    let image = decode(&bytes, &path.display().to_string(), &DecodeLimits::default())
+        .map_err(|e| Failure::new(two_lines(ErrorCode::Image, &e.to_string())))?;
+    let positions = (0..image.height).flat_map(|y| (0..image.width).map(move |x| (x, y)));
+    Ok(Some(positions.map(|(x, y)| image.rgb(x, y)).collect()))
+}
+
+fn doubles(pixels: &[Rgb]) -> Vec<[f64; 3]> {
+    pixels.iter().map(|v| v.map(f64::from)).collect()
+}
