@@ -75,7 +75,8 @@ impl Denoiser for Oidn {
 
     fn denoise(&self, buffers: &Buffers, threads: usize) -> Result<Vec<Rgb>, String> {
         let color = buffers.colors(threads);
-        let plane = |of: fn(&[f32]) -> Rgb| buffers.guides.iter().map(|guides| of(guides)).collect::<Vec<Rgb>>();
+        let plane =
+            |of: fn(&[f32]) -> Rgb| buffers.guides.iter().map(|guides| of(guides)).collect::<Vec<Rgb>>();
         let mut albedo = plane(|guides| [guides[0], guides[1], guides[2]].map(|v| v.clamp(0.0, 1.0)));
         let mut normal = plane(|guides| [guides[3], guides[4], guides[5]].map(|v| v.clamp(-1.0, 1.0)));
         let mut color = color;

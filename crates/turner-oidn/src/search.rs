@@ -28,7 +28,9 @@ pub(crate) fn find() -> Result<Oidn, OidnError> {
     Oidn::load(Path::new(LIBRARY)).map_err(|error| {
         places.push(PathBuf::from(LIBRARY));
         match error {
-            OidnError::Load(_) => OidnError::Missing(places.iter().map(|p| p.display().to_string()).collect()),
+            OidnError::Load(_) => {
+                OidnError::Missing(places.iter().map(|p| p.display().to_string()).collect())
+            }
             other => other,
         }
     })

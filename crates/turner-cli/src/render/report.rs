@@ -144,7 +144,11 @@ impl Report<'_> {
             line += &format!(", AOVs in {name}");
         }
         if let Some(noise) = noise {
-            let of_raw = if renderer.denoises() && renderer.denoiser_fault().is_none() { " before denoising" } else { "" };
+            let of_raw = if renderer.denoises() && renderer.denoiser_fault().is_none() {
+                " before denoising"
+            } else {
+                ""
+            };
             line += &format!(", noise {}{of_raw}", noise_text(noise));
             let (samples, seconds) = self.halving();
             line += &format!("; {samples:.0} samples, {} more, would halve it", text::seconds(seconds));

@@ -26,7 +26,9 @@ fn unsafe_code_stands_in_three_crates() {
     let mut looked_at = Vec::new();
     for entry in std::fs::read_dir(crates).unwrap().map(|e| e.unwrap().path()) {
         let name = entry.file_name().unwrap().to_string_lossy().into_owned();
-        if !entry.join("Cargo.toml").is_file() || ["turner-bvh", "turner-embree", "turner-oidn"].contains(&&*name) {
+        if !entry.join("Cargo.toml").is_file()
+            || ["turner-bvh", "turner-embree", "turner-oidn"].contains(&&*name)
+        {
             continue;
         }
         let library = std::fs::read_to_string(entry.join("src/lib.rs")).unwrap();

@@ -68,15 +68,8 @@ impl Scene {
         let linear: Vec<[f32; 4]> = pixels.iter().map(|[r, g, b]| [*r, *g, *b, 1.0]).collect();
         let display = vec![[0; 4]; linear.len()];
         let (width, height, exposure) = (film.width, film.height, film.exposure);
-        let picture = turner::film::Picture {
-            width,
-            height,
-            linear,
-            display,
-            has_alpha: false,
-            missing: 0,
-            exposure,
-        };
+        let picture =
+            turner::film::Picture { width, height, linear, display, has_alpha: false, missing: 0, exposure };
         if let Some(folder) = path.parent() {
             std::fs::create_dir_all(folder).map_err(|e| self.failure(&e.to_string()))?;
         }

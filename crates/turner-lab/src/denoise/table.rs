@@ -24,7 +24,9 @@ pub(super) fn rows(rows: &[Left], json: bool) {
             .to_string()
         } else {
             let [relmse, flip] = [0, 1].map(|k| errors[k] / noisy[k]);
-            format!("{scene:24}  {samples:>4}  {denoiser:8}  relMSE {relmse:.3}  FLIP {flip:.3}  {seconds:.3} s")
+            format!(
+                "{scene:24}  {samples:>4}  {denoiser:8}  relMSE {relmse:.3}  FLIP {flip:.3}  {seconds:.3} s"
+            )
         };
         text::print(&format!("{line}\n"));
     }
@@ -43,8 +45,10 @@ pub(super) fn means(all: &[Left]) {
     for ((samples, denoiser), rows) in &groups {
         let [relmse, flip] = [0, 1].map(|k| mean(&mut rows.iter().map(|row| row.errors[k] / row.noisy[k])));
         let seconds = rows.iter().map(|row| row.seconds).fold(0.0, f64::max) * PIXELS;
-        let mut line =
-            format!("{:24}  {samples:>4}  {denoiser:8}  relMSE {relmse:.3}  FLIP {flip:.3}", "geometric mean");
+        let mut line = format!(
+            "{:24}  {samples:>4}  {denoiser:8}  relMSE {relmse:.3}  FLIP {flip:.3}",
+            "geometric mean"
+        );
         line += &format!("  {seconds:.3} s at most");
         if let Some(others) = groups.get(&(*samples, "oidn")).filter(|_| *denoiser != "oidn") {
             let [relmse, flip] = [0, 1].map(|k| {

@@ -6,26 +6,33 @@ use crate::film::strips;
 /// Added to the albedo that light is divided by, so that black surfaces do not amplify their noise.
 const LEAST_ALBEDO: f32 = 0.05;
 
-/// A pixel's standard error, relative to its luminance, from which on single samples may dominate it.
-const DOMINATED: f32 = 0.4;
+/// A pixel's standard error, relative to its luminance, from which on single samples may dominate it. Where paths are shared,
+/// all samples of a pixel may be too bright alike, and their spread tells nothing.
+const DOMINATED: f32 = 0.1;
+
+/// The same for emission that is seen, where the edges of lamps have noise, too.
+const DOMINATED_EMISSION: f32 = 0.4;
 
 /// Neighbours within two pixels that may be as bright as such a pixel.
 const AS_BRIGHT: usize = 6;
 
 /// Standard deviations over its other neighbours that such a pixel may keep.
-const KEPT: f32 = 4.0;
+const KEPT: f32 = 8.0;
+
+/// Standard errors that a fit may be away from the light of its pixel.
+const FARTHEST: f32 = 8.0;
 
 /// Radius of the wider square around a bright pixel.
 const WIDE: usize = 5;
 
-/// How much brighter than the mean of these such a pixel may be.
-const BRIGHTER: f32 = 8.0;
+/// How much brighter than the mean of its other pixels a pixel may be.
+const BRIGHTER: f32 = 3.0;
+
+/// The same for emission that is seen: of the mean of small lamps little is left between them.
+const BRIGHTER_EMISSION: f32 = 0.5;
 
 /// Emission with a smaller standard error than this part of its luminance is without noise.
 const LEAST_NOISE: f32 = 0.01;
-
-/// Radius of the square that emission must be noisy in.
-const OPENED: usize = 2;
 
 /// Radius of the square over which variances are averaged.
 const SMOOTH: usize = 3;
@@ -38,6 +45,8 @@ pub(super) struct Light {
     pub(super) values: Vec<Rgb>,
     /// Variance of the luminance of `values`, smoothed; 0 where there is no noise.
     pub(super) variance: Vec<f32>,
+    /// Standard errors of the luminance, smoothed over the pixels around each; empty if nothing is known about them.
+    pub(super) errors: Vec<f32>,
     divides: bool,
     /// The pixels that have this light; empty for all.
     known: Vec<bool>,
@@ -49,6 +58,13 @@ pub(super) fn luminance(v: &Rgb) -> f32 {
 
 fn factor(guide: &[f32; super::GUIDES]) -> Rgb {
     std::array::from_fn(|c| guide[c].clamp(0.0, 1.0) + LEAST_ALBEDO)
+}
+
+impl Buffers {
+    /// A pixel's standard error, relative to its luminance, from which on single samples may dominate its reflected light.
+    pub(super) fn dominated(&self) -> f32 {
+        if self.shares_paths { 0.0 } else { DOMINATED }
+    }
 }
 
 impl Light {
@@ -70,32 +86,24 @@ impl Light {
         };
         let raw: Vec<(Rgb, f32)> = strips::map(count, threads, over_albedo);
         let bright: Vec<f32> = raw.iter().map(|(value, _)| luminance(value)).collect();
-        let noisy_emission = is_seen.then(|| {
-            let is_noisy = |i: usize| raw[i].1.sqrt() > LEAST_NOISE * bright[i];
-            opened(is_noisy, [width, height], threads)
-        });
-        // Emission that is seen has bright pixels at the edges of lamps, too. They stay.
-        let stays = |i: usize| noisy_emission.as_ref().is_some_and(|noisy| !noisy[i]);
-        let near = strips::map(count, threads, |i| {
-            if stays(i) { 1.0 } else { limit(&bright, [width, height], i, raw[i].1) }
-        });
-        let around = box_mean(width, height, WIDE, threads, |i| bright[i] * near[i]);
+        // Lamps are bright pixels without noise. They stay as they are.
+        let stays = |i: usize| is_seen && raw[i].1.sqrt() <= LEAST_NOISE * bright[i];
+        let (brighter, dominated) = match is_seen {
+            true => (BRIGHTER_EMISSION, DOMINATED_EMISSION),
+            false => (BRIGHTER, buffers.dominated()),
+        };
+        let around = box_mean(width, height, WIDE, threads, |i| bright[i]);
         let limited = strips::map(count, threads, |i| {
             let (value, variance) = raw[i];
-            let own = bright[i] * near[i];
-            let by = if stays(i) || variance.sqrt() <= DOMINATED * bright[i] {
-                near[i]
-            } else {
-                near[i] * wide_limit(own, around[i])
-            };
+            let is_noisy = variance.sqrt() > dominated * bright[i];
+            let by = if is_noisy { limit(&bright, [width, height], i, around[i], brighter) } else { 1.0 };
             (value.map(|v| v * by), variance * by * by)
         });
         let mut variance = smoothed(&limited, [width, height], threads);
-        if let Some(noisy) = &noisy_emission {
-            variance.iter_mut().zip(noisy).for_each(|(v, noisy)| *v = if *noisy { *v } else { 0.0 });
-        }
+        variance.iter_mut().enumerate().filter(|(i, _)| stays(*i)).for_each(|(_, v)| *v = 0.0);
+        let errors = errors(width, height, threads, |i| limited[i].1);
         let values = limited.into_iter().map(|(value, _)| value).collect();
-        Light { width, height, values, variance, divides: !is_seen, known: Vec::new() }
+        Light { width, height, values, variance, errors, divides: !is_seen, known: Vec::new() }
     }
 
     /// Reflected light with all that is noise: neither limited nor smoothed.
@@ -108,7 +116,7 @@ impl Light {
             (value, part.variance[i] * scale * scale)
         };
         let (values, variance) = strips::map(width * height, threads, of).into_iter().unzip();
-        Light { width, height, values, variance, divides: true, known: Vec::new() }
+        Light { width, height, values, variance, errors: Vec::new(), divides: true, known: Vec::new() }
     }
 
     /// The fraction of the light that arrives at shadow catchers. Other pixels get the mean of the known ones of a patch
@@ -127,7 +135,18 @@ impl Light {
         };
         let (values, variance) = strips::map(width * height, threads, light).into_iter().unzip();
         let known = caught.iter().map(|caught| caught.is_whole).collect();
-        Light { width, height, values, variance, divides: false, known }
+        Light { width, height, values, variance, errors: Vec::new(), divides: false, known }
+    }
+
+    /// The fitted light of a pixel, or its own without a fit. A fit that its noise does not explain is moved towards it.
+    pub(super) fn judged(&self, i: usize, fitted: Option<Rgb>) -> Rgb {
+        let Some(fitted) = fitted else { return self.values[i] };
+        let Some(error) = self.errors.get(i) else { return fitted };
+        let own = &self.values[i];
+        let apart: Rgb = std::array::from_fn(|c| fitted[c] - own[c]);
+        let most = FARTHEST * error;
+        let far = apart.iter().fold(0.0f32, |far, v| far.max(v.abs()));
+        if far <= most { fitted } else { std::array::from_fn(|c| own[c] + apart[c] * (most / far)) }
     }
 
     /// Whether a pixel has this light.
@@ -142,10 +161,14 @@ impl Light {
     }
 }
 
-/// The factor by which a pixel that a single bright sample dominates becomes about as bright as its neighbours.
-fn limit(bright: &[f32], [width, height]: [usize; 2], i: usize, variance: f32) -> f32 {
+/// The factor by which a pixel that a single bright sample dominates becomes about as bright as its neighbours. `mean`: of
+/// the wider square around it, itself included.
+fn limit(bright: &[f32], [width, height]: [usize; 2], i: usize, mean: f32, brighter: f32) -> f32 {
+    const PIXELS: f32 = ((2 * WIDE + 1) * (2 * WIDE + 1)) as f32;
     let own = bright[i];
-    if variance.sqrt() <= DOMINATED * own {
+    let others = (mean * PIXELS - own).max(0.0) / (PIXELS - 1.0);
+    let most = brighter * others + 1e-6;
+    if own <= most {
         return 1.0;
     }
     let (mut near, mut count) = ([0.0f32; 24], 0);
@@ -163,16 +186,18 @@ fn limit(bright: &[f32], [width, height]: [usize; 2], i: usize, variance: f32) -
     let scale = 1.0 / others.len() as f32;
     let mean = others.iter().sum::<f32>() * scale;
     let spread = others.iter().map(|v| (v - mean) * (v - mean)).sum::<f32>() * scale;
-    let most = mean + KEPT * spread.sqrt() + 1e-6;
+    let most = most.max(mean + KEPT * spread.sqrt());
     if own > most { most / own } else { 1.0 }
 }
 
-/// The same for bright pixels that are not alone, in a wider square. `mean` is that of the square, the pixel included.
-fn wide_limit(own: f32, mean: f32) -> f32 {
-    const PIXELS: f32 = ((2 * WIDE + 1) * (2 * WIDE + 1)) as f32;
-    let others = (mean * PIXELS - own).max(0.0) / (PIXELS - 1.0);
-    let most = BRIGHTER * others + 1e-6;
-    if own > most { most / own } else { 1.0 }
+/// Standard errors, from variances averaged over the pixel and its eight neighbours.
+pub(super) fn errors(
+    width: usize,
+    height: usize,
+    threads: usize,
+    variance: impl Fn(usize) -> f32 + Sync,
+) -> Vec<f32> {
+    box_mean(width, height, 1, threads, variance).into_iter().map(f32::sqrt).collect()
 }
 
 /// Variances, averaged over a square; the dark pixels beside bright ones get the relative variance of the square at most.
@@ -182,12 +207,4 @@ fn smoothed(light: &[(Rgb, f32)], [width, height]: [usize; 2], threads: usize) -
     let absolute = box_mean(width, height, SMOOTH, threads, |i| light[i].1);
     let relative = box_mean(width, height, SMOOTH, threads, |i| light[i].1 / (square(i) + 1e-12));
     strips::map(width * height, threads, |i| absolute[i].min(square(i) * relative[i]))
-}
-
-/// Where there is noise on more than lines of a few pixels, which the edges of emitters are: morphological opening with a
-/// square.
-fn opened(is_noisy: impl Fn(usize) -> bool + Sync, [width, height]: [usize; 2], threads: usize) -> Vec<bool> {
-    let count = width * height;
-    let inner = strips::map(count, threads, |i| around(width, height, i, OPENED).all(&is_noisy));
-    strips::map(count, threads, |i| around(width, height, i, OPENED).any(|j| inner[j]))
 }

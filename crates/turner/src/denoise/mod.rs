@@ -78,6 +78,8 @@ pub struct Buffers {
     pub guide_variances: Vec<[f32; 3]>,
     /// The shadow catchers; empty without them.
     pub caught: Vec<Caught>,
+    /// Whether pixels share paths with their neighbours, so that variances are too low where a shared path is bright.
+    pub shares_paths: bool,
 }
 
 /// The shadow catchers of a pixel.
@@ -119,9 +121,8 @@ pub fn denoise(buffers: &Buffers, threads: usize, set: InstructionSet) -> Vec<Rg
         let light = Light::new(buffers, part, &guides, is_seen, threads);
         let fitted = tile::fitted(&light, &guides, threads, set);
         let factors = light.factors(&guides);
-        for (((to, light), fitted), i) in out.iter_mut().zip(&light.values).zip(&fitted).zip(0..) {
-            let new = fitted.map_or(*light, |fitted| fitted.map(|v| v.max(0.0)));
-            let factor = factors(i);
+        for ((to, fitted), i) in out.iter_mut().zip(&fitted).zip(0..) {
+            let (new, factor) = (light.judged(i, fitted.map(|new| new.map(|v| v.max(0.0)))), factors(i));
             for c in 0..3 {
                 to[c] += new[c] * factor[c];
             }

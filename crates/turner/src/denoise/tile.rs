@@ -102,7 +102,7 @@ impl Tile<'_> {
                 let terms =
                     [1.0, along(x), along(y), r, g, b, nx, ny, nz, (distance - middle).clamp(-FAR, FAR)];
                 let mut row: Row = [0.0; ROW];
-                fill(&mut row, &terms, &self.light.values[i]);
+                fill(&mut row, &terms, &self.light.values[i], self.light.variance[i]);
                 let blocks = &mut self.buffers.rows[y * REGION + x];
                 for (block, values) in blocks.iter_mut().zip(row.chunks_exact(LANES)) {
                     block.0.copy_from_slice(values);

@@ -16,7 +16,7 @@ mod tile;
 
 use turner_bvh::InstructionSet;
 
-use super::light::{Light, luminance};
+use super::light::{Light, errors, luminance};
 use super::{Buffers, Rgb};
 use crate::film::strips;
 
@@ -26,11 +26,8 @@ const BLOCK: usize = 4;
 /// Blocks of a window on each side.
 const REACH: usize = 2;
 
-/// How much brighter than the window's mean a noisy pixel may be.
+/// How much brighter than the mean of the window a pixel may be.
 const BRIGHTER: f32 = 3.0;
-
-/// A noisy pixel: its standard error, relative to its luminance.
-const NOISY: f32 = 0.4;
 
 /// The picture with less noise: radiance of each pixel.
 pub(super) fn denoised(buffers: &Buffers, threads: usize, set: InstructionSet) -> Vec<Rgb> {
@@ -38,12 +35,13 @@ pub(super) fn denoised(buffers: &Buffers, threads: usize, set: InstructionSet) -
     let guides = &buffers.guides;
     let mut light = Light::plain(buffers, threads);
     let mut blocks = Blocks::new(&light, threads);
-    blocks.limit(&mut light, threads);
+    blocks.limit(&mut light, buffers.dominated(), threads);
+    light.errors = errors(light.width, light.height, threads, |i| light.variance[i]);
     blocks = Blocks::new(&light, threads).smoothed(threads);
     let fitted = tile::fitted(&light, &blocks, guides, threads, set);
     let factors = light.factors(guides);
     let mut out = strips::map(count, threads, |i| {
-        let (new, factor) = (fitted[i].unwrap_or(light.values[i]), factors(i));
+        let (new, factor) = (light.judged(i, fitted[i]), factors(i));
         std::array::from_fn(|c| buffers.emission.mean[i][c] + new[c].max(0.0) * factor[c])
     });
     if !buffers.caught.is_empty() {
@@ -83,8 +81,9 @@ impl Blocks {
         sum / count
     }
 
-    /// Limits noisy pixels that are much brighter than what is around them.
-    fn limit(&self, light: &mut Light, threads: usize) {
+    /// Limits pixels that are much brighter than what is around them, if their standard error relative to their luminance is
+    /// more than `dominated`.
+    fn limit(&self, light: &mut Light, dominated: f32, threads: usize) {
         let most = strips::map(self.mean.len(), threads, |block| {
             BRIGHTER * self.around(block, REACH, |near| self.mean[near]) + 1e-6
         });
@@ -92,8 +91,8 @@ impl Blocks {
             let (x, y) = (i % light.width, i / light.width);
             let (value, most) = (light.values[i], most[y / BLOCK * self.columns + x / BLOCK]);
             let own = luminance(&value);
-            let is_bright = own > most && light.variance[i].sqrt() > NOISY * own;
-            if is_bright { value.map(|v| v * (most / own)) } else { value }
+            let is_noisy = light.variance[i].sqrt() > dominated * own;
+            if own > most && is_noisy { value.map(|v| v * (most / own)) } else { value }
         });
     }
 

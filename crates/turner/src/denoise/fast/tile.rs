@@ -4,7 +4,7 @@ use turner_bvh::InstructionSet;
 use turner_bvh::lanes::{Block32, F32x8, LANES, Simd, Work, dispatch};
 
 use super::{BLOCK, Blocks, REACH};
-use crate::denoise::fit::{Coefficients, PAIRS, ROW, Row, TERMS, solve};
+use crate::denoise::fit::{Coefficients, PAIRS, ROW, Row, TERMS, VARIANCE, solve};
 use crate::denoise::light::Light;
 use crate::denoise::{GUIDES, Rgb};
 use crate::film::strips;
@@ -25,6 +25,8 @@ const PIXELS: usize = TILE * BLOCK + 2 * BESIDE;
 const UNIT: f32 = 10.0;
 /// Distances count up to this many doublings beyond that of the middle of the tile.
 const FAR: f32 = 2.0;
+/// Pixels of a block.
+const PER_BLOCK: f32 = (BLOCK * BLOCK) as f32;
 /// k²: how much of a difference that noise may explain is one.
 const K2: f32 = 0.6;
 /// The largest term of a comparison: more than that alone makes the weight 0.
@@ -105,7 +107,8 @@ impl Tile<'_> {
         let (width, height) = (self.light.width, self.light.height);
         let middle = |first: usize, size: usize| ((first + TILE / 2) * BLOCK).min(size - 1);
         let middle = self.guides[middle(self.top, height) * width + middle(self.left, width)][GUIDES - 1];
-        let inside = |first: usize, i: usize, size: usize| (first + i).checked_sub(REACH).filter(|v| *v < size);
+        let inside =
+            |first: usize, i: usize, size: usize| (first + i).checked_sub(REACH).filter(|v| *v < size);
         for y in 0..REGION {
             let row = inside(self.top, y, self.blocks.rows);
             for x in 0..REGION {
@@ -132,9 +135,8 @@ impl Tile<'_> {
     fn block<S: Simd>(&mut self, simd: S, column: usize, row: usize, middle: f32) -> Sums {
         let (width, height) = (self.light.width, self.light.height);
         let (left, top) = (self.left * BLOCK, self.top * BLOCK);
-        let along = |at: usize, first: usize| {
-            (at as f32 - first as f32 - (TILE * BLOCK / 2) as f32) * (1.0 / UNIT)
-        };
+        let along =
+            |at: usize, first: usize| (at as f32 - first as f32 - (TILE * BLOCK / 2) as f32) * (1.0 / UNIT);
         let mut pixels = [[Block32::default(); 2]; BLOCK * BLOCK];
         for y in row * BLOCK..(row * BLOCK + BLOCK).min(height) {
             for x in column * BLOCK..(column * BLOCK + BLOCK).min(width) {
@@ -144,13 +146,16 @@ impl Tile<'_> {
                 let lower = [1.0, along(x, left), along(y, top), r, g, b, nx, ny];
                 let near = (x + BESIDE).checked_sub(left).filter(|x| *x < PIXELS);
                 if let Some((x, y)) = near.zip((y + BESIDE).checked_sub(top).filter(|y| *y < PIXELS)) {
-                    for (plane, term) in self.buffers.terms.iter_mut().zip(lower.into_iter().chain([nz, distance])) {
+                    for (plane, term) in
+                        self.buffers.terms.iter_mut().zip(lower.into_iter().chain([nz, distance]))
+                    {
                         plane[y][x] = term;
                     }
                 }
                 if self.light.is_known(i) {
                     let [red, green, blue] = self.light.values[i];
-                    let upper = [nz, distance, red, green, blue, 0.0, 0.0, 0.0];
+                    let own = self.blocks.variance[row * self.blocks.columns + column];
+                    let upper = [nz, distance, red, green, blue, PER_BLOCK * own, 0.0, 0.0];
                     pixels[y % BLOCK * BLOCK + x % BLOCK] = [Block32(lower), Block32(upper)];
                 }
             }
@@ -196,7 +201,8 @@ impl Tile<'_> {
                 for y in 0..TILE {
                     let out = &mut self.buffers.weights[y][dy * SIDE + dx];
                     for x in 0..TILE {
-                        let beside = (terms[y + 1][x] + terms[y + 1][x + 2]) + (terms[y][x + 1] + terms[y + 2][x + 1]);
+                        let beside =
+                            (terms[y + 1][x] + terms[y + 1][x + 2]) + (terms[y][x + 1] + terms[y + 2][x + 1]);
                         let sum = terms[y + 1][x + 1] + beside;
                         let near = 1.0 - SCALE * if sum > 0.0 { sum } else { 0.0 };
                         let near = if near > 0.0 { near } else { 0.0 };
@@ -271,6 +277,7 @@ fn packed(sums: &Sums) -> Row {
         false => sums[UPPER + i].0[j - LANES],
     };
     let mut row: Row = [0.0; ROW];
+    row[VARIANCE] = at(0, TERMS + 3);
     let mut k = 0;
     for i in 0..TERMS {
         for j in i..TERMS {
