@@ -14,6 +14,7 @@ const OPTIONS: &[(&str, &str)] = &[
     ("film.antialias", "--antialias"),
     ("film.aovs", "--aov"),
     ("film.denoise", "--denoise"),
+    ("film.denoise_aovs", "--denoise-aovs"),
     ("film.auto_exposure", "--auto-exposure"),
     ("film.crop", "--crop"),
     ("film.exposure", "--exposure"),

@@ -27,7 +27,7 @@ const GROUPS: &[Group] = &[
     Group {
         heading: "Sampling",
         common: &["quality", "samples", "budget", "noise", "denoise", "adaptive", "antialias"],
-        more: &["filter", "seed"],
+        more: &["denoise_aovs", "filter", "seed"],
     },
     Group {
         heading: "Integrator",

@@ -96,6 +96,9 @@ pub(crate) struct FilmArgs {
     /// Remove the noise of the finished picture; EXR files keep the raw one as the layer "raw" [default: on for models]
     #[arg(long, value_name = "DENOISER", num_args = 0..=1, default_missing_value = "on", value_parser = words(Denoise::DOCS))]
     denoise: Option<String>,
+    /// Remove the noise of the AOVs of light, too: emission, direct, indirect, light_groups
+    #[arg(long)]
+    denoise_aovs: bool,
     /// Anti-aliasing: where the samples of a pixel lie and how they are averaged
     #[arg(long, value_name = "MODE", value_parser = words(Antialias::DOCS))]
     antialias: Option<String>,
@@ -232,6 +235,7 @@ impl FilmArgs {
         set("film.samples", number(self.samples), None);
         set("film.adaptive_sampling", self.adaptive.then(|| "true".to_owned()), Some(""));
         set("film.denoise", quoted(&self.denoise), self.denoise.as_deref());
+        set("film.denoise_aovs", self.denoise_aovs.then(|| "true".to_owned()), Some(""));
         set("film.antialias", quoted(&self.antialias), self.antialias.as_deref());
         set("film.filter", quoted(&self.filter), self.filter.as_deref());
         set("film.seed", number(self.seed), None);

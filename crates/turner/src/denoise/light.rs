@@ -19,9 +19,6 @@ const AS_BRIGHT: usize = 6;
 /// Standard deviations over its other neighbours that such a pixel may keep.
 const KEPT: f32 = 8.0;
 
-/// Standard errors that a fit may be away from the light of its pixel.
-const FARTHEST: f32 = 8.0;
-
 /// Radius of the wider square around a bright pixel.
 const WIDE: usize = 5;
 
@@ -34,6 +31,9 @@ const BRIGHTER_EMISSION: f32 = 0.5;
 /// Emission with a smaller standard error than this part of its luminance is without noise.
 const LEAST_NOISE: f32 = 0.01;
 
+/// A pixel that no light was found in counts at least as this part of the mean of the square.
+const BLACK: f32 = 0.3;
+
 /// Radius of the square over which variances are averaged.
 const SMOOTH: usize = 3;
 
@@ -45,8 +45,6 @@ pub(super) struct Light {
     pub(super) values: Vec<Rgb>,
     /// Variance of the luminance of `values`, smoothed; 0 where there is no noise.
     pub(super) variance: Vec<f32>,
-    /// Standard errors of the luminance, smoothed over the pixels around each; empty if nothing is known about them.
-    pub(super) errors: Vec<f32>,
     divides: bool,
     /// The pixels that have this light; empty for all.
     known: Vec<bool>,
@@ -101,9 +99,8 @@ impl Light {
         });
         let mut variance = smoothed(&limited, [width, height], threads);
         variance.iter_mut().enumerate().filter(|(i, _)| stays(*i)).for_each(|(_, v)| *v = 0.0);
-        let errors = errors(width, height, threads, |i| limited[i].1);
         let values = limited.into_iter().map(|(value, _)| value).collect();
-        Light { width, height, values, variance, errors, divides: !is_seen, known: Vec::new() }
+        Light { width, height, values, variance, divides: !is_seen, known: Vec::new() }
     }
 
     /// Reflected light with all that is noise: neither limited nor smoothed.
@@ -116,7 +113,7 @@ impl Light {
             (value, part.variance[i] * scale * scale)
         };
         let (values, variance) = strips::map(width * height, threads, of).into_iter().unzip();
-        Light { width, height, values, variance, errors: Vec::new(), divides: true, known: Vec::new() }
+        Light { width, height, values, variance, divides: true, known: Vec::new() }
     }
 
     /// The fraction of the light that arrives at shadow catchers. Other pixels get the mean of the known ones of a patch
@@ -135,18 +132,7 @@ impl Light {
         };
         let (values, variance) = strips::map(width * height, threads, light).into_iter().unzip();
         let known = caught.iter().map(|caught| caught.is_whole).collect();
-        Light { width, height, values, variance, errors: Vec::new(), divides: false, known }
-    }
-
-    /// The fitted light of a pixel, or its own without a fit. A fit that its noise does not explain is moved towards it.
-    pub(super) fn judged(&self, i: usize, fitted: Option<Rgb>) -> Rgb {
-        let Some(fitted) = fitted else { return self.values[i] };
-        let Some(error) = self.errors.get(i) else { return fitted };
-        let own = &self.values[i];
-        let apart: Rgb = std::array::from_fn(|c| fitted[c] - own[c]);
-        let most = FARTHEST * error;
-        let far = apart.iter().fold(0.0f32, |far, v| far.max(v.abs()));
-        if far <= most { fitted } else { std::array::from_fn(|c| own[c] + apart[c] * (most / far)) }
+        Light { width, height, values, variance, divides: false, known }
     }
 
     /// Whether a pixel has this light.
@@ -190,20 +176,14 @@ fn limit(bright: &[f32], [width, height]: [usize; 2], i: usize, mean: f32, brigh
     if own > most { most / own } else { 1.0 }
 }
 
-/// Standard errors, from variances averaged over the pixel and its eight neighbours.
-pub(super) fn errors(
-    width: usize,
-    height: usize,
-    threads: usize,
-    variance: impl Fn(usize) -> f32 + Sync,
-) -> Vec<f32> {
-    box_mean(width, height, 1, threads, variance).into_iter().map(f32::sqrt).collect()
-}
-
 /// Variances, averaged over a square; the dark pixels beside bright ones get the relative variance of the square at most.
 fn smoothed(light: &[(Rgb, f32)], [width, height]: [usize; 2], threads: usize) -> Vec<f32> {
     let mean = box_mean(width, height, 1, threads, |i| luminance(&light[i].0));
-    let square = |i: usize| mean[i] * mean[i];
+    let wide = box_mean(width, height, SMOOTH, threads, |i| luminance(&light[i].0));
+    let square = |i: usize| {
+        let mean = mean[i].max(BLACK * wide[i]);
+        mean * mean
+    };
     let absolute = box_mean(width, height, SMOOTH, threads, |i| light[i].1);
     let relative = box_mean(width, height, SMOOTH, threads, |i| light[i].1 / (square(i) + 1e-12));
     strips::map(width * height, threads, |i| absolute[i].min(square(i) * relative[i]))

@@ -41,9 +41,7 @@ mod weights;
 use turner_bvh::InstructionSet;
 
 use crate::film::strips;
-use light::Light;
-#[cfg(test)]
-use light::luminance;
+use light::{Light, luminance};
 
 /// Red, green and blue, linear.
 pub type Rgb = [f32; 3];
@@ -114,18 +112,12 @@ pub fn denoise_fast(buffers: &Buffers, threads: usize, set: InstructionSet) -> V
 /// The picture without noise: radiance of each pixel. `threads` of 0 uses all; neither they nor the instruction set change
 /// a bit.
 pub fn denoise(buffers: &Buffers, threads: usize, set: InstructionSet) -> Vec<Rgb> {
-    let (width, height) = (buffers.width, buffers.height);
     let guides = guides::filtered(buffers, threads);
-    let mut out = vec![[0.0; 3]; width * height];
+    let mut out = vec![[0.0; 3]; buffers.width * buffers.height];
     for (part, is_seen) in [(&buffers.emission, true), (&buffers.reflected, false)] {
-        let light = Light::new(buffers, part, &guides, is_seen, threads);
-        let fitted = tile::fitted(&light, &guides, threads, set);
-        let factors = light.factors(&guides);
-        for ((to, fitted), i) in out.iter_mut().zip(&fitted).zip(0..) {
-            let (new, factor) = (light.judged(i, fitted.map(|new| new.map(|v| v.max(0.0)))), factors(i));
-            for c in 0..3 {
-                to[c] += new[c] * factor[c];
-            }
+        let clean = clean(buffers, part, &guides, is_seen, threads, set);
+        for (to, clean) in out.iter_mut().zip(clean) {
+            to.iter_mut().zip(clean).for_each(|(to, v)| *to += v);
         }
     }
     if !buffers.caught.is_empty() {
@@ -134,6 +126,45 @@ pub fn denoise(buffers: &Buffers, threads: usize, set: InstructionSet) -> Vec<Rg
         buffers.add_caught(&lit, &mut out);
     }
     out
+}
+
+/// A part of the picture's light without noise, such as that of a light group: radiance of each pixel. Its noise relative
+/// to its light is taken to be that of the picture. `is_seen`: it is emission that is seen.
+pub fn denoise_part(
+    buffers: &Buffers,
+    values: &[Rgb],
+    is_seen: bool,
+    threads: usize,
+    set: InstructionSet,
+) -> Vec<Rgb> {
+    let (emission, reflected) = (&buffers.emission, &buffers.reflected);
+    let variance = |(i, value): (usize, &Rgb)| {
+        let all = luminance(&emission.mean[i]) + luminance(&reflected.mean[i]);
+        let of_all = emission.variance[i] + reflected.variance[i];
+        let share = if all > 0.0 { (luminance(value) / all).clamp(0.0, 1.0) } else { 1.0 };
+        of_all * share * share
+    };
+    let part = Part { mean: values.to_vec(), variance: values.iter().enumerate().map(variance).collect() };
+    let guides = guides::filtered(buffers, threads);
+    clean(buffers, &part, &guides, is_seen, threads, set)
+}
+
+/// A kind of light without noise.
+fn clean(
+    buffers: &Buffers,
+    part: &Part,
+    guides: &[[f32; GUIDES]],
+    is_seen: bool,
+    threads: usize,
+    set: InstructionSet,
+) -> Vec<Rgb> {
+    let light = Light::new(buffers, part, guides, is_seen, threads);
+    let fitted = tile::fitted(&light, guides, threads, set);
+    let factors = light.factors(guides);
+    strips::map(fitted.len(), threads, |i| {
+        let (new, factor) = (fitted[i].map_or(light.values[i], |new| new.map(|v| v.max(0.0))), factors(i));
+        std::array::from_fn(|c| new[c] * factor[c])
+    })
 }
 
 impl Buffers {

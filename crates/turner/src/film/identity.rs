@@ -60,6 +60,7 @@ impl Identity {
             exposure: _,
             auto_exposure: _,
             denoise: _,
+            denoise_aovs: _,
             // In a separate field.
             fireflies: _,
             // Compared as channels.
@@ -129,6 +130,7 @@ impl FilmDesc {
             exposure: 0.0,
             auto_exposure: false,
             denoise: Denoise::Off,
+            denoise_aovs: false,
             tonemap: Default::default(),
             crop: None,
             threshold: 0.0,

@@ -218,6 +218,8 @@ params! {
         /// Which denoiser removes the noise of the finished picture. EXR files keep the raw picture as the layer "raw".
         /// Needs "monte-carlo" with the integrators "path" or "direct".
         denoise: Denoise = Denoise::Off;
+        /// Whether the denoiser also works on the AOVs "emission", "direct", "indirect" and "light_groups".
+        denoise_aovs: bool = false;
         /// Seed of the random numbers.
         seed: u32 = 0;
         /// Further channels next to the colour (AOVs, render passes), from the same samples: `["albedo", "normal"]`. An

@@ -19,11 +19,14 @@ pub struct Splat {
     pub color: Spectrum,
 }
 
+/// The scale of squared luminances. Colours are not divided by the number of light paths, so squares are large.
+const SQUARES: f64 = 1.0 / (1u64 << 32) as f64;
+
 /// The sums of splats, 48 bytes per pixel. They are integers, so the order of light paths does not matter.
 #[derive(Clone, Debug)]
 pub struct Splats {
     region: PixelRect,
-    /// Red, green, blue and the squared luminance.
+    /// Red, green, blue and the squared luminance times [`SQUARES`].
     pub(super) sums: Vec<[Fixed96; 4]>,
     /// The indices of the light paths.
     pub(super) held: SampleSet,
@@ -86,7 +89,7 @@ impl Splats {
                             *sum = sum.plus(Fixed96::from_f32(v));
                         }
                         let luminance = f64::from(color.luminance());
-                        sum[3] = sum[3].plus(Fixed96::from_f64(luminance * luminance));
+                        sum[3] = sum[3].plus(Fixed96::from_f64(SQUARES * luminance * luminance));
                     }
                     x += 1.0;
                 }
@@ -125,7 +128,7 @@ impl Splats {
         let paths = self.held.len().max(1) as f64;
         let [red, green, blue] = self.mean(x, y);
         let square = self.sums[self.index(x, y)][3].mean(1.0);
-        (f64::from(Spectrum::new(red, green, blue).luminance()), square.max(0.0) / (paths * paths))
+        (f64::from(Spectrum::new(red, green, blue).luminance()), square.max(0.0) / (SQUARES * paths * paths))
     }
 
     fn index(&self, x: u32, y: u32) -> usize {

@@ -2,9 +2,11 @@
 
 use super::Renderer;
 use super::cryptomatte::{self, Matte};
+use crate::denoise::denoise_part;
 use crate::film::{Aov, Average, Film, HITS, Half, LabelKind};
 use crate::scene::Scene;
 use crate::schema::MaterialId;
+use crate::view::View;
 
 /// The samples of a channel, row by row from the top left.
 #[derive(Clone, Debug, PartialEq)]
@@ -88,7 +90,30 @@ impl Renderer {
                 }
             }
         }
+        if self.prepared.view.film.denoise_aovs {
+            self.denoise_aovs(&mut out, threads);
+        }
         out
+    }
+
+    /// Removes the noise of the AOVs of light, of which each has red, green and blue one after another.
+    fn denoise_aovs(&self, channels: &mut [AovChannel], threads: usize) {
+        let View { film, instruction_set, .. } = &self.prepared.view;
+        let picture = self.film.developed(film, threads);
+        let Some(buffers) = self.denoising_buffers(&picture, threads) else { return };
+        let is_light = |channel: &AovChannel| channel.aov.is_light() && channel.aov != Aov::Denoising;
+        let of_light: Vec<&mut AovChannel> = channels.iter_mut().filter(|c| is_light(c)).collect();
+        let mut of_light = of_light.into_iter();
+        while let (Some(red), Some(green), Some(blue)) = (of_light.next(), of_light.next(), of_light.next()) {
+            let is_seen = red.aov == Aov::Emission;
+            let planes = [red, green, blue].map(|channel| &mut channel.values);
+            let [AovValues::Float(r), AovValues::Float(g), AovValues::Float(b)] = planes else { return };
+            let values: Vec<[f32; 3]> = (0..r.len()).map(|i| [r[i], g[i], b[i]]).collect();
+            let clean = denoise_part(&buffers, &values, is_seen, threads, *instruction_set);
+            for (c, plane) in [r, g, b].into_iter().enumerate() {
+                plane.iter_mut().zip(&clean).for_each(|(to, v)| *to = v[c]);
+            }
+        }
     }
 
     /// What a reader of the file needs besides the channels: the attributes of Cryptomatte, and the names of numbers as

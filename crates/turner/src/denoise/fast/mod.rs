@@ -16,7 +16,7 @@ mod tile;
 
 use turner_bvh::InstructionSet;
 
-use super::light::{Light, errors, luminance};
+use super::light::{Light, luminance};
 use super::{Buffers, Rgb};
 use crate::film::strips;
 
@@ -36,12 +36,11 @@ pub(super) fn denoised(buffers: &Buffers, threads: usize, set: InstructionSet) -
     let mut light = Light::plain(buffers, threads);
     let mut blocks = Blocks::new(&light, threads);
     blocks.limit(&mut light, buffers.dominated(), threads);
-    light.errors = errors(light.width, light.height, threads, |i| light.variance[i]);
     blocks = Blocks::new(&light, threads).smoothed(threads);
     let fitted = tile::fitted(&light, &blocks, guides, threads, set);
     let factors = light.factors(guides);
     let mut out = strips::map(count, threads, |i| {
-        let (new, factor) = (light.judged(i, fitted[i]), factors(i));
+        let (new, factor) = (fitted[i].unwrap_or(light.values[i]), factors(i));
         std::array::from_fn(|c| buffers.emission.mean[i][c] + new[c].max(0.0) * factor[c])
     });
     if !buffers.caught.is_empty() {
