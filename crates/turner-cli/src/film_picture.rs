@@ -19,7 +19,7 @@ impl<'a> FilmPicture<'a> {
         FilmPicture::with(renderer, threads, |threads| renderer.developed(threads))
     }
 
-    /// The same by the fast denoiser, if the picture has one: for pictures while rendering goes on.
+    /// The same by the fast denoiser, if the picture has one: for pictures while rendering continues.
     pub(crate) fn progress(renderer: &'a Renderer, threads: usize) -> FilmPicture<'a> {
         FilmPicture::with(renderer, threads, |threads| renderer.developed_as(Denoise::Fast, threads))
     }

@@ -3,7 +3,7 @@
 use crate::aovs::samples;
 use crate::common::folder;
 use crate::convert::SCENES;
-use crate::folder::Folder;
+use crate::folder::{Folder, Run};
 
 fn relmse(f: &Folder, a: &str, b: &str) -> f64 {
     let run = f.turner(&["compare", a, b, "--metric", "relmse", "--json"]).ok();
@@ -52,4 +52,37 @@ fn quality_sets_what_no_other_option_sets() {
     assert!(draft.contains("4 samples per pixel") && draft.contains("before denoising"), "{draft}");
     let own = line(&["--quality", "draft", "--samples", "5", "--denoise", "off"]);
     assert!(own.contains("5 samples per pixel") && !own.contains("denoising"), "{own}");
+}
+
+/// Nothing is rendered, and the remedy names both ways out.
+#[test]
+fn a_library_that_is_missing_is_told_before_the_first_sample() {
+    let f = folder();
+    let args = ["s.toml", "--integrator", "path", "--samples", "4", "--denoise", "oidn", "-o", "o.png"];
+    let run = |library: &str| Run::of(f.command(&args).env("TURNER_OIDN", library).output().unwrap());
+    run("nowhere").fails(1, &["OIDN cannot be loaded", "nowhere", "TURNER_OIDN=FOLDER", "--denoise on"]);
+    assert!(!f.path().join("o.png").exists());
+    run(".").fails(1, &["OIDN was not found: looked for ./"]);
+}
+
+#[test]
+fn aovs_of_light_lose_their_noise_when_asked() {
+    let f = folder();
+    let scene = format!("{SCENES}/showcase/cornell-box.toml");
+    let render = |output: &str, options: &[&str]| {
+        let mut args = vec![scene.as_str(), "-o", output, "--width", "48", "--height", "48"];
+        args.extend(["--samples", "8", "--aov", "direct,albedo"]);
+        args.extend(options);
+        f.turner(&args).ok();
+    };
+    render("kept.exr", &["--denoise"]);
+    render("clean.exr", &["--denoise", "--denoise-aovs"]);
+    assert_eq!(samples(&f, "kept.exr", "albedo.G"), samples(&f, "clean.exr", "albedo.G"));
+    assert_eq!(samples(&f, "kept.exr", "G"), samples(&f, "clean.exr", "G"));
+    let [kept, clean] = ["kept.exr", "clean.exr"].map(|file| samples(&f, file, "direct.G"));
+    // The mean difference of neighbours.
+    let rough = |v: &[f32]| v.windows(2).map(|v| f64::from((v[0] - v[1]).abs())).sum::<f64>();
+    assert!(rough(&clean) < 0.8 * rough(&kept), "{} {}", rough(&clean), rough(&kept));
+    let sum = |v: &[f32]| v.iter().map(|v| f64::from(*v)).sum::<f64>();
+    assert!((sum(&clean) / sum(&kept) - 1.0).abs() < 0.03, "{} {}", sum(&clean), sum(&kept));
 }

@@ -6,9 +6,8 @@ use crate::film::strips;
 /// Added to the albedo that light is divided by, so that black surfaces do not amplify their noise.
 const LEAST_ALBEDO: f32 = 0.05;
 
-/// A pixel's standard error, relative to its luminance, from which on single samples may dominate it. Where paths are shared,
-/// all samples of a pixel may be too bright alike, and their spread tells nothing.
-const DOMINATED: f32 = 0.1;
+/// A pixel's standard error, relative to its luminance, from which on single samples may dominate it.
+pub(super) const DOMINATED: f32 = 0.1;
 
 /// The same for emission that is seen, where the edges of lamps have noise, too.
 const DOMINATED_EMISSION: f32 = 0.4;
@@ -27,6 +26,9 @@ const BRIGHTER: f32 = 3.0;
 
 /// The same for emission that is seen: of the mean of small lamps little is left between them.
 const BRIGHTER_EMISSION: f32 = 0.5;
+
+/// The most that the emission of a pixel is multiplied by.
+const GROWTH: f32 = 1.5;
 
 /// Emission with a smaller standard error than this part of its luminance is without noise.
 const LEAST_NOISE: f32 = 0.01;
@@ -58,13 +60,6 @@ fn factor(guide: &[f32; super::GUIDES]) -> Rgb {
     std::array::from_fn(|c| guide[c].clamp(0.0, 1.0) + LEAST_ALBEDO)
 }
 
-impl Buffers {
-    /// A pixel's standard error, relative to its luminance, from which on single samples may dominate its reflected light.
-    pub(super) fn dominated(&self) -> f32 {
-        if self.shares_paths { 0.0 } else { DOMINATED }
-    }
-}
-
 impl Light {
     /// `is_seen`: the light is that of emitters that are seen, which surfaces do not reflect.
     pub(super) fn new(
@@ -76,19 +71,13 @@ impl Light {
     ) -> Light {
         let (width, height) = (buffers.width, buffers.height);
         let count = width * height;
-        let over_albedo = |i: usize| {
-            let by = if is_seen { [1.0; 3] } else { factor(&guides[i]) };
-            let scale = 1.0 / luminance(&by);
-            let value: Rgb = std::array::from_fn(|c| part.mean[i][c] / by[c]);
-            (value, part.variance[i] * scale * scale)
-        };
-        let raw: Vec<(Rgb, f32)> = strips::map(count, threads, over_albedo);
+        let raw = over_albedo(part, guides, is_seen, threads);
         let bright: Vec<f32> = raw.iter().map(|(value, _)| luminance(value)).collect();
         // Lamps are bright pixels without noise. They stay as they are.
-        let stays = |i: usize| is_seen && raw[i].1.sqrt() <= LEAST_NOISE * bright[i];
+        let stays = |i: usize| is_seen && !has_noise(bright[i], raw[i].1);
         let (brighter, dominated) = match is_seen {
             true => (BRIGHTER_EMISSION, DOMINATED_EMISSION),
-            false => (BRIGHTER, buffers.dominated()),
+            false => (BRIGHTER, DOMINATED),
         };
         let around = box_mean(width, height, WIDE, threads, |i| bright[i]);
         let limited = strips::map(count, threads, |i| {
@@ -103,17 +92,12 @@ impl Light {
         Light { width, height, values, variance, divides: !is_seen, known: Vec::new() }
     }
 
-    /// Reflected light with all that is noise: neither limited nor smoothed.
-    pub(super) fn plain(buffers: &Buffers, threads: usize) -> Light {
-        let (width, height, part) = (buffers.width, buffers.height, &buffers.reflected);
-        let of = |i: usize| {
-            let by = factor(&buffers.guides[i]);
-            let scale = 1.0 / luminance(&by);
-            let value: Rgb = std::array::from_fn(|c| part.mean[i][c] / by[c]);
-            (value, part.variance[i] * scale * scale)
-        };
-        let (values, variance) = strips::map(width * height, threads, of).into_iter().unzip();
-        Light { width, height, values, variance, divides: true, known: Vec::new() }
+    /// A kind of light with all its noise: neither limited nor smoothed.
+    pub(super) fn plain(buffers: &Buffers, part: &Part, is_seen: bool, threads: usize) -> Light {
+        let (width, height) = (buffers.width, buffers.height);
+        let raw = over_albedo(part, &buffers.guides, is_seen, threads);
+        let (values, variance) = raw.into_iter().unzip();
+        Light { width, height, values, variance, divides: !is_seen, known: Vec::new() }
     }
 
     /// The fraction of the light that arrives at shadow catchers. Other pixels get the mean of the known ones of a patch
@@ -135,6 +119,15 @@ impl Light {
         Light { width, height, values, variance, divides: false, known }
     }
 
+    /// The new light of a pixel: its fit, if it has one. Small lamps and glints are brighter than their fits, and what is
+    /// beside them is darker, so emission grows by a limited factor.
+    pub(super) fn fitted(&self, i: usize, fit: Option<Rgb>) -> Rgb {
+        let own = &self.values[i];
+        let Some(fit) = fit.map(|fit| fit.map(|v| v.max(0.0))) else { return *own };
+        let (most, new) = (GROWTH * luminance(own).max(0.0), luminance(&fit));
+        if self.divides || new <= most { fit } else { fit.map(|v| v * (most / new)) }
+    }
+
     /// Whether a pixel has this light.
     pub(super) fn is_known(&self, i: usize) -> bool {
         self.known.get(i).is_none_or(|known| *known)
@@ -145,6 +138,26 @@ impl Light {
         let divides = self.divides;
         move |i| if divides { factor(&guides[i]) } else { [1.0; 3] }
     }
+}
+
+/// The light of each pixel, divided by the albedo unless it is emission that is seen, and the variance of its luminance.
+fn over_albedo(
+    part: &Part,
+    guides: &[[f32; super::GUIDES]],
+    is_seen: bool,
+    threads: usize,
+) -> Vec<(Rgb, f32)> {
+    strips::map(part.mean.len(), threads, |i| {
+        let by = if is_seen { [1.0; 3] } else { factor(&guides[i]) };
+        let scale = 1.0 / luminance(&by);
+        let value: Rgb = std::array::from_fn(|c| part.mean[i][c] / by[c]);
+        (value, part.variance[i] * scale * scale)
+    })
+}
+
+/// Whether emission of this luminance and variance has noise.
+pub(super) fn has_noise(bright: f32, variance: f32) -> bool {
+    variance.sqrt() > LEAST_NOISE * bright
 }
 
 /// The factor by which a pixel that a single bright sample dominates becomes about as bright as its neighbours. `mean`: of

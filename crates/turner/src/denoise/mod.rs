@@ -76,8 +76,6 @@ pub struct Buffers {
     pub guide_variances: Vec<[f32; 3]>,
     /// The shadow catchers; empty without them.
     pub caught: Vec<Caught>,
-    /// Whether pixels share paths with their neighbours, so that variances are too low where a shared path is bright.
-    pub shares_paths: bool,
 }
 
 /// The shadow catchers of a pixel.
@@ -162,7 +160,7 @@ fn clean(
     let fitted = tile::fitted(&light, guides, threads, set);
     let factors = light.factors(guides);
     strips::map(fitted.len(), threads, |i| {
-        let (new, factor) = (fitted[i].map_or(light.values[i], |new| new.map(|v| v.max(0.0))), factors(i));
+        let (new, factor) = (light.fitted(i, fitted[i]), factors(i));
         std::array::from_fn(|c| new[c] * factor[c])
     })
 }

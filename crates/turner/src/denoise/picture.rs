@@ -32,7 +32,6 @@ impl Buffers {
             guides: each.iter().map(|pixel| pixel.guides).collect(),
             guide_variances: each.iter().map(|pixel| pixel.guide_variances).collect(),
             caught: Vec::new(),
-            shares_paths: false,
         };
         if film.channels().iter().any(|channel| channel.name == CAUGHT[0]) {
             buffers.take_shadows(&planes(film, &CAUGHT, threads), threads);

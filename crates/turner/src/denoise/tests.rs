@@ -87,14 +87,59 @@ fn noise_goes_edges_textures_and_energy_stay() {
 #[test]
 fn threads_and_instruction_sets_do_not_change_a_bit() {
     let (buffers, _) = scene(0.4);
-    let bits = |threads, set| -> Vec<u32> {
-        denoise(&buffers, threads, set).iter().flatten().map(|v| v.to_bits()).collect()
-    };
-    let first = bits(1, InstructionSet::PORTABLE);
-    for set in InstructionSet::available() {
-        for threads in [1, 3] {
-            assert!(bits(threads, set) == first, "{} {threads}", set.name());
+    for denoise in [denoise, denoise_fast] {
+        let bits = |threads, set| -> Vec<u32> {
+            denoise(&buffers, threads, set).iter().flatten().map(|v| v.to_bits()).collect()
+        };
+        let first = bits(1, InstructionSet::PORTABLE);
+        for set in InstructionSet::available() {
+            for threads in [1, 3] {
+                assert!(bits(threads, set) == first, "{} {threads}", set.name());
+            }
         }
+    }
+}
+
+#[test]
+fn one_fit_per_block_keeps_edges_textures_and_energy() {
+    let (buffers, truth) = scene(0.4);
+    let raw = buffers.colors(1);
+    let found = denoise_fast(&buffers, 1, InstructionSet::best());
+    let (before, after) = (error(&raw, &truth), error(&found, &truth));
+    assert!(after < 0.1 * before, "{before} {after}");
+    let mean = |picture: &[Rgb]| picture.iter().flatten().map(|v| f64::from(*v)).sum::<f64>();
+    assert!((mean(&found) / mean(&raw) - 1.0).abs() < 0.01, "{} {}", mean(&found), mean(&raw));
+    assert_eq!(found[25 * WIDTH + 85], [20.0; 3]);
+}
+
+/// Light groups, of which one has three quarters of the light.
+#[test]
+fn parts_lose_their_noise_too() {
+    let (buffers, truth) = scene(0.4);
+    let share = |picture: &[Rgb]| picture.iter().map(|v| v.map(|v| 0.75 * v)).collect::<Vec<Rgb>>();
+    let (part, whole) = (share(&buffers.reflected.mean), share(&truth));
+    let found = denoise_part(&buffers, &part, false, 1, InstructionSet::best());
+    let is_lit = |i: &usize| buffers.emission.mean[*i] == [0.0; 3];
+    let lit = |picture: &[Rgb]| (0..picture.len()).filter(is_lit).map(|i| picture[i]).collect::<Vec<Rgb>>();
+    let (before, after) = (error(&lit(&part), &lit(&whole)), error(&lit(&found), &lit(&whole)));
+    assert!(after < 0.06 * before, "{before} {after}");
+}
+
+/// Few samples find the light: most pixels are black, and nothing in them tells of noise.
+#[test]
+fn black_pixels_among_noise_get_light() {
+    let (mut buffers, truth) = scene(0.0);
+    for i in 0..truth.len() {
+        let is_found = random(i, 5) < 0.05;
+        let by = if is_found { 20.0 } else { 0.0 };
+        let part = &mut buffers.reflected;
+        part.variance[i] = luminance(&part.mean[i]).powi(2) * by * by;
+        part.mean[i] = part.mean[i].map(|v| v * by);
+    }
+    for denoise in [denoise, denoise_fast] {
+        let found = denoise(&buffers, 1, InstructionSet::best());
+        let dark = (0..truth.len()).filter(|i| luminance(&found[*i]) < 0.1 * luminance(&truth[*i])).count();
+        assert!(dark < truth.len() / 100, "{dark} of {}", truth.len());
     }
 }
 

@@ -190,4 +190,22 @@ mod tests {
         assert!(!splats.add(&filter, 5..7, &all));
         assert_eq!((splats.held().len(), splats.non_finite, splats.mean(1, 0)[1]), (6, 2, 0.5));
     }
+
+    /// Colours are not divided by the number of light paths, so that squares of bright ones are large.
+    #[test]
+    fn the_variance_of_bright_splats_is_their_square() {
+        let mut splats = Splats::new(PixelRect { x: 0, y: 0, width: 1, height: 1 }).unwrap();
+        let (filter, paths) = (Filter::new(FilterKind::Box, None), 1 << 20);
+        for (k, radiance) in [0.01, 1.0, 400.0].into_iter().enumerate() {
+            let mut splats = splats.clone();
+            let color = Spectrum::grey(radiance * paths as f32);
+            let all = [Splat { place: DVec2::splat(0.5), color }];
+            assert!(splats.add(&filter, 0..paths, &all), "{k}");
+            let (light, variance) = splats.luminance_and_variance(0, 0);
+            assert!((light / f64::from(radiance) - 1.0).abs() < 1e-4, "{light}");
+            assert!((variance.sqrt() / f64::from(radiance) - 1.0).abs() < 1e-4, "{radiance}: {variance}");
+        }
+        assert!(splats.add(&filter, 0..1, &[]));
+        assert_eq!(splats.luminance_and_variance(0, 0), (0.0, 0.0));
+    }
 }

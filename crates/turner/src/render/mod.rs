@@ -195,8 +195,7 @@ impl Renderer {
 
     /// What a denoiser needs, from the picture of this renderer's film. `None` without [`Renderer::denoises`].
     pub fn denoising_buffers(&self, picture: &Developed<'_>, threads: usize) -> Option<Buffers> {
-        let buffers = Buffers::of_film(&self.film, picture, threads).filter(|_| self.denoises())?;
-        Some(Buffers { shares_paths: self.prepared.integrator.shares_paths(), ..buffers })
+        if self.denoises() { Buffers::of_film(&self.film, picture, threads) } else { None }
     }
 
     /// Whether [`Renderer::developed`] and [`Renderer::develop`] remove noise.

@@ -10,13 +10,13 @@
 //!       four fits around a pixel, weighted by distance and similarity, are its new light
 //! ```
 //!
-//! Emission that is seen stays as it is.
+//! Emission that is seen changes only in pixels with noise.
 
 mod tile;
 
 use turner_bvh::InstructionSet;
 
-use super::light::{Light, luminance};
+use super::light::{DOMINATED, Light, has_noise, luminance};
 use super::{Buffers, Rgb};
 use crate::film::strips;
 
@@ -31,18 +31,23 @@ const BRIGHTER: f32 = 3.0;
 
 /// The picture with less noise: radiance of each pixel.
 pub(super) fn denoised(buffers: &Buffers, threads: usize, set: InstructionSet) -> Vec<Rgb> {
-    let count = buffers.width * buffers.height;
     let guides = &buffers.guides;
-    let mut light = Light::plain(buffers, threads);
-    let mut blocks = Blocks::new(&light, threads);
-    blocks.limit(&mut light, buffers.dominated(), threads);
-    blocks = Blocks::new(&light, threads).smoothed(threads);
-    let fitted = tile::fitted(&light, &blocks, guides, threads, set);
-    let factors = light.factors(guides);
-    let mut out = strips::map(count, threads, |i| {
-        let (new, factor) = (fitted[i].unwrap_or(light.values[i]), factors(i));
-        std::array::from_fn(|c| buffers.emission.mean[i][c] + new[c].max(0.0) * factor[c])
-    });
+    let mut out = vec![[0.0; 3]; buffers.width * buffers.height];
+    for (part, is_seen) in [(&buffers.emission, true), (&buffers.reflected, false)] {
+        let mut light = Light::plain(buffers, part, is_seen, threads);
+        Blocks::new(&light, threads).limit(&mut light, threads);
+        let blocks = Blocks::new(&light, threads).smoothed(threads);
+        let fitted = tile::fitted(&light, &blocks, guides, threads, set);
+        let factors = light.factors(guides);
+        let before = out;
+        out = strips::map(before.len(), threads, |i| {
+            let (own, factor) = (&light.values[i], factors(i));
+            // Lamps have pixels with noise at their edges alone.
+            let fit = fitted[i].filter(|_| !is_seen || has_noise(luminance(own), light.variance[i]));
+            let new = light.fitted(i, fit);
+            std::array::from_fn(|c| before[i][c] + new[c] * factor[c])
+        });
+    }
     if !buffers.caught.is_empty() {
         let light = Light::of_caught(buffers, threads);
         let blocks = Blocks::new(&light, threads).smoothed(threads);
@@ -80,9 +85,8 @@ impl Blocks {
         sum / count
     }
 
-    /// Limits pixels that are much brighter than what is around them, if their standard error relative to their luminance is
-    /// more than `dominated`.
-    fn limit(&self, light: &mut Light, dominated: f32, threads: usize) {
+    /// Limits noisy pixels that are much brighter than what is around them.
+    fn limit(&self, light: &mut Light, threads: usize) {
         let most = strips::map(self.mean.len(), threads, |block| {
             BRIGHTER * self.around(block, REACH, |near| self.mean[near]) + 1e-6
         });
@@ -90,7 +94,7 @@ impl Blocks {
             let (x, y) = (i % light.width, i / light.width);
             let (value, most) = (light.values[i], most[y / BLOCK * self.columns + x / BLOCK]);
             let own = luminance(&value);
-            let is_noisy = light.variance[i].sqrt() > dominated * own;
+            let is_noisy = light.variance[i].sqrt() > DOMINATED * own;
             if own > most && is_noisy { value.map(|v| v * (most / own)) } else { value }
         });
     }

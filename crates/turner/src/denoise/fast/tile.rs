@@ -314,12 +314,21 @@ pub(super) fn fitted(
     set: InstructionSet,
 ) -> Vec<Option<Rgb>> {
     let (columns, rows) = (blocks.columns.div_ceil(TILE), blocks.rows.div_ceil(TILE));
-    let predicted: Vec<Predicted> = strips::with(columns * rows, threads, Buffers::new, |buffers, tile| {
-        let mut out = Predicted { planes: std::array::from_fn(|_| vec![[0.0; PIXELS]; PIXELS]) };
-        let (left, top) = (tile % columns * TILE, tile / columns * TILE);
-        dispatch(set, Tile { light, blocks, guides, left, top, buffers, out: &mut out });
-        out
-    });
+    let is_noisy = |left: usize, top: usize| {
+        let rows = top.saturating_sub(1)..(top + TILE + 1).min(blocks.rows);
+        let near = left.saturating_sub(1)..(left + TILE + 1).min(blocks.columns);
+        rows.into_iter()
+            .any(|row| blocks.variance[row * blocks.columns..][near.clone()].iter().any(|v| *v > 0.0))
+    };
+    let predicted: Vec<Option<Predicted>> =
+        strips::with(columns * rows, threads, Buffers::new, |buffers, tile| {
+            let (left, top) = (tile % columns * TILE, tile / columns * TILE);
+            is_noisy(left, top).then(|| {
+                let mut out = Predicted { planes: std::array::from_fn(|_| vec![[0.0; PIXELS]; PIXELS]) };
+                dispatch(set, Tile { light, blocks, guides, left, top, buffers, out: &mut out });
+                out
+            })
+        });
     const SIZE: usize = TILE * BLOCK;
     strips::map(light.width * light.height, threads, |i| {
         let (x, y) = (i % light.width, i / light.width);
@@ -332,7 +341,7 @@ pub(super) fn fitted(
         };
         for row in reached(y, rows) {
             for column in reached(x, columns) {
-                let planes = &predicted[row * columns + column].planes;
+                let Some(Predicted { planes }) = &predicted[row * columns + column] else { continue };
                 let (x, y) = (x + BESIDE - column * SIZE, y + BESIDE - row * SIZE);
                 for c in 0..3 {
                     sums[c] += planes[c][y][x];

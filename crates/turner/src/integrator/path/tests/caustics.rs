@@ -3,11 +3,13 @@
 use std::f64::consts::PI;
 
 use crate::description::SceneDesc;
+use crate::film::{Antialias, Fireflies};
 use crate::filter::FilterKind;
 use crate::integrator::{Caustics, PathDesc};
 use crate::light::{Attenuation, DirectionalDesc, LightDesc, PointDesc, SkyDesc};
 use crate::material::{DielectricMaterial, MetalMaterial, PrincipledMaterial};
 use crate::math::DVec3;
+use crate::schema::PrepareOptions;
 use crate::shape::{CylinderDesc, PlaneDesc, ShapeDesc};
 use crate::testing::scenes::{
     Mean, cuboid, emissive, grey, matte, mean_of, path, plane, rectangle, render_with, rgb, sphere, v,
@@ -156,4 +158,26 @@ fn any_number_of_threads_and_any_split_into_passes() {
             assert!(bits(threads, pass) == whole, "{caustics:?}: {threads} threads, passes of {pass}");
         }
     }
+}
+
+/// Chrome grains on a bright floor: their glints on it are rare and have little light, so they are fireflies. Where these
+/// are removed, light paths would cost more than the light that is missing without them.
+#[test]
+fn where_fireflies_are_removed_rare_light_needs_no_light_paths() {
+    let traced = |fireflies| {
+        let mut desc = (-2..3)
+            .flat_map(|x| (-2..3).map(move |z| (f64::from(x), f64::from(z))))
+            .fold(path(PathDesc::default()), |desc, (x, z)| {
+                desc.with(sphere(v(0.3 * x, 0.02, 0.3 * z), 0.02), metal(0.0))
+            })
+            .seen_at(v(0.0, 2.0, 3.0), v(0.0, 0.0, 0.0), 40.0)
+            .with(plane(), matte(grey(0.8)))
+            .with(level(v(0.0, 3.0, 0.0), 0.02), emissive(4000.0, grey(1.0)))
+            .lit(LightDesc::Sky(SkyDesc::default()));
+        desc.film.fireflies = fireflies;
+        (desc.film.samples, desc.film.antialias) = (16, Antialias::MonteCarlo);
+        desc.prepare(&PrepareOptions::default()).unwrap().integrator.light_paths() > 0
+    };
+    assert!(traced(Fireflies::Keep));
+    assert!(!traced(Fireflies::Remove));
 }
