@@ -24,7 +24,10 @@ const WIDE: usize = 5;
 /// How much brighter than the mean of its other pixels a pixel may be.
 const BRIGHTER: f32 = 3.0;
 
-/// The same for emission that is seen: of the mean of small lamps little is left between them.
+/// A pixel may be as bright as this many others of that square, unless it is emission.
+const WITNESSES: usize = 5;
+
+/// The same as `BRIGHTER` for emission that is seen: of the mean of small lamps little is left between them.
 const BRIGHTER_EMISSION: f32 = 0.5;
 
 /// The most that the emission of a pixel is multiplied by.
@@ -75,15 +78,12 @@ impl Light {
         let bright: Vec<f32> = raw.iter().map(|(value, _)| luminance(value)).collect();
         // Lamps are bright pixels without noise. They stay as they are.
         let stays = |i: usize| is_seen && !has_noise(bright[i], raw[i].1);
-        let (brighter, dominated) = match is_seen {
-            true => (BRIGHTER_EMISSION, DOMINATED_EMISSION),
-            false => (BRIGHTER, DOMINATED),
-        };
+        let dominated = if is_seen { DOMINATED_EMISSION } else { DOMINATED };
         let around = box_mean(width, height, WIDE, threads, |i| bright[i]);
         let limited = strips::map(count, threads, |i| {
             let (value, variance) = raw[i];
             let is_noisy = variance.sqrt() > dominated * bright[i];
-            let by = if is_noisy { limit(&bright, [width, height], i, around[i], brighter) } else { 1.0 };
+            let by = if is_noisy { limit(&bright, [width, height], i, around[i], is_seen) } else { 1.0 };
             (value.map(|v| v * by), variance * by * by)
         });
         let mut variance = smoothed(&limited, [width, height], threads);
@@ -162,11 +162,11 @@ pub(super) fn has_noise(bright: f32, variance: f32) -> bool {
 
 /// The factor by which a pixel that a single bright sample dominates becomes about as bright as its neighbours. `mean`: of
 /// the wider square around it, itself included.
-fn limit(bright: &[f32], [width, height]: [usize; 2], i: usize, mean: f32, brighter: f32) -> f32 {
+fn limit(bright: &[f32], [width, height]: [usize; 2], i: usize, mean: f32, is_seen: bool) -> f32 {
     const PIXELS: f32 = ((2 * WIDE + 1) * (2 * WIDE + 1)) as f32;
     let own = bright[i];
     let others = (mean * PIXELS - own).max(0.0) / (PIXELS - 1.0);
-    let most = brighter * others + 1e-6;
+    let most = if is_seen { BRIGHTER_EMISSION } else { BRIGHTER } * others + 1e-6;
     if own <= most {
         return 1.0;
     }
@@ -185,7 +185,20 @@ fn limit(bright: &[f32], [width, height]: [usize; 2], i: usize, mean: f32, brigh
     let scale = 1.0 / others.len() as f32;
     let mean = others.iter().sum::<f32>() * scale;
     let spread = others.iter().map(|v| (v - mean) * (v - mean)).sum::<f32>() * scale;
-    let most = most.max(mean + KEPT * spread.sqrt());
+    let mut most = most.max(mean + KEPT * spread.sqrt());
+    if own > most && !is_seen {
+        // Where few samples find the light, others as bright are near.
+        let mut witnesses = [0.0f32; WITNESSES];
+        for j in around(width, height, i, WIDE).filter(|j| *j != i) {
+            let mut v = bright[j];
+            for witness in &mut witnesses {
+                if v > *witness {
+                    std::mem::swap(witness, &mut v);
+                }
+            }
+        }
+        most = most.max(witnesses[WITNESSES - 1]);
+    }
     if own > most { most / own } else { 1.0 }
 }
 

@@ -130,16 +130,19 @@ fn parts_lose_their_noise_too() {
 fn black_pixels_among_noise_get_light() {
     let (mut buffers, truth) = scene(0.0);
     for i in 0..truth.len() {
-        let is_found = random(i, 5) < 0.05;
-        let by = if is_found { 20.0 } else { 0.0 };
+        let is_found = random(i, 5) < 0.125;
+        let by = if is_found { 8.0 } else { 0.0 };
         let part = &mut buffers.reflected;
         part.variance[i] = luminance(&part.mean[i]).powi(2) * by * by;
         part.mean[i] = part.mean[i].map(|v| v * by);
     }
-    for denoise in [denoise, denoise_fast] {
-        let found = denoise(&buffers, 1, InstructionSet::best());
-        let dark = (0..truth.len()).filter(|i| luminance(&found[*i]) < 0.1 * luminance(&truth[*i])).count();
-        assert!(dark < truth.len() / 100, "{dark} of {}", truth.len());
+    // The fast denoiser limits bright pixels more.
+    for (found, least) in [
+        (denoise(&buffers, 1, InstructionSet::best()), 0.2),
+        (denoise_fast(&buffers, 1, InstructionSet::best()), 0.02),
+    ] {
+        let dark = (0..truth.len()).filter(|i| luminance(&found[*i]) < least * luminance(&truth[*i])).count();
+        assert!(dark < truth.len() / 50, "{dark} of {} below {least}", truth.len());
     }
 }
 
