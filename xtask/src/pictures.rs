@@ -176,7 +176,7 @@ pub(crate) const PICTURES: &[Picture] = &[
     picture("horizon-points.png", Turner("scenes/textures/horizon.toml -D film.texture_filter=\"off\"")),
     picture("horizon-filtered.png", Turner("scenes/textures/horizon.toml")),
     picture("texture-mappings.jpg", Turner("scenes/textures/mappings.toml")),
-    picture("texture-relief.jpg", Turner("scenes/textures/relief.toml")),
+    picture("texture-relief.jpg", Turner("scenes/textures/relief.toml --denoise")),
     // Explain
     picture("explain-classic.svg", Steps(&["explain scenes/explain.toml --pixel 451,273 -o {file}"])),
     picture(
@@ -264,19 +264,19 @@ pub(crate) const PICTURES: &[Picture] = &[
             6,
             "scenes/guides/turntable.toml --width 120 --height 120 --samples 96",
             &[
-                "--camera orbit:0,22,2.7",
-                "--camera orbit:60,22,2.7",
-                "--camera orbit:120,22,2.7",
-                "--camera orbit:180,22,2.7",
-                "--camera orbit:240,22,2.7",
-                "--camera orbit:300,22,2.7",
+                "--camera orbit:0,22,3.6",
+                "--camera orbit:60,22,3.6",
+                "--camera orbit:120,22,3.6",
+                "--camera orbit:180,22,3.6",
+                "--camera orbit:240,22,3.6",
+                "--camera orbit:300,22,3.6",
             ],
         ),
     ),
     picture(
         "turn.webp",
         Turner(
-            "scenes/guides/turntable.toml --turntable 12 --camera orbit:0,22,2.7 --width 120 --height 120 --samples 96 --fps 6",
+            "scenes/guides/turntable.toml --turntable 12 --camera orbit:0,22,3.6 --width 120 --height 120 --samples 96 --fps 6",
         ),
     ),
     picture(
