@@ -7,6 +7,7 @@ use turner::compare::{Canvas, Metric, Pair, relative_mse};
 use turner::denoise::Rgb;
 use turner::film::{Antialias, Denoise};
 use turner::integrator::Prepared;
+use turner::math::elementary::pow;
 use turner::render::{PassOptions, Renderer};
 use turner::schema::{ErrorCode, PrepareOptions, SceneError};
 use turner_cli::failure::{Failure, Labels, two_lines};
@@ -118,7 +119,7 @@ impl Reference {
         let error = relative_mse(&doubles(pixels), &doubles(&self.pixels)) - self.noise;
         let film = &scene.prepared.view.film;
         let canvas = |pixels: &[Rgb]| {
-            let scale = film.exposure.exp2() as f32;
+            let scale = pow(2.0, film.exposure) as f32;
             let shown = |v: &Rgb| [v[0] * scale, v[1] * scale, v[2] * scale, 1.0].map(|v| v.clamp(0.0, 1.0));
             let pixels = pixels.iter().map(shown).collect();
             Canvas { width: film.width, height: film.height, pixels, has_alpha: false, is_linear: true }

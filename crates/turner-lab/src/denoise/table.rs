@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 
 use serde_json::json;
+use turner::math::elementary::{exp, ln};
 use turner_cli::text;
 
 use super::Left;
@@ -39,8 +40,8 @@ pub(super) fn means(all: &[Left]) {
         groups.entry((row.samples, &row.denoiser)).or_default().push(row);
     }
     let mean = |values: &mut dyn Iterator<Item = f64>| {
-        let logs: Vec<f64> = values.map(f64::ln).collect();
-        (logs.iter().sum::<f64>() / logs.len().max(1) as f64).exp()
+        let logs: Vec<f64> = values.map(ln).collect();
+        exp(logs.iter().sum::<f64>() / logs.len().max(1) as f64)
     };
     for ((samples, denoiser), rows) in &groups {
         let [relmse, flip] = [0, 1].map(|k| mean(&mut rows.iter().map(|row| row.errors[k] / row.noisy[k])));
