@@ -133,7 +133,8 @@ fn black_pixels_among_noise_get_light() {
         let is_found = random(i, 5) < 0.125;
         let by = if is_found { 8.0 } else { 0.0 };
         let part = &mut buffers.reflected;
-        part.variance[i] = luminance(&part.mean[i]).powi(2) * by * by;
+        let bright = luminance(&part.mean[i]) * by;
+        part.variance[i] = bright * bright;
         part.mean[i] = part.mean[i].map(|v| v * by);
     }
     // The fast denoiser limits bright pixels more.
