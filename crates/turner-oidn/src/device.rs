@@ -68,7 +68,7 @@ impl Drop for Device {
     }
 }
 
-/// The filter for ray-traced pictures. It borrows its device and its images.
+/// OIDN's filter "RT", for ray-traced pictures. It holds pointers to its images, so it borrows them.
 pub(crate) struct Filter<'a> {
     device: &'a Device,
     object: Object,

@@ -121,7 +121,7 @@ pub enum OidnError {
     Missing(Vec<String>),
     /// The library or one of its functions cannot be loaded: the system's message.
     Load(String),
-    /// The library is not version 2: 10000 * major + 100 * minor + patch.
+    /// The library is not OIDN 2. The version found, as 10000 * major + 100 * minor + patch.
     Version(i32),
     /// An error of OIDN: its message.
     Device(String),

@@ -109,7 +109,7 @@ impl Reference {
         }
         let mean = |a: &Rgb, b: &Rgb| std::array::from_fn(|c| 0.5 * (a[c] + b[c]));
         let pixels: Vec<Rgb> = halves[0].iter().zip(&halves[1]).map(|(a, b)| mean(a, b)).collect();
-        // The mean has half the variance of each half; the difference of a half from it is half of the whole difference.
+        // A half differs from the mean of both by (a - b) / 2, whose variance is that of the mean.
         let noise = relative_mse(&doubles(&halves[0]), &doubles(&pixels));
         Ok(Reference { pixels, noise })
     }

@@ -24,11 +24,11 @@ const WIDE: usize = 5;
 /// How much brighter than the mean of its other pixels a pixel may be.
 const BRIGHTER: f32 = 3.0;
 
-/// A pixel may be as bright as this many others of that square, unless it is emission.
-const WITNESSES: usize = 5;
-
-/// The same as `BRIGHTER` for emission that is seen: of the mean of small lamps little is left between them.
+/// The same for emission. It is less, because small lamps raise the mean of the square around them.
 const BRIGHTER_EMISSION: f32 = 0.5;
+
+/// A pixel is no spike if this many pixels of the square are as bright. This does not hold for emission.
+const WITNESSES: usize = 5;
 
 /// The most that the emission of a pixel is multiplied by.
 const GROWTH: f32 = 1.5;
@@ -36,7 +36,7 @@ const GROWTH: f32 = 1.5;
 /// Emission with a smaller standard error than this part of its luminance is without noise.
 const LEAST_NOISE: f32 = 0.01;
 
-/// A pixel that no light was found in counts at least as this part of the mean of the square.
+/// For its variance, a black pixel counts as bright as at least this fraction of the mean of the square.
 const BLACK: f32 = 0.3;
 
 /// Radius of the square over which variances are averaged.

@@ -32,6 +32,7 @@ mod fast;
 mod fit;
 mod guides;
 mod light;
+mod lines;
 mod picture;
 #[cfg(test)]
 mod tests;
@@ -91,14 +92,15 @@ pub struct Caught {
     pub is_whole: bool,
 }
 
-/// A denoiser of another program, for [`Denoise::Oidn`](crate::film::Denoise::Oidn).
+/// A denoiser that is not Turner's, such as a library of another program. [`Denoise::Oidn`](crate::film::Denoise::Oidn) uses
+/// it.
 pub trait Denoiser: Send + Sync {
     /// Its name and version.
     fn name(&self) -> String;
 
-    /// The picture without noise: finite radiance of each pixel. `threads` of 0 uses all.
+    /// Returns the radiance of each pixel without noise, row by row; all values are finite. `threads` of 0 uses all.
     ///
-    /// Errors: why there is none. The picture keeps its noise then.
+    /// Errors: the reason in words. The picture keeps its noise then.
     fn denoise(&self, buffers: &Buffers, threads: usize) -> Result<Vec<Rgb>, String>;
 }
 

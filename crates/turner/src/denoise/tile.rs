@@ -5,6 +5,7 @@ use turner_bvh::lanes::{Block32, F32x8, LANES, Simd, Work, dispatch};
 
 use super::fit::{Coefficients, ROW, Row, TERMS, fill, solve};
 use super::light::Light;
+use super::lines::{add, block};
 use super::weights::{Line, RADIUS, REGION, SIDE, TAPS, TILE, Weights};
 use super::{GUIDES, Rgb};
 use crate::film::strips;
@@ -198,20 +199,6 @@ impl Tile<'_> {
             }
         }
     }
-}
-
-/// A vector of a row.
-#[inline(always)]
-fn block(row: &[f32], from: usize) -> Block32 {
-    Block32(*row[from..].first_chunk().expect("rows are long enough"))
-}
-
-/// Adds a vector to a row.
-#[inline(always)]
-fn add<S: Simd>(simd: S, row: &mut [f32], from: usize, more: F32x8<S>) {
-    let mut sum = Block32::default();
-    (F32x8::load(simd, &block(row, from)) + more).store(&mut sum);
-    row[from..from + LANES].copy_from_slice(&sum.0);
 }
 
 /// The fitted light of each pixel; `None` where there is no noise.

@@ -155,7 +155,7 @@ impl Renderer {
         self.developed_as(self.prepared.view.film.denoise, threads)
     }
 
-    /// The same with another denoiser, which has an effect if the film's `denoise` is not [`Denoise::Off`].
+    /// The same by the denoiser `mode`. The film's `denoise` must not be [`Denoise::Off`]; else the picture keeps its noise.
     pub fn developed_as(&self, mode: Denoise, threads: usize) -> Developed<'_> {
         let desc = &self.prepared.view.film;
         let mut developed = self.film.developed(desc, threads);

@@ -1,4 +1,4 @@
-//! The fast denoiser, for pictures in motion: one fit for each block of 4 x 4 pixels.
+//! The fast denoiser, for previews and pictures in motion. It has one fit for each block of 4 x 4 pixels.
 //!
 //! It is the regression of the full denoiser with blocks in place of pixels. The sums of a fit are made once per block, so
 //! that a window of 20 x 20 pixels is the weighted sum of 25 blocks:
@@ -6,7 +6,7 @@
 //! ```text
 //!   light ÷ albedo ──► mean and variance of each block; brighter pixels are limited           here
 //!   each tile: products of terms, summed over each block                                      tile
-//!       weights of 5 x 5 blocks, by the similarity of their means ──► one fit per block
+//!       weights of 5 x 5 blocks, by how similar their means are ──► one fit per block
 //!       four fits around a pixel, weighted by distance and similarity, are its new light
 //! ```
 //!
@@ -26,7 +26,7 @@ const BLOCK: usize = 4;
 /// Blocks of a window on each side.
 const REACH: usize = 2;
 
-/// How much brighter than the mean of the window a pixel may be.
+/// The most that a noisy pixel may have of the mean luminance of its window.
 const BRIGHTER: f32 = 3.0;
 
 /// The picture with less noise: radiance of each pixel.
@@ -85,7 +85,7 @@ impl Blocks {
         sum / count
     }
 
-    /// Limits noisy pixels that are much brighter than what is around them.
+    /// Scales down noisy pixels that are brighter than [`BRIGHTER`] times the mean of their window.
     fn limit(&self, light: &mut Light, threads: usize) {
         let most = strips::map(self.mean.len(), threads, |block| {
             BRIGHTER * self.around(block, REACH, |near| self.mean[near]) + 1e-6

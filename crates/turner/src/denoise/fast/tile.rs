@@ -6,6 +6,7 @@ use turner_bvh::lanes::{Block32, F32x8, LANES, Simd, Work, dispatch};
 use super::{BLOCK, Blocks, REACH};
 use crate::denoise::fit::{Coefficients, PAIRS, ROW, Row, TERMS, VARIANCE, solve};
 use crate::denoise::light::Light;
+use crate::denoise::lines::{add, block};
 use crate::denoise::{GUIDES, Rgb};
 use crate::film::strips;
 
@@ -19,7 +20,7 @@ const OUTER: usize = REGION + 2;
 const SIDE: usize = 2 * REACH + 1;
 /// Pixels beside a block that its fit predicts.
 const BESIDE: usize = BLOCK / 2;
-/// Side of a tile with the pixels around it that its fits predict.
+/// Side in pixels of what the fits of a tile predict: the tile and a margin.
 const PIXELS: usize = TILE * BLOCK + 2 * BESIDE;
 /// Pixels that count as one in the terms of position.
 const UNIT: f32 = 10.0;
@@ -33,7 +34,8 @@ const K2: f32 = 0.6;
 const MOST: f32 = 100.0;
 /// The first index of a term in the upper half of a row of a block's sums.
 const UPPER: usize = LANES;
-/// Vectors of a block's sums: products of terms 0 to 7 with all terms and light, and of the others with their half.
+/// Vectors of a block's sums. The matrix of products of terms and light is symmetric: rows 0 to 7 have two vectors, the
+/// others only their right one.
 const VECTORS: usize = 2 * UPPER + (TERMS - UPPER);
 
 /// The weights of the two blocks that share a pixel, from its distance to their centres.
@@ -47,7 +49,7 @@ type Sums = [Block32; VECTORS];
 /// A row of pixels of a tile.
 type Line = [f32; PIXELS];
 
-/// Predicted light, and its weight, around a tile: red, green, blue, weights.
+/// The sums of weighted predictions around a tile: planes of red, green, blue and of the weights.
 struct Predicted {
     planes: [Vec<Line>; 4],
 }
@@ -289,20 +291,6 @@ fn packed(sums: &Sums) -> Row {
         }
     }
     row
-}
-
-/// A vector of a row.
-#[inline(always)]
-fn block(row: &[f32], from: usize) -> Block32 {
-    Block32(*row[from..].first_chunk().expect("rows are long enough"))
-}
-
-/// Adds a vector to a row.
-#[inline(always)]
-fn add<S: Simd>(simd: S, row: &mut [f32], from: usize, more: F32x8<S>) {
-    let mut sum = Block32::default();
-    (F32x8::load(simd, &block(row, from)) + more).store(&mut sum);
-    row[from..from + LANES].copy_from_slice(&sum.0);
 }
 
 /// The fitted light of each pixel; `None` where there is no noise.
