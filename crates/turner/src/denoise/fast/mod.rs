@@ -88,7 +88,7 @@ impl Blocks {
     /// Scales down noisy pixels that are brighter than [`BRIGHTER`] times the mean of their window.
     fn limit(&self, light: &mut Light, threads: usize) {
         let most = strips::map(self.mean.len(), threads, |block| {
-            BRIGHTER * self.around(block, REACH, |near| self.mean[near]) + 1e-6
+            BRIGHTER * self.around(block, REACH, |near| self.mean[near]).max(0.0) + 1e-6
         });
         light.values = strips::map(light.values.len(), threads, |i| {
             let (x, y) = (i % light.width, i / light.width);

@@ -32,6 +32,8 @@ const PER_BLOCK: f32 = (BLOCK * BLOCK) as f32;
 const K2: f32 = 0.6;
 /// The largest term of a comparison: more than that alone makes the weight 0.
 const MOST: f32 = 100.0;
+/// A window has no fit if its weights sum up to less than this.
+const LEAST: f32 = 1e-6;
 /// The first index of a term in the upper half of a row of a block's sums.
 const UPPER: usize = LANES;
 /// Vectors of a block's sums. The matrix of products of terms and light is symmetric: rows 0 to 7 have two vectors, the
@@ -237,7 +239,7 @@ impl Tile<'_> {
         for k in 0..VECTORS {
             sums[k].store(&mut blocks[k]);
         }
-        if blocks[0].0[0] > 0.0 {
+        if blocks[0].0[0] > LEAST {
             let coefficients = solve(&packed(&blocks));
             self.predict(simd, x, y, &coefficients);
         }
