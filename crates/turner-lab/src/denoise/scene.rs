@@ -33,7 +33,8 @@ impl Scene {
     /// Loads a scene or model, its picture scaled to a width.
     pub(super) fn load(path: &Path, width: u32, threads: usize) -> Result<Scene, Failure> {
         let labels = Labels::new();
-        let options = LoadOptions { threads, limits: limits::of_machine(), ..LoadOptions::default() };
+        // The scenes are those that the developer names.
+    let options = LoadOptions { threads, limits: limits::of_machine(), allow_outside: true, ..LoadOptions::default() };
         let mut loaded = load(path, &options).map_err(|e| Failure::load(e, &labels))?;
         let film = &mut loaded.desc.film;
         film.height = (film.height * width).div_ceil(film.width).max(1);

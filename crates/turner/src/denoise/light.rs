@@ -55,7 +55,7 @@ pub(super) struct Light {
     known: Vec<bool>,
 }
 
-pub(super) fn luminance(v: &Rgb) -> f32 {
+pub(crate) fn luminance(v: &Rgb) -> f32 {
     0.2126 * v[0] + 0.7152 * v[1] + 0.0722 * v[2]
 }
 

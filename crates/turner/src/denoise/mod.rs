@@ -31,6 +31,7 @@
 mod fast;
 mod fit;
 mod guides;
+mod left;
 mod light;
 mod lines;
 mod picture;
@@ -42,7 +43,9 @@ mod weights;
 use turner_bvh::InstructionSet;
 
 use crate::film::strips;
-use light::{Light, luminance};
+pub use left::left;
+use light::Light;
+pub(crate) use light::luminance;
 
 /// Red, green and blue, linear.
 pub type Rgb = [f32; 3];
@@ -224,7 +227,7 @@ fn box_mean(
 }
 
 /// The indices of the pixels within `radius` of a pixel, itself included.
-fn around(width: usize, height: usize, i: usize, radius: usize) -> impl Iterator<Item = usize> {
+pub(crate) fn around(width: usize, height: usize, i: usize, radius: usize) -> impl Iterator<Item = usize> {
     let (x, y) = (i % width, i / width);
     let columns = x.saturating_sub(radius)..(x + radius + 1).min(width);
     (y.saturating_sub(radius)..(y + radius + 1).min(height))

@@ -262,6 +262,13 @@ pub trait PreparedIntegrator: std::any::Any + Send + Sync {
     /// Creates the tracer of one thread.
     fn tracer<'a>(&'a self, scene: &'a Scene, view: &'a View) -> Box<dyn Tracer + 'a>;
 
+    /// Creates a tracer that finds nothing but [`SampleDetails::denoising`] and the shadow catchers of
+    /// [`SampleDetails::caught`], without their light: paths end where these are known. `None` if the integrator does not
+    /// know them.
+    fn guide_tracer<'a>(&'a self, _: &'a Scene, _: &'a View) -> Option<Box<dyn Tracer + 'a>> {
+        None
+    }
+
     /// Whether samples also use the paths of neighbouring pixels.
     fn shares_paths(&self) -> bool {
         false

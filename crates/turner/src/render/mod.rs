@@ -34,6 +34,7 @@ mod pixel_tests;
 mod reconstruction_tests;
 #[cfg(test)]
 mod resume_tests;
+mod refine;
 mod schedule;
 mod single;
 mod tile;
@@ -162,7 +163,11 @@ impl Renderer {
         if mode == Denoise::Off {
             return developed;
         }
-        if let Some(buffers) = self.denoising_buffers(&developed, threads)
+        let buffers = match mode {
+            Denoise::Fast => self.denoising_buffers(&developed, threads),
+            Denoise::Off | Denoise::On | Denoise::Oidn => self.refined_buffers(&developed, threads),
+        };
+        if let Some(buffers) = buffers
             && let Some(colors) = self.denoised(mode, &buffers, threads)
         {
             developed.recolor(&colors);

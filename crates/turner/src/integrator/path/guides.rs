@@ -7,6 +7,7 @@
 
 use std::f64::consts::LOG2_E;
 
+use super::Context;
 use super::light_split::LightSplit;
 use super::path_batch::{PathBatch, RayQueue};
 use super::record::Record;
@@ -20,6 +21,8 @@ use crate::scene::{Hit, SurfaceInteraction};
 #[derive(Default)]
 pub(super) struct Guides {
     on: bool,
+    /// Whether nothing else is asked for: paths end at these surfaces, and no light is sampled.
+    alone: bool,
     /// Whether any path is still followed.
     active: bool,
     samples: Vec<DenoisingSample>,
@@ -46,6 +49,12 @@ impl Guides {
     /// Finds the surfaces of the following batches.
     pub(super) fn turn_on(&mut self, on: bool) {
         self.on |= on;
+    }
+
+    /// Whether nothing but these surfaces is asked for.
+    #[inline]
+    pub(super) fn are_alone(&self) -> bool {
+        self.alone
     }
 
     /// The surfaces of the last batch.
@@ -88,7 +97,14 @@ impl Guides {
     }
 }
 
-impl<R: Record> PathBatch<'_, R> {
+impl<'a, R: Record> PathBatch<'a, R> {
+    /// A batch that finds nothing but the surfaces.
+    pub(super) fn of_guides(context: Context<'a>, record: R) -> PathBatch<'a, R> {
+        let mut batch = PathBatch::new(Context { shares_paths: false, ..context }, record);
+        (batch.guides.on, batch.guides.alone) = (true, true);
+        batch
+    }
+
     /// Follows the paths of a round to the surfaces that they hit. `surfaces` are those that are not shaded in blocks.
     pub(super) fn find_guides(
         &mut self,
@@ -113,6 +129,7 @@ impl<R: Record> PathBatch<'_, R> {
             let now = path.bounces.total;
             trail.is_over |= trail.is_found && now > trail.bounces || now > trail.expected;
             if trail.is_over {
+                self.paths[at].ends |= self.guides.alone;
                 continue;
             }
             self.guides.active = true;
@@ -161,6 +178,7 @@ impl<R: Record> PathBatch<'_, R> {
                 Material::OpenPbr(m) => m.near_specular || m.boundary || m.pane,
                 Material::Mix(_) | Material::Classic(_) | Material::Principled(..) => false,
             };
+            self.paths[at].ends = self.guides.alone && trail.is_found;
         }
     }
 }

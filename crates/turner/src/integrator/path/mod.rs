@@ -265,6 +265,10 @@ impl PreparedIntegrator for PathIntegrator {
         Box::new(path_batch::PathBatch::new(self.context(scene, view), record::Off))
     }
 
+    fn guide_tracer<'a>(&'a self, scene: &'a Scene, view: &'a View) -> Option<Box<dyn Tracer + 'a>> {
+        Some(Box::new(path_batch::PathBatch::of_guides(self.context(scene, view), record::Off)))
+    }
+
     fn choose(&self, scene: &Scene, view: &View) {
         if let Some(desc) = &self.desc {
             self.choice.get_or_init(|| {

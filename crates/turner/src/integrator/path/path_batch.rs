@@ -72,6 +72,8 @@ pub(super) struct Path {
     pub(super) from_camera: bool,
     /// Whether every surface so far let the ray through, so that what it reaches is seen behind them.
     pub(super) seen_through: bool,
+    /// Whether it ends at the surface that it has reached, because what follows is not asked for.
+    pub(super) ends: bool,
     /// Whether light sampling cannot find an emitter that this ray hits: for camera rays and rays of delta lobes.
     pub(super) specular_bounce: bool,
     /// Whether any vertex so far scattered by a non-delta lobe.
@@ -105,6 +107,7 @@ impl Path {
         self.transparent = 0;
         self.from_camera = true;
         self.seen_through = true;
+        self.ends = false;
         self.specular_bounce = true;
         self.any_nonspecular = false;
         self.pdf = 1.0;

@@ -176,7 +176,10 @@ impl<R: Record> PathBatch<'_, R> {
         hit: &Hit,
         surface: &SurfaceInteraction,
     ) -> bool {
-        if self.settings.light_sampling == LightSampling::Bsdf || self.is_spent(path) {
+        if self.settings.light_sampling == LightSampling::Bsdf
+            || self.guides.are_alone()
+            || self.is_spent(path)
+        {
             return false;
         }
         if path.from_camera && self.scene.is_shadow_catcher(hit) {
@@ -195,7 +198,9 @@ impl<R: Record> PathBatch<'_, R> {
     /// Whether the path ends at its next vertex.
     #[inline]
     pub(super) fn is_spent(&self, path: &Path) -> bool {
-        path.bounces.total >= self.settings.max_depth || self.settings.direct && path.any_nonspecular
+        path.bounces.total >= self.settings.max_depth
+            || self.settings.direct && path.any_nonspecular
+            || path.ends
     }
 
     /// Shades a ray that hits a surface: emission, direct light and the next ray.

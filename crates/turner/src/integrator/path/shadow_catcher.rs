@@ -97,6 +97,9 @@ impl<R: Record> PathBatch<'_, R> {
             return;
         }
         caught.is_caught = true;
+        if self.guides.are_alone() {
+            return;
+        }
         let side = if surface.ng.dot(ray.direction) > 0.0 { -1.0 } else { 1.0 };
         self.sample_caught_light(sample, surface, surface.ns * side);
         self.sample_caught_sky(sample, surface, surface.ns * side);

@@ -209,7 +209,7 @@ impl<R: Record> PathBatch<'_, R> {
             return;
         }
         dispatch(self.scene.instruction_set, Surfaces(vertices));
-        let asks = self.settings.light_sampling != LightSampling::Bsdf;
+        let asks = self.settings.light_sampling != LightSampling::Bsdf && !self.guides.are_alone();
         for (block, len) in vertices.used() {
             for lane in 0..len {
                 let (p, ng) = (block.flat_triangles.point(lane), block.flat_triangles.normal(lane));
