@@ -139,6 +139,22 @@ fn measure(args: &DenoiseArgs, path: &std::path::Path, denoisers: &Denoisers) ->
         save("noisy", &noisy)?;
         save("reference", &reference.pixels)?;
         save("refined", &refined.colors(args.threads))?;
+        if let Ok(v) = std::env::var("DBGROW") {
+            let v: Vec<usize> = v.split(',').map(|v| v.parse().unwrap()).collect();
+            let all = denoise(&refined, 0, instruction_set());
+            let bare = Buffers { caught: Vec::new(), ..refined.clone() };
+            let refl = denoise(&bare, 0, instruction_set());
+            for x in v[1]..v[2] {
+                let i = v[0] * refined.width + x;
+                let c = refined.caught[i];
+                eprintln!("x {x} whole {} behind {:.3} lit {:.3} | refl raw {:.3} var {:.5} clean {:.3} albedo {:.3} nvar {:.4} | em {:.3} var {:.5} | all {:.3} ref {:.3}", c.is_whole, c.behind[1], c.lit, refined.reflected.mean[i][1], refined.reflected.variance[i], refl[i][1], refined.guides[i][1], refined.guide_variances[i][1], refined.emission.mean[i][1], refined.emission.variance[i], all[i][1], reference.pixels[i][1]);
+            }
+        }
+        save("yemission", &buffers.emission.mean)?;
+        save("yreflected", &buffers.reflected.mean)?;
+        save("xemission", &refined.emission.mean)?;
+        save("xreflected", &refined.reflected.mean)?;
+        save("xalbedo", &refined.guides.iter().map(|g| [g[0], g[1], g[2]]).collect::<Vec<_>>())?;
         for (name, denoise) in denoisers {
             let (mut seconds, mut pixels) = (f64::INFINITY, Vec::new());
             // Turner's denoiser alone traces more camera rays.

@@ -6,6 +6,7 @@ use std::sync::atomic::AtomicBool;
 use turner::compare::{Canvas, Metric, Pair, relative_mse};
 use turner::denoise::Rgb;
 use turner::film::{Antialias, Denoise};
+use turner::filter::FilterKind;
 use turner::integrator::Prepared;
 use turner::math::elementary::pow;
 use turner::render::{PassOptions, Renderer};
@@ -39,6 +40,8 @@ impl Scene {
         let film = &mut loaded.desc.film;
         film.height = (film.height * width).div_ceil(film.width).max(1);
         (film.width, film.antialias, film.denoise) = (width, Antialias::MonteCarlo, Denoise::On);
+        // Denoisers expect noise that is independent from pixel to pixel.
+        (film.filter, film.filter_radius) = (FilterKind::Box, None);
         film.samples = film.samples.max(2);
         let options =
             PrepareOptions { threads, instruction_set: instruction_set(), ..PrepareOptions::default() };

@@ -152,6 +152,7 @@ impl Square<'_> {
             guides: taken(&whole.guides, &indices),
             guide_variances: taken(&whole.guide_variances, &indices),
             caught: taken(&whole.caught, &indices),
+            uncertain: taken(&whole.uncertain, &indices),
         };
         let behind = |i: usize| whole.caught.get(i).filter(|c| c.is_whole).map_or(0.0, |c| luminance(&c.behind));
         let spread = |i: usize| {

@@ -53,6 +53,8 @@ pub(super) struct Light {
     divides: bool,
     /// The pixels that have this light; empty for all.
     known: Vec<bool>,
+    /// Emission may become as bright as this, whatever it was; empty for nowhere.
+    growth: Vec<f32>,
 }
 
 pub(crate) fn luminance(v: &Rgb) -> f32 {
@@ -77,7 +79,10 @@ impl Light {
         let raw = over_albedo(part, guides, is_seen, threads);
         let bright: Vec<f32> = raw.iter().map(|(value, _)| luminance(value)).collect();
         // Lamps are bright pixels without noise. They stay as they are.
-        let stays = |i: usize| is_seen && !has_noise(bright[i], raw[i].1);
+        let uncertain = |i: usize| is_seen && buffers.uncertain.get(i).is_some_and(|uncertain| *uncertain);
+        let stays = |i: usize| {
+            is_seen && !has_noise(bright[i], raw[i].1) && !(uncertain(i) && bright[i] <= 0.0)
+        };
         let dominated = if is_seen { DOMINATED_EMISSION } else { DOMINATED };
         let around = box_mean(width, height, WIDE, threads, |i| bright[i]);
         let limited = strips::map(count, threads, |i| {
@@ -89,7 +94,12 @@ impl Light {
         let mut variance = smoothed(&limited, [width, height], threads);
         variance.iter_mut().enumerate().filter(|(i, _)| stays(*i)).for_each(|(_, v)| *v = 0.0);
         let values = limited.into_iter().map(|(value, _)| value).collect();
-        Light { width, height, values, variance, divides: !is_seen, known: Vec::new() }
+        let growth = if is_seen && !buffers.uncertain.is_empty() {
+            strips::map(count, threads, |i| if uncertain(i) { BRIGHTER * around[i] } else { 0.0 })
+        } else {
+            Vec::new()
+        };
+        Light { width, height, values, variance, divides: !is_seen, known: Vec::new(), growth }
     }
 
     /// A kind of light with all its noise: neither limited nor smoothed.
@@ -97,7 +107,7 @@ impl Light {
         let (width, height) = (buffers.width, buffers.height);
         let raw = over_albedo(part, &buffers.guides, is_seen, threads);
         let (values, variance) = raw.into_iter().unzip();
-        Light { width, height, values, variance, divides: !is_seen, known: Vec::new() }
+        Light { width, height, values, variance, divides: !is_seen, known: Vec::new(), growth: Vec::new() }
     }
 
     /// The fraction of the light that arrives at shadow catchers. Other pixels get the mean of the known ones of a patch
@@ -112,11 +122,12 @@ impl Light {
         let light = |i: usize| {
             let scale = if coverage[i] > 0.0 { 1.0 / coverage[i] } else { 0.0 };
             let own = if caught[i].is_whole { caught[i].lit } else { lit[i] * scale };
-            ([own; 3], if caught[i].is_whole { variance[i] * scale } else { 0.0 })
+            // Without a variance, patches around a narrow gap would never be alike.
+            ([own; 3], variance[i] * scale)
         };
         let (values, variance) = strips::map(width * height, threads, light).into_iter().unzip();
         let known = caught.iter().map(|caught| caught.is_whole).collect();
-        Light { width, height, values, variance, divides: false, known }
+        Light { width, height, values, variance, divides: false, known, growth: Vec::new() }
     }
 
     /// The new light of a pixel: its fit, if it has one. Small lamps and glints are brighter than their fits, and what is
@@ -124,7 +135,8 @@ impl Light {
     pub(super) fn fitted(&self, i: usize, fit: Option<Rgb>) -> Rgb {
         let own = &self.values[i];
         let Some(fit) = fit.map(|fit| fit.map(|v| v.max(0.0))) else { return *own };
-        let (most, new) = (GROWTH * luminance(own).max(0.0), luminance(&fit));
+        let more = self.growth.get(i).copied().unwrap_or(0.0);
+        let (most, new) = ((GROWTH * luminance(own)).max(more).max(0.0), luminance(&fit));
         if self.divides || new <= most { fit } else { fit.map(|v| v * (most / new)) }
     }
 

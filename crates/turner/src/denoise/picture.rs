@@ -32,6 +32,7 @@ impl Buffers {
             guides: each.iter().map(|pixel| pixel.guides).collect(),
             guide_variances: each.iter().map(|pixel| pixel.guide_variances).collect(),
             caught: Vec::new(),
+            uncertain: Vec::new(),
         };
         if film.channels().iter().any(|channel| channel.name == CAUGHT[0]) {
             buffers.take_shadows(&planes(film, &CAUGHT, threads), threads);

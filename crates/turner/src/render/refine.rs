@@ -13,6 +13,8 @@
 //! The rays are those of sample indices that no film holds, so the result depends on the film alone. The picture's
 //! colours and its raw layer stay as they are.
 
+use std::collections::BTreeMap;
+
 use super::Renderer;
 use crate::denoise::{Buffers, Rgb, around, luminance};
 use crate::film::{Developed, strips};
@@ -27,18 +29,36 @@ const FIRST: u32 = 1 << 30;
 const MOST: u32 = 64;
 
 /// Fewer rays than this change too little.
-const LEAST: u32 = 4;
+const LEAST: u32 = 2;
 
 /// The most rays of other pixels than those at the edges of lamps.
 const MOST_WEAK: u32 = 16;
 
-/// Rays for each pixel of the picture, at most.
-const SHARE: u64 = 2;
+/// Rays for each pixel of the picture, at most, with all that follow them.
+const SHARE: f64 = 2.0;
+
+/// Pixels whose rays tell what a ray costs.
+const TRIALS: usize = 1024;
+
+/// A pixel's own light tells of a surface if its samples met at least this part of what the rays met.
+const KNOWN: f32 = 0.25;
+
+/// The most by which reflected light grows with the albedo.
+const GROWTH: f32 = 4.0;
+
+/// Added to albedos where they are divided.
+const BLACK: f32 = 0.005;
+
+/// From this many rays on, black emission is black.
+const CERTAIN: u32 = 16;
+
+/// Pixels with noisy guides among nine, where glass splits its light.
+const SPLIT: usize = 6;
 
 /// Samples of a pixel are left out if it has this many times as many rays.
-const OUTNUMBER: f32 = 4.0;
+const OUTNUMBER: f32 = 2.0;
 
-/// Pixels whose rays are traced together: as many rays as a tile has pixels.
+/// Rays that are traced together.
 const BATCH: usize = 4096;
 
 /// A standard error of emission relative to its luminance: more than this is at the edge of a lamp, and beside one.
@@ -56,11 +76,10 @@ const DARK: f32 = 0.01;
 /// Guides with a smaller variance are without noise.
 const GUIDE_NOISE: f32 = 1e-4;
 
-/// The rays of a pixel.
-#[derive(Clone, Copy, Default)]
-struct Rays {
-    pixel: u32,
-    count: u32,
+/// A pixel before it got more rays.
+struct Own {
+    samples: f32,
+    guides: [f32; 7],
 }
 
 /// Means over the rays of a pixel.
@@ -81,8 +100,8 @@ struct Means {
 }
 
 impl Means {
-    fn add(&mut self, sample: &DenoisingSample, caught: Option<&CaughtLight>, clamp: impl Fn(&DenoisingSample) -> f32) {
-        let light = sample.emission * clamp(sample);
+    fn add(&mut self, sample: &DenoisingSample, caught: Option<&CaughtLight>, by: f32) {
+        let light = sample.emission * by;
         self.count += 1.0;
         if caught.is_some_and(|caught| caught.is_caught) {
             self.caught += 1.0;
@@ -116,24 +135,48 @@ fn add<const N: usize>(sum: &mut [f32; N], values: &[f32; N]) {
 
 impl Renderer {
     /// What a denoiser needs, like [`Renderer::denoising_buffers`], with more camera rays where emission and guides are
-    /// noisy: at the edges of lamps and objects, out of focus, behind glass. It takes about as long as a sample of each
-    /// pixel without its light.
+    /// noisy: at the edges of lamps and objects, out of focus, behind glass. It takes about as long as two samples of each
+    /// pixel without their light.
     pub fn refined_buffers(&self, picture: &Developed<'_>, threads: usize) -> Option<Buffers> {
         let mut buffers = self.denoising_buffers(picture, threads)?;
-        let film = &self.prepared.view.film;
-        if film.weights_samples() || buffers.width == 0 {
+        if self.prepared.view.film.weights_samples() {
             return Some(buffers);
         }
         self.prepared.choose();
-        let rays = chosen(&buffers, threads);
-        let means = self.guide_means(&rays, threads);
-        for (Rays { pixel, .. }, means) in rays.iter().zip(means) {
-            let (x, y) = self.position(*pixel);
-            let count = self.film.count_and_splats(x, y).map_or(0.0, |(count, _)| count as f32);
-            if means.count > 0.0 && count > 0.0 {
-                buffers.take_rays(*pixel as usize, count, &means);
+        let kinds = kinds(&buffers, threads);
+        let mut left = SHARE * kinds.len() as f64;
+        let mut refined = Vec::new();
+        for (kind, most) in [(STRONG_EMISSION, MOST), (WEAK_EMISSION, MOST_WEAK), (GUIDES_ALONE, MOST_WEAK)] {
+            let pixels: Vec<u32> = (0..kinds.len() as u32).filter(|i| kinds[*i as usize] == kind).collect();
+            if pixels.is_empty() {
+                continue;
+            }
+            // What a ray costs, by way of glass, is known from the rays of some pixels.
+            let some: Vec<u32> = pixels.iter().copied().step_by(pixels.len().div_ceil(TRIALS)).collect();
+            let (_, traced) = self.guide_means(&some, 1, threads);
+            let cost = traced as f64 / some.len() as f64;
+            left -= traced as f64;
+            let affordable = left / (pixels.len() as f64 * cost.max(1.0));
+            let count = if affordable < f64::from(LEAST) { 0 } else { most.min(affordable as u32) };
+            if kind == STRONG_EMISSION && count < CERTAIN {
+                buffers.uncertain = uncertain(&buffers, &kinds, threads);
+            }
+            if count == 0 {
+                continue;
+            }
+            let (means, traced) = self.guide_means(&pixels, count, threads);
+            left -= traced as f64;
+            for (pixel, means) in pixels.into_iter().zip(means) {
+                let (x, y) = self.position(pixel);
+                let samples = self.film.count_and_splats(x, y).map_or(0.0, |(count, _)| count as f32);
+                if means.count > 0.0 && samples > 0.0 {
+                    let own = Own { samples, guides: buffers.guides[pixel as usize] };
+                    buffers.take_rays(pixel as usize, &own, &means);
+                    refined.push((pixel, own));
+                }
             }
         }
+        buffers.follow_albedo(&refined);
         Some(buffers)
     }
 
@@ -143,93 +186,94 @@ impl Renderer {
         (crop.x + pixel % crop.width, crop.y + pixel / crop.width)
     }
 
-    /// Traces rays; without any mean where the integrator knows no guides.
-    fn guide_means(&self, rays: &[Rays], threads: usize) -> Vec<Means> {
+    /// Traces `count` rays for each pixel. Returns their means, and the number of rays with all that follow them. The means
+    /// are of nothing where the integrator knows no guides.
+    fn guide_means(&self, pixels: &[u32], count: u32, threads: usize) -> (Vec<Means>, u64) {
         let p = &self.prepared;
         let film = &p.view.film;
-        let mut starts = vec![0];
-        let mut sum = 0;
-        for (i, rays) in rays.iter().enumerate() {
-            sum += rays.count as usize;
-            if sum >= BATCH {
-                starts.push(i + 1);
-                sum = 0;
-            }
-        }
-        starts.push(rays.len());
-        let batches: Vec<&[Rays]> = starts.windows(2).map(|ends| &rays[ends[0]..ends[1]]).collect();
         let filter = film.placement();
+        let batches: Vec<&[u32]> = pixels.chunks((BATCH / count as usize).max(1)).collect();
         let state = || {
             let tracer = p.integrator.guide_tracer(&p.scene, &p.view);
-            (tracer, CameraSamples::default(), Vec::<Radiance>::new(), RayStats::default())
+            (tracer, CameraSamples::default(), Vec::<Radiance>::new())
         };
-        let means = strips::with(batches.len(), threads, state, |(tracer, samples, radiance, stats), batch| {
-            let Some(tracer) = tracer else { return vec![Means::default(); batches[batch].len()] };
+        let means = strips::with(batches.len(), threads, state, |(tracer, samples, radiance), batch| {
+            let pixels = batches[batch];
+            let Some(tracer) = tracer else { return (vec![Means::default(); pixels.len()], 0) };
             samples.clear();
-            let points = batches[batch].iter().flat_map(|rays| {
-                let (x, y) = self.position(rays.pixel);
-                let seed = u64::from(film.seed);
-                (FIRST..FIRST + rays.count).map(move |index| SampleId { x, y, index, seed })
+            let ids = pixels.iter().flat_map(|pixel| {
+                let ((x, y), seed) = (self.position(*pixel), u64::from(film.seed));
+                (FIRST..FIRST + count).map(move |index| SampleId { x, y, index, seed })
             });
-            take_points(&p.view, samples, points.map(|id| (id, place(&p.view, &filter, &id))));
-            tracer.radiance(samples, radiance, stats);
+            take_points(&p.view, samples, ids.map(|id| (id, place(&p.view, &filter, &id))));
+            let mut stats = RayStats::default();
+            tracer.radiance(samples, radiance, &mut stats);
             let details = tracer.details();
-            let mut next = 0;
-            let of_pixel = |rays: &Rays| {
+            let mean = |pixel: usize| {
                 let mut means = Means::default();
-                for i in next..next + rays.count as usize {
+                for i in pixel * count as usize..(pixel + 1) * count as usize {
                     let is_ray = samples.rays.get(i).is_some_and(|ray| ray.t_max >= 0.0);
                     let none = DenoisingSample::default();
                     let sample = details.denoising.get(i).filter(|_| is_ray).unwrap_or(&none);
-                    means.add(sample, details.caught.get(i), |s| film.clamp_factor(s.emission));
+                    means.add(sample, details.caught.get(i), film.clamp_factor(sample.emission));
                 }
-                next += rays.count as usize;
                 means.scaled()
             };
-            batches[batch].iter().map(of_pixel).collect()
+            ((0..pixels.len()).map(mean).collect(), stats.total())
         });
-        means.into_iter().flatten().collect()
+        let traced = means.iter().map(|(_, traced)| traced).sum();
+        (means.into_iter().flat_map(|(means, _)| means).collect(), traced)
     }
 }
 
-/// The pixels that get more rays: first those at the edges of lamps, then those whose emission has some noise, then those
-/// whose guides have.
-fn chosen(buffers: &Buffers, threads: usize) -> Vec<Rays> {
+/// A pixel at the edge of a lamp, or in glass that shows one in some samples.
+const STRONG_EMISSION: u8 = 1;
+/// A pixel whose emission has some noise.
+const WEAK_EMISSION: u8 = 2;
+/// A pixel whose guides have noise.
+const GUIDES_ALONE: u8 = 3;
+
+/// Which pixels get more rays: their kinds, 0 for none.
+fn kinds(buffers: &Buffers, threads: usize) -> Vec<u8> {
     let (width, height) = (buffers.width, buffers.height);
     let count = width * height;
     let light = strips::map(count, threads, |i| luminance(&buffers.emission.mean[i]));
     let mean = light.iter().sum::<f32>() / count.max(1) as f32;
     let least = DARK * mean;
-    let noise = |i: usize| buffers.emission.variance[i].max(0.0).sqrt() / light[i].max(least).max(f32::MIN_POSITIVE);
-    let kinds = strips::map(count, threads, |i| {
+    let noise = strips::map(count, threads, |i| {
+        buffers.emission.variance[i].max(0.0).sqrt() / light[i].max(least).max(f32::MIN_POSITIVE)
+    });
+    strips::map(count, threads, |i| {
         let (mut low, mut high, mut most) = (light[i], light[i], 0.0f32);
         for j in around(width, height, i, 1) {
-            (low, high, most) = (low.min(light[j]), high.max(light[j]), most.max(noise(j)));
+            (low, high, most) = (low.min(light[j]), high.max(light[j]), most.max(noise[j]));
         }
         match () {
-            _ if most > STRONG || high - low > CONTRAST * high && high > least => 1u8,
-            _ if noise(i) > EMISSION_NOISE => 2,
-            _ if buffers.guide_variances[i].iter().any(|v| *v > GUIDE_NOISE) => 3,
+            _ if most > STRONG || high - low > CONTRAST * high && high > least => STRONG_EMISSION,
+            _ if noise[i] > EMISSION_NOISE => WEAK_EMISSION,
+            _ if is_guide_noisy(buffers, i) => GUIDES_ALONE,
             _ => 0,
         }
-    });
-    let mut left = std::env::var("SHARE").ok().and_then(|v| v.parse().ok()).unwrap_or(SHARE) * count as u64;
-    let mut rays = [0; 4];
-    for (kind, most) in [(1, MOST), (2, MOST_WEAK), (3, MOST_WEAK)] {
-        let pixels = kinds.iter().filter(|k| usize::from(**k) == kind).count() as u64;
-        let affordable = left / pixels.max(1);
-        rays[kind] = if affordable < u64::from(LEAST) { 0 } else { most.min(1 << affordable.ilog2()) };
-        left -= pixels * u64::from(rays[kind]);
-        eprintln!("kind {kind}: {pixels} pixels ({:.3}), {} rays", pixels as f64 / count as f64, rays[kind]);
-    }
-    let each = kinds.iter().enumerate().map(|(i, kind)| Rays { pixel: i as u32, count: rays[usize::from(*kind)] });
-    each.filter(|rays| rays.count > 0).collect()
+    })
+}
+
+fn is_guide_noisy(buffers: &Buffers, i: usize) -> bool {
+    buffers.guide_variances[i].iter().any(|v| *v > GUIDE_NOISE)
+}
+
+/// The pixels that may be black by chance: where glass splits its light, so that most guides around are noisy, too.
+fn uncertain(buffers: &Buffers, kinds: &[u8], threads: usize) -> Vec<bool> {
+    let (width, height) = (buffers.width, buffers.height);
+    strips::map(width * height, threads, |i| {
+        let noisy = || around(width, height, i, 1).filter(|j| is_guide_noisy(buffers, *j)).count();
+        kinds[i] == STRONG_EMISSION && noisy() >= SPLIT
+    })
 }
 
 impl Buffers {
-    /// Adds the means of rays to those of `n` samples of a pixel.
-    fn take_rays(&mut self, i: usize, n: f32, rays: &Means) {
-        let m = rays.count;
+    /// Adds the means of rays to those of the samples of a pixel.
+    fn take_rays(&mut self, i: usize, own: &Own, rays: &Means) {
+        let (n, m) = (own.samples, rays.count);
         // The pixel was chosen for what its samples show, so they are left out where rays outnumber them.
         let n = if m >= OUTNUMBER * n { 0.0 } else { n };
         let mixed = |own: f32, more: f32| (n * own + m * more) / (n + m);
@@ -260,6 +304,40 @@ impl Buffers {
         self.emission.mean[i] = emission;
         if let Some(caught) = self.caught.get_mut(i) {
             caught.behind = behind;
+        }
+    }
+
+    /// Lets the reflected light of pixels follow their new albedo: what shows a surface in three of eight samples but in a
+    /// quarter of the rays is darker. Where hardly any sample met the surface, its light is that of the neighbour that shows most
+    /// of it.
+    fn follow_albedo(&mut self, refined: &[(u32, Own)]) {
+        let own_guides: BTreeMap<u32, &Own> = refined.iter().map(|(pixel, own)| (*pixel, own)).collect();
+        let albedo = |buffers: &Buffers, i: usize| -> Rgb {
+            let guides = own_guides.get(&(i as u32)).map_or(&buffers.guides[i], |own| &own.guides);
+            [guides[0], guides[1], guides[2]].map(|v| v.max(0.0))
+        };
+        let changes: Vec<(usize, Rgb, f32)> = (refined.iter())
+            .map(|(pixel, _)| {
+                let i = *pixel as usize;
+                let [r, g, b, ..] = self.guides[i];
+                let new: Rgb = [r, g, b].map(|v| v.max(0.0));
+                let brightest = |a: &usize, b: &usize| {
+                    luminance(&albedo(self, *a)).total_cmp(&luminance(&albedo(self, *b)))
+                };
+                let known = luminance(&albedo(self, i)) >= KNOWN * luminance(&new);
+                let from = match known {
+                    true => i,
+                    false => around(self.width, self.height, i, 1).max_by(brightest).unwrap_or(i),
+                };
+                let old = albedo(self, from);
+                let by: Rgb = std::array::from_fn(|c| ((new[c] + BLACK) / (old[c] + BLACK)).min(GROWTH));
+                let mean = std::array::from_fn(|c| self.reflected.mean[from][c] * by[c]);
+                let square = luminance(&by) * luminance(&by);
+                (i, mean, self.reflected.variance[from] * square)
+            })
+            .collect();
+        for (i, mean, variance) in changes {
+            (self.reflected.mean[i], self.reflected.variance[i]) = (mean, variance);
         }
     }
 }

@@ -70,7 +70,8 @@ impl LightSplit {
 
     /// Photons have added light to a sample.
     pub(super) fn gathered(&mut self, sample: u32, added: Spectrum) {
-        if self.active {
+        // The guides of the denoiser ask for it after more bounces, too.
+        if self.on {
             self.photons[sample as usize] += added;
         }
     }
