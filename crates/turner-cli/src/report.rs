@@ -29,6 +29,11 @@ pub struct Reporter {
 }
 
 impl Reporter {
+    /// Whether a person may look at its lines: it is not quiet, and sends no events.
+    pub(crate) fn shows_progress(&self) -> bool {
+        !self.quiet && self.events.is_none()
+    }
+
     /// Reports why the command failed.
     pub fn failure(&self, failure: &Failure) {
         let Some(events) = &self.events else { return print_error(failure) };

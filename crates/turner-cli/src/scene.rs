@@ -175,7 +175,7 @@ fn parse_aovs(text: &str) -> Result<String, String> {
 enum PictureQuality {
     /// 4 samples per pixel, 4 bounces, denoised
     Draft,
-    /// 16 samples per pixel, denoised
+    /// 8 samples per pixel, denoised
     Good,
     /// 256 samples per pixel, denoised
     Final,
@@ -188,7 +188,7 @@ impl PictureQuality {
             PictureQuality::Draft => {
                 &[("film.samples", "4"), ("integrator.max_depth", "4"), ("film.denoise", "\"on\"")]
             }
-            PictureQuality::Good => &[("film.samples", "16"), ("film.denoise", "\"on\"")],
+            PictureQuality::Good => &[("film.samples", "8"), ("film.denoise", "\"on\"")],
             PictureQuality::Final => &[("film.samples", "256"), ("film.denoise", "\"on\"")],
         }
     }

@@ -66,6 +66,12 @@ pub(crate) struct Shot<'a> {
 }
 
 impl Terminal {
+    /// Whether it shows pictures, or says that it has 24-bit colour.
+    pub(crate) fn has_colors(&self) -> bool {
+        let said = std::env::var("COLORTERM").is_ok_and(|v| v == "truecolor" || v == "24bit");
+        self.protocol != Protocol::Blocks || said
+    }
+
     /// The terminal that standard output is connected to, with `protocol` or the best that it has. `None`: it shows no
     /// pictures. May take a fifth of a second, if the terminal does not answer a question.
     pub(crate) fn detect(protocol: Option<Protocol>) -> Option<Terminal> {

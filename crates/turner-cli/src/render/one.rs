@@ -40,6 +40,9 @@ pub(super) const NOISE: &str = "turner:noise";
 /// Metadata of a picture that a denoiser has changed: its name.
 const DENOISED: &str = "turner:denoised";
 
+/// Metadata of such a picture: the estimate of its error.
+const LEFT: &str = "turner:errorAfterDenoising";
+
 /// One picture to render.
 pub(super) struct One<'a> {
     pub(super) args: &'a RenderArgs,
@@ -105,7 +108,7 @@ impl One<'_> {
         };
         let mut save = |renderer: &Renderer| self.save_progress(renderer);
         let save: Option<&mut dyn FnMut(&Renderer)> = if changes.is_some() { Some(&mut save) } else { None };
-        let mut viewers = Viewers::new(&args.viewers, &name, self.output, save, reporter)?;
+        let mut viewers = Viewers::new(&args.viewers, &name, self.output, save, reporter, self.is_model())?;
         let mut traced = trace(renderer, &job, writer.as_mut(), &mut viewers);
         if traced.interrupted && !control.is_interrupted() {
             reporter.line("a file of the scene changed: rendering again");
@@ -151,6 +154,12 @@ impl One<'_> {
             None if self.output.is_part() && !named => Ok(Some(crate::failure::FAILED)),
             None => Ok(Some(0)),
         }
+    }
+
+    /// Whether it is a model in the default studio, and the only picture.
+    fn is_model(&self) -> bool {
+        let desc = &self.ready.desc;
+        desc.studio.is_some() && !desc.imports.is_empty() && !self.args.is_sequence()
     }
 
     /// Writes the picture of a film; `header` is that of its checkpoint.
@@ -301,6 +310,9 @@ impl One<'_> {
         let denoiser = traced.renderer.denoiser().filter(|_| traced.renderer.denoiser_fault().is_none());
         if let Some(denoiser) = denoiser {
             metadata.insert(DENOISED.to_owned(), denoiser.as_str().into());
+            if let Some(left) = traced.renderer.left_after_denoising() {
+                metadata.insert(LEFT.to_owned(), format!("{left:.5}").as_str().into());
+            }
         }
         if *samples != (0..all) {
             let range = format!("{}..{}", samples.start, samples.end);

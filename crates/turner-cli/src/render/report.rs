@@ -8,7 +8,7 @@ use turner::integrator::IntegratorDesc;
 use turner::render::Renderer;
 use turner::schema::{Warning, WarningKind};
 
-use super::budget::{End, halving, noise_text};
+use super::budget::{End, halving, noise_text, percent};
 use super::trace::Traced;
 use crate::output::Output;
 use crate::report::Reporter;
@@ -109,6 +109,7 @@ impl Report<'_> {
             "samples": renderer.film.samples(),
             "ended_by": ended.map(End::word),
             "denoised": renderer.denoises() && renderer.denoiser_fault().is_none(),
+            "error_after_denoising": renderer.left_after_denoising(),
             "noise": noise.map(|noise| json!({
                 "value": noise.value,
                 "interval": noise.interval,
@@ -144,14 +145,16 @@ impl Report<'_> {
             line += &format!(", AOVs in {name}");
         }
         if let Some(noise) = noise {
-            let of_raw = if renderer.denoises() && renderer.denoiser_fault().is_none() {
-                " before denoising"
-            } else {
-                ""
+            let is_denoised = renderer.denoises() && renderer.denoiser_fault().is_none();
+            let of_raw = match renderer.left_after_denoising().filter(|_| is_denoised) {
+                Some(left) => format!(" before denoising, about {} after", percent(left)),
+                None if is_denoised => " before denoising".to_owned(),
+                None => String::new(),
             };
             line += &format!(", noise {}{of_raw}", noise_text(noise));
             let (samples, seconds) = self.halving();
-            line += &format!("; {samples:.0} samples, {} more, would halve it", text::seconds(seconds));
+            let what = if is_denoised { "the first" } else { "it" };
+            line += &format!("; {samples:.0} samples, {} more, would halve {what}", text::seconds(seconds));
         }
         if film.non_finite.count > 0 {
             line += &format!(", {}", text::plural(film.non_finite.count, "non-finite sample"));

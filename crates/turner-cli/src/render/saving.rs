@@ -27,7 +27,7 @@ const CHANNEL: f64 = 20e-9;
 const ERROR: f64 = 200e-9;
 
 /// Seconds that one thread takes to denoise a pixel.
-const DENOISED: f64 = 2.5e-6;
+const DENOISED: f64 = 2.8e-6;
 
 /// Bytes per second to the disk.
 const DISK: f64 = 600e6;

@@ -22,7 +22,7 @@ use crate::report::Reporter;
 /// Options to see the picture while it is rendered.
 #[derive(Clone, Debug, Default, Args)]
 pub(crate) struct ViewerArgs {
-    /// Show the picture in the terminal, again and again while it is rendered
+    /// Show the picture in the terminal, again and again while it is rendered [default: first and last picture of a model]
     #[arg(long, value_name = "MODE", num_args = 0..=1, require_equals = true, default_missing_value = "auto")]
     preview: Option<PreviewArg>,
     /// Show the picture in the viewer tev while it is rendered, e.g. 127.0.0.1:14158
@@ -43,12 +43,14 @@ enum PreviewArg {
     Iterm,
     /// Sixel graphics of the VT340
     Sixel,
+    /// Nothing
+    Off,
 }
 
 impl PreviewArg {
     fn protocol(self) -> Option<Protocol> {
         match self {
-            PreviewArg::Auto => None,
+            PreviewArg::Auto | PreviewArg::Off => None,
             PreviewArg::Blocks => Some(Protocol::Blocks),
             PreviewArg::Kitty => Some(Protocol::Kitty),
             PreviewArg::Iterm => Some(Protocol::Iterm),
@@ -60,6 +62,8 @@ impl PreviewArg {
 /// Where pictures are shown.
 pub(super) struct Viewers<'a> {
     terminal: Option<Terminal>,
+    /// Whether the terminal shows the first and the last picture alone.
+    is_brief: bool,
     tev: Option<Tev>,
     /// Writes the picture to its file.
     save: Option<&'a mut dyn FnMut(&Renderer)>,
@@ -72,7 +76,8 @@ const FIRST: Duration = Duration::from_millis(250);
 const LEAST: Duration = Duration::from_millis(60);
 
 impl<'a> Viewers<'a> {
-    /// Connects to the viewers that are asked for; `save` writes the picture so far.
+    /// Connects to the viewers that are asked for; `save` writes the picture so far. Without `--preview` a terminal with
+    /// pictures or 24-bit colour shows the first and the last picture if `by_default`.
     ///
     /// Errors: tev does not answer.
     pub(super) fn new(
@@ -81,10 +86,17 @@ impl<'a> Viewers<'a> {
         output: &Output,
         save: Option<&'a mut dyn FnMut(&Renderer)>,
         reporter: &Reporter,
+        by_default: bool,
     ) -> Result<Viewers<'a>, Failure> {
-        let wanted = args.preview.filter(|mode| mode.protocol().is_some() || std::io::stderr().is_terminal());
-        let terminal = wanted.and_then(|mode| Terminal::detect(mode.protocol()));
-        if args.preview.is_some() && terminal.is_none() {
+        let asked = args.preview.filter(|mode| !matches!(mode, PreviewArg::Off));
+        let is_terminal = std::io::stderr().is_terminal();
+        let wanted = asked.filter(|mode| mode.protocol().is_some() || is_terminal);
+        let is_brief = args.preview.is_none() && by_default && is_terminal && reporter.shows_progress();
+        let terminal = match is_brief {
+            true => Terminal::detect(None).filter(Terminal::has_colors),
+            false => wanted.and_then(|mode| Terminal::detect(mode.protocol())),
+        };
+        if asked.is_some() && terminal.is_none() {
             reporter.line(
                 "no preview: standard error is no terminal that shows pictures (`--preview=blocks` tries)",
             );
@@ -96,7 +108,7 @@ impl<'a> Viewers<'a> {
                 let help = "start tev first; it listens at 127.0.0.1:14158";
                 Failure::new(SceneError::new(ErrorCode::Output, message).help(help))
             })?;
-        Ok(Viewers { terminal, tev, save })
+        Ok(Viewers { terminal, is_brief, tev, save })
     }
 
     fn is_empty(&self) -> bool {
@@ -121,7 +133,9 @@ impl<'a> Viewers<'a> {
             renderer.preview_pass(&PassOptions { threads, cancel: pause, progress: None })
         });
         if !self.is_empty() {
+            let is_brief = std::mem::take(&mut self.is_brief);
             self.show(renderer, threads, false);
+            self.is_brief = is_brief;
         }
     }
 
@@ -130,12 +144,13 @@ impl<'a> Viewers<'a> {
         if let Some(save) = self.save.as_mut().filter(|_| !is_last) {
             save(renderer);
         }
-        if self.terminal.is_none() && self.tev.is_none() {
+        let terminal = self.terminal.as_ref().filter(|_| is_last || !self.is_brief);
+        if terminal.is_none() && self.tev.is_none() {
             return;
         }
         let mode = if is_last { renderer.prepared().view.film.denoise } else { Denoise::Fast };
         let picture = renderer.develop_as(mode, threads);
-        if let Some(terminal) = &self.terminal {
+        if let Some(terminal) = terminal {
             let Picture { width, height, display, .. } = &picture;
             let shot = Shot { width: *width, height: *height, pixels: display };
             // The terminal may be gone.

@@ -22,6 +22,9 @@ use crate::assets::{AssetError, AssetSource, printable};
 /// background behind it means nothing.
 const DATA: [&str; 5] = ["depth", "ids", "normals", "position", "uv"];
 
+/// Samples per pixel of a model's picture, which is denoised.
+const MODEL_SAMPLES: u32 = 8;
+
 /// The scene around a single model: the default studio, path traced unless another integrator is asked for.
 fn showing(integrator: Option<&str>) -> SceneDesc {
     let scene = SceneDesc::default();
@@ -30,7 +33,7 @@ fn showing(integrator: Option<&str>) -> SceneDesc {
     let denoise = if is_light { Denoise::On } else { Denoise::Off };
     let film = match integrator {
         Some(name) if DATA.contains(&name) => scene.film,
-        _ => FilmDesc { antialias: Antialias::MonteCarlo, samples: 16, denoise, ..scene.film },
+        _ => FilmDesc { antialias: Antialias::MonteCarlo, samples: MODEL_SAMPLES, denoise, ..scene.film },
     };
     let fireflies = if is_light { Fireflies::Remove } else { Fireflies::Keep };
     SceneDesc {

@@ -15,7 +15,7 @@ use std::path::PathBuf;
 use std::time::Instant;
 
 use clap::Args;
-use turner::denoise::{Buffers, Denoiser, Rgb, denoise, denoise_fast};
+use turner::denoise::{Buffers, Denoiser, Rgb, denoise, denoise_fast, left};
 use turner_cli::events::Events;
 use turner_cli::failure::{FAILED, Failure};
 use turner_cli::instructions::instruction_set;
@@ -67,6 +67,8 @@ struct Left {
     noisy: [f64; 2],
     /// Errors of the denoised one.
     errors: [f64; 2],
+    /// The relative error that 95 % of the pixels do not exceed: as estimated without the reference, and true.
+    left: Option<[f64; 2]>,
     /// Seconds for a pixel.
     seconds: f64,
 }
@@ -138,23 +140,6 @@ fn measure(args: &DenoiseArgs, path: &std::path::Path, denoisers: &Denoisers) ->
         };
         save("noisy", &noisy)?;
         save("reference", &reference.pixels)?;
-        save("refined", &refined.colors(args.threads))?;
-        if let Ok(v) = std::env::var("DBGROW") {
-            let v: Vec<usize> = v.split(',').map(|v| v.parse().unwrap()).collect();
-            let all = denoise(&refined, 0, instruction_set());
-            let bare = Buffers { caught: Vec::new(), ..refined.clone() };
-            let refl = denoise(&bare, 0, instruction_set());
-            for x in v[1]..v[2] {
-                let i = v[0] * refined.width + x;
-                let c = refined.caught[i];
-                eprintln!("x {x} whole {} behind {:.3} lit {:.3} | refl raw {:.3} var {:.5} clean {:.3} albedo {:.3} nvar {:.4} | em {:.3} var {:.5} | all {:.3} ref {:.3}", c.is_whole, c.behind[1], c.lit, refined.reflected.mean[i][1], refined.reflected.variance[i], refl[i][1], refined.guides[i][1], refined.guide_variances[i][1], refined.emission.mean[i][1], refined.emission.variance[i], all[i][1], reference.pixels[i][1]);
-            }
-        }
-        save("yemission", &buffers.emission.mean)?;
-        save("yreflected", &buffers.reflected.mean)?;
-        save("xemission", &refined.emission.mean)?;
-        save("xreflected", &refined.reflected.mean)?;
-        save("xalbedo", &refined.guides.iter().map(|g| [g[0], g[1], g[2]]).collect::<Vec<_>>())?;
         for (name, denoise) in denoisers {
             let (mut seconds, mut pixels) = (f64::INFINITY, Vec::new());
             // Turner's denoiser alone traces more camera rays.
@@ -165,22 +150,18 @@ fn measure(args: &DenoiseArgs, path: &std::path::Path, denoisers: &Denoisers) ->
                 seconds = seconds.min(earlier + start.elapsed().as_secs_f64());
             }
             save(name, &pixels)?;
-            let estimate = turner::denoise::left(buffers, &pixels, args.threads, &|b| denoise(b).ok());
-            if let Some(estimate) = estimate.filter(|_| name != "fast") {
-                let lum = |v: &Rgb| f64::from(0.2126 * v[0] + 0.7152 * v[1] + 0.0722 * v[2]);
-                let mean = reference.pixels.iter().map(lum).sum::<f64>() / pixels.len() as f64;
-                let mut e: Vec<f64> = pixels.iter().zip(&reference.pixels).map(|(p, r)| (lum(p) - lum(r)).abs() / lum(r).max(0.01 * mean)).collect();
-                e.sort_by(f64::total_cmp);
-                let rms = 1.96 * (e.iter().map(|v| v * v).sum::<f64>() / e.len() as f64).sqrt();
-                let raw = renderer.film.noise(0).map_or(0.0, |n| n.value);
-                eprintln!("LEFT {} {name} {samples} raw {raw:.4} est {:.4} +- {:.4} true {rms:.4} p95 {:.4} p90 {:.4}", scene.name, estimate.value, (estimate.interval[1] - estimate.interval[0]) / 2.0, e[e.len() * 95 / 100], e[e.len() * 9 / 10]);
-            }
+            // The fast denoiser does not estimate what it leaves.
+            let estimate = match name.as_str() {
+                "fast" => None,
+                _ => left(buffers, &pixels, args.threads, &|buffers| denoise(buffers).ok()),
+            };
             rows.push(Left {
                 scene: scene.name.clone(),
                 samples,
                 denoiser: name.clone(),
                 noisy: before,
                 errors: reference.errors(&scene, &pixels, args.threads),
+                left: estimate.map(|estimate| [estimate, reference.exceeded(&pixels)]),
                 seconds: seconds / pixels.len() as f64,
             });
         }

@@ -35,7 +35,12 @@ impl Scene {
     pub(super) fn load(path: &Path, width: u32, threads: usize) -> Result<Scene, Failure> {
         let labels = Labels::new();
         // The scenes are those that the developer names.
-    let options = LoadOptions { threads, limits: limits::of_machine(), allow_outside: true, ..LoadOptions::default() };
+        let options = LoadOptions {
+            threads,
+            limits: limits::of_machine(),
+            allow_outside: true,
+            ..LoadOptions::default()
+        };
         let mut loaded = load(path, &options).map_err(|e| Failure::load(e, &labels))?;
         let film = &mut loaded.desc.film;
         film.height = (film.height * width).div_ceil(film.width).max(1);
@@ -135,6 +140,21 @@ impl Reference {
             .map_or(f64::NAN, |pair| Metric::Flip.measure(&pair, threads).value);
         // Not `max`, which would hide a value that is not a number.
         [if error < LEAST { LEAST } else { error }, flip]
+    }
+}
+
+impl Reference {
+    /// The relative error of luminance that 95 % of the pixels do not exceed.
+    pub(super) fn exceeded(&self, pixels: &[Rgb]) -> f64 {
+        let luminance =
+            |v: &Rgb| 0.2126 * f64::from(v[0]) + 0.7152 * f64::from(v[1]) + 0.0722 * f64::from(v[2]);
+        let mean = self.pixels.iter().map(luminance).sum::<f64>() / self.pixels.len().max(1) as f64;
+        let relative = |(own, true_one): (&Rgb, &Rgb)| {
+            (luminance(own) - luminance(true_one)).abs() / luminance(true_one).max(0.01 * mean)
+        };
+        let mut all: Vec<f64> = pixels.iter().zip(&self.pixels).map(relative).collect();
+        all.sort_by(f64::total_cmp);
+        all.get(all.len() * 95 / 100).copied().unwrap_or(0.0)
     }
 }
 

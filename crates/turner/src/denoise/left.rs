@@ -5,18 +5,18 @@
 //!
 //! ```text
 //!   noise'(pixel) = (y − D(y)) at a pixel near it, scaled by the ratio of their standard errors
-//!   c = D(D(y) + noise') − D(y)            half-width = 1.96 · root of the mean of c² around a pixel
-//!   error left = the relative half-width that 95 % of the pixels do not exceed      as for the noisy picture
+//!   c = D(D(y) + noise') − D(y)
+//!   error left = √2 · the relative |c| that 95 % of the pixels do not exceed
 //! ```
 //!
 //! This is the bootstrap with residuals (Efron and Tibshirani 1993, "An Introduction to the Bootstrap", chapter 9). It
-//! accounts for noise that is skewed, correlated between pixels, or smaller than that of independent samples. Detail that D has smoothed away
-//! is missing from D(y), so such errors are counted in part only; light that no sample has found is not counted at all.
+//! accounts for noise that is skewed, correlated between pixels, or smaller than that of independent samples. Detail that D
+//! has smoothed away is missing from D(y), so that c is nearly the noise that is left alone. A denoiser that smooths as much as
+//! pays has as much error by smoothing as by noise: hence √2. Light that no sample has found is not counted at all.
 //!
 //! The picture is denoised again in squares that are spread over it.
 
 use super::{Buffers, Rgb, box_mean, luminance};
-use crate::film::Noise;
 
 /// Side of a square in which the picture is denoised again.
 const SIDE: usize = 112;
@@ -36,50 +36,41 @@ const AWAY: usize = 8;
 /// The most by which noise is scaled up.
 const MOST: f32 = 4.0;
 
-/// Radius of the square over which changes and variances are averaged.
+/// Radius of the square over which variances are averaged.
 const SMOOTH: usize = 3;
 
 /// The least luminance that counts, as a fraction of the mean.
 const DARK: f32 = 0.01;
 
-/// The fraction of pixels that are not noisier.
+/// The fraction of pixels that are as accurate.
 const CONFIDENCE: f64 = 0.95;
 
-/// The 97.5th percentile of a normal distribution.
-const NORMAL: f64 = 1.959_964;
+/// The error with what smoothing hides, relative to that without.
+const HIDDEN: f64 = std::f64::consts::SQRT_2;
 
-/// The error that is left in `clean`, the picture that `denoise` makes of these buffers. `None` if `denoise` fails.
+/// The error that is left in `clean`, the picture that `denoise` makes of these buffers: the relative error of luminance that
+/// 95 % of the pixels do not exceed. `None` if `denoise` fails.
 pub fn left(
     buffers: &Buffers,
     clean: &[Rgb],
     threads: usize,
     denoise: &dyn Fn(&Buffers) -> Option<Vec<Rgb>>,
-) -> Option<Noise> {
+) -> Option<f64> {
     let noisy = buffers.colors(threads);
     let mean = clean.iter().map(|v| luminance(v).abs()).sum::<f32>() / clean.len().max(1) as f32;
-    let (mut all, mut each) = (Vec::new(), Vec::new());
+    let least = (DARK * mean).max(f32::MIN_POSITIVE);
+    let mut all = Vec::new();
     for [x, y] in squares(buffers.width, buffers.height) {
         let square = Square::new(buffers, x, y);
         let again = denoise(&square.buffers(&noisy, clean, threads))?;
-        let own = |j: usize| luminance(&clean[square.index(j)]);
-        let change = |j: usize| luminance(&again[j]) - own(j);
-        let relative =
-            |j: usize| f64::from(change(j).abs() / own(j).abs().max(DARK * mean).max(f32::MIN_POSITIVE));
-        let mut found: Vec<f64> = square.inner().map(relative).collect();
-        each.extend(percentile(&mut found));
-        all.append(&mut found);
+        all.extend(square.inner().map(|j| {
+            let own = luminance(&clean[square.index(j)]);
+            (luminance(&again[j]) - own).abs() / own.abs().max(least)
+        }));
     }
-    let value = percentile(&mut all)?;
-    let n = each.len() as f64;
-    let mean = each.iter().sum::<f64>() / n;
-    let variance = each.iter().map(|v| (v - mean) * (v - mean)).sum::<f64>() / (n - 1.0).max(1.0);
-    let half = NORMAL * (variance / n).sqrt();
-    Some(Noise { value, interval: [(value - half).max(0.0), value + half] })
-}
-
-fn percentile(values: &mut [f64]) -> Option<f64> {
-    let last = values.len().checked_sub(1)?;
-    Some(*values.select_nth_unstable_by((CONFIDENCE * last as f64) as usize, f64::total_cmp).1)
+    let last = all.len().checked_sub(1)?;
+    let (_, found, _) = all.select_nth_unstable_by((CONFIDENCE * last as f64) as usize, f32::total_cmp);
+    Some(HIDDEN * f64::from(*found))
 }
 
 /// The corners of squares, spread over the picture.
@@ -95,7 +86,9 @@ fn squares(width: usize, height: usize) -> Vec<[usize; 2]> {
         middle.saturating_sub(SIDE / 2).min(size.saturating_sub(SIDE))
     };
     (0..rows)
-        .flat_map(|row| (0..columns).map(move |column| [place(column, columns, width), place(row, rows, height)]))
+        .flat_map(|row| {
+            (0..columns).map(move |column| [place(column, columns, width), place(row, rows, height)])
+        })
         .collect()
 }
 
@@ -154,15 +147,29 @@ impl Square<'_> {
             caught: taken(&whole.caught, &indices),
             uncertain: taken(&whole.uncertain, &indices),
         };
-        let behind = |i: usize| whole.caught.get(i).filter(|c| c.is_whole).map_or(0.0, |c| luminance(&c.behind));
+        let behind =
+            |i: usize| whole.caught.get(i).filter(|c| c.is_whole).map_or(0.0, |c| luminance(&c.behind));
         let spread = |i: usize| {
             let caught = whole.caught.get(i).map_or(0.0, |caught| caught.variance);
             whole.emission.variance[i] + whole.reflected.variance[i] + behind(i) * behind(i) * caught
         };
         let spreads = box_mean(self.width, self.height, SMOOTH, threads, |j| spread(indices[j]).max(0.0));
-        let other = |at: usize, size: usize| if at + AWAY < size { at + AWAY } else { at.saturating_sub(AWAY) };
+        // Of the pixels to the left, right, above and below, that with the most similar noise.
+        let donor = |j: usize| {
+            let (x, y) = (j % self.width, j / self.width);
+            let left = x.checked_sub(AWAY).map(|x| [x, y]);
+            let up = y.checked_sub(AWAY).map(|y| [x, y]);
+            let right = (x + AWAY < self.width).then_some([x + AWAY, y]);
+            let down = (y + AWAY < self.height).then_some([x, y + AWAY]);
+            let places = [right, down, left, up].into_iter().flatten().map(|[x, y]| y * self.width + x);
+            let unlike = |k: usize| {
+                let (a, b) = (spreads[j].max(f32::MIN_POSITIVE), spreads[k].max(f32::MIN_POSITIVE));
+                (a / b).max(b / a)
+            };
+            places.min_by(|a, b| unlike(*a).total_cmp(&unlike(*b))).unwrap_or(j)
+        };
         for (j, i) in indices.iter().copied().enumerate() {
-            let from = other(j / self.width, self.height) * self.width + other(j % self.width, self.width);
+            let from = donor(j);
             let by = (spreads[j] / spreads[from].max(f32::MIN_POSITIVE)).sqrt().min(MOST);
             let from = indices[from];
             let new: Rgb = std::array::from_fn(|c| clean[i][c] + by * (noisy[from][c] - clean[from][c]));

@@ -80,9 +80,8 @@ impl Light {
         let bright: Vec<f32> = raw.iter().map(|(value, _)| luminance(value)).collect();
         // Lamps are bright pixels without noise. They stay as they are.
         let uncertain = |i: usize| is_seen && buffers.uncertain.get(i).is_some_and(|uncertain| *uncertain);
-        let stays = |i: usize| {
-            is_seen && !has_noise(bright[i], raw[i].1) && !(uncertain(i) && bright[i] <= 0.0)
-        };
+        let stays =
+            |i: usize| is_seen && !has_noise(bright[i], raw[i].1) && !(uncertain(i) && bright[i] <= 0.0);
         let dominated = if is_seen { DOMINATED_EMISSION } else { DOMINATED };
         let around = box_mean(width, height, WIDE, threads, |i| bright[i]);
         let limited = strips::map(count, threads, |i| {

@@ -173,3 +173,22 @@ fn all_values_are_finite_with_emission_below_zero() {
         assert!(found.iter().flatten().all(|v| v.is_finite()));
     }
 }
+
+/// The estimate of the error that is left needs no reference.
+#[test]
+fn the_error_that_is_left_is_near_the_true_one() {
+    let set = InstructionSet::best();
+    for noise in [0.2, 0.6] {
+        let (buffers, truth) = scene(noise);
+        let found = denoise(&buffers, 1, set);
+        let estimate = left(&buffers, &found, 1, &|buffers| Some(denoise(buffers, 1, set))).unwrap();
+        let relative =
+            |(a, b): (&Rgb, &Rgb)| f64::from((luminance(a) - luminance(b)).abs() / luminance(b).max(1e-3));
+        let mut all: Vec<f64> = found.iter().zip(&truth).map(relative).collect();
+        all.sort_by(f64::total_cmp);
+        let exceeded = all[all.len() * 95 / 100];
+        assert!((0.6..1.8).contains(&(estimate / exceeded)), "{noise}: {estimate}, truly {exceeded}");
+    }
+    let (buffers, _) = scene(0.2);
+    assert_eq!(left(&buffers, &buffers.colors(1), 1, &|_| None), None);
+}

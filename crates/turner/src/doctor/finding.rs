@@ -61,7 +61,7 @@ pub struct Measure {
     /// The value. Finite.
     pub value: f64,
     /// Its unit: `share` (a fraction, 0 to 1), `count`, `stops`, `degrees`, `units` of the scene, `radiance`,
-    /// `irradiance`, `pixels`, `ratio`, `relmse`.
+    /// `irradiance`, `pixels`, `ratio`, `relmse`, `seconds`.
     pub unit: &'static str,
 }
 

@@ -36,6 +36,8 @@ pub(super) struct Hit {
     pub(super) emits: bool,
     /// Whether the shape is unbounded.
     pub(super) unbounded: bool,
+    /// Whether it is a shadow catcher.
+    pub(super) catches_shadows: bool,
     /// Whether the geometric and the shading normal are finite and on the same side.
     pub(super) valid_normals: bool,
 }
@@ -77,6 +79,7 @@ pub(super) fn first(scene: &Scene, ray: &Ray) -> Option<Hit> {
         albedo: f64::from(color.luminance()),
         emits: super::materials::emits_at(scene, surface.material, outside),
         unbounded: scene.is_unbounded(&hit),
+        catches_shadows: scene.is_shadow_catcher(&hit),
         valid_normals: finite && surface.ng.dot(surface.ns) > 0.0,
     })
 }

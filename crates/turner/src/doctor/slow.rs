@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use super::evidence::Evidence;
 use super::finding::{Finding, Question, Severity, percent, short};
 use crate::description::ObjectContent;
-use crate::film::Antialias;
+use crate::film::{Antialias, Denoise};
 use crate::integrator::IntegratorDesc;
 use crate::schema::{MaterialId, Quality, Remedy};
 use crate::shape::ShapeDesc;
@@ -22,6 +22,8 @@ pub(super) fn check(e: &Evidence<'_>, out: &mut Vec<Finding>) {
     out.extend(dense_mesh(e));
     out.extend(film(e));
     out.extend(caustics(e));
+    out.extend(shadow_catchers(e));
+    out.extend(denoiser(e));
 }
 
 /// Many transparent layers, which rays pass without scattering.
@@ -272,5 +274,48 @@ fn caustics(e: &Evidence<'_>) -> Option<Finding> {
             .measure("relative-time", work, "ratio")
             .measure("caustic-light", contribution, "fraction")
             .measure("light-lost-without-them", light_paths_only, "fraction"),
+    )
+}
+
+/// Shadow catchers, such as the floor of the default studio: each of their samples takes two shadow rays.
+fn shadow_catchers(e: &Evidence<'_>) -> Option<Finding> {
+    let rays: Vec<_> = e.g.first_hits.iter().flatten().collect();
+    let caught = rays.iter().filter(|first| first.hit.is_some_and(|hit| hit.catches_shadows)).count() as f64;
+    let fraction = caught / rays.len().max(1) as f64;
+    if fraction < 0.02 {
+        return None;
+    }
+    let has_studio = e.desc.studio.is_some();
+    let whose = if has_studio { "the floor of the studio" } else { "shadow catchers" };
+    let what = format!("{whose}: {} of the camera rays take two shadow rays more", percent(fraction));
+    let remedy = match has_studio {
+        true => {
+            "leave the floor out with `ground = false` in [studio] (`--no-ground`): the model then has no shadow"
+        }
+        false => "hide the shadow catchers, or make them smaller",
+    };
+    let finding = find(Severity::Note, "shadow-catcher-cost", 0.3, what)
+        .why("each sample that meets a shadow catcher looks for its light twice and then continues behind it")
+        .remedy(remedy)
+        .measure("camera-rays", fraction, "fraction");
+    Some(if has_studio { finding.set("studio.ground", false) } else { finding })
+}
+
+/// The denoiser, which models have without asking.
+fn denoiser(e: &Evidence<'_>) -> Option<Finding> {
+    /// Seconds for a pixel on one thread, with its camera rays.
+    const SECONDS: f64 = 1.6e-6;
+    let film = &e.desc.film;
+    if !matches!(film.denoise, Denoise::On) {
+        return None;
+    }
+    let seconds = film.region().area() as f64 * SECONDS;
+    let what = format!("the denoiser takes about {} s of processor time at the end", short(seconds));
+    Some(
+        find(Severity::Note, "denoiser-cost", 0.2, what)
+            .why("it fits the light around every pixel, and traces up to two more camera rays per pixel for edges")
+            .remedy("choose `denoise = \"fast\"` in [film], a tenth of the time, or `\"off\"`")
+            .set("film.denoise", "fast")
+            .measure("processor-seconds", seconds, "seconds"),
     )
 }

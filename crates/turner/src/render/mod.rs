@@ -32,9 +32,11 @@ mod pixel;
 mod pixel_tests;
 #[cfg(test)]
 mod reconstruction_tests;
+mod refine;
+#[cfg(test)]
+mod refine_tests;
 #[cfg(test)]
 mod resume_tests;
-mod refine;
 mod schedule;
 mod single;
 mod tile;
@@ -47,11 +49,11 @@ pub use schedule::{PassRange, TileSet};
 pub use single::sample;
 
 use std::sync::atomic::AtomicBool;
-use std::sync::{Arc, OnceLock};
+use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 
 use order::TileOrder;
 
-use crate::denoise::{Buffers, Denoiser, denoise, denoise_fast};
+use crate::denoise::{Buffers, Denoiser, denoise, denoise_fast, left};
 use crate::film::{Antialias, Denoise, Developed, Film, Picture};
 use crate::integrator::{Prepared, RayStats};
 use crate::schema::{ErrorCode, SceneError};
@@ -80,6 +82,8 @@ pub struct Renderer {
     /// Removes the noise for [`Denoise::Oidn`], and why it could not.
     denoiser: Option<Arc<dyn Denoiser>>,
     fault: OnceLock<String>,
+    /// The error that the denoiser has left in the last picture.
+    left: Mutex<Option<f64>>,
 }
 
 /// Whether films of this scene and view estimate their error: where samples are random and there are several.
@@ -108,7 +112,7 @@ impl Renderer {
         film.take_light(prepared.integrator.light_paths())?;
         let order = TileOrder::new(film.tiles().count());
         let (stats, fault) = (RayStats::default(), OnceLock::new());
-        Ok(Renderer { prepared, film, stats, order, denoiser: None, fault })
+        Ok(Renderer { prepared, film, stats, order, denoiser: None, fault, left: Mutex::default() })
     }
 
     /// A renderer that continues a film of the same picture: a saved or merged one.
@@ -170,6 +174,10 @@ impl Renderer {
         if let Some(buffers) = buffers
             && let Some(colors) = self.denoised(mode, &buffers, threads)
         {
+            if mode != Denoise::Fast {
+                let left = left(&buffers, &colors, threads, &|b| self.denoised(mode, b, threads));
+                *self.left.lock().unwrap_or_else(PoisonError::into_inner) = left;
+            }
             developed.recolor(&colors);
         }
         developed
@@ -191,6 +199,13 @@ impl Renderer {
             (Denoise::Fast, _) => Some(denoise_fast(buffers, threads, set)),
             (Denoise::On | Denoise::Oidn, _) => Some(denoise(buffers, threads, set)),
         }
+    }
+
+    /// The error that the denoiser left in the picture that was developed last: the relative error of luminance that 95 % of
+    /// the pixels do not exceed, estimated as in [`denoise::left`](crate::denoise::left). `None` with `denoise = "fast"`, and
+    /// before a picture was denoised.
+    pub fn left_after_denoising(&self) -> Option<f64> {
+        *self.left.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
     /// Why the denoiser that was given failed, so that the picture kept its noise.

@@ -14,6 +14,7 @@
 //! colours and its raw layer stay as they are.
 
 use std::collections::BTreeMap;
+use std::ops::Range;
 
 use super::Renderer;
 use crate::denoise::{Buffers, Rgb, around, luminance};
@@ -84,12 +85,12 @@ struct Own {
 
 /// Means over the rays of a pixel.
 #[derive(Clone, Copy, Default)]
-struct Means {
+pub(super) struct Means {
     count: f32,
-    emission: Rgb,
+    pub(super) emission: Rgb,
     /// Of the squared luminance.
     emission_square: f32,
-    guides: [f32; 7],
+    pub(super) guides: [f32; 7],
     /// Of the squares of albedo, normal and distance, each summed over its components.
     guide_squares: [f32; 3],
     /// The fraction that met a shadow catcher, and what is behind it.
@@ -153,7 +154,7 @@ impl Renderer {
             }
             // What a ray costs, by way of glass, is known from the rays of some pixels.
             let some: Vec<u32> = pixels.iter().copied().step_by(pixels.len().div_ceil(TRIALS)).collect();
-            let (_, traced) = self.guide_means(&some, 1, threads);
+            let (_, traced) = self.guide_means(&some, FIRST..FIRST + 1, threads);
             let cost = traced as f64 / some.len() as f64;
             left -= traced as f64;
             let affordable = left / (pixels.len() as f64 * cost.max(1.0));
@@ -164,7 +165,7 @@ impl Renderer {
             if count == 0 {
                 continue;
             }
-            let (means, traced) = self.guide_means(&pixels, count, threads);
+            let (means, traced) = self.guide_means(&pixels, FIRST..FIRST + count, threads);
             left -= traced as f64;
             for (pixel, means) in pixels.into_iter().zip(means) {
                 let (x, y) = self.position(pixel);
@@ -186,13 +187,19 @@ impl Renderer {
         (crop.x + pixel % crop.width, crop.y + pixel / crop.width)
     }
 
-    /// Traces `count` rays for each pixel. Returns their means, and the number of rays with all that follow them. The means
-    /// are of nothing where the integrator knows no guides.
-    fn guide_means(&self, pixels: &[u32], count: u32, threads: usize) -> (Vec<Means>, u64) {
+    /// Traces the rays with these sample indices for each pixel. Returns their means, and the number of rays with all that
+    /// follow them. The means are of nothing where the integrator knows no guides.
+    pub(super) fn guide_means(
+        &self,
+        pixels: &[u32],
+        indices: Range<u32>,
+        threads: usize,
+    ) -> (Vec<Means>, u64) {
+        let count = indices.len();
         let p = &self.prepared;
         let film = &p.view.film;
         let filter = film.placement();
-        let batches: Vec<&[u32]> = pixels.chunks((BATCH / count as usize).max(1)).collect();
+        let batches: Vec<&[u32]> = pixels.chunks((BATCH / count.max(1)).max(1)).collect();
         let state = || {
             let tracer = p.integrator.guide_tracer(&p.scene, &p.view);
             (tracer, CameraSamples::default(), Vec::<Radiance>::new())
@@ -203,7 +210,7 @@ impl Renderer {
             samples.clear();
             let ids = pixels.iter().flat_map(|pixel| {
                 let ((x, y), seed) = (self.position(*pixel), u64::from(film.seed));
-                (FIRST..FIRST + count).map(move |index| SampleId { x, y, index, seed })
+                indices.clone().map(move |index| SampleId { x, y, index, seed })
             });
             take_points(&p.view, samples, ids.map(|id| (id, place(&p.view, &filter, &id))));
             let mut stats = RayStats::default();
@@ -211,7 +218,7 @@ impl Renderer {
             let details = tracer.details();
             let mean = |pixel: usize| {
                 let mut means = Means::default();
-                for i in pixel * count as usize..(pixel + 1) * count as usize {
+                for i in pixel * count..(pixel + 1) * count {
                     let is_ray = samples.rays.get(i).is_some_and(|ray| ray.t_max >= 0.0);
                     let none = DenoisingSample::default();
                     let sample = details.denoising.get(i).filter(|_| is_ray).unwrap_or(&none);
