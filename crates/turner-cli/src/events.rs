@@ -52,6 +52,8 @@ one object per line: see docs/reference.
     samples            total number of samples
     ended_by           "budget" or "noise" if one of these ended the render, or null
     denoised           whether the denoiser changed the picture
+    error_after_denoising  the relative error of luminance that about 95 % of the pixels do not
+                       exceed after denoising, estimated; null without
     noise              {value, interval, halving}: the relative accuracy that 95 % of the pixels have or exceed (half
                        the width of their 95 % confidence intervals), the interval of this estimate, and the
                        {samples_per_pixel, seconds} that halve it; null if it cannot be estimated

@@ -148,7 +148,9 @@ impl<'a> Viewers<'a> {
         if terminal.is_none() && self.tev.is_none() {
             return;
         }
-        let mode = if is_last { renderer.prepared().view.film.denoise } else { Denoise::Fast };
+        // A terminal is too small to show the difference, and the picture is denoised again for its file.
+        let is_final = is_last && self.tev.is_some();
+        let mode = if is_final { renderer.prepared().view.film.denoise } else { Denoise::Fast };
         let picture = renderer.develop_as(mode, threads);
         if let Some(terminal) = terminal {
             let Picture { width, height, display, .. } = &picture;

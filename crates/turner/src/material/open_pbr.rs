@@ -148,6 +148,11 @@ impl PrincipledMaterial {
                 || any(self.coat_weight) && at_most(self.coat_roughness, FAINT))
     }
 
+    /// Whether it may have a thin film, whose colours take long to evaluate.
+    pub(crate) fn has_thin_film(&self) -> bool {
+        self.thin_film_weight != ColorSource::Constant(Spectrum::BLACK)
+    }
+
     /// Whether all its lobes are delta or narrow, everywhere.
     fn is_near_specular(&self) -> bool {
         /// Up to this roughness the reflected environment is recognisable and the sun is a spot of a few degrees.

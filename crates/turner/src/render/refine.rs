@@ -20,8 +20,9 @@ use super::Renderer;
 use crate::denoise::{Buffers, Rgb, around, luminance};
 use crate::film::{Developed, strips};
 use crate::integrator::{CameraSamples, CaughtLight, DenoisingSample, Radiance, RayStats};
+use crate::material::Material;
 use crate::sampler::SampleId;
-use crate::view::{place, take_points};
+use crate::view::{camera_ray, place, place_of, take_points};
 
 /// The first sample index of these rays. It is a multiple of [`MOST`], so that they are evenly distributed.
 const FIRST: u32 = 1 << 30;
@@ -50,11 +51,11 @@ const GROWTH: f32 = 4.0;
 /// Added to albedos where they are divided.
 const BLACK: f32 = 0.005;
 
-/// From this many rays on, black emission is black.
-const CERTAIN: u32 = 16;
+/// What the colours of a thin film cost, in rays for each ray that meets one.
+const THIN_FILM: f64 = 7.0;
 
 /// Pixels with noisy guides among nine, where glass splits its light.
-const SPLIT: usize = 6;
+const SPLIT: usize = 3;
 
 /// Samples of a pixel are left out if it has this many times as many rays.
 const OUTNUMBER: f32 = 2.0;
@@ -155,18 +156,20 @@ impl Renderer {
             // What a ray costs, by way of glass, is known from the rays of some pixels.
             let some: Vec<u32> = pixels.iter().copied().step_by(pixels.len().div_ceil(TRIALS)).collect();
             let (_, traced) = self.guide_means(&some, FIRST..FIRST + 1, threads);
-            let cost = traced as f64 / some.len() as f64;
-            left -= traced as f64;
+            let films = some.iter().filter(|pixel| self.shows_thin_film(**pixel)).count() as f64;
+            let factor = 1.0 + THIN_FILM * films / some.len() as f64;
+            let cost = factor * traced as f64 / some.len() as f64;
+            left -= factor * traced as f64;
             let affordable = left / (pixels.len() as f64 * cost.max(1.0));
             let count = if affordable < f64::from(LEAST) { 0 } else { most.min(affordable as u32) };
-            if kind == STRONG_EMISSION && count < CERTAIN {
+            if kind == STRONG_EMISSION {
                 buffers.uncertain = uncertain(&buffers, &kinds, threads);
             }
             if count == 0 {
                 continue;
             }
             let (means, traced) = self.guide_means(&pixels, FIRST..FIRST + count, threads);
-            left -= traced as f64;
+            left -= factor * traced as f64;
             for (pixel, means) in pixels.into_iter().zip(means) {
                 let (x, y) = self.position(pixel);
                 let samples = self.film.count_and_splats(x, y).map_or(0.0, |(count, _)| count as f32);
@@ -185,6 +188,18 @@ impl Renderer {
     fn position(&self, pixel: u32) -> (u32, u32) {
         let crop = self.film.crop;
         (crop.x + pixel % crop.width, crop.y + pixel / crop.width)
+    }
+
+    /// Whether the camera sees a thin film in a pixel.
+    fn shows_thin_film(&self, pixel: u32) -> bool {
+        let p = &self.prepared;
+        let (x, y) = self.position(pixel);
+        let id = SampleId { x, y, index: FIRST, seed: u64::from(p.view.film.seed) };
+        let hit = camera_ray(&p.view, id, place_of(&p.view, &id)).and_then(|ray| p.scene.intersect(&ray));
+        hit.is_some_and(|hit| match p.scene.material_at(&hit) {
+            Material::OpenPbr(m) => m.desc.has_thin_film(),
+            Material::Mix(_) | Material::Classic(_) | Material::Principled(..) => false,
+        })
     }
 
     /// Traces the rays with these sample indices for each pixel. Returns their means, and the number of rays with all that

@@ -31,12 +31,11 @@ use crate::integrator::path::media::{Boundary, Media};
 use crate::integrator::path::settings::{Bounces, Settings};
 use crate::integrator::path::shade::{FIRST_SET, MAX_VERTICES};
 use crate::integrator::{LightTracer, RayStats};
-use crate::material::{AlphaMode, Material, PrincipledMaterial};
+use crate::material::{AlphaMode, Material};
 use crate::math::{DVec2, DVec3, Ray};
 use crate::sampler::{OwenSobol, SampleId};
 use crate::scene::caustic_targets::{NO_GROUP, Source};
 use crate::scene::{Hit, RayBatch, Scene, SpectrumBlock, SurfaceInteraction};
-use crate::schema::ColorSource;
 use crate::view::View;
 
 /// Seed of the light paths' random numbers, separate from those of pixels.
@@ -358,7 +357,7 @@ impl<'a> LightPathBatch<'a> {
     /// Samples the next direction of a path.
     fn scatter(&mut self, index: u32, seen: &SurfaceBsdf<'_>, light: DVec3, set: u32) {
         self.scatterings += 1;
-        self.films += u64::from(has_film(&seen.material.desc));
+        self.films += u64::from(seen.material.desc.has_thin_film());
         let path = &mut self.paths[index as usize];
         let surface = seen.surface;
         let [u0, u1, u2, u3] = path.numbers.four(set);
@@ -454,9 +453,4 @@ impl LightTracer for LightPathBatch<'_> {
     fn photons(&mut self) -> &mut Vec<Photon> {
         &mut self.photons
     }
-}
-
-/// Whether a material may have a thin film.
-fn has_film(material: &PrincipledMaterial) -> bool {
-    material.thin_film_weight != ColorSource::Constant(Spectrum::BLACK)
 }
