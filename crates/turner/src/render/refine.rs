@@ -5,15 +5,15 @@
 //! [`MOST`] more, each followed over glass and mirrors to the surface that guides the denoiser:
 //!
 //! ```text
-//!   emission noisy, here or beside ──► 64, 32, …, 4 rays for each, as many as the picture's share allows
-//!   guides noisy                   ──► what is left of the share
-//!   mean of n samples, mean of m rays ──► (n · mean + m · mean of rays) / (n + m), and its variance
+//!   emission noisy, here or beside ──► 2 to 64 rays for each pixel, as many as the share of the picture allows
+//!   guides noisy                   ──► 2 to 16, from what is left of the share
+//!   n samples, m rays              ──► the mean of all, or of the rays alone if they outnumber the samples
+//!   reflected light                ──► times new albedo / old albedo: the fraction of the pixel that a surface covers
 //! ```
 //!
-//! The rays are those of sample indices that no film holds, so the result depends on the film alone. The picture's
-//! colours and its raw layer stay as they are.
+//! The rays are those of sample indices that no film holds, and their number follows from counts of rays, so the result
+//! depends on the film and the scene alone. The colours of the film and the raw layer stay as they are.
 
-use std::collections::BTreeMap;
 use std::ops::Range;
 
 use super::Renderer;
@@ -94,8 +94,7 @@ pub(super) struct Means {
     pub(super) guides: [f32; 7],
     /// Of the squares of albedo, normal and distance, each summed over its components.
     guide_squares: [f32; 3],
-    /// The fraction that met a shadow catcher, and what is behind it.
-    caught: f32,
+    /// What is behind the shadow catchers that they met.
     behind: Rgb,
     /// Whether another surface was met behind a shadow catcher: its light is not known.
     is_unclear: bool,
@@ -106,7 +105,6 @@ impl Means {
         let light = sample.emission * by;
         self.count += 1.0;
         if caught.is_some_and(|caught| caught.is_caught) {
-            self.caught += 1.0;
             add(&mut self.behind, &light.to_array());
             self.is_unclear |= sample.is_hit;
         } else {
@@ -126,7 +124,7 @@ impl Means {
             *v *= by;
         }
         self.guide_squares.iter_mut().for_each(|v| *v *= by);
-        (self.emission_square, self.caught) = (self.emission_square * by, self.caught * by);
+        self.emission_square *= by;
         self
     }
 }
@@ -333,9 +331,11 @@ impl Buffers {
     /// quarter of the rays is darker. Where hardly any sample met the surface, its light is that of the neighbour that shows most
     /// of it.
     fn follow_albedo(&mut self, refined: &[(u32, Own)]) {
-        let own_guides: BTreeMap<u32, &Own> = refined.iter().map(|(pixel, own)| (*pixel, own)).collect();
+        let mut places = vec![u32::MAX; self.guides.len()];
+        (0..).zip(refined).for_each(|(k, (pixel, _))| places[*pixel as usize] = k);
         let albedo = |buffers: &Buffers, i: usize| -> Rgb {
-            let guides = own_guides.get(&(i as u32)).map_or(&buffers.guides[i], |own| &own.guides);
+            let own = refined.get(places[i] as usize).map(|(_, own)| &own.guides);
+            let guides = own.unwrap_or(&buffers.guides[i]);
             [guides[0], guides[1], guides[2]].map(|v| v.max(0.0))
         };
         let changes: Vec<(usize, Rgb, f32)> = (refined.iter())
