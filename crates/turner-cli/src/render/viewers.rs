@@ -70,7 +70,7 @@ pub(super) struct Viewers<'a> {
 }
 
 /// The longest time for the coarse preview.
-const FIRST: Duration = Duration::from_millis(250);
+const FIRST: Duration = Duration::from_millis(180);
 
 /// The time that it takes even if the time is over: without it there would be no picture.
 const LEAST: Duration = Duration::from_millis(60);

@@ -289,9 +289,7 @@ fn shadow_catchers(e: &Evidence<'_>) -> Option<Finding> {
     let whose = if has_studio { "the floor of the studio" } else { "shadow catchers" };
     let what = format!("{whose}: {} of the camera rays take two shadow rays more", percent(fraction));
     let remedy = match has_studio {
-        true => {
-            "leave the floor out with `ground = false` in [studio] (`--no-ground`): the model then has no shadow"
-        }
+        true => "leave the floor out with `ground = false` in [studio]: the model then has no shadow",
         false => "hide the shadow catchers, or make them smaller",
     };
     let finding = find(Severity::Note, "shadow-catcher-cost", 0.3, what)
