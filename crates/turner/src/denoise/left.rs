@@ -92,7 +92,7 @@ fn squares(width: usize, height: usize) -> Vec<[usize; 2]> {
         .collect()
 }
 
-/// A part of the picture that is denoised by itself.
+/// A part of the picture that is denoised alone.
 struct Square<'a> {
     whole: &'a Buffers,
     x: usize,

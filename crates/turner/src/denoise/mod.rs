@@ -80,7 +80,7 @@ pub struct Buffers {
     pub guide_variances: Vec<[f32; 3]>,
     /// The shadow catchers; empty without them.
     pub caught: Vec<Caught>,
-    /// Pixels whose emission is known from few camera rays, so that black ones may be so by chance; empty for none.
+    /// Pixels where glass shows emission in some samples, so that black ones may have missed it; empty for none.
     pub uncertain: Vec<bool>,
 }
 

@@ -281,7 +281,7 @@ fn is_guide_noisy(buffers: &Buffers, i: usize) -> bool {
     buffers.guide_variances[i].iter().any(|v| *v > GUIDE_NOISE)
 }
 
-/// The pixels that may be black by chance: where glass splits its light, so that most guides around are noisy, too.
+/// The pixels that may have missed their emission: where glass splits its light, so that guides nearby are noisy, too.
 fn uncertain(buffers: &Buffers, kinds: &[u8], threads: usize) -> Vec<bool> {
     let (width, height) = (buffers.width, buffers.height);
     strips::map(width * height, threads, |i| {

@@ -155,7 +155,7 @@ fn a_model_is_an_object_whose_keys_can_be_set() {
         load_with(box_glb, &LoadOptions { overrides, ..LoadOptions::default() }).map(|loaded| loaded.desc)
     };
     let own = load(box_glb).unwrap();
-    assert_eq!((own.objects.len(), own.film.samples, own.meshes.len()), (1, 16, 1));
+    assert_eq!((own.objects.len(), own.film.samples, own.meshes.len()), (1, 8, 1));
     assert!(matches!(own.objects[0].content, ObjectContent::Instance(_)));
     let turned = with(&["object.0.up=z"]).unwrap();
     assert_ne!(turned.objects[0].transform, own.objects[0].transform);
