@@ -149,8 +149,8 @@ impl Reference {
         let luminance =
             |v: &Rgb| 0.2126 * f64::from(v[0]) + 0.7152 * f64::from(v[1]) + 0.0722 * f64::from(v[2]);
         let mean = self.pixels.iter().map(luminance).sum::<f64>() / self.pixels.len().max(1) as f64;
-        let relative = |(own, true_one): (&Rgb, &Rgb)| {
-            (luminance(own) - luminance(true_one)).abs() / luminance(true_one).max(0.01 * mean)
+        let relative = |(own, truth): (&Rgb, &Rgb)| {
+            (luminance(own) - luminance(truth)).abs() / luminance(truth).max(0.01 * mean)
         };
         let mut all: Vec<f64> = pixels.iter().zip(&self.pixels).map(relative).collect();
         all.sort_by(f64::total_cmp);

@@ -20,14 +20,14 @@ pub(super) fn rows(rows: &[Left], json: bool) {
             json!({
                 "scene": scene, "samples": samples, "denoiser": denoiser, "seconds": seconds,
                 "noisy": { "relmse": noisy[0], "flip": noisy[1] },
-                "left": left.map(|[estimate, true_one]| json!({ "estimate": estimate, "true": true_one })),
+                "left": left.map(|[estimate, truth]| json!({ "estimate": estimate, "true": truth })),
                 "denoised": { "relmse": errors[0], "flip": errors[1] },
             })
             .to_string()
         } else {
             let [relmse, flip] = [0, 1].map(|k| errors[k] / noisy[k]);
-            let left = left.map_or(String::new(), |[estimate, true_one]| {
-                format!("  left {:.1} %, estimated {:.1} %", 100.0 * true_one, 100.0 * estimate)
+            let left = left.map_or(String::new(), |[estimate, truth]| {
+                format!("  left {:.1} %, estimated {:.1} %", 100.0 * truth, 100.0 * estimate)
             });
             format!(
                 "{scene:24}  {samples:>4}  {denoiser:8}  relMSE {relmse:.3}  FLIP {flip:.3}  {seconds:.3} s{left}"

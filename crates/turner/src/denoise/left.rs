@@ -24,10 +24,10 @@ const SIDE: usize = 112;
 /// The border of a square that is not used: the reach of the denoiser.
 const BORDER: usize = 16;
 
-/// The fraction of the picture that is denoised again, at most.
-const FRACTION: f64 = 0.2;
+/// The fraction of the picture that is denoised again, unless that is less than the least number of squares.
+const FRACTION: f64 = 0.1;
 
-/// Squares, at least.
+/// The least number of squares.
 const LEAST_SQUARES: usize = 6;
 
 /// Noise comes from the pixel as many columns and rows away: a multiple of the cells in which pixels share paths.
@@ -76,7 +76,7 @@ pub fn left(
 /// The corners of squares, spread over the picture.
 fn squares(width: usize, height: usize) -> Vec<[usize; 2]> {
     let pixels = (width * height) as f64;
-    let count = (FRACTION * pixels / (2 * SIDE * SIDE) as f64) as usize;
+    let count = (FRACTION * pixels / (SIDE * SIDE) as f64) as usize;
     let count = count.max(LEAST_SQUARES) as f64;
     let aspect = width as f64 / height as f64;
     let columns = ((count * aspect).sqrt().round() as usize).clamp(1, width.div_ceil(SIDE));

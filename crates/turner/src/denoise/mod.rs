@@ -16,6 +16,10 @@
 //!       the fits around a pixel, averaged with these weights, are its new light       tile
 //! ```
 //!
+//! Where emission and guides are noisy, the renderer first traces more camera rays ([`Renderer::refined_buffers`]).
+//!
+//! [`Renderer::refined_buffers`]: crate::Renderer::refined_buffers
+//!
 //! Emission that is seen directly has no noise but at edges and out of focus. It has fits of its own, so that lamps do not
 //! bleed into what is around them.
 //!

@@ -36,10 +36,10 @@ const LEAST: u32 = 2;
 /// The most rays of other pixels than those at the edges of lamps.
 const MOST_WEAK: u32 = 16;
 
-/// Rays for each pixel of the picture, at most, with all that follow them.
+/// The most rays for each pixel of the picture, continued rays included.
 const SHARE: f64 = 2.0;
 
-/// Pixels whose rays tell what a ray costs.
+/// Pixels that tell how many rays continue a camera ray.
 const TRIALS: usize = 1024;
 
 /// A pixel's own light tells of a surface if its samples met at least this part of what the rays met.
@@ -51,7 +51,7 @@ const GROWTH: f32 = 4.0;
 /// Added to albedos where they are divided.
 const BLACK: f32 = 0.005;
 
-/// What the colours of a thin film cost, in rays for each ray that meets one.
+/// Evaluating the colours of a thin film takes as long as this many rays.
 const THIN_FILM: f64 = 7.0;
 
 /// Pixels with noisy guides among nine, where glass splits its light.
@@ -151,7 +151,7 @@ impl Renderer {
             if pixels.is_empty() {
                 continue;
             }
-            // What a ray costs, by way of glass, is known from the rays of some pixels.
+            // The rays of some pixels tell how many rays continue a camera ray, for example through glass.
             let some: Vec<u32> = pixels.iter().copied().step_by(pixels.len().div_ceil(TRIALS)).collect();
             let (_, traced) = self.guide_means(&some, FIRST..FIRST + 1, threads);
             let films = some.iter().filter(|pixel| self.shows_thin_film(**pixel)).count() as f64;
@@ -294,7 +294,7 @@ impl Buffers {
     /// Adds the means of rays to those of the samples of a pixel.
     fn take_rays(&mut self, i: usize, own: &Own, rays: &Means) {
         let (n, m) = (own.samples, rays.count);
-        // The pixel was chosen for what its samples show, so they are left out where rays outnumber them.
+        // The pixel was chosen because of its samples, which biases them: many rays replace them.
         let n = if m >= OUTNUMBER * n { 0.0 } else { n };
         let mixed = |own: f32, more: f32| (n * own + m * more) / (n + m);
         // E(v²) of both, then the variance of the mean.
@@ -328,8 +328,8 @@ impl Buffers {
     }
 
     /// Lets the reflected light of pixels follow their new albedo: what shows a surface in three of eight samples but in a
-    /// quarter of the rays is darker. Where hardly any sample met the surface, its light is that of the neighbour that shows most
-    /// of it.
+    /// quarter of the rays is darker. Where hardly any sample met the surface, the pixel takes the light of the neighbour with the
+    /// brightest albedo.
     fn follow_albedo(&mut self, refined: &[(u32, Own)]) {
         let mut places = vec![u32::MAX; self.guides.len()];
         (0..).zip(refined).for_each(|(k, (pixel, _))| places[*pixel as usize] = k);

@@ -72,7 +72,7 @@ pub(super) struct Path {
     pub(super) from_camera: bool,
     /// Whether every surface so far let the ray through, so that what it reaches is seen behind them.
     pub(super) seen_through: bool,
-    /// Whether it ends at the surface that it has reached, because what follows is not asked for.
+    /// Whether it ends at the surface that it has reached, because only the guides of the denoiser are asked for.
     pub(super) ends: bool,
     /// Whether light sampling cannot find an emitter that this ray hits: for camera rays and rays of delta lobes.
     pub(super) specular_bounce: bool,
