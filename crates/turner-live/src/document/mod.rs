@@ -1,0 +1,197 @@
+//! A document: a scene that is edited, with its history, its file and its state on disk.
+//!
+//! Every change goes through [`Document::edit`] or [`Document::set`]. It makes a new description; the old one goes to the
+//! history, so undo and redo exchange pointers and cannot lose anything. Meshes and images are shared between
+//! descriptions.
+
+pub mod edit_stub;
+mod history;
+mod open;
+mod recovery;
+mod save;
+mod starts;
+mod watch;
+
+pub use open::{Opening, OpenError, readable};
+pub use recovery::{Recovered, Recovery, recovered};
+pub use save::Saving;
+pub use starts::{STARTS, Start};
+pub use watch::Watch;
+
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use tempfile::TempDir;
+use turner::SceneDesc;
+use turner::schema::value::Data;
+use turner::schema::{ErrorCode, KeyEdit, SceneError, Warning};
+use turner_io::assets::FolderAssets;
+use turner_io::scene::{SceneFiles, Sources};
+
+use history::History;
+
+/// A scene while it is edited.
+pub struct Document {
+    desc: Arc<SceneDesc>,
+    history: History,
+    /// The description on disk.
+    saved: Arc<SceneDesc>,
+    /// Its file; `None` for a scene that was never saved.
+    path: Option<PathBuf>,
+    /// Its name, if it has no file.
+    title: String,
+    /// The folder that relative files are read from.
+    folder: PathBuf,
+    /// Holds the files of a scene of the gallery.
+    _temporary: Option<Arc<TempDir>>,
+    opened: Option<Arc<edit_stub::Opened>>,
+    sources: Arc<Sources>,
+    revision: u64,
+}
+
+impl Document {
+    /// An empty scene: physically based, with the default studio's lights and floor.
+    pub fn empty() -> Document {
+        let text = "[integrator]\ntype = \"path\"\n\n[studio]\n";
+        let assets = turner_io::assets::MemoryAssets::default();
+        let loaded = turner_io::scene::load_text(text.to_owned(), "untitled.toml", &assets, &Default::default());
+        let desc = loaded.map(|loaded| loaded.desc).unwrap_or_default();
+        let folder = std::env::current_dir().unwrap_or_default();
+        Document::of(desc, "Untitled".into(), folder)
+    }
+
+    /// A document without a file.
+    pub fn of(desc: SceneDesc, title: String, folder: PathBuf) -> Document {
+        let desc = Arc::new(desc);
+        Document {
+            saved: Arc::clone(&desc),
+            desc,
+            history: History::default(),
+            path: None,
+            title,
+            folder,
+            _temporary: None,
+            opened: None,
+            sources: Arc::default(),
+            revision: 0,
+        }
+    }
+
+    /// The scene.
+    pub fn desc(&self) -> &Arc<SceneDesc> {
+        &self.desc
+    }
+
+    /// A number that changes with every change of the scene.
+    pub fn revision(&self) -> u64 {
+        self.revision
+    }
+
+    /// Its file.
+    pub fn path(&self) -> Option<&Path> {
+        self.path.as_deref()
+    }
+
+    /// The folder that relative files are read from.
+    pub fn folder(&self) -> &Path {
+        &self.folder
+    }
+
+    /// The texts that it was read from.
+    pub fn sources(&self) -> &Arc<Sources> {
+        &self.sources
+    }
+
+    /// The name of its file, or its title.
+    pub fn name(&self) -> String {
+        let file = self.path.as_ref().and_then(|path| path.file_name());
+        file.map_or_else(|| self.title.clone(), |name| name.to_string_lossy().into_owned())
+    }
+
+    /// Whether it differs from its file.
+    pub fn is_changed(&self) -> bool {
+        !Arc::ptr_eq(&self.desc, &self.saved)
+    }
+
+    /// What was ignored or is doubtful in its files.
+    pub fn warnings(&self) -> &[Warning] {
+        &self.desc.warnings
+    }
+
+    /// Changes the scene. `label` names the change in the history. Changes with the same `merge` that follow one another
+    /// are one step of the history, such as the movements of one drag.
+    ///
+    /// Errors: those of `change`. The scene then stays the same.
+    pub fn edit<T>(
+        &mut self,
+        label: &str,
+        merge: Option<&str>,
+        change: impl FnOnce(&mut SceneDesc) -> Result<T, SceneError>,
+    ) -> Result<T, SceneError> {
+        let mut next = SceneDesc::clone(&self.desc);
+        let result = change(&mut next)?;
+        if next != *self.desc {
+            let before = std::mem::replace(&mut self.desc, Arc::new(next));
+            self.history.push(label, merge, before);
+            self.revision += 1;
+        }
+        Ok(result)
+    }
+
+    /// Sets values by their key paths: see [`SceneDesc::edit`]. Files are those of the scene's folder, and others that the
+    /// user names.
+    ///
+    /// Errors: those of reading the values. The scene then stays the same.
+    pub fn set(&mut self, label: &str, merge: Option<&str>, edits: &[(String, Data)]) -> Result<(), SceneError> {
+        let edits: Vec<KeyEdit> = edits.iter().map(|(path, data)| KeyEdit::new(path, data.clone())).collect();
+        let assets = FolderAssets::new(&self.folder).map_err(|e| e.to_scene_error())?.allow_outside(true);
+        self.edit(label, merge, |desc| {
+            let sources = Sources::default();
+            desc.edit(&edits, &mut SceneFiles::new(&assets, &sources))
+        })
+    }
+
+    /// Ends a gesture: the next change with the same `merge` is a step of its own.
+    pub fn end_gesture(&mut self) {
+        self.history.end_gesture();
+    }
+
+    /// Takes the last step back. Returns its label.
+    pub fn undo(&mut self) -> Option<String> {
+        let (label, desc) = self.history.undo(&self.desc)?;
+        self.desc = desc;
+        self.revision += 1;
+        Some(label)
+    }
+
+    /// Takes the last undo back. Returns the label of the step.
+    pub fn redo(&mut self) -> Option<String> {
+        let (label, desc) = self.history.redo(&self.desc)?;
+        self.desc = desc;
+        self.revision += 1;
+        Some(label)
+    }
+
+    /// The labels of the steps that can be undone, the oldest first, and of those that can be redone, the next first.
+    pub fn steps(&self) -> (Vec<&str>, Vec<&str>) {
+        self.history.labels()
+    }
+
+    /// Replaces the scene by that of the same file read again; the history goes on, so that a reload can be undone.
+    pub fn reloaded(&mut self, fresh: Document) {
+        let before = std::mem::replace(&mut self.desc, Arc::clone(&fresh.desc));
+        if *before != *self.desc {
+            self.history.push("Reload", None, before);
+        }
+        (self.saved, self.sources, self.opened) = (fresh.saved, fresh.sources, fresh.opened);
+        self.revision += 1;
+    }
+}
+
+/// The error for what cannot be done with this scene.
+pub(crate) fn refused(message: impl Into<String>, help: &str) -> SceneError {
+    SceneError::new(ErrorCode::Conflict, message.into()).help(help.to_owned())
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,61 @@
+//! Saving in the background.
+
+use std::path::{Path, PathBuf};
+use std::sync::mpsc::{Receiver, TryRecvError, channel};
+use std::sync::Arc;
+
+use turner::SceneDesc;
+use turner::schema::{ErrorCode, SceneError};
+use super::edit_stub::{Opened, Saved, save_scene};
+
+use super::Document;
+
+/// A save that runs in a thread of its own.
+pub struct Saving {
+    /// The file.
+    pub path: PathBuf,
+    desc: Arc<SceneDesc>,
+    result: Receiver<Result<(Saved, Option<Opened>), SceneError>>,
+}
+
+impl Document {
+    /// Starts saving the scene to a TOML file. A scene that was read from a file keeps its comments and order. `wake` is
+    /// called at the end; [`Document::saved`] then takes the result.
+    pub fn save(&self, path: &Path, wake: impl FnOnce() + Send + 'static) -> Saving {
+        let (send, result) = channel();
+        let (desc, opened) = (Arc::clone(&self.desc), self.opened.clone());
+        let (file, scene) = (path.to_owned(), Arc::clone(&desc));
+        let write = move || {
+            let saved = save_scene(&scene, opened.as_deref(), &file);
+            let result = saved.map(|saved| {
+                // The file as it is now, for the next save.
+                (saved, Opened::load(&file, &Default::default()).ok())
+            });
+            let _ = send.send(result);
+            wake();
+        };
+        let _ = std::thread::Builder::new().name("save".into()).spawn(write);
+        Saving { path: path.to_owned(), desc, result }
+    }
+
+    /// Takes the result of a save, once there is one. The scene may have changed in the meantime: it then counts as
+    /// changed.
+    pub fn saved(&mut self, saving: &Saving) -> Option<Result<Saved, SceneError>> {
+        let result = match saving.result.try_recv() {
+            Ok(result) => result,
+            Err(TryRecvError::Empty) => return None,
+            Err(TryRecvError::Disconnected) => {
+                let message = "saving stopped with a fault; nothing was replaced";
+                Err(SceneError::new(ErrorCode::Output, message).help("save under another name"))
+            }
+        };
+        Some(result.map(|(saved, opened)| {
+            self.saved = Arc::clone(&saving.desc);
+            self.path = Some(saving.path.clone());
+            let folder = saving.path.parent().filter(|p| !p.as_os_str().is_empty());
+            self.folder = folder.unwrap_or(Path::new(".")).to_owned();
+            self.opened = opened.map(Arc::new);
+            saved
+        }))
+    }
+}

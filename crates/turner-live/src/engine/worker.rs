@@ -1,0 +1,252 @@
+//! The engine's thread: takes the newest order, prepares it, draws previews, renders the film.
+
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+use turner::integrator::Prepared;
+use turner::prepare::{PrepareStep, Preparer, UpdateOptions};
+use turner::schema::SceneError;
+
+use super::board::Board;
+use super::develop::{self, Shown};
+use super::pace::Pace;
+use super::settle::{Settle, Step};
+use super::{Frame, Order, Stage, Stand};
+use crate::engine::develop::Draft;
+
+/// A user who moves something sends the next order within this time. Until then, no film is begun.
+const STILL: Duration = Duration::from_millis(120);
+
+/// Time for preview frames of a still picture, before the film has the threads to itself.
+const PREVIEW: Duration = Duration::from_millis(600);
+
+/// What stays from order to order.
+#[derive(Default)]
+struct Worker {
+    preparer: Preparer,
+    pace: Pace,
+    draft: Draft,
+    /// The last order that was prepared.
+    last: Option<(Order, Arc<Stand>)>,
+    film: Option<Settle>,
+    /// Number of preview frames since the last order.
+    frames: u32,
+    since: Option<Instant>,
+    /// The number of the order.
+    number: u64,
+}
+
+/// Serves orders until the board is closed. A panic costs the order, not the thread.
+pub(super) fn run(board: &Board) {
+    let mut worker = Worker::default();
+    while !board.is_closed() {
+        let served = catch_unwind(AssertUnwindSafe(|| worker.serve(board)));
+        if let Err(panic) = served {
+            let text = panic.downcast_ref::<String>().map(String::as_str);
+            let text = text.or(panic.downcast_ref::<&str>().copied()).unwrap_or("no message");
+            worker = Worker::default();
+            let help = "the last picture stays; save the scene, change it and go on".to_owned();
+            board.fail(format!("the renderer stopped with a fault: {text}"), Some(help));
+        }
+    }
+}
+
+impl Worker {
+    /// One turn: a new order, or the next piece of work on the last one.
+    fn serve(&mut self, board: &Board) {
+        let patience = if self.is_idle() { None } else { Some(Duration::ZERO) };
+        if let Some((number, order)) = board.take(patience) {
+            self.number = number;
+            self.begin(order, board);
+            return;
+        }
+        if board.is_closed() {
+            return;
+        }
+        let Some((order, stand)) = self.last.clone() else { return };
+        if order.moving {
+            // The film waits until nothing has moved for a while.
+            if let Some((number, next)) = board.take(Some(STILL)) {
+                self.number = number;
+                self.begin(next, board);
+                return;
+            }
+            if let Some((order, _)) = &mut self.last {
+                order.moving = false;
+            }
+        }
+        self.work(&order, &stand, board);
+    }
+
+    fn is_idle(&self) -> bool {
+        let paused = self.last.as_ref().is_none_or(|(order, _)| order.paused && !order.moving);
+        paused || self.film.as_ref().is_some_and(Settle::is_complete)
+    }
+
+    /// Prepares an order and draws its first frame.
+    fn begin(&mut self, order: Order, board: &Board) {
+        if let Some((last, stand)) = &mut self.last
+            && order.has_film_of(last)
+            && board.status().error.is_none()
+        {
+            // Another size, pause or mix: the film goes on.
+            let mixed = order.look.mix != last.look.mix;
+            *last = order;
+            if mixed && let Some(film) = &mut self.film {
+                let picture = film.picture(&last.look.mix, last.threads);
+                let stand = Arc::clone(stand);
+                self.show(board, picture, stand);
+            }
+            return;
+        }
+        let started = Instant::now();
+        self.since = Some(started);
+        board.say(|status| {
+            (status.doing, status.seconds, status.left, status.settled) = ("preparing", 0.0, None, false);
+        });
+        let prepared = match self.prepare(&order, board) {
+            Ok(Some(prepared)) => prepared,
+            Ok(None) => return,
+            Err(error) => {
+                self.film = None;
+                self.last = None;
+                board.fail(error.message.clone(), error.help.clone());
+                return;
+            }
+        };
+        let stand = Arc::new(Stand { prepared, desc: Arc::clone(&order.desc) });
+        let kept = self.film.take().and_then(|film| film.continued(&stand.prepared, order.desc.film.denoise));
+        board.say(|status| (status.doing, status.error) = ("rendering", None));
+        self.frames = 0;
+        let has_film = kept.is_some();
+        self.film = kept;
+        self.last = Some((order.clone(), Arc::clone(&stand)));
+        if has_film {
+            self.develop(board, &order, &stand);
+        } else {
+            self.preview(&order, &stand, board);
+        }
+    }
+
+    /// `None` if a newer order has stopped it.
+    fn prepare(&mut self, order: &Order, board: &Board) -> Result<Option<Prepared>, SceneError> {
+        let step = |step: PrepareStep| {
+            let doing = match step {
+                PrepareStep::Surfaces => "preparing textures and materials",
+                PrepareStep::Lights => "preparing lights",
+                PrepareStep::Objects => "placing objects",
+                PrepareStep::Trees => "building BVHs",
+                PrepareStep::LightTree => "building the light tree",
+                PrepareStep::View => "preparing the view",
+            };
+            board.say(|status| status.doing = doing);
+        };
+        if !board.go_on(self.number) {
+            return Ok(None);
+        }
+        let wanted =
+            UpdateOptions { integrator: None, cancel: Some(&board.stop), progress: Some(&step) };
+        let update = self.preparer.update_with(&order.prepared_desc(), &wanted)?;
+        Ok(update.map(|update| update.prepared))
+    }
+
+    /// Draws one preview frame. Returns whether it was finished.
+    fn preview(&mut self, order: &Order, stand: &Arc<Stand>, board: &Board) -> bool {
+        if !board.go_on(self.number) {
+            return false;
+        }
+        let film = &stand.prepared.view.film;
+        let moving = order.moving || self.frames == 0;
+        let size = self.pace.size([film.width, film.height], order.size, moving);
+        let started = Instant::now();
+        let ask = develop::Ask {
+            size,
+            moving,
+            frame: self.frames,
+            threads: order.threads,
+            stop: &board.stop,
+        };
+        let drawn = match self.draft.draw(&stand.prepared, &ask) {
+            Ok(drawn) => drawn,
+            Err(error) => {
+                board.fail(error.message.clone(), error.help.clone());
+                return false;
+            }
+        };
+        let Some(picture) = drawn else { return false };
+        if moving {
+            self.pace.learn(started.elapsed());
+        }
+        self.frames += 1;
+        self.show(board, picture, Arc::clone(stand));
+        true
+    }
+
+    fn elapsed(&self) -> Duration {
+        self.since.map_or(Duration::ZERO, |since| since.elapsed())
+    }
+
+    /// The next piece of work on an order whose first frame is drawn.
+    fn work(&mut self, order: &Order, stand: &Arc<Stand>, board: &Board) {
+        if self.film.is_none() && self.draft.refines(&stand.prepared) && self.elapsed() < PREVIEW {
+            self.preview(order, stand, board);
+            return;
+        }
+        if self.film.is_none() {
+            match Settle::new(&stand.prepared, order.desc.film.denoise) {
+                Ok(film) => self.film = Some(film),
+                Err(error) => {
+                    board.fail(error.message.clone(), error.help.clone());
+                    self.last = None;
+                    return;
+                }
+            }
+        }
+        if !board.go_on(self.number) {
+            return;
+        }
+        let Some(film) = &mut self.film else { return };
+        match film.step(&board.stop, order.threads) {
+            Ok(step) => {
+                let (samples, left) = (film.samples(), film.left());
+                let (settled, seconds) = (film.is_complete(), film.seconds());
+                board.say(|status| {
+                    (status.samples, status.left, status.seconds) = (samples, left, seconds);
+                    status.settled = settled;
+                    status.doing = if settled { "" } else { "rendering" };
+                });
+                if step == Step::Show && (settled || board.is_newest(self.number)) {
+                    self.develop(board, order, stand);
+                }
+            }
+            Err(error) => {
+                board.fail(error.message.clone(), error.help.clone());
+                self.last = None;
+            }
+        }
+    }
+
+    /// Shows the film.
+    fn develop(&mut self, board: &Board, order: &Order, stand: &Arc<Stand>) {
+        let Some(film) = &mut self.film else { return };
+        let picture = film.picture(&order.look.mix, order.threads);
+        self.show(board, picture, Arc::clone(stand));
+    }
+
+    fn show(&self, board: &Board, shown: Shown, stand: Arc<Stand>) {
+        let Shown { picture, transform, stage, noise } = shown;
+        if stage != Stage::Settled && !board.is_newest(self.number) && self.frames > 1 {
+            return;
+        }
+        board.show(Frame {
+            order: self.number,
+            stage,
+            picture: Arc::new(picture),
+            transform,
+            stand,
+            noise,
+            after_ms: self.elapsed().as_secs_f64() * 1e3,
+        });
+    }
+}
