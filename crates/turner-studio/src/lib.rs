@@ -1,1 +1,22 @@
-//! studio
+#![forbid(unsafe_code)]
+//! Turner Studio: a window to see a scene, change it and understand it.
+//!
+//! ```text
+//! main ── app ─┬─ menus, palette ── actions    one table: name, shortcut, what it does
+//!              ├─ layout ── panels             one file per panel
+//!              ├─ viewport ─┬─ navigate, gizmo
+//!              │            └─ overlay         rays, boxes, handles over the picture
+//!              └─ studio                       what all of them share: document, engine, selection
+//! ```
+//!
+//! The window never waits for the renderer: it posts orders to the engine (`turner-live`) and shows its newest frame.
+
+pub mod actions;
+pub mod app;
+mod layout;
+mod node;
+mod panels;
+pub mod settings;
+pub mod studio;
+mod viewport;
+mod widgets;

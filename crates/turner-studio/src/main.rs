@@ -1,2 +1,67 @@
-//! studio
-fn main() {}
+//! The program `turner-studio`. The library documents it.
+
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+use turner_studio::app::App;
+use turner_studio::settings;
+
+const HELP: &str = "\
+Turner Studio: see a scene, change it, understand it, at interactive rates
+
+Usage: turner-studio [SCENE]
+
+Arguments:
+  [SCENE]  A scene or a model to open: .toml, .glb, .gltf, .obj, .ply, .stl, .pbrt, Mitsuba's .xml
+
+Options:
+  -h, --help     Print help
+  -V, --version  Print the version
+";
+
+fn main() -> ExitCode {
+    let args: Vec<String> = std::env::args_os().skip(1).map(|a| a.to_string_lossy().into_owned()).collect();
+    match args.first().map(String::as_str) {
+        Some("-h" | "--help") => {
+            print!("{HELP}");
+            return ExitCode::SUCCESS;
+        }
+        Some("-V" | "--version") => {
+            println!("turner-studio {}", env!("CARGO_PKG_VERSION"));
+            return ExitCode::SUCCESS;
+        }
+        Some(option) if option.starts_with('-') && option.len() > 1 => {
+            eprintln!("error: unknown option {option}\n  help: turner-studio --help lists them");
+            return ExitCode::from(2);
+        }
+        _ => {}
+    }
+    if args.len() > 1 {
+        eprintln!("error: expected one scene, found {} arguments\n  help: turner-studio --help", args.len());
+        return ExitCode::from(2);
+    }
+    let scene = std::env::args_os().nth(1).map(PathBuf::from);
+    let options = eframe::NativeOptions {
+        viewport: egui::ViewportBuilder::default()
+            .with_title("Turner Studio")
+            .with_app_id("turner-studio")
+            .with_inner_size([1440.0, 900.0])
+            .with_min_inner_size([320.0, 240.0]),
+        ..Default::default()
+    };
+    let start = Box::new(move |cc: &eframe::CreationContext<'_>| {
+        let mut app = App::new(&cc.egui_ctx, settings::home());
+        if let Some(scene) = scene {
+            app.studio.open(&scene);
+        }
+        Ok(Box::new(app) as Box<dyn eframe::App>)
+    });
+    match eframe::run_native("turner-studio", options, start) {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            eprintln!("error: no window can be opened: {error}");
+            eprintln!("  help: start it in a desktop session; `turner` renders without a display");
+            ExitCode::FAILURE
+        }
+    }
+}

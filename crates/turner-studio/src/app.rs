@@ -1,0 +1,194 @@
+//! The window: menus, panels, messages, dialogs.
+
+mod dialogs;
+mod palette;
+
+use egui::{Button, Panel as Edge, RichText, Ui};
+use egui_tiles::Tree;
+
+use crate::actions::{Action, MENUS};
+use crate::layout::{self, Panel};
+use crate::settings::Theme;
+use crate::studio::{After, Studio};
+
+/// The program in its window.
+pub struct App {
+    /// What the parts of the window share.
+    pub studio: Studio,
+    tree: Tree<Panel>,
+}
+
+impl App {
+    /// A window's contents with an empty scene.
+    pub fn new(ctx: &egui::Context, home: std::path::PathBuf) -> App {
+        App { studio: Studio::new(ctx, home), tree: layout::initial() }
+    }
+
+    /// One frame.
+    pub fn show(&mut self, ui: &mut Ui) {
+        self.studio.poll();
+        self.appearance(ui.ctx());
+        self.dropped(ui.ctx());
+        shortcuts(ui.ctx(), &mut self.studio);
+        Edge::top("menus").show(ui, |ui| self.menus(ui));
+        Edge::bottom("status").show(ui, |ui| self.status(ui));
+        egui::CentralPanel::default().frame(egui::Frame::new()).show(ui, |ui| {
+            layout::show(ui, &mut self.tree, &mut self.studio);
+        });
+        palette::show(ui.ctx(), &mut self.studio);
+        dialogs::show(ui.ctx(), &mut self.studio);
+        for action in std::mem::take(&mut self.studio.queue) {
+            action.run(&mut self.studio);
+        }
+        self.studio.order();
+        self.close(ui.ctx());
+    }
+
+    fn appearance(&self, ctx: &egui::Context) {
+        let theme = match self.studio.settings.theme {
+            Theme::Dark => egui::ThemePreference::Dark,
+            Theme::Light => egui::ThemePreference::Light,
+            Theme::System => egui::ThemePreference::System,
+        };
+        ctx.set_theme(theme);
+        ctx.set_zoom_factor(self.studio.settings.zoom);
+    }
+
+    /// Files that are dropped on the window.
+    fn dropped(&mut self, ctx: &egui::Context) {
+        let files = ctx.input(|i| i.raw.dropped_files.clone());
+        if let Some(path) = files.into_iter().find_map(|file| file.path) {
+            self.studio.leave(After::Open(path));
+        }
+    }
+
+    fn menus(&mut self, ui: &mut Ui) {
+        egui::MenuBar::new().ui(ui, |ui| {
+            for menu in MENUS {
+                ui.menu_button(*menu, |ui| {
+                    egui::ScrollArea::vertical().max_height(600.0).show(ui, |ui| {
+                        for action in Action::all().into_iter().filter(|action| action.menu() == *menu) {
+                            item(ui, action, &mut self.studio);
+                        }
+                    });
+                });
+            }
+            ui.menu_button("Panels", |ui| {
+                for panel in Panel::ALL {
+                    if ui.button(panel.title()).clicked() {
+                        layout::reveal(&mut self.tree, *panel);
+                        ui.close();
+                    }
+                }
+            });
+            ui.separator();
+            let changed = if self.studio.document.is_changed() { " (changed)" } else { "" };
+            ui.label(RichText::new(format!("{}{changed}", self.studio.document.name())).strong());
+        });
+    }
+
+    fn status(&mut self, ui: &mut Ui) {
+        let studio = &mut self.studio;
+        if let Some(problem) = studio.problem.clone() {
+            ui.horizontal_wrapped(|ui| {
+                ui.colored_label(ui.visuals().error_fg_color, "Not shown:");
+                ui.label(&problem.message);
+                if let Some(help) = &problem.help {
+                    ui.weak(help);
+                }
+                if ui.small_button("Close").clicked() {
+                    studio.problem = None;
+                }
+            });
+            if let Some((line, text)) = &problem.line {
+                ui.monospace(format!("{line} | {text}"));
+            }
+        }
+        ui.horizontal(|ui| {
+            if let Some(path) = studio.opening() {
+                ui.spinner();
+                ui.label(format!("Reading {}", path.file_name().unwrap_or_default().to_string_lossy()));
+            } else if let Some(error) = studio.status.error.clone() {
+                ui.colored_label(ui.visuals().error_fg_color, "Not rendered:");
+                ui.label(error.message);
+                if let Some(help) = error.help {
+                    ui.weak(help);
+                }
+            } else if let Some(message) = studio.message.clone() {
+                let color = if message.is_error { ui.visuals().error_fg_color } else { ui.visuals().text_color() };
+                ui.colored_label(color, &message.text);
+                if let Some(help) = &message.help {
+                    ui.weak(help);
+                }
+                if ui.small_button("×").on_hover_text("Close the message").clicked() {
+                    studio.message = None;
+                }
+            } else {
+                ui.weak("Drag to look around, wheel to move nearer, click to select. Ctrl K finds every command.");
+            }
+            ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| {
+                ui.weak(studio.status.doing);
+            });
+        });
+    }
+
+    /// Asks about unsaved changes before the window closes.
+    fn close(&mut self, ctx: &egui::Context) {
+        if self.studio.quit {
+            ctx.send_viewport_cmd(egui::ViewportCommand::Close);
+            return;
+        }
+        if ctx.input(|i| i.viewport().close_requested()) {
+            self.studio.leave(After::Quit);
+            if !self.studio.quit {
+                ctx.send_viewport_cmd(egui::ViewportCommand::CancelClose);
+            }
+        }
+    }
+}
+
+impl eframe::App for App {
+    fn ui(&mut self, ui: &mut Ui, _: &mut eframe::Frame) {
+        self.show(ui);
+        let name = self.studio.document.name();
+        let changed = if self.studio.document.is_changed() { "*" } else { "" };
+        let title = format!("{name}{changed} - Turner Studio");
+        let shown = ui.ctx().input(|i| i.viewport().title.clone());
+        if shown.as_deref() != Some(&title) {
+            ui.ctx().send_viewport_cmd(egui::ViewportCommand::Title(title));
+        }
+    }
+
+    fn on_exit(&mut self, _: Option<&eframe::glow::Context>) {
+        self.studio.close();
+    }
+}
+
+/// An action as an entry of a menu.
+fn item(ui: &mut Ui, action: Action, studio: &mut Studio) {
+    let mut button = Button::new(action.label());
+    if let Some(shortcut) = action.shortcut() {
+        button = button.shortcut_text(ui.ctx().format_shortcut(&shortcut));
+    }
+    if ui.add_enabled(action.is_possible(studio), button).clicked() {
+        studio.queue.push(action);
+        ui.close();
+    }
+}
+
+/// Runs the actions whose shortcuts are pressed. Keys without Ctrl belong to the text field that has the focus.
+fn shortcuts(ctx: &egui::Context, studio: &mut Studio) {
+    let writes = ctx.egui_wants_keyboard_input();
+    let has_dialog = studio.dialog.is_some() || studio.viewport.palette.is_some();
+    let flies = ctx.input(|i| i.pointer.secondary_down());
+    for action in Action::all() {
+        let Some(shortcut) = action.shortcut() else { continue };
+        let plain = shortcut.modifiers.is_none();
+        if plain && (writes || flies) || has_dialog {
+            continue;
+        }
+        if ctx.input_mut(|i| i.consume_shortcut(&shortcut)) {
+            studio.queue.push(action);
+        }
+    }
+}

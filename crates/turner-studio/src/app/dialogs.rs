@@ -1,0 +1,155 @@
+//! Questions: unsaved changes, names of files, recovered work.
+
+use std::path::{Path, PathBuf};
+
+use egui::{Id, Key, Modal, Ui};
+use turner_live::document::{Document, readable};
+
+use crate::studio::{After, Dialog, Studio};
+
+/// Entries of a folder that are listed.
+const MOST: usize = 500;
+
+pub(super) fn show(ctx: &egui::Context, studio: &mut Studio) {
+    let Some(dialog) = studio.dialog.take() else { return };
+    let mut next = Some(dialog);
+    let closed = Modal::new(Id::unique("dialog")).show(ctx, |ui| {
+        ui.set_width(460.0);
+        let dialog = next.take();
+        next = match dialog {
+            Some(Dialog::Unsaved(after)) => unsaved(ui, studio, after),
+            Some(Dialog::File { save, name }) => file(ui, studio, save, name),
+            Some(Dialog::Recovered(found)) => recovered(ui, studio, found),
+            None => None,
+        };
+    });
+    // A dialog that an answer opened stays.
+    if studio.dialog.is_none() && !closed.should_close() {
+        studio.dialog = next;
+    }
+}
+
+fn unsaved(ui: &mut Ui, studio: &mut Studio, after: After) -> Option<Dialog> {
+    ui.heading("Save the changes?");
+    ui.label(format!("{} has changes that are not saved.", studio.document.name()));
+    ui.add_space(8.0);
+    let mut done = false;
+    ui.horizontal(|ui| {
+        if ui.button("Save").clicked() {
+            studio.save(Some(after.clone()));
+            done = true;
+        }
+        if ui.button("Don't save").clicked() {
+            studio.proceed(after.clone());
+            done = true;
+        }
+        if ui.button("Cancel").clicked() {
+            done = true;
+        }
+    });
+    (!done).then_some(Dialog::Unsaved(after))
+}
+
+/// The folder and the entries to choose from: folders first, then files that Turner reads.
+fn entries(folder: &Path) -> Vec<(String, PathBuf, bool)> {
+    let mut list: Vec<(String, PathBuf, bool)> = std::fs::read_dir(folder)
+        .into_iter()
+        .flatten()
+        .flatten()
+        .take(MOST)
+        .filter_map(|entry| {
+            let name = entry.file_name().to_string_lossy().into_owned();
+            let path = entry.path();
+            let is_folder = path.is_dir();
+            (!name.starts_with('.') && (is_folder || readable(&path))).then_some((name, path, is_folder))
+        })
+        .collect();
+    list.sort_by_key(|(name, _, is_folder)| (!is_folder, name.to_lowercase()));
+    list
+}
+
+fn file(ui: &mut Ui, studio: &mut Studio, save: bool, mut name: String) -> Option<Dialog> {
+    ui.heading(if save { "Save the scene as" } else { "Open a scene or a model" });
+    let field = egui::TextEdit::singleline(&mut name).desired_width(f32::INFINITY);
+    let response = ui.add(field);
+    response.widget_info(|| egui::WidgetInfo::labeled(egui::WidgetType::TextEdit, true, "File name"));
+    let enter = response.lost_focus() && ui.input(|i| i.key_pressed(Key::Enter));
+    let path = PathBuf::from(&name);
+    let folder = if path.is_dir() { path.clone() } else { path.parent().map(Path::to_owned).unwrap_or_default() };
+    let mut done = false;
+    let mut chosen = None;
+    egui::ScrollArea::vertical().max_height(260.0).auto_shrink([false, true]).show(ui, |ui| {
+        if let Some(parent) = folder.parent()
+            && ui.selectable_label(false, "..").clicked()
+        {
+            chosen = Some((parent.to_owned(), true));
+        }
+        for (shown, path, is_folder) in entries(&folder) {
+            let text = if is_folder { format!("{shown}{}", std::path::MAIN_SEPARATOR) } else { shown };
+            let response = ui.selectable_label(false, text);
+            if response.clicked() {
+                chosen = Some((path.clone(), is_folder));
+            }
+            if response.double_clicked() && !is_folder && !save {
+                studio.leave(After::Open(path));
+                done = true;
+            }
+        }
+    });
+    if let Some((path, is_folder)) = chosen {
+        let file = if save { Path::new(&name).file_name().map(|f| f.to_owned()) } else { None };
+        name = match (is_folder, file) {
+            (true, Some(file)) => path.join(file).to_string_lossy().into_owned(),
+            (true, None) => format!("{}{}", path.display(), std::path::MAIN_SEPARATOR),
+            (false, _) => path.to_string_lossy().into_owned(),
+        };
+    }
+    let path = PathBuf::from(&name);
+    let exists = save && path.with_extension("toml").exists() && Some(path.as_path()) != studio.document.path();
+    if exists {
+        ui.colored_label(ui.visuals().warn_fg_color, "A file of this name exists. It will be replaced.");
+    }
+    ui.horizontal(|ui| {
+        let possible = !name.is_empty() && !path.is_dir();
+        let button = ui.add_enabled(possible, egui::Button::new(if save { "Save" } else { "Open" }));
+        if (button.clicked() || enter) && possible {
+            match save {
+                true => {
+                    let after = studio.take_after_save();
+                    studio.save_to(&path, after);
+                }
+                false => studio.leave(After::Open(path.clone())),
+            }
+            done = true;
+        }
+        if ui.button("Cancel").clicked() {
+            studio.take_after_save();
+            done = true;
+        }
+    });
+    (!done).then_some(Dialog::File { save, name })
+}
+
+fn recovered(ui: &mut Ui, studio: &mut Studio, found: Vec<turner_live::document::Recovered>) -> Option<Dialog> {
+    ui.heading("Unsaved work was found");
+    ui.label("An earlier session ended without saving. Open what it kept?");
+    let mut rest = found.clone();
+    for (i, work) in found.iter().enumerate() {
+        ui.horizontal(|ui| {
+            ui.strong(&work.name);
+            if ui.button("Open").clicked() {
+                match Document::open(&work.scene) {
+                    Ok(document) => studio.show(document.recovered(work)),
+                    Err(error) => studio.problem = Some(error),
+                }
+                rest.clear();
+            }
+            if ui.button("Discard").clicked() && i < rest.len() {
+                work.discard();
+                rest.retain(|other| other.scene != work.scene);
+            }
+        });
+    }
+    let later = ui.button("Later").clicked();
+    (!rest.is_empty() && !later).then_some(Dialog::Recovered(rest))
+}

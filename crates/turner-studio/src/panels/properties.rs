@@ -1,0 +1,203 @@
+//! The keys of the selected part, as a form made from the schema.
+
+use egui::{ComboBox, Grid, Ui};
+use turner::color::Transfer;
+use turner::description::ObjectContent;
+use turner::schema::value::{Data, Table, Value};
+use turner::schema::{EntryDoc, Field};
+
+use crate::node::Node;
+use crate::studio::Studio;
+use crate::widgets::field::{self, Around, Change};
+use crate::widgets::transform;
+
+pub(crate) fn show(ui: &mut Ui, studio: &mut Studio) {
+    let desc = studio.document.desc().clone();
+    let Some(node) = studio.selection.filter(|node| node.exists(&desc)) else {
+        ui.weak("Click an object in the picture, or a part of the scene in the list.");
+        return;
+    };
+    let names = desc.names();
+    let Some(path) = node.path(&names) else { return };
+    ui.strong(node.label(&desc));
+    let value = match desc.value_at(&path) {
+        Ok(value) => value,
+        Err(error) => {
+            ui.label(error.message);
+            return;
+        }
+    };
+    let table = match value {
+        Some(Value { data: Data::Table(table), .. }) => table,
+        _ => Table::default(),
+    };
+    let around = Around {
+        textures: &names.textures,
+        materials: &names.materials,
+        media: &names.media,
+        encoded: desc.film.transfer == Transfer::None,
+    };
+    let mut changes: Vec<(&'static str, Change)> = Vec::new();
+    egui::ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
+        if let Node::Object(i) = node {
+            object(ui, studio, i, &table, &around, &mut changes);
+        } else if !matches!(node, Node::Film | Node::Integrator | Node::Background | Node::Studio | Node::Camera) {
+            // Names of materials, textures and media are their keys: renaming them would be a change of every reference.
+        }
+        let kind = types(ui, node, &table, &desc, &mut changes);
+        let entry = match node.family() {
+            Some(family) => family.entries.iter().find(|entry| entry.name == kind).copied(),
+            None => node.entry(),
+        };
+        if let Some(entry) = entry {
+            keys(ui, entry, &table, &around, &mut changes);
+        }
+    });
+    for (key, change) in changes {
+        apply(studio, node, &path, &table, key, change);
+    }
+}
+
+/// The type, where there is a choice. Returns its name.
+fn types(
+    ui: &mut Ui,
+    node: Node,
+    table: &Table,
+    desc: &turner::SceneDesc,
+    changes: &mut Vec<(&'static str, Change)>,
+) -> String {
+    let Some(family) = node.family() else { return String::new() };
+    let own = match table.get("type").map(|value| &value.data) {
+        Some(Data::String(name)) => name.clone(),
+        _ => family.entries.first().map_or_else(String::new, |entry| entry.name.to_owned()),
+    };
+    if let Node::Object(i) = node
+        && !matches!(desc.objects.get(i).map(|o| &o.content), Some(ObjectContent::Shape(_)))
+    {
+        ui.label("An instance of a group");
+        return own;
+    }
+    ui.horizontal(|ui| {
+        ui.label("Type");
+        let combo = ComboBox::from_id_salt("type").selected_text(&own).show_ui(ui, |ui| {
+            for entry in family.entries {
+                let doc = entry.doc.iter().map(|line| line.trim()).collect::<Vec<_>>().join(" ");
+                let chosen = ui.selectable_label(own == entry.name, entry.name).on_hover_text(doc).clicked();
+                if chosen && own != entry.name {
+                    changes.push(("type", Change::Set(Data::String(entry.name.to_owned()))));
+                }
+            }
+        });
+        combo.response.widget_info(|| egui::WidgetInfo::labeled(egui::WidgetType::ComboBox, true, "Type"));
+    });
+    own
+}
+
+fn keys(
+    ui: &mut Ui,
+    entry: &EntryDoc,
+    table: &Table,
+    around: &Around<'_>,
+    changes: &mut Vec<(&'static str, Change)>,
+) {
+    Grid::new(("keys", entry.name)).num_columns(2).spacing([10.0, 4.0]).striped(true).show(ui, |ui| {
+        for field in entry.fields {
+            let value = table.get(field.name).map(|value| &value.data);
+            if let Some(change) = field::row(ui, field, value, around) {
+                changes.push((field.name, change));
+            }
+        }
+    });
+}
+
+/// A key that all objects have.
+const fn common(name: &'static str, kind: fn() -> String, doc: &'static [&'static str]) -> Field {
+    Field { name, kind, words: || &[], default: Some(|| "none".into()), doc, range: None }
+}
+
+/// The keys of all objects, besides the transform.
+const COMMON: &[Field] = &[
+    common("name", || "\"text\"".into(), &["The name, for messages and reports."]),
+    common("material", || "material".into(), &["Its material."]),
+    common("light_group", || "\"text\"".into(), &["Its light group if it emits light."]),
+    common("shadow_catcher", || "true | false".into(), &["Whether the camera sees nothing of it but the shadow on it."]),
+    common("hidden", || "true | false".into(), &["Whether it is left out of the picture."]),
+];
+
+fn object(
+    ui: &mut Ui,
+    studio: &mut Studio,
+    index: usize,
+    table: &Table,
+    around: &Around<'_>,
+    changes: &mut Vec<(&'static str, Change)>,
+) {
+    Grid::new("object").num_columns(2).spacing([10.0, 4.0]).show(ui, |ui| {
+        for field in COMMON {
+            let value = table.get(field.name).map(|value| &value.data);
+            if let Some(change) = field::row(ui, field, value, around) {
+                changes.push((field.name, change));
+            }
+        }
+        let Some(object) = studio.document.desc().objects.get(index) else { return };
+        if let Some(moved) = transform::edit(ui, &object.transform.0) {
+            studio.moving();
+            let result = studio.document.edit("Transform", Some("transform"), |desc| {
+                desc.objects[index].transform.0 = moved;
+                Ok(())
+            });
+            studio.check(result);
+        }
+    });
+    ui.separator();
+}
+
+/// Makes a change of the form in the scene.
+fn apply(studio: &mut Studio, node: Node, path: &str, table: &Table, key: &'static str, change: Change) {
+    let label = format!("{}: {}", node.label(studio.document.desc()), key.replace('_', " "));
+    match change {
+        Change::Set(data) => {
+            studio.moving();
+            let result = studio.document.set(&label, Some(&label), &[(format!("{path}.{key}"), data)]);
+            studio.check(result);
+        }
+        Change::Unset => {
+            let mut rest = table.clone();
+            rest.entries.retain(|entry| entry.key != key);
+            let result = studio.document.set(&label, None, &[(path.to_owned(), Data::Table(rest))]);
+            studio.check(result);
+        }
+        Change::File => {
+            let file = rfd::FileDialog::new().set_directory(studio.document.folder()).pick_file();
+            if let Some(file) = file {
+                let inside = file.strip_prefix(studio.document.folder()).map(|p| p.to_owned());
+                let name = inside.unwrap_or(file).to_string_lossy().into_owned();
+                choose_file(studio, &label, node, path, key, &name);
+            }
+        }
+        Change::Follow(kind, name) => {
+            let names = studio.document.desc().names();
+            let place = |list: &[String]| list.iter().position(|other| *other == name);
+            studio.selection = match kind {
+                "texture" => place(&names.textures).map(Node::Texture),
+                "material" => place(&names.materials).map(Node::Material),
+                _ => place(&names.media).map(Node::Medium),
+            };
+        }
+    }
+}
+
+/// Sets a key to a file: by its name, or as a texture where the key takes colours.
+fn choose_file(studio: &mut Studio, label: &str, node: Node, path: &str, key: &str, name: &str) {
+    let is_texture = matches!(node, Node::Material(_));
+    let data = if is_texture {
+        let mut table = Table::default();
+        table.set("type", turner::schema::value::Span::NONE, Value::new(Data::String("image".into())));
+        table.set("file", turner::schema::value::Span::NONE, Value::new(Data::String(name.to_owned())));
+        Data::Table(table)
+    } else {
+        Data::String(name.to_owned())
+    };
+    let result = studio.document.set(label, None, &[(format!("{path}.{key}"), data)]);
+    studio.check(result);
+}

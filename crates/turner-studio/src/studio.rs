@@ -1,0 +1,390 @@
+//! What all parts of the window share: document, engine, selection, messages, background work.
+
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::time::Instant;
+
+use turner::SceneDesc;
+use turner::schema::SceneError;
+use turner_live::document::{Document, OpenError, Opening, Recovered, Recovery, Saving, Start, Watch, recovered};
+use turner_live::engine::{Engine, Frame, Look, Order, Status};
+
+use crate::actions::Action;
+use crate::node::Node;
+use crate::settings::Settings;
+use crate::viewport::ViewportState;
+
+/// A message for the user, at the lower edge until it is closed or followed by another.
+#[derive(Clone, Debug)]
+pub struct Message {
+    /// The text.
+    pub text: String,
+    /// The remedy.
+    pub help: Option<String>,
+    /// Whether something went wrong.
+    pub is_error: bool,
+}
+
+/// A question that waits for an answer.
+#[derive(Clone, Debug)]
+pub enum Dialog {
+    /// Unsaved changes before something that would lose them.
+    Unsaved(After),
+    /// The name of a file to open or to save.
+    File {
+        /// Whether to save.
+        save: bool,
+        /// The name so far.
+        name: String,
+    },
+    /// Unsaved work of an earlier session.
+    Recovered(Vec<Recovered>),
+}
+
+/// What is done after the question about unsaved changes.
+#[derive(Clone, Debug)]
+pub enum After {
+    /// Open a file.
+    Open(PathBuf),
+    /// Open a scene of the gallery.
+    Start(&'static Start),
+    /// A new scene.
+    New,
+    /// Close the window.
+    Quit,
+}
+
+/// What was ordered last.
+struct Ordered {
+    desc: Arc<SceneDesc>,
+    look: Look,
+    size: [u32; 2],
+    moving: bool,
+    paused: bool,
+}
+
+impl Ordered {
+    fn is(&self, other: &Ordered) -> bool {
+        Arc::ptr_eq(&self.desc, &other.desc)
+            && self.look == other.look
+            && (self.size, self.moving, self.paused) == (other.size, other.moving, other.paused)
+    }
+}
+
+/// See the module.
+pub struct Studio {
+    /// The scene.
+    pub document: Document,
+    /// The renderer's thread.
+    pub engine: Engine,
+    /// The newest frame that was taken from the engine.
+    pub frame: Option<Arc<Frame>>,
+    /// What the engine does.
+    pub status: Status,
+    /// What is shown of the scene.
+    pub look: Look,
+    /// Whether rendering waits.
+    pub paused: bool,
+    /// When something moved last.
+    pub moved: Option<Instant>,
+    /// The selected part; what the properties show.
+    pub selection: Option<Node>,
+    /// The newest message.
+    pub message: Option<Message>,
+    /// Why the scene's file cannot be shown.
+    pub problem: Option<OpenError>,
+    /// A question that waits.
+    pub dialog: Option<Dialog>,
+    /// Remembered settings.
+    pub settings: Settings,
+    /// The folder of settings and recovery.
+    pub home: PathBuf,
+    /// The viewport's tools.
+    pub viewport: ViewportState,
+    /// Actions to run at the end of the frame.
+    pub queue: Vec<Action>,
+    /// Whether the window should close.
+    pub quit: bool,
+    opening: Option<(Opening, bool)>,
+    saving: Option<Saving>,
+    after_save: Option<After>,
+    watch: Option<Watch>,
+    recovery: Recovery,
+    wake: egui::Context,
+    ordered: Option<Ordered>,
+    size: [u32; 2],
+}
+
+impl Studio {
+    /// An empty scene. Settings and recovery are in `home`.
+    pub fn new(wake: &egui::Context, home: PathBuf) -> Studio {
+        let context = wake.clone();
+        let settings = Settings::load(&home);
+        let found = recovered(&home.join("recovery"));
+        Studio {
+            document: Document::empty(),
+            engine: Engine::new(move || context.request_repaint()),
+            frame: None,
+            status: Status::default(),
+            look: Look::default(),
+            paused: false,
+            moved: None,
+            selection: None,
+            message: None,
+            problem: None,
+            dialog: (!found.is_empty()).then_some(Dialog::Recovered(found)),
+            recovery: Recovery::new(&home.join("recovery")),
+            settings,
+            home,
+            viewport: ViewportState::default(),
+            queue: Vec::new(),
+            quit: false,
+            opening: None,
+            saving: None,
+            after_save: None,
+            watch: None,
+            wake: wake.clone(),
+            ordered: None,
+            size: [640, 480],
+        }
+    }
+
+    fn waker(&self) -> impl FnOnce() + Send + 'static + use<> {
+        let context = self.wake.clone();
+        move || context.request_repaint()
+    }
+
+    /// Says something.
+    pub fn say(&mut self, text: impl Into<String>) {
+        self.message = Some(Message { text: text.into(), help: None, is_error: false });
+    }
+
+    /// Says what went wrong.
+    pub fn fail(&mut self, error: &SceneError) {
+        self.message =
+            Some(Message { text: error.message.clone(), help: error.help.clone(), is_error: true });
+    }
+
+    /// Reports the error of a change, if it is one.
+    pub fn check<T>(&mut self, result: Result<T, SceneError>) -> Option<T> {
+        match result {
+            Ok(value) => Some(value),
+            Err(error) => {
+                self.fail(&error);
+                None
+            }
+        }
+    }
+
+    /// Starts reading a file. The scene stays until it is read.
+    pub fn open(&mut self, path: &Path) {
+        self.problem = None;
+        self.opening = Some((Opening::start(path.to_owned(), self.waker()), false));
+    }
+
+    /// The file that is being read.
+    pub fn opening(&self) -> Option<&Path> {
+        self.opening.as_ref().map(|(opening, _)| opening.path())
+    }
+
+    /// Reads the scene's file again.
+    pub fn reload(&mut self) {
+        if let Some(path) = self.document.path() {
+            self.opening = Some((Opening::start(path.to_owned(), self.waker()), true));
+        }
+    }
+
+    /// Asks about unsaved changes, if there are any, and then does `after`.
+    pub fn leave(&mut self, after: After) {
+        match self.document.is_changed() {
+            true => self.dialog = Some(Dialog::Unsaved(after)),
+            false => self.proceed(after),
+        }
+    }
+
+    /// Does what the question about unsaved changes was about.
+    pub fn proceed(&mut self, after: After) {
+        match after {
+            After::Open(path) => self.open(&path),
+            After::New => self.show(Document::empty()),
+            After::Start(start) => match Document::start(start) {
+                Ok(document) => self.show(document),
+                Err(error) => self.problem = Some(error),
+            },
+            After::Quit => self.quit = true,
+        }
+    }
+
+    /// Shows another document.
+    pub fn show(&mut self, document: Document) {
+        self.recovery.clear();
+        self.document = document;
+        self.selection = None;
+        self.look = Look::default();
+        self.problem = None;
+        self.message = None;
+        self.viewport = ViewportState::default();
+        self.watch();
+        if let Some(path) = self.document.path() {
+            self.settings.add_recent(path);
+            self.settings.save(&self.home);
+        }
+        let doubts = self.document.warnings().len();
+        if doubts > 0 {
+            let first = self.document.warnings()[0].message.clone();
+            let more = if doubts > 1 { format!(" (and {} more)", doubts - 1) } else { String::new() };
+            self.say(format!("{first}{more}"));
+        }
+    }
+
+    fn watch(&mut self) {
+        let context = self.wake.clone();
+        let wake = move || context.request_repaint();
+        let document = &self.document;
+        self.watch = document.path().map(|path| Watch::new(path, document.sources(), document.desc(), wake));
+    }
+
+    /// Starts saving to a file, and does `after` once it is saved.
+    pub fn save_to(&mut self, path: &Path, after: Option<After>) {
+        let path = match path.extension() {
+            Some(extension) if extension.eq_ignore_ascii_case("toml") => path.to_owned(),
+            // A model or a scene of another renderer is saved beside it, as a scene of Turner.
+            _ => path.with_extension("toml"),
+        };
+        self.after_save = after;
+        self.watch = None;
+        self.saving = Some(self.document.save(&path, self.waker()));
+    }
+
+    /// Saves to the scene's file, or asks for one.
+    pub fn save(&mut self, after: Option<After>) {
+        match self.document.path().map(Path::to_owned) {
+            Some(path) => self.save_to(&path, after),
+            None => {
+                self.after_save = after;
+                let name = self.document.folder().join("untitled.toml");
+                self.dialog = Some(Dialog::File { save: true, name: name.to_string_lossy().into_owned() });
+            }
+        }
+    }
+
+    /// What follows the save that the file dialog is about.
+    pub fn take_after_save(&mut self) -> Option<After> {
+        self.after_save.take()
+    }
+
+    /// Takes what threads have finished, and the newest frame. Never waits.
+    pub fn poll(&mut self) {
+        self.poll_opening();
+        if let Some(saving) = self.saving.take() {
+            match self.document.saved(&saving) {
+                None => self.saving = Some(saving),
+                Some(Ok(saved)) => {
+                    let notes = saved.notes.join("; ");
+                    let colon = if notes.is_empty() { "" } else { ": " };
+                    self.say(format!("Saved {}{colon}{notes}", self.document.name()));
+                    self.watch();
+                    self.settings.add_recent(&saving.path);
+                    self.settings.save(&self.home);
+                    if let Some(after) = self.after_save.take() {
+                        self.proceed(after);
+                    }
+                }
+                Some(Err(error)) => {
+                    self.after_save = None;
+                    self.watch();
+                    self.fail(&error);
+                }
+            }
+        }
+        if self.watch.as_ref().is_some_and(Watch::take) && self.opening.is_none() {
+            match self.document.is_changed() {
+                false => self.reload(),
+                true => self.say("The file was changed by another program. Reload shows it; Save replaces it."),
+            }
+        }
+        self.status = self.engine.status();
+        self.frame = self.engine.frame();
+        self.recovery.keep(&self.document, false);
+    }
+
+    fn poll_opening(&mut self) {
+        let Some((opening, is_reload)) = self.opening.take() else { return };
+        match opening.poll() {
+            None => self.opening = Some((opening, is_reload)),
+            Some(Ok(document)) if is_reload => {
+                self.problem = None;
+                self.document.reloaded(document);
+                self.watch();
+            }
+            Some(Ok(document)) => self.show(document),
+            // The last good scene stays.
+            Some(Err(error)) => {
+                self.problem = Some(error);
+                if is_reload {
+                    self.watch();
+                }
+            }
+        }
+    }
+
+    /// Whether files are read or written.
+    pub fn is_busy(&self) -> bool {
+        self.opening.is_some() || self.saving.is_some()
+    }
+
+    /// The viewport has this many pixels.
+    pub fn set_size(&mut self, size: [u32; 2]) {
+        self.size = size;
+    }
+
+    /// Something moves: previews are fluent instead of fine.
+    pub fn moving(&mut self) {
+        self.moved = Some(Instant::now());
+    }
+
+    /// Whether something moved a moment ago.
+    pub fn is_moving(&self) -> bool {
+        self.moved.is_some_and(|at| at.elapsed().as_millis() < 150)
+    }
+
+    /// Orders the picture, if it is another one than last time.
+    pub fn order(&mut self) {
+        let moving = self.is_moving();
+        if moving {
+            self.wake.request_repaint_after(std::time::Duration::from_millis(160));
+        }
+        let wanted = Ordered {
+            desc: Arc::clone(self.document.desc()),
+            look: self.look.clone(),
+            size: self.size,
+            moving,
+            paused: self.paused,
+        };
+        if self.ordered.as_ref().is_some_and(|last| last.is(&wanted)) {
+            return;
+        }
+        let mut order = Order::new(Arc::clone(self.document.desc()));
+        order.look = self.look.clone();
+        order.size = self.size;
+        order.moving = moving;
+        order.paused = self.paused;
+        order.threads = self.settings.threads;
+        self.engine.order(order);
+        self.ordered = Some(wanted);
+    }
+
+    /// Before the program ends.
+    pub fn close(&mut self) {
+        if self.quit && !self.document.is_changed() {
+            self.recovery.clear();
+        } else if self.quit {
+            // The user chose not to save.
+            self.recovery.clear();
+        } else {
+            self.recovery.keep(&self.document, true);
+            self.recovery.finish();
+        }
+        self.settings.save(&self.home);
+    }
+}

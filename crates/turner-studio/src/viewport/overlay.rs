@@ -1,0 +1,91 @@
+//! Lines and marks over the picture.
+
+use egui::{Color32, Painter, Rect, Stroke, pos2};
+use turner::integrator::Prepared;
+use turner::math::{DVec2, DVec3};
+use turner_live::pick;
+
+use super::Placed;
+use crate::actions::position_of;
+use crate::node::Node;
+use crate::studio::Studio;
+
+/// The colour of what is selected: also to the colour-blind apart from the picture by its dark outline.
+pub(crate) const SELECTED: Color32 = Color32::from_rgb(255, 170, 40);
+
+/// A checkerboard behind transparent pictures.
+pub(super) fn checkerboard(painter: &Painter, rect: Rect) {
+    painter.rect_filled(rect, 0.0, Color32::from_gray(110));
+    let size = 12.0;
+    let (columns, rows) = ((rect.width() / size) as usize, (rect.height() / size) as usize);
+    for row in 0..=rows {
+        for column in (row % 2..=columns).step_by(2) {
+            let at = rect.min + egui::vec2(column as f32 * size, row as f32 * size);
+            let square = Rect::from_min_size(at, egui::vec2(size, size)).intersect(rect);
+            painter.rect_filled(square, 0.0, Color32::from_gray(140));
+        }
+    }
+}
+
+/// Where a point is seen.
+pub(crate) fn seen(prepared: &Prepared, placed: Placed, p: DVec3) -> Option<egui::Pos2> {
+    let view = &prepared.view;
+    let seen = view.camera.project(&view.film, p, DVec2::splat(0.5))?;
+    Some(placed.to_window([seen.place.x, seen.place.y]))
+}
+
+/// A segment as seen by the camera, in pieces, so that the part behind the camera is left out and lenses that bend lines
+/// are followed.
+pub(crate) fn segment(prepared: &Prepared, placed: Placed, from: DVec3, to: DVec3, mut line: impl FnMut([egui::Pos2; 2])) {
+    const PIECES: usize = 16;
+    let at = |i: usize| seen(prepared, placed, from + (to - from) * (i as f64 / PIECES as f64));
+    let mut last = at(0);
+    for i in 1..=PIECES {
+        let next = at(i);
+        if let (Some(a), Some(b)) = (last, next) {
+            line([a, b]);
+        }
+        last = next;
+    }
+}
+
+/// A line with a dark outline, which is visible on any picture.
+pub(crate) fn line(painter: &Painter, ends: [egui::Pos2; 2], width: f32, color: Color32) {
+    painter.line_segment(ends, Stroke::new(width + 2.0, Color32::from_black_alpha(130)));
+    painter.line_segment(ends, Stroke::new(width, color));
+}
+
+pub(super) fn show(painter: &Painter, placed: Placed, studio: &Studio) {
+    let Some(frame) = &studio.frame else { return };
+    let stand = &frame.stand;
+    let prepared = &stand.prepared;
+    if let Some(Node::Object(i)) = studio.selection
+        && let Some(bounds) = pick::object_bounds(stand, i)
+    {
+        boxed(painter, placed, prepared, &bounds.corners(), SELECTED);
+    }
+    for (i, light) in studio.document.desc().lights.iter().enumerate() {
+        let Some(at) = position_of(&light.value).and_then(|p| seen(prepared, placed, p)) else { continue };
+        let is_selected = studio.selection == Some(Node::Light(i));
+        let color = if is_selected { SELECTED } else { Color32::from_rgb(255, 240, 150) };
+        painter.circle_stroke(at, 6.0, Stroke::new(3.5, Color32::from_black_alpha(150)));
+        painter.circle_stroke(at, 6.0, Stroke::new(1.5, color));
+    }
+    if let Some([x, y]) = studio.viewport.explained {
+        let at = placed.to_window([f64::from(x) + 0.5, f64::from(y) + 0.5]);
+        for (from, to) in [((-9.0, 0.0), (-3.0, 0.0)), ((3.0, 0.0), (9.0, 0.0)), ((0.0, -9.0), (0.0, -3.0)), ((0.0, 3.0), (0.0, 9.0))] {
+            line(painter, [pos2(at.x + from.0, at.y + from.1), pos2(at.x + to.0, at.y + to.1)], 1.5, Color32::WHITE);
+        }
+    }
+}
+
+/// The edges of a box from its eight corners, numbered by their bits.
+pub(crate) fn boxed(painter: &Painter, placed: Placed, prepared: &Prepared, corners: &[DVec3; 8], color: Color32) {
+    for a in 0..8usize {
+        for bit in [1, 2, 4] {
+            if a & bit == 0 {
+                segment(prepared, placed, corners[a], corners[a | bit], |ends| line(painter, ends, 1.2, color));
+            }
+        }
+    }
+}

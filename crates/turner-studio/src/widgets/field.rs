@@ -1,0 +1,280 @@
+//! A key of the scene format as a row of a form, made from the schema: its type chooses the widget, its range limits it,
+//! its documentation is the tooltip.
+
+use egui::{ComboBox, DragValue, TextEdit, Ui};
+use turner::schema::value::{Data, Value};
+use turner::schema::{Field, Range};
+
+use super::color;
+
+/// What a row asks for.
+pub(crate) enum Change {
+    /// A new value.
+    Set(Data),
+    /// Remove the key, so that it has its default.
+    Unset,
+    /// Choose a file for the key.
+    File,
+    /// Select the part of this name: a texture, material or medium.
+    Follow(&'static str, String),
+}
+
+/// What rows know of the scene.
+pub(crate) struct Around<'a> {
+    /// Names of textures.
+    pub(crate) textures: &'a [String],
+    /// Names of materials.
+    pub(crate) materials: &'a [String],
+    /// Names of media.
+    pub(crate) media: &'a [String],
+    /// Whether colours are display values.
+    pub(crate) encoded: bool,
+}
+
+/// Shows name and value of a key in a grid of two columns.
+pub(crate) fn row(ui: &mut Ui, field: &Field, value: Option<&Data>, around: &Around<'_>) -> Option<Change> {
+    let doc = field.doc.iter().map(|line| line.trim()).collect::<Vec<_>>().join(" ");
+    let default = field.default.map(|default| default());
+    let hover = match &default {
+        Some(default) => format!("{doc}\n\nDefault: {default}"),
+        None => doc,
+    };
+    let label = ui.label(field.name.replace('_', " ")).on_hover_text(&hover);
+    let standard = default.as_deref().and_then(parse);
+    let mut change = None;
+    ui.horizontal(|ui| {
+        change = widget(ui, field, value, standard.as_ref(), around);
+        if value.is_some() && field.default.is_some() {
+            let reset = ui.small_button("↺").on_hover_text(format!("Back to the default of {}", field.name));
+            reset.widget_info(|| {
+                let text = format!("Default of {}", field.name);
+                egui::WidgetInfo::labeled(egui::WidgetType::Button, true, text)
+            });
+            if reset.clicked() {
+                change = Some(Change::Unset);
+            }
+        }
+    });
+    let _ = label;
+    ui.end_row();
+    change
+}
+
+/// A default as the documentation shows it.
+fn parse(text: &str) -> Option<Data> {
+    match text {
+        "none" => None,
+        "true" => Some(Data::Bool(true)),
+        "false" => Some(Data::Bool(false)),
+        _ => {
+            if let Some(inner) = text.strip_prefix('[').and_then(|t| t.strip_suffix(']')) {
+                let items = inner.split(',').map(|item| parse(item.trim()).map(Value::new));
+                return items.collect::<Option<Vec<Value>>>().map(Data::Array);
+            }
+            if let Some(word) = text.strip_prefix('"').and_then(|t| t.strip_suffix('"')) {
+                return Some(Data::String(word.to_owned()));
+            }
+            text.parse::<i64>().map(Data::Integer).or(text.parse().map(Data::Number)).ok()
+        }
+    }
+}
+
+fn number(data: &Data) -> Option<f64> {
+    match data {
+        Data::Integer(i) => Some(*i as f64),
+        Data::Number(v) => Some(*v),
+        _ => None,
+    }
+}
+
+fn numbers(data: &Data) -> Option<Vec<f64>> {
+    match data {
+        Data::Array(items) => items.iter().map(|item| number(&item.data)).collect(),
+        _ => None,
+    }
+}
+
+fn array(values: impl IntoIterator<Item = f64>) -> Data {
+    Data::Array(values.into_iter().map(|v| Value::new(Data::Number(v))).collect())
+}
+
+fn named(response: &egui::Response, kind: egui::WidgetType, name: &str) {
+    let label = name.replace('_', " ");
+    response.widget_info(|| egui::WidgetInfo::labeled(kind, true, &label));
+}
+
+fn widget(ui: &mut Ui, field: &Field, value: Option<&Data>, standard: Option<&Data>, around: &Around<'_>) -> Option<Change> {
+    let kind = (field.kind)();
+    let shown = value.or(standard);
+    let words = (field.words)();
+    if !words.is_empty() && !kind.contains('[') {
+        return word(ui, field, shown, words);
+    }
+    match kind.as_str() {
+        "true | false" => {
+            let mut on = matches!(shown, Some(Data::Bool(true)));
+            let response = ui.checkbox(&mut on, "");
+            named(&response, egui::WidgetType::Checkbox, field.name);
+            response.changed().then_some(Change::Set(Data::Bool(on)))
+        }
+        "number" | "integer" => scalar(ui, field, shown, kind == "integer"),
+        "color" => colour(ui, field, shown, around).map(Change::Set),
+        "color | texture" => source(ui, field, shown, around),
+        "material" => reference(ui, field, shown, "material", around.materials),
+        "medium" => reference(ui, field, shown, "medium", around.media),
+        "\"text\"" => text(ui, field, shown),
+        "\"image file\"" | "\"IES file\"" | "\"grid file\"" => {
+            let name = if let Some(Data::String(name)) = shown { name.clone() } else { "none".into() };
+            let button = ui.button(name).on_hover_text("Choose a file");
+            named(&button, egui::WidgetType::Button, field.name);
+            button.clicked().then_some(Change::File)
+        }
+        _ => match shown.and_then(numbers) {
+            Some(values) if (1..=4).contains(&values.len()) => vector(ui, field, values),
+            _ => plain(ui, shown),
+        },
+    }
+}
+
+fn limits(field: &Field) -> Range {
+    field.range.unwrap_or(Range::FINITE)
+}
+
+fn scalar(ui: &mut Ui, field: &Field, shown: Option<&Data>, whole: bool) -> Option<Change> {
+    let Some(mut v) = shown.and_then(number) else {
+        // No value: "automatic". A click gives it one.
+        let button = ui.button("automatic").on_hover_text("Choose a value");
+        named(&button, egui::WidgetType::Button, field.name);
+        let Range { min, max, .. } = limits(field);
+        let start = if (min..=max).contains(&1.0) { 1.0 } else { (0.5 * (min + max)).clamp(min, max) };
+        let data = if whole { Data::Integer(start as i64) } else { Data::Number(start) };
+        return button.clicked().then_some(Change::Set(data));
+    };
+    let Range { min, open_min, max, .. } = limits(field);
+    // An excluded end is approached, not reached.
+    let low = if open_min { min + 1e-6 } else { min };
+    let narrow = max - min <= 1000.0;
+    let speed = if whole { 0.2 } else if narrow { ((max - min) * 0.002).max(1e-4) } else { (v.abs() * 0.01).max(0.005) };
+    let drag = DragValue::new(&mut v).range(low..=max).speed(speed).max_decimals(if whole { 0 } else { 5 });
+    let response = ui.add(drag);
+    named(&response, egui::WidgetType::DragValue, field.name);
+    let data = if whole { Data::Integer(v.round() as i64) } else { Data::Number(v) };
+    response.changed().then_some(Change::Set(data))
+}
+
+fn vector(ui: &mut Ui, field: &Field, mut values: Vec<f64>) -> Option<Change> {
+    let mut changed = false;
+    let Range { min, max, .. } = limits(field);
+    for (i, value) in values.iter_mut().enumerate() {
+        let speed = (value.abs() * 0.01).max(0.005);
+        let response = ui.add(DragValue::new(value).speed(speed).range(min..=max).max_decimals(4));
+        let axis = ["x", "y", "z", "w"].get(i).copied().unwrap_or("");
+        named(&response, egui::WidgetType::DragValue, &format!("{}, {axis}", field.name));
+        changed |= response.changed();
+    }
+    changed.then(|| Change::Set(array(values)))
+}
+
+fn word(ui: &mut Ui, field: &Field, shown: Option<&Data>, words: &[(&'static str, &'static str)]) -> Option<Change> {
+    let now = if let Some(Data::String(word)) = shown { word.as_str() } else { "automatic" };
+    let mut chosen = None;
+    let combo = ComboBox::from_id_salt(field.name).selected_text(now).show_ui(ui, |ui| {
+        for (word, meaning) in words {
+            let response = ui.selectable_label(now == *word, *word).on_hover_text(*meaning);
+            if response.clicked() && now != *word {
+                chosen = Some(Change::Set(Data::String((*word).to_owned())));
+            }
+        }
+    });
+    named(&combo.response, egui::WidgetType::ComboBox, field.name);
+    chosen
+}
+
+fn colour(ui: &mut Ui, field: &Field, shown: Option<&Data>, around: &Around<'_>) -> Option<Data> {
+    let mut rgb = match shown {
+        Some(Data::Array(_)) => <[f64; 3]>::try_from(shown.and_then(numbers)?).ok()?,
+        Some(data) => [number(data)?; 3],
+        None => [0.0; 3],
+    };
+    let label = field.name.replace('_', " ");
+    color::edit(ui, &mut rgb, around.encoded, field.range, &label).then(|| array(rgb))
+}
+
+/// A colour or a texture.
+fn source(ui: &mut Ui, field: &Field, shown: Option<&Data>, around: &Around<'_>) -> Option<Change> {
+    let mut change = None;
+    let texture = if let Some(Data::String(name)) = shown { Some(name.as_str()) } else { None };
+    match texture {
+        Some(name) => {
+            let button = ui.button(name).on_hover_text("Show the texture");
+            named(&button, egui::WidgetType::Button, field.name);
+            if button.clicked() {
+                change = Some(Change::Follow("texture", name.to_owned()));
+            }
+        }
+        None => change = colour(ui, field, shown, around).map(Change::Set),
+    }
+    let combo = ComboBox::from_id_salt((field.name, "texture")).selected_text("").width(20.0).show_ui(ui, |ui| {
+        if ui.selectable_label(texture.is_none(), "colour").clicked() && texture.is_some() {
+            change = Some(Change::Set(array([0.5; 3])));
+        }
+        for name in around.textures {
+            if ui.selectable_label(texture == Some(name), name).clicked() {
+                change = Some(Change::Set(Data::String(name.clone())));
+            }
+        }
+        if ui.selectable_label(false, "image file…").clicked() {
+            change = Some(Change::File);
+        }
+    });
+    named(&combo.response, egui::WidgetType::ComboBox, &format!("{} texture", field.name));
+    change
+}
+
+/// A part of the scene by its name.
+pub(crate) fn reference(
+    ui: &mut Ui,
+    field: &Field,
+    shown: Option<&Data>,
+    kind: &'static str,
+    names: &[String],
+) -> Option<Change> {
+    let now = if let Some(Data::String(name)) = shown { Some(name.as_str()) } else { None };
+    let mut change = None;
+    let combo = ComboBox::from_id_salt(field.name).selected_text(now.unwrap_or("none")).show_ui(ui, |ui| {
+        if ui.selectable_label(now.is_none(), "none").clicked() && now.is_some() {
+            change = Some(Change::Unset);
+        }
+        for name in names {
+            if ui.selectable_label(now == Some(name), name).clicked() && now != Some(name) {
+                change = Some(Change::Set(Data::String(name.clone())));
+            }
+        }
+    });
+    named(&combo.response, egui::WidgetType::ComboBox, field.name);
+    if let Some(name) = now
+        && ui.small_button("→").on_hover_text(format!("Show the {kind}")).clicked()
+    {
+        change = Some(Change::Follow(kind, name.to_owned()));
+    }
+    change
+}
+
+fn text(ui: &mut Ui, field: &Field, shown: Option<&Data>) -> Option<Change> {
+    let mut now = if let Some(Data::String(text)) = shown { text.clone() } else { String::new() };
+    let response = ui.add(TextEdit::singleline(&mut now).desired_width(140.0));
+    named(&response, egui::WidgetType::TextEdit, field.name);
+    response.changed().then_some(if now.is_empty() { Change::Unset } else { Change::Set(Data::String(now)) })
+}
+
+/// A value that has no widget: shown, and edited in the file.
+fn plain(ui: &mut Ui, shown: Option<&Data>) -> Option<Change> {
+    let text = match shown {
+        None => "none".to_owned(),
+        Some(Data::Array(items)) => format!("a list of {}", items.len()),
+        Some(Data::Table(table)) => format!("a table of {}", table.entries.len()),
+        Some(_) => "a value".to_owned(),
+    };
+    ui.weak(text).on_hover_text("Edit it in the file");
+    None
+}
