@@ -1,7 +1,7 @@
 //! Hands images, meshes and other data through while a part of a scene is written and read back, without files or
 //! copies.
 
-use std::collections::BTreeMap;
+use std::collections::HashMap;
 use std::sync::Arc;
 
 use crate::description::{ModelDesc, SceneAssetWriter, SceneAssets, SceneDesc};
@@ -11,37 +11,75 @@ use crate::schema::{
     Asset, GridData, GridFile, ImageId, LightProfile, MeshData, MeshId, ProfileFile, SceneError,
 };
 
+/// Most vertices and triangles of a mesh without a file that a value contains itself.
+const FEW: usize = 12;
+
 /// The data that the written parts refer to, by name.
 #[derive(Default)]
 pub(super) struct BorrowedAssets {
-    images: BTreeMap<String, Arc<Image>>,
-    meshes: BTreeMap<String, Arc<MeshData>>,
-    profiles: BTreeMap<String, Arc<LightProfile>>,
-    grids: BTreeMap<String, Arc<GridData>>,
+    /// By image.
+    image_names: Vec<String>,
+    /// By mesh.
+    mesh_names: Vec<String>,
+    images: HashMap<String, Arc<Image>>,
+    meshes: HashMap<String, Arc<MeshData>>,
+    profiles: HashMap<String, Arc<LightProfile>>,
+    grids: HashMap<String, Arc<GridData>>,
+    /// Whether small meshes without a file are written in place.
+    inline: bool,
 }
 
-/// Registers data and returns its name: its URI, with `'` appended while other data has that name.
-fn lend<T>(lent: &mut BTreeMap<String, Arc<T>>, uri: &str, data: &Arc<T>) -> String {
-    let mut name = uri.to_owned();
-    while lent.get(&name).is_some_and(|other| !Arc::ptr_eq(other, data)) {
-        name.push('\'');
+/// Registers data and returns its name: its URI, or, if it has none or other data has that name, the URI with `'` and a
+/// number.
+fn lend<T>(lent: &mut HashMap<String, Arc<T>>, uri: &str, data: &Arc<T>, number: usize) -> String {
+    let is_taken = |name: &str, lent: &HashMap<String, Arc<T>>| {
+        name.is_empty() || lent.get(name).is_some_and(|other| !Arc::ptr_eq(other, data))
+    };
+    let (mut name, mut next) = (uri.to_owned(), number);
+    while is_taken(&name, lent) {
+        name = format!("{uri}'{next}");
+        next += 1;
     }
     lent.insert(name.clone(), Arc::clone(data));
     name
 }
 
-impl SceneAssetWriter for BorrowedAssets {
-    fn image(&mut self, _: ImageId, image: &Asset<Image>) -> Result<String, SceneError> {
-        Ok(lend(&mut self.images, &image.uri, &image.data))
+impl BorrowedAssets {
+    /// All images and meshes of a description. Their names depend on the description alone, so values that
+    /// [`SceneDesc::value_at`] returned still refer to the same data in a later edit.
+    pub(super) fn of(desc: &SceneDesc) -> BorrowedAssets {
+        let mut lent = BorrowedAssets::default();
+        let images = desc.images.iter().enumerate();
+        lent.image_names = images.map(|(i, a)| lend(&mut lent.images, &a.uri, &a.data, i)).collect();
+        let meshes = desc.meshes.iter().enumerate();
+        lent.mesh_names = meshes.map(|(i, a)| lend(&mut lent.meshes, &a.uri, &a.data, i)).collect();
+        lent
     }
-    fn mesh(&mut self, _: MeshId, mesh: &Asset<MeshData>) -> Result<Option<String>, SceneError> {
-        Ok(Some(lend(&mut self.meshes, &mesh.uri, &mesh.data)))
+
+    /// The same; small meshes without a file are written in place.
+    pub(super) fn with_small_meshes_in_place(desc: &SceneDesc) -> BorrowedAssets {
+        BorrowedAssets { inline: true, ..BorrowedAssets::of(desc) }
+    }
+}
+
+impl SceneAssetWriter for BorrowedAssets {
+    fn image(&mut self, id: ImageId, image: &Asset<Image>) -> Result<String, SceneError> {
+        Ok(self.image_names.get(id.index()).unwrap_or(&image.uri).clone())
+    }
+    fn mesh(&mut self, id: MeshId, mesh: &Asset<MeshData>) -> Result<Option<String>, SceneError> {
+        let is_small = mesh.data.positions.len().max(mesh.data.triangles.len()) <= FEW;
+        if self.inline && mesh.uri.is_empty() && is_small {
+            return Ok(None);
+        }
+        Ok(Some(self.mesh_names.get(id.index()).unwrap_or(&mesh.uri).clone()))
     }
     fn light_profile(&mut self, profile: &ProfileFile) -> Result<String, SceneError> {
-        Ok(lend(&mut self.profiles, &profile.uri, &profile.data))
+        let next = self.profiles.len();
+        Ok(lend(&mut self.profiles, &profile.uri, &profile.data, next))
     }
     fn grid(&mut self, grid: &GridFile) -> Result<String, SceneError> {
-        Ok(lend(&mut self.grids, &grid.uri, &grid.data))
+        let next = self.grids.len();
+        Ok(lend(&mut self.grids, &grid.uri, &grid.data, next))
     }
 }
 
@@ -52,7 +90,7 @@ pub(super) struct WithBorrowed<'a> {
 }
 
 /// The data borrowed under a name.
-fn find<T>(lent: &BTreeMap<String, Arc<T>>, uri: &str, from: FileId) -> Option<Arc<T>> {
+fn find<T>(lent: &HashMap<String, Arc<T>>, uri: &str, from: FileId) -> Option<Arc<T>> {
     lent.get(uri).filter(|_| from == Span::NONE.file).cloned()
 }
 

@@ -12,6 +12,7 @@
 
 use super::edit::drop_foreign_keys;
 use super::write::{Writer, with_name, write_light, write_object};
+use super::write_names::PartNames;
 use crate::description::{ObjectDesc, SceneAssetWriter, SceneDesc};
 use crate::schema::value::{Data, Entry, FileId, Span, Table, Value};
 use crate::schema::{KeyEdit, KeyPart, SceneError, wrong_type};
@@ -31,15 +32,6 @@ fn kept_items(count: usize) -> Data {
     Data::Array((0..count as i64).map(|i| Value { data: Data::Integer(i), span: KEPT }).collect())
 }
 
-/// The names of textures, materials, media and groups in key paths and references.
-#[derive(Default)]
-pub(super) struct Names {
-    pub(super) textures: Vec<String>,
-    pub(super) materials: Vec<String>,
-    pub(super) media: Vec<String>,
-    pub(super) groups: Vec<String>,
-}
-
 /// The tree under construction.
 pub(super) struct Draft<'a> {
     cx: Writer<'a>,
@@ -54,16 +46,48 @@ impl<'a> Draft<'a> {
         desc: &'a SceneDesc,
         edits: &[KeyEdit],
         assets: &'a mut dyn SceneAssetWriter,
-    ) -> Result<(Value, Names), SceneError> {
+    ) -> Result<(Value, PartNames), SceneError> {
         let root = Value::new(Data::Table(Table::default()));
         let mut draft = Draft { cx: Writer::new(desc, assets), root };
         for edit in edits {
             draft.touch(&edit.path)?;
-            draft.root.set(&edit.path, edit.value.clone())?;
+            let mut value = edit.value.clone();
+            // An item that a program replaces as a whole keeps its position in the file.
+            if value.span == Span::NONE {
+                value.span = draft.span_of_item(&edit.path).unwrap_or(Span::NONE);
+            }
+            draft.root.set(&edit.path, value)?;
         }
         edits.iter().for_each(|edit| draft.drop_keys_of_old_type(edit, edits));
-        let Writer { textures, materials, media, groups, .. } = draft.cx;
-        Ok((draft.root, Names { textures, materials, media, groups }))
+        Ok((draft.root, draft.cx.names))
+    }
+
+    /// The position of the complete item that a path names, before it is replaced.
+    fn span_of_item(&self, path: &[KeyPart]) -> Option<Span> {
+        let keys: Vec<&str> = path.iter().map(|part| part.key.as_str()).collect();
+        let desc = self.cx.desc;
+        let Data::Table(root) = &self.root.data else { return None };
+        let mut item = root.get(keys.first()?)?;
+        for key in &keys[1..] {
+            item = match &item.data {
+                Data::Table(table) => table.get(key)?,
+                Data::Array(items) => items.get(key.parse::<usize>().ok()?)?,
+                _ => return None,
+            };
+        }
+        match (keys.as_slice(), kept(item)) {
+            (["object", _], Some(i)) => desc.objects.get(i)?.span,
+            (["light", _], Some(i)) => desc.lights.get(i)?.span,
+            (["view", _], Some(i)) => desc.cameras.get(i)?.span,
+            (["group", group, "object", _], Some(i)) => {
+                let group = self.cx.names.groups.iter().position(|own| own == group)?;
+                desc.groups[group].value.objects.get(i)?.span
+            }
+            (["camera"] | ["object" | "light" | "view", _] | ["group", _, "object", _], None) => {
+                Some(item.span)
+            }
+            _ => None,
+        }
     }
 
     /// Writes the parts on a path that the tree lacks.
@@ -92,7 +116,7 @@ impl<'a> Draft<'a> {
             ("texture" | "material" | "medium", [name, _, ..]) => touch_named(value, section, name, cx),
             ("group", [name, rest @ ..]) if !rest.is_empty() => {
                 touch_named(value, section, name, cx)?;
-                let Some(i) = cx.groups.iter().position(|own| own == name) else { return Ok(()) };
+                let Some(i) = cx.names.groups.iter().position(|own| own == name) else { return Ok(()) };
                 let group = table(value)?.get_mut(name).map(table).transpose()?;
                 let objects = group.and_then(|group| group.get_mut("object"));
                 match (objects, rest) {
@@ -160,11 +184,11 @@ fn push(table: &mut Table, key: &str, value: Value) {
     table.entries.push(Entry { key: key.to_owned(), key_span: Span::NONE, value });
 }
 
-fn value_at(table: Table, span: Option<Span>) -> Value {
+pub(super) fn value_at(table: Table, span: Option<Span>) -> Value {
     Value { data: Data::Table(table), span: span.unwrap_or(Span::NONE) }
 }
 
-fn object(object: &ObjectDesc, cx: &mut Writer<'_>) -> Result<Value, SceneError> {
+pub(super) fn object(object: &ObjectDesc, cx: &mut Writer<'_>) -> Result<Value, SceneError> {
     Ok(value_at(write_object(object, cx)?, object.span))
 }
 
@@ -220,19 +244,19 @@ fn touch_named(section: &mut Value, kind: &str, name: &str, cx: &mut Writer<'_>)
     let desc = cx.desc;
     let number = |names: &[String]| names.iter().position(|own| own == name);
     let value = match kind {
-        "texture" => match number(&cx.textures) {
+        "texture" => match number(&cx.names.textures) {
             Some(i) => value_at(desc.textures[i].value.write(cx)?, desc.textures[i].span),
             None => return Ok(()),
         },
-        "material" => match number(&cx.materials) {
+        "material" => match number(&cx.names.materials) {
             Some(i) => value_at(desc.materials[i].value.write(cx)?, desc.materials[i].span),
             None => return Ok(()),
         },
-        "medium" => match number(&cx.media) {
+        "medium" => match number(&cx.names.media) {
             Some(i) => value_at(desc.media[i].value.write(cx)?, desc.media[i].span),
             None => return Ok(()),
         },
-        _ => match number(&cx.groups) {
+        _ => match number(&cx.names.groups) {
             Some(i) => {
                 let mut group = Table::default();
                 group.push("object", kept_items(desc.groups[i].value.objects.len()));

@@ -17,10 +17,11 @@
 //!    same.
 
 use super::borrowed_assets::{BorrowedAssets, WithBorrowed};
-use super::draft::{Draft, Names, kept};
+use super::draft::{Draft, kept};
 use super::read::{Reader, SECTIONS};
 use super::read_object::read_object;
 use super::read_parts::*;
+use super::write_names::PartNames;
 use crate::camera::CameraDesc;
 use crate::description::{GroupDesc, ModelDesc, ObjectDesc, SceneAssets, SceneDesc, SceneLight, StudioDesc};
 use crate::film::FilmDesc;
@@ -48,7 +49,7 @@ impl SceneDesc {
     /// Errors: those of reading a scene, at the part of the path or the value concerned. The description then stays the
     /// same.
     pub fn edit(&mut self, edits: &[KeyEdit], assets: &mut dyn SceneAssets) -> Result<(), SceneError> {
-        let mut lent = BorrowedAssets::default();
+        let mut lent = BorrowedAssets::of(self);
         self.edit_with(edits, assets, &mut lent).map_err(|mut error| {
             // Positions that are in no file are of no use to the caller.
             error.span = error.span.filter(|span| span.file != Span::NONE.file);
@@ -93,7 +94,7 @@ impl SceneDesc {
 
     /// Moves the lists that reading may extend into the reader. Returns their lengths: textures, materials, media,
     /// images, meshes.
-    fn lend_lists(&mut self, cx: &mut Reader<'_>, names: &Names) -> [usize; 5] {
+    fn lend_lists(&mut self, cx: &mut Reader<'_>, names: &PartNames) -> [usize; 5] {
         fn numbered<T>(names: &[String], id: impl Fn(u32) -> T) -> impl Iterator<Item = (String, T)> {
             names.iter().enumerate().map(move |(i, name)| (name.clone(), id(i as u32)))
         }
@@ -143,7 +144,7 @@ impl Changes {
     /// Reads the edited tree. `integrator` is the description's integrator type, used unless an edit changes it.
     fn read(
         root: &Value,
-        names: &Names,
+        names: &PartNames,
         integrator: &str,
         cx: &mut Reader<'_>,
     ) -> Result<Changes, SceneError> {
@@ -176,7 +177,7 @@ impl Changes {
     fn read_named(
         &mut self,
         top: &mut TableReader<'_>,
-        names: &Names,
+        names: &PartNames,
         cx: &mut Reader<'_>,
     ) -> Result<(), SceneError> {
         macro_rules! numbered {

@@ -17,6 +17,7 @@ mod read_parts;
 mod read_scene;
 mod same;
 mod scene_desc;
+mod value_at;
 mod write;
 mod write_names;
 
@@ -27,4 +28,5 @@ pub use model::{ModelDesc, UpAxis};
 pub use read::{SECTIONS, SceneAssets};
 pub use read_scene::read_scene;
 pub use scene_desc::{GroupDesc, ImportSummary, ObjectContent, ObjectDesc, SceneDesc, SceneLight};
+pub use write_names::PartNames;
 pub use write::{SceneAssetWriter, write_scene};

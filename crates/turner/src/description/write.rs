@@ -4,8 +4,7 @@
 //! and groups get names, so that their order stays the same. Meshes, images and other data go to files, which the
 //! caller writes ([`SceneAssetWriter`]).
 
-use super::write_names::names;
-use crate::color::named;
+use super::write_names::PartNames;
 use crate::description::*;
 use crate::image::Image;
 use crate::schema::value::{Data, Table, Value};
@@ -33,23 +32,20 @@ pub trait SceneAssetWriter {
 pub(super) struct Writer<'a> {
     pub(super) desc: &'a SceneDesc,
     assets: &'a mut dyn SceneAssetWriter,
-    pub(super) textures: Vec<String>,
-    pub(super) materials: Vec<String>,
-    pub(super) media: Vec<String>,
-    pub(super) groups: Vec<String>,
+    pub(super) names: PartNames,
 }
 
 impl WriteContext for Writer<'_> {
     fn texture(&self, id: TextureId) -> Result<Data, SceneError> {
-        name_of(&self.textures, id.index(), "texture")
+        name_of(&self.names.textures, id.index(), "texture")
     }
 
     fn material(&self, id: MaterialId) -> Result<Data, SceneError> {
-        name_of(&self.materials, id.index(), "material")
+        name_of(&self.names.materials, id.index(), "material")
     }
 
     fn medium(&self, id: MediumId) -> Result<Data, SceneError> {
-        name_of(&self.media, id.index(), "medium")
+        name_of(&self.names.media, id.index(), "medium")
     }
 
     fn image(&mut self, id: ImageId) -> Result<Data, SceneError> {
@@ -75,24 +71,11 @@ impl WriteContext for Writer<'_> {
 impl<'a> Writer<'a> {
     /// Assigns all names.
     pub(super) fn new(desc: &'a SceneDesc, assets: &'a mut dyn SceneAssetWriter) -> Writer<'a> {
-        let all = |list: Vec<Option<&str>>, kind: &str| names(&list, kind, |_| true);
-        Writer {
-            desc,
-            assets,
-            // The name of a colour cannot name a texture.
-            textures: names(
-                &desc.textures.iter().map(|t| t.name.as_deref()).collect::<Vec<_>>(),
-                "texture",
-                |n| named(n).is_none(),
-            ),
-            materials: all(desc.materials.iter().map(|m| m.name.as_deref()).collect(), "material"),
-            media: all(desc.media.iter().map(|m| m.name.as_deref()).collect(), "medium"),
-            groups: all(desc.groups.iter().map(|g| g.name.as_deref()).collect(), "group"),
-        }
+        Writer { desc, assets, names: desc.names() }
     }
 
     fn group(&self, id: GroupId) -> Result<Data, SceneError> {
-        name_of(&self.groups, id.index(), "group")
+        name_of(&self.names.groups, id.index(), "group")
     }
 }
 
@@ -140,7 +123,7 @@ pub fn write_scene(desc: &SceneDesc, assets: &mut dyn SceneAssetWriter) -> Resul
             let mut section = Table::default();
             for (i, item) in desc.$list.iter().enumerate() {
                 let table = item.value.write(&mut cx)?;
-                section.push(&cx.$names[i].clone(), Data::Table(table));
+                section.push(&cx.names.$names[i].clone(), Data::Table(table));
             }
             push_table(&mut top, $key, section);
         };
@@ -152,7 +135,7 @@ pub fn write_scene(desc: &SceneDesc, assets: &mut dyn SceneAssetWriter) -> Resul
     for (i, group) in desc.groups.iter().enumerate() {
         let mut table = Table::default();
         push_list(&mut table, "object", objects(&group.value.objects, &mut cx)?);
-        groups.push(&cx.groups[i].clone(), Data::Table(table));
+        groups.push(&cx.names.groups[i].clone(), Data::Table(table));
     }
     push_table(&mut top, "group", groups);
     let objects = objects(&desc.objects, &mut cx)?;

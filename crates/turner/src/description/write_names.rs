@@ -2,6 +2,42 @@
 
 use std::collections::BTreeSet;
 
+use crate::color::named;
+use crate::description::SceneDesc;
+use crate::schema::Named;
+
+/// The names of textures, materials, media and groups in key paths and references: for each its own name, or one made
+/// from its kind and number, such as `material-3`. By index.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct PartNames {
+    /// Of textures.
+    pub textures: Vec<String>,
+    /// Of materials.
+    pub materials: Vec<String>,
+    /// Of media.
+    pub media: Vec<String>,
+    /// Of groups.
+    pub groups: Vec<String>,
+}
+
+impl SceneDesc {
+    /// The names by which key paths and references find textures, materials, media and groups: those of
+    /// [`edit`](SceneDesc::edit), [`value_at`](SceneDesc::value_at) and [`write_scene`](super::write_scene). They take
+    /// time proportional to the number of these parts, not of objects.
+    pub fn names(&self) -> PartNames {
+        fn own<T>(list: &[Named<T>]) -> Vec<Option<&str>> {
+            list.iter().map(|item| item.name.as_deref()).collect()
+        }
+        PartNames {
+            // The name of a colour cannot name a texture.
+            textures: names(&own(&self.textures), "texture", |name| named(name).is_none()),
+            materials: names(&own(&self.materials), "material", |_| true),
+            media: names(&own(&self.media), "medium", |_| true),
+            groups: names(&own(&self.groups), "group", |_| true),
+        }
+    }
+}
+
 /// A unique name for each item of a list: its own name if `allowed` and not yet taken, otherwise a name made from its
 /// own name or from `kind`, with a number.
 pub(super) fn names(own: &[Option<&str>], kind: &str, allowed: impl Fn(&str) -> bool) -> Vec<String> {

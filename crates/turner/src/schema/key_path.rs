@@ -23,10 +23,37 @@ pub struct KeyEdit {
 }
 
 impl KeyEdit {
-    /// An edit made by a program, without a position in a text. Dots separate the parts of `path`.
+    /// An edit made by a program, without a position in a text. Dots separate the parts of `path`; a part that
+    /// contains dots is in quotes, as [`path_part`] writes it.
     pub fn new(path: &str, data: Data) -> KeyEdit {
-        let part = |key: &str| KeyPart { key: key.to_owned(), span: Span::NONE };
-        KeyEdit { path: path.split('.').map(part).collect(), value: Value::new(data) }
+        KeyEdit { path: KeyPart::split(path), value: Value::new(data) }
+    }
+}
+
+/// A name as a part of a key path: in quotes, as in `material."Material.001"`, where it needs them.
+pub fn path_part(name: &str) -> String {
+    if !name.is_empty() && !name.contains(['.', '"', '\\']) {
+        return name.to_owned();
+    }
+    format!("\"{}\"", name.replace('\\', "\\\\").replace('"', "\\\""))
+}
+
+impl KeyPart {
+    /// The parts of a path, without positions.
+    pub fn split(path: &str) -> Vec<KeyPart> {
+        let (mut parts, mut key, mut quoted) = (Vec::new(), String::new(), false);
+        let mut chars = path.chars().peekable();
+        while let Some(c) = chars.next() {
+            match c {
+                '"' if quoted => quoted = false,
+                '"' if key.is_empty() => quoted = true,
+                '\\' if quoted => key.extend(chars.next()),
+                '.' if !quoted => parts.push(std::mem::take(&mut key)),
+                c => key.push(c),
+            }
+        }
+        parts.push(key);
+        parts.into_iter().map(|key| KeyPart { key, span: Span::NONE }).collect()
     }
 }
 
@@ -93,5 +120,20 @@ impl Value {
                     .help(format!("replace its value: -D {walked}=…")))
             }
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_of_any_kind_are_parts_of_a_path() {
+        for name in ["gold", "Material.001", "a \"b\" \\ .c", "", "ü 椅子"] {
+            let parts = KeyPart::split(&format!("material.{}.color", path_part(name)));
+            let keys: Vec<&str> = parts.iter().map(|part| part.key.as_str()).collect();
+            assert_eq!(keys, ["material", name, "color"]);
+        }
+        assert_eq!(KeyPart::split("film").len(), 1);
     }
 }

@@ -33,7 +33,7 @@ use crate::schema::value::Data;
 pub use data::{GridData, GridFile, LightProfile, MeshData, ProfileFile};
 pub use error::{ErrorCode, SceneError};
 pub use ids::{Asset, GroupId, ImageId, MaterialId, MediumId, MeshId, Named, TextureId};
-pub use key_path::{KeyEdit, KeyPart};
+pub use key_path::{KeyEdit, KeyPart, path_part};
 pub use limits::{Limits, Memory};
 pub(crate) use macros::{family, params};
 pub use materials_by_name::MaterialsByName;
