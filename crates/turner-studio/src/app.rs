@@ -57,7 +57,7 @@ impl App {
     /// Files that are dropped on the window.
     fn dropped(&mut self, ctx: &egui::Context) {
         let files = ctx.input(|i| i.raw.dropped_files.clone());
-        if let Some(path) = files.into_iter().find_map(|file| file.path) {
+        if let Some(path) = files.into_iter().next().map(|file| file.path().to_owned()) {
             self.studio.leave(After::Open(path));
         }
     }

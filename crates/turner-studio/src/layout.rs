@@ -58,7 +58,7 @@ pub(crate) fn initial() -> Tree<Panel> {
         row.shares.set_share(view, 0.56);
         row.shares.set_share(right, 0.24);
     }
-    Tree::new("panels", root, tiles)
+    Tree::new(egui::Id::unique("panels"), root, tiles)
 }
 
 /// Shows a panel: opens it, or brings it to the front of its tabs.

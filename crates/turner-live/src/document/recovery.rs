@@ -120,6 +120,18 @@ fn write(folder: &Path, desc: &SceneDesc, about: &About) -> Option<()> {
     file.commit(text.as_bytes()).ok()
 }
 
+impl Document {
+    /// This document, as the unsaved work that it was read from: with the name and file of that, and changed.
+    pub fn recovered(mut self, work: &Recovered) -> Document {
+        self.path.clone_from(&work.path);
+        self.title.clone_from(&work.name);
+        self.opened = None;
+        // Nothing on disk is this scene.
+        self.saved = Arc::default();
+        self
+    }
+}
+
 /// Whether a process runs, where the system tells.
 fn is_running(process: u32) -> bool {
     cfg!(target_os = "linux") && Path::new(&format!("/proc/{process}")).exists()

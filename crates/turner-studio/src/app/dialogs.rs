@@ -6,6 +6,7 @@ use egui::{Id, Key, Modal, Ui};
 use turner_live::document::{Document, readable};
 
 use crate::studio::{After, Dialog, Studio};
+use crate::widgets::name_text;
 
 /// Entries of a folder that are listed.
 const MOST: usize = 500;
@@ -72,7 +73,7 @@ fn file(ui: &mut Ui, studio: &mut Studio, save: bool, mut name: String) -> Optio
     ui.heading(if save { "Save the scene as" } else { "Open a scene or a model" });
     let field = egui::TextEdit::singleline(&mut name).desired_width(f32::INFINITY);
     let response = ui.add(field);
-    response.widget_info(|| egui::WidgetInfo::labeled(egui::WidgetType::TextEdit, true, "File name"));
+    name_text(&response, "File name", &name);
     let enter = response.lost_focus() && ui.input(|i| i.key_pressed(Key::Enter));
     let path = PathBuf::from(&name);
     let folder = if path.is_dir() { path.clone() } else { path.parent().map(Path::to_owned).unwrap_or_default() };

@@ -4,6 +4,7 @@ use egui::{Key, Modifiers};
 
 use crate::actions::Action;
 use crate::studio::Studio;
+use crate::widgets::name_text;
 
 /// Actions that are listed at once.
 const MOST: usize = 12;
@@ -38,7 +39,7 @@ pub(super) fn show(ctx: &egui::Context, studio: &mut Studio) {
         ui.set_width(420.0);
         let field = egui::TextEdit::singleline(&mut text).hint_text("Type a command").desired_width(f32::INFINITY);
         let response = ui.add(field);
-        response.widget_info(|| egui::WidgetInfo::labeled(egui::WidgetType::TextEdit, true, "Command"));
+        name_text(&response, "Command", &text);
         response.request_focus();
         if response.changed() {
             at = 0;

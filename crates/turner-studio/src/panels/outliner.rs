@@ -5,6 +5,7 @@ use egui::{CollapsingHeader, Ui};
 use crate::actions::Action;
 use crate::node::Node;
 use crate::studio::Studio;
+use crate::widgets::name_text;
 
 /// Entries that a list shows without a search.
 const MOST: usize = 400;
@@ -14,7 +15,7 @@ pub(crate) fn show(ui: &mut Ui, studio: &mut Studio) {
     let mut text = search;
     let hint = egui::TextEdit::singleline(&mut text).hint_text("Search").desired_width(f32::INFINITY);
     let response = ui.add(hint);
-    response.widget_info(|| egui::WidgetInfo::labeled(egui::WidgetType::TextEdit, true, "Search the scene"));
+    name_text(&response, "Search the scene", &text);
     ui.data_mut(|d| d.insert_temp(egui::Id::unique("search"), text.clone()));
     let desc = studio.document.desc().clone();
     egui::ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {

@@ -9,7 +9,7 @@ use turner::schema::{EntryDoc, Field};
 use crate::node::Node;
 use crate::studio::Studio;
 use crate::widgets::field::{self, Around, Change};
-use crate::widgets::transform;
+use crate::widgets::{name, transform};
 
 pub(crate) fn show(ui: &mut Ui, studio: &mut Studio) {
     let desc = studio.document.desc().clone();
@@ -88,7 +88,7 @@ fn types(
                 }
             }
         });
-        combo.response.widget_info(|| egui::WidgetInfo::labeled(egui::WidgetType::ComboBox, true, "Type"));
+        name(&combo.response, egui::Role::ComboBox, "Type");
     });
     own
 }

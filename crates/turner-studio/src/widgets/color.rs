@@ -3,6 +3,8 @@
 use egui::{DragValue, Ui};
 use turner::schema::Range;
 
+use super::{name, name_number};
+
 /// Edits a colour. With `encoded`, values are display values as in classic scenes; else they are linear. Returns whether
 /// it changed.
 pub(crate) fn edit(ui: &mut Ui, rgb: &mut [f64; 3], encoded: bool, range: Option<Range>, label: &str) -> bool {
@@ -27,13 +29,13 @@ pub(crate) fn edit(ui: &mut Ui, rgb: &mut [f64; 3], encoded: bool, range: Option
             response
         };
         changed |= response.changed();
-        response.widget_info(|| egui::WidgetInfo::labeled(egui::WidgetType::ColorButton, true, label));
+        name(&response, egui::Role::ColorWell, label);
         let range = range.unwrap_or(Range::FINITE);
         for (value, channel) in rgb.iter_mut().zip(["red", "green", "blue"]) {
             let speed = (value.abs() * 0.01).max(0.002);
-            let drag = DragValue::new(value).speed(speed).range(range.min..=range.max).max_decimals(4);
+            let drag = DragValue::new(&mut *value).speed(speed).range(range.min..=range.max).max_decimals(4);
             let response = ui.add(drag);
-            response.widget_info(|| egui::WidgetInfo::labeled(egui::WidgetType::DragValue, true, format!("{label}, {channel}")));
+            name_number(&response, &format!("{label}, {channel}"), *value);
             changed |= response.changed();
         }
     });

@@ -5,7 +5,7 @@ use egui::{ComboBox, DragValue, TextEdit, Ui};
 use turner::schema::value::{Data, Value};
 use turner::schema::{Field, Range};
 
-use super::color;
+use super::{color, name_number, name_switch, name_text};
 
 /// What a row asks for.
 pub(crate) enum Change {
@@ -46,10 +46,7 @@ pub(crate) fn row(ui: &mut Ui, field: &Field, value: Option<&Data>, around: &Aro
         change = widget(ui, field, value, standard.as_ref(), around);
         if value.is_some() && field.default.is_some() {
             let reset = ui.small_button("↺").on_hover_text(format!("Back to the default of {}", field.name));
-            reset.widget_info(|| {
-                let text = format!("Default of {}", field.name);
-                egui::WidgetInfo::labeled(egui::WidgetType::Button, true, text)
-            });
+            super::name(&reset, egui::Role::Button, &format!("Default of {}", field.name));
             if reset.clicked() {
                 change = Some(Change::Unset);
             }
@@ -98,11 +95,6 @@ fn array(values: impl IntoIterator<Item = f64>) -> Data {
     Data::Array(values.into_iter().map(|v| Value::new(Data::Number(v))).collect())
 }
 
-fn named(response: &egui::Response, kind: egui::WidgetType, name: &str) {
-    let label = name.replace('_', " ");
-    response.widget_info(|| egui::WidgetInfo::labeled(kind, true, &label));
-}
-
 fn widget(ui: &mut Ui, field: &Field, value: Option<&Data>, standard: Option<&Data>, around: &Around<'_>) -> Option<Change> {
     let kind = (field.kind)();
     let shown = value.or(standard);
@@ -114,7 +106,7 @@ fn widget(ui: &mut Ui, field: &Field, value: Option<&Data>, standard: Option<&Da
         "true | false" => {
             let mut on = matches!(shown, Some(Data::Bool(true)));
             let response = ui.checkbox(&mut on, "");
-            named(&response, egui::WidgetType::Checkbox, field.name);
+            name_switch(&response, field.name, on);
             response.changed().then_some(Change::Set(Data::Bool(on)))
         }
         "number" | "integer" => scalar(ui, field, shown, kind == "integer"),
@@ -126,7 +118,7 @@ fn widget(ui: &mut Ui, field: &Field, value: Option<&Data>, standard: Option<&Da
         "\"image file\"" | "\"IES file\"" | "\"grid file\"" => {
             let name = if let Some(Data::String(name)) = shown { name.clone() } else { "none".into() };
             let button = ui.button(name).on_hover_text("Choose a file");
-            named(&button, egui::WidgetType::Button, field.name);
+            super::name(&button, egui::Role::Button, field.name);
             button.clicked().then_some(Change::File)
         }
         _ => match shown.and_then(numbers) {
@@ -144,7 +136,7 @@ fn scalar(ui: &mut Ui, field: &Field, shown: Option<&Data>, whole: bool) -> Opti
     let Some(mut v) = shown.and_then(number) else {
         // No value: "automatic". A click gives it one.
         let button = ui.button("automatic").on_hover_text("Choose a value");
-        named(&button, egui::WidgetType::Button, field.name);
+        super::name(&button, egui::Role::Button, field.name);
         let Range { min, max, .. } = limits(field);
         let start = if (min..=max).contains(&1.0) { 1.0 } else { (0.5 * (min + max)).clamp(min, max) };
         let data = if whole { Data::Integer(start as i64) } else { Data::Number(start) };
@@ -157,7 +149,7 @@ fn scalar(ui: &mut Ui, field: &Field, shown: Option<&Data>, whole: bool) -> Opti
     let speed = if whole { 0.2 } else if narrow { ((max - min) * 0.002).max(1e-4) } else { (v.abs() * 0.01).max(0.005) };
     let drag = DragValue::new(&mut v).range(low..=max).speed(speed).max_decimals(if whole { 0 } else { 5 });
     let response = ui.add(drag);
-    named(&response, egui::WidgetType::DragValue, field.name);
+    name_number(&response, field.name, v);
     let data = if whole { Data::Integer(v.round() as i64) } else { Data::Number(v) };
     response.changed().then_some(Change::Set(data))
 }
@@ -167,9 +159,9 @@ fn vector(ui: &mut Ui, field: &Field, mut values: Vec<f64>) -> Option<Change> {
     let Range { min, max, .. } = limits(field);
     for (i, value) in values.iter_mut().enumerate() {
         let speed = (value.abs() * 0.01).max(0.005);
-        let response = ui.add(DragValue::new(value).speed(speed).range(min..=max).max_decimals(4));
+        let response = ui.add(DragValue::new(&mut *value).speed(speed).range(min..=max).max_decimals(4));
         let axis = ["x", "y", "z", "w"].get(i).copied().unwrap_or("");
-        named(&response, egui::WidgetType::DragValue, &format!("{}, {axis}", field.name));
+        name_number(&response, &format!("{}, {axis}", field.name), *value);
         changed |= response.changed();
     }
     changed.then(|| Change::Set(array(values)))
@@ -186,7 +178,7 @@ fn word(ui: &mut Ui, field: &Field, shown: Option<&Data>, words: &[(&'static str
             }
         }
     });
-    named(&combo.response, egui::WidgetType::ComboBox, field.name);
+    super::name(&combo.response, egui::Role::ComboBox, field.name);
     chosen
 }
 
@@ -207,7 +199,7 @@ fn source(ui: &mut Ui, field: &Field, shown: Option<&Data>, around: &Around<'_>)
     match texture {
         Some(name) => {
             let button = ui.button(name).on_hover_text("Show the texture");
-            named(&button, egui::WidgetType::Button, field.name);
+            super::name(&button, egui::Role::Button, field.name);
             if button.clicked() {
                 change = Some(Change::Follow("texture", name.to_owned()));
             }
@@ -227,7 +219,7 @@ fn source(ui: &mut Ui, field: &Field, shown: Option<&Data>, around: &Around<'_>)
             change = Some(Change::File);
         }
     });
-    named(&combo.response, egui::WidgetType::ComboBox, &format!("{} texture", field.name));
+    super::name(&combo.response, egui::Role::ComboBox, &format!("{} texture", field.name));
     change
 }
 
@@ -251,7 +243,7 @@ pub(crate) fn reference(
             }
         }
     });
-    named(&combo.response, egui::WidgetType::ComboBox, field.name);
+    super::name(&combo.response, egui::Role::ComboBox, field.name);
     if let Some(name) = now
         && ui.small_button("→").on_hover_text(format!("Show the {kind}")).clicked()
     {
@@ -263,7 +255,7 @@ pub(crate) fn reference(
 fn text(ui: &mut Ui, field: &Field, shown: Option<&Data>) -> Option<Change> {
     let mut now = if let Some(Data::String(text)) = shown { text.clone() } else { String::new() };
     let response = ui.add(TextEdit::singleline(&mut now).desired_width(140.0));
-    named(&response, egui::WidgetType::TextEdit, field.name);
+    name_text(&response, field.name, &now);
     response.changed().then_some(if now.is_empty() { Change::Unset } else { Change::Set(Data::String(now)) })
 }
 

@@ -5,6 +5,8 @@ use turner::math::elementary::{asin, atan2};
 use turner::math::{DAffine3, DVec3};
 use turner::schema::transform::rotation;
 
+use super::name_number;
+
 /// Position, rotation about x, y and z in degrees (in this order), scale along the object's axes. `None` for transforms
 /// with shear, which these do not describe.
 pub(crate) fn decompose(m: &DAffine3) -> Option<[DVec3; 3]> {
@@ -46,9 +48,9 @@ pub(crate) fn edit(ui: &mut Ui, m: &DAffine3) -> Option<DAffine3> {
         ui.horizontal(|ui| {
             for (value, axis) in [(&mut part.x, "x"), (&mut part.y, "y"), (&mut part.z, "z")] {
                 let speed = if name == "Rotation (degrees)" { speed } else { (value.abs() * speed).max(speed * 0.5) };
-                let response = ui.add(DragValue::new(value).speed(speed).max_decimals(4));
+                let response = ui.add(DragValue::new(&mut *value).speed(speed).max_decimals(4));
                 let label = format!("{name}, {axis}");
-                response.widget_info(|| egui::WidgetInfo::labeled(egui::WidgetType::DragValue, true, &label));
+                name_number(&response, &label, *value);
                 changed |= response.changed();
             }
         });
