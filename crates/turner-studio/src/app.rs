@@ -16,12 +16,14 @@ pub struct App {
     /// What the parts of the window share.
     pub studio: Studio,
     tree: Tree<Panel>,
+    /// Theme, size and title that the window has.
+    shown: (Option<(Theme, f32)>, String),
 }
 
 impl App {
     /// A window's contents with an empty scene.
     pub fn new(ctx: &egui::Context, home: std::path::PathBuf) -> App {
-        App { studio: Studio::new(ctx, home), tree: layout::initial() }
+        App { studio: Studio::new(ctx, home), tree: layout::initial(), shown: Default::default() }
     }
 
     /// One frame.
@@ -44,7 +46,12 @@ impl App {
         self.close(ui.ctx());
     }
 
-    fn appearance(&self, ctx: &egui::Context) {
+    fn appearance(&mut self, ctx: &egui::Context) {
+        let wanted = (self.studio.settings.theme, self.studio.settings.zoom);
+        // Setting them again would ask for another frame.
+        if self.shown.0.replace(wanted) == Some(wanted) {
+            return;
+        }
         let theme = match self.studio.settings.theme {
             Theme::Dark => egui::ThemePreference::Dark,
             Theme::Light => egui::ThemePreference::Light,
@@ -153,9 +160,9 @@ impl eframe::App for App {
         let name = self.studio.document.name();
         let changed = if self.studio.document.is_changed() { "*" } else { "" };
         let title = format!("{name}{changed} - Turner Studio");
-        let shown = ui.ctx().input(|i| i.viewport().title.clone());
-        if shown.as_deref() != Some(&title) {
-            ui.ctx().send_viewport_cmd(egui::ViewportCommand::Title(title));
+        if self.shown.1 != title {
+            ui.ctx().send_viewport_cmd(egui::ViewportCommand::Title(title.clone()));
+            self.shown.1 = title;
         }
     }
 

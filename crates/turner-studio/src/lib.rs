@@ -14,9 +14,9 @@
 pub mod actions;
 pub mod app;
 mod layout;
-mod node;
+pub mod node;
 mod panels;
 pub mod settings;
 pub mod studio;
-mod viewport;
+pub mod viewport;
 mod widgets;

@@ -118,8 +118,15 @@ impl Board {
     }
 
     pub(super) fn say(&self, change: impl FnOnce(&mut Status)) {
-        change(&mut lock(&self.status));
-        (self.wake)();
+        let mut status = lock(&self.status);
+        let before = status.doing;
+        change(&mut status);
+        let is_new = status.doing != before || status.settled || status.error.is_some();
+        drop(status);
+        // Numbers alone are shown with the next frame.
+        if is_new {
+            (self.wake)();
+        }
     }
 
     pub(super) fn fail(&self, message: String, help: Option<String>) {

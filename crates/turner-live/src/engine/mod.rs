@@ -18,6 +18,8 @@ mod frame;
 mod order;
 mod pace;
 mod settle;
+#[cfg(test)]
+mod tests;
 mod worker;
 
 pub use frame::{Frame, Stage, Stand};

@@ -98,7 +98,7 @@ pub(crate) fn show(ui: &mut egui::Ui, studio: &mut Studio) {
     }
     response.widget_info(|| {
         let what = format!("Picture of {}", studio.document.name());
-        egui::WidgetInfo::labeled(egui::WidgetType::Image, true, what)
+        egui::WidgetInfo::labeled(egui::Role::Image, true, what)
     });
     let pointer = response.hover_pos().map(|at| placed.to_film(at));
     studio.viewport.under_pointer = pointer;
