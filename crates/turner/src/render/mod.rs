@@ -46,7 +46,7 @@ mod work;
 pub use aovs::{AovChannel, AovValues, label_name};
 pub use pixel::{MAX_LISTED, PixelRecord, SampleRecord, Square, pixel};
 pub use schedule::{PassRange, TileSet};
-pub use single::sample;
+pub use single::{pixel_samples, sample};
 
 use std::sync::atomic::AtomicBool;
 use std::sync::{Arc, Mutex, OnceLock, PoisonError};

@@ -16,9 +16,8 @@ use turner::integrator::path::{End, Passage};
 use turner::math::DVec3;
 use turner::render::SampleRecord;
 use turner::schema::MaterialId;
-use turner::view::camera_ray;
 
-use super::names::Names;
+use turner::explain::{Names, Replay, SampleTree};
 
 /// Increased when a key changes its meaning or is removed. New keys may appear at any time.
 pub(super) const VERSION: u32 = 2;
@@ -113,7 +112,7 @@ pub(crate) struct Object<'a> {
 
 impl<'a> Object<'a> {
     fn new(names: &Names<'a>, primitive: u32, shape: &'static str) -> Object<'a> {
-        let name = names.scene.object_name(primitive);
+        let name = names.prepared.scene.object_name(primitive);
         Object { primitive, shape, name: name.own, instance: name.instance }
     }
 
@@ -193,6 +192,12 @@ pub(crate) struct Explanation<'a> {
 }
 
 impl Explanation<'_> {
+    /// The trees of all samples that are shown.
+    pub(super) fn trees(&self, names: &Names<'_>) -> Vec<SampleTree> {
+        let tree = |s: &Sample<'_>| SampleTree::of(names, s.sample, &s.source.0, &s.source.1);
+        self.explained.iter().map(tree).collect()
+    }
+
     /// As JSON.
     pub(super) fn json(&self) -> Result<String, serde_json::Error> {
         let mut out = serde_json::to_vec(self)?;
@@ -221,9 +226,9 @@ pub(crate) struct Sample<'a> {
     pub(crate) touches: Option<bool>,
     #[serde(flatten)]
     pub(crate) what: What<'a>,
-    /// Its weight in the pixel.
+    /// What it was made from.
     #[serde(skip)]
-    pub(crate) weight: f64,
+    source: (SampleRecord, Replay),
 }
 
 /// The record of the integrator that traced it.
@@ -236,13 +241,13 @@ pub(crate) enum What<'a> {
 }
 
 impl<'a> Sample<'a> {
-    pub(super) fn new(
-        names: &Names<'a>,
-        number: usize,
-        sample: &SampleRecord,
-        sum: Spectrum,
-        what: What<'a>,
-    ) -> Sample<'a> {
+    pub(super) fn new(names: &Names<'a>, number: usize, sample: &SampleRecord, replay: Replay) -> Sample<'a> {
+        let what = match &replay {
+            Replay::Tree(record) => What::Tree(classic::of(names, record)),
+            Replay::Path(record) => What::Path(Box::new(path::of(names, record))),
+            Replay::FirstHit(record) => What::FirstHit(Box::new(FirstHit::new(names, record))),
+        };
+        let sum = replay.sum();
         let touches = match &what {
             What::Tree(tree) => tree.touches(),
             What::Path(path) => path.touches(),
@@ -260,7 +265,7 @@ impl<'a> Sample<'a> {
             exact: bits(sum) == bits(rendered) || !rendered.is_finite(),
             touches: names.path_of.map(|_| touches),
             what,
-            weight: sample.weight,
+            source: (*sample, replay),
         }
     }
 }
@@ -277,8 +282,6 @@ pub(crate) struct Surface<'a> {
     /// Whether `--path-of` selects it.
     #[serde(skip)]
     pub(crate) touches: bool,
-    #[serde(skip)]
-    pub(crate) uv: [f64; 2],
     pub(crate) t: f64,
     #[serde(serialize_with = "plain")]
     pub(crate) position: DVec3,
@@ -291,26 +294,17 @@ pub(crate) struct Surface<'a> {
 }
 
 impl<'a> FirstHit<'a> {
-    pub(super) fn new(names: &Names<'a>, sample: &SampleRecord) -> FirstHit<'a> {
-        let scene = names.scene;
-        let Some(ray) = camera_ray(&names.prepared.view, sample.id, sample.place) else {
-            return FirstHit { camera: None, hit: None };
-        };
-        let hit = scene.intersect(&ray).map(|hit| {
-            let surface = scene.surface(&ray, &hit);
-            let (primitive, shape) = (scene.primitive_id(&hit), scene.shape_word(&hit));
-            Surface {
-                touches: names.touches(primitive, shape, surface.material),
-                uv: scene.texture_point(&surface).uv.into(),
-                t: hit.shape.t,
-                position: surface.p,
-                geometric_normal: surface.ng,
-                shading_normal: surface.ns,
-                object: Object::new(names, primitive, shape),
-                material: Material::new(names, surface.material),
-            }
+    fn new(names: &Names<'a>, first: &turner::explain::FirstHit) -> FirstHit<'a> {
+        let hit = first.hit.map(|hit| Surface {
+            touches: names.touches(hit.primitive, hit.shape, hit.material),
+            t: hit.t,
+            position: hit.position,
+            geometric_normal: hit.geometric_normal,
+            shading_normal: hit.shading_normal,
+            object: Object::new(names, hit.primitive, hit.shape),
+            material: Material::new(names, hit.material),
         });
-        FirstHit { camera: Some(Camera { origin: ray.origin, direction: ray.direction }), hit }
+        FirstHit { camera: first.camera.map(|(origin, direction)| Camera { origin, direction }), hit }
     }
 }
 
@@ -353,7 +347,7 @@ group = "tree"
             load_text(SCENE.to_owned(), "s.toml", &MemoryAssets::default(), &LoadOptions::default()).unwrap();
         let (prepared, desc) = (loaded.desc.prepare(&PrepareOptions::default()).unwrap(), loaded.desc);
         let scene = &prepared.scene;
-        let names = Names { prepared: &prepared, scene, desc: &desc, path_of: None };
+        let names = Names { prepared: &prepared, desc: &desc, path_of: None };
         let labels = Labels { scene, desc: &desc };
         let objects: Vec<String> = (0..4).map(|id| Object::new(&names, id, "box").label()).collect();
         assert_eq!(objects, (0..4).map(|id| labels.object(id, "box")).collect::<Vec<_>>());

@@ -10,7 +10,7 @@ use turner::math::DVec3;
 
 use super::classic::Occluder;
 use super::{Material, Object, plain};
-use crate::explain::names::Names;
+use turner::explain::Names;
 
 #[derive(Serialize)]
 pub(crate) struct Path<'a> {
