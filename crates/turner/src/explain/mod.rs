@@ -19,6 +19,7 @@ mod model;
 mod names;
 pub mod number;
 mod path;
+mod probe;
 pub mod prune;
 mod replay;
 mod term;
@@ -29,6 +30,7 @@ pub use classic::list;
 pub use model::{Kind, RayNode, SampleTree, over};
 pub use names::Names;
 pub use path::end as end_of_path;
+pub use probe::{Probe, SurfaceValues, probe};
 pub use replay::{FirstHit, FirstSurface, Replay};
 pub use term::{Piece, Term};
 

@@ -36,11 +36,6 @@ impl<'a> Names<'a> {
         self.desc.materials.get(id.index())?.name.as_deref()
     }
 
-    /// The type of a material; `None` for the default material.
-    pub fn material_kind(&self, id: MaterialId) -> Option<&'static str> {
-        Some(self.desc.materials.get(id.index())?.value.type_name())
-    }
-
     /// The name of a light, by its index in the prepared scene.
     pub fn light(&self, light: u32) -> String {
         self.labels().light(light)

@@ -81,23 +81,11 @@ fn plain<T: Plain, S: Serializer>(value: &T, serializer: S) -> Result<S::Ok, S::
 pub(crate) struct Material<'a> {
     pub(crate) id: u32,
     pub(crate) name: Option<&'a str>,
-    /// Its type, if the scene defines it.
-    #[serde(skip)]
-    kind: Option<&'static str>,
 }
 
 impl<'a> Material<'a> {
     fn new(names: &Names<'a>, id: MaterialId) -> Material<'a> {
-        Material { id: id.0, name: names.material_name(id), kind: names.material_kind(id) }
-    }
-
-    /// Its name, or its type.
-    pub(crate) fn label(&self) -> String {
-        match (self.name, self.kind) {
-            (Some(name), _) => name.to_owned(),
-            (None, Some(kind)) => format!("{kind} material"),
-            (None, None) => "default material".to_owned(),
-        }
+        Material { id: id.0, name: names.material_name(id) }
     }
 }
 
@@ -114,15 +102,6 @@ impl<'a> Object<'a> {
     fn new(names: &Names<'a>, primitive: u32, shape: &'static str) -> Object<'a> {
         let name = names.prepared.scene.object_name(primitive);
         Object { primitive, shape, name: name.own, instance: name.instance }
-    }
-
-    /// `ball`, `tree / leaf`, or `sphere #4` for an object without a name.
-    pub(crate) fn label(&self) -> String {
-        let own = self.name.map_or_else(|| format!("{} #{}", self.shape, self.primitive), str::to_owned);
-        match self.instance {
-            Some(instance) => format!("{instance} / {own}"),
-            None => own,
-        }
     }
 }
 
@@ -305,61 +284,5 @@ impl<'a> FirstHit<'a> {
             material: Material::new(names, hit.material),
         });
         FirstHit { camera: first.camera.map(|(origin, direction)| Camera { origin, direction }), hit }
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use turner::description::Labels;
-    use turner::schema::PrepareOptions;
-    use turner_io::assets::MemoryAssets;
-    use turner_io::scene::{LoadOptions, load_text};
-
-    use super::*;
-
-    /// Objects with and without names, alone and in an instance.
-    const SCENE: &str = r#"
-[material.red]
-color = "red"
-[[object]]
-type = "sphere"
-name = "ball"
-material = "red"
-[[object]]
-type = "sphere"
-center = [3, 0, 0]
-material = { type = "matte" }
-[[group.tree.object]]
-type = "box"
-name = "leaf"
-[[object]]
-type = "instance"
-name = "oak"
-group = "tree"
-[[object]]
-type = "instance"
-group = "tree"
-"#;
-
-    #[test]
-    fn labels_agree_with_the_library() {
-        let loaded =
-            load_text(SCENE.to_owned(), "s.toml", &MemoryAssets::default(), &LoadOptions::default()).unwrap();
-        let (prepared, desc) = (loaded.desc.prepare(&PrepareOptions::default()).unwrap(), loaded.desc);
-        let scene = &prepared.scene;
-        let names = Names { prepared: &prepared, desc: &desc, path_of: None };
-        let labels = Labels { scene, desc: &desc };
-        let objects: Vec<String> = (0..4).map(|id| Object::new(&names, id, "box").label()).collect();
-        assert_eq!(objects, (0..4).map(|id| labels.object(id, "box")).collect::<Vec<_>>());
-        assert!(objects.contains(&"oak / leaf".to_owned()) && objects.contains(&"box #1".to_owned()));
-        let count = desc.materials.len() as u32;
-        // One beyond the last: the default material.
-        let materials = (0..=count).map(MaterialId);
-        let found: Vec<String> = materials.clone().map(|id| Material::new(&names, id).label()).collect();
-        assert_eq!(found, materials.map(|id| labels.material(id)).collect::<Vec<_>>());
-        assert!(
-            found.contains(&"red".to_owned()) && found.contains(&"matte material".to_owned()),
-            "{found:?}"
-        );
     }
 }
