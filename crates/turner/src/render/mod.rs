@@ -23,6 +23,7 @@ mod extend;
 #[cfg(test)]
 mod firefly_tests;
 mod light;
+mod mix;
 mod order;
 #[cfg(test)]
 mod part_tests;
