@@ -33,6 +33,7 @@
 //! triangle, measured on scans, terrain, architecture and thin sticks. Traversal does not allocate.
 
 mod aabb;
+mod boxes;
 mod build;
 mod bvh;
 mod bvh2;

@@ -44,6 +44,7 @@ pub mod compare;
 pub mod denoise;
 pub mod description;
 pub mod doctor;
+pub mod explain;
 pub mod film;
 pub mod filter;
 pub mod image;

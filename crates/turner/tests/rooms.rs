@@ -35,6 +35,8 @@ const ROOMS: &[(&str, &[&str])] = &[
     ("description", &["integrator"]),
     ("prepare", &["description"]),
     ("render", &["prepare", "denoise"]),
+    // Why a pixel has its colour: a sample as a tree of rays.
+    ("explain", &["render"]),
     // Tools that check scenes and pictures; nothing below imports them.
     ("compare", &["film"]),
     ("lint", &["prepare"]),

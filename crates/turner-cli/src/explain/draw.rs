@@ -1,10 +1,9 @@
 //! Draws the rays of a sample and the objects that they hit, as SVG.
 
+use turner::explain::prune::Shown;
+use turner::explain::{Kind, Names, RayNode, SampleTree};
 use turner::scene::Outline;
 
-use super::model::{Kind, Node, SampleTree};
-use super::names::Names;
-use super::prune::Shown;
 use super::views::{Figure, Point, View, WIDTH, touched, views};
 
 /// The two views of the scene, the same for all samples.
@@ -39,7 +38,7 @@ impl Views {
     pub(super) fn new(names: &Names<'_>, trees: &[SampleTree]) -> Views {
         let mut ids = touched(trees);
         ids.truncate(OBJECTS);
-        let outlines = names.scene.outlines(&ids);
+        let outlines = names.prepared.scene.outlines(&ids);
         let name = |id: u32| {
             let mut hits = trees.iter().flat_map(|t| &t.nodes).filter(|n| n.primitive == Some(id));
             names.object(id, hits.next().map_or("object", |n| n.shape))
@@ -174,7 +173,7 @@ enum Mark {
 }
 
 /// Draws a ray as a line with an arrow at its centre, and its number.
-fn ray(out: &mut String, view: &View, i: usize, node: &Node, mark: Mark) {
+fn ray(out: &mut String, view: &View, i: usize, node: &RayNode, mark: Mark) {
     let Some(([x0, y0], [x1, y1])) = view.segment(node.from, node.direction, node.to) else { return };
     let blocked = if node.open { "" } else { " blocked" };
     let faint = if mark == Mark::Faint { " faint" } else { "" };

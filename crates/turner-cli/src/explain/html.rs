@@ -3,15 +3,15 @@
 use turner::color::Spectrum;
 
 use super::draw::{Views, xml};
-use super::model::{Node, SampleTree};
-use super::number::{color, exact, number, percent, rays, short, short_color};
-use super::prune::{Shown, shown};
 use super::record::Explanation;
 use super::rows::{Row, light_remark, rows};
 use super::shade::Display;
 use super::style;
 use super::svg::title;
 use super::views::WIDTH;
+use turner::explain::number::{color, exact, number, percent, rays, short, short_color};
+use turner::explain::prune::{Shown, shown};
+use turner::explain::{RayNode, SampleTree};
 
 const SCRIPT: &str = include_str!("page.js");
 
@@ -127,10 +127,10 @@ fn swatch(display: &Display<'_>, c: Spectrum) -> String {
     format!("<i style=\"background:{}\"></i>", display.hex(c))
 }
 
-fn details(out: &mut String, node: &Node) {
+fn details(out: &mut String, node: &RayNode) {
     *out += "<dl>";
-    for (name, value) in &node.rows {
-        *out += &format!("<dt>{}</dt><dd>{}</dd>", xml(name), xml(value));
+    for term in &node.terms {
+        *out += &format!("<dt>{}</dt><dd>{}</dd>", xml(term.name), xml(&term.text()));
     }
     *out += "</dl>\n";
 }

@@ -2,20 +2,14 @@
 //!
 //! ```text
 //! run ── render::pixel ── samples ── record ─┬─ json
-//!        (the pixel as rendered)  (replays)  └─ model (trees by classic, path, other) ── prune ─┬─ text
-//!                                                                                              ├─ svg ── views
-//!                                                                                              └─ html
+//!        (the pixel as rendered)  (replays)  └─ trees (turner::explain) ── prune ─┬─ text
+//!                                                                                ├─ svg ── views
+//!                                                                                └─ html
 //! ```
 
-mod classic;
 mod draw;
 mod html;
-mod model;
-mod names;
-mod number;
-mod other;
-mod path;
-mod prune;
+mod path_of;
 mod record;
 mod rows;
 mod samples;
@@ -29,6 +23,7 @@ use std::ffi::OsStr;
 use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
+use turner::explain::Names;
 use turner::render::pixel;
 use turner::schema::{ErrorCode, SceneError};
 use turner_io::image::OutputFile;
@@ -141,14 +136,9 @@ fn explain(args: &ExplainArgs, reporter: &Reporter, control: &Control) -> Result
     let prepared = &ready.prepared;
     prepared.choose();
     let bad = |e| Failure::in_scene(e, &ready.sources, &ready.labels);
-    let names = names::Names {
-        prepared,
-        scene: &prepared.scene,
-        desc: &ready.desc,
-        path_of: args.path_of.as_deref(),
-    };
+    let names = Names { prepared, desc: &ready.desc, path_of: args.path_of.as_deref() };
     if let Some(wanted) = &args.path_of {
-        names.check(wanted).map_err(bad)?;
+        path_of::check(&names, wanted).map_err(bad)?;
     }
     let (x, y) = args.pixel;
     let pixel = pixel(prepared, x, y).map_err(bad)?;
@@ -165,10 +155,10 @@ fn explain(args: &ExplainArgs, reporter: &Reporter, control: &Control) -> Result
             Failure::new(SceneError::new(ErrorCode::Internal, message))
         })?,
         Format::Text => {
-            text::of(&record, &model::trees(&record), &style(&prepared.view.film, args.all, file.is_some()))
+            text::of(&record, &record.trees(&names), &style(&prepared.view.film, args.all, file.is_some()))
         }
         Format::Svg | Format::Html => {
-            let trees = model::trees(&record);
+            let trees = record.trees(&names);
             let views = draw::Views::new(&names, &trees);
             let display = shade::Display::new(&prepared.view.film);
             // The budget of a page is divided among its samples.

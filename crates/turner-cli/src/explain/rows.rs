@@ -2,8 +2,8 @@
 
 use turner::color::Spectrum;
 
-use super::model::{Kind, SampleTree};
-use super::prune::{Hidden, Shown};
+use turner::explain::prune::{Hidden, Shown};
+use turner::explain::{Kind, SampleTree};
 
 /// A row.
 pub(super) enum Row {

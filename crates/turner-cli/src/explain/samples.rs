@@ -2,13 +2,13 @@
 
 use turner::color::Spectrum;
 use turner::film::Antialias;
-use turner::integrator::{IntegratorDesc, Prepared, classic as classic_record, path as path_record};
+use turner::integrator::Prepared;
 use turner::render::{PixelRecord, SampleRecord};
 use turner::schema::{ErrorCode, SceneError};
 
-use super::names::Names;
-use super::number::short;
-use super::record::{Explanation, FirstHit, Listed, Sample, Square, VERSION, What, classic, path};
+use super::record::{Explanation, Listed, Sample, Square, VERSION};
+use turner::explain::number::short;
+use turner::explain::{Names, Replay, contribution};
 
 /// Most samples that are explained on pages and in JSON, and with `--all`.
 const MANY: usize = 25;
@@ -22,12 +22,6 @@ pub(super) struct Wanted {
     pub(super) all: bool,
     /// Whether the format shows many samples.
     pub(super) many: bool,
-}
-
-/// The contribution of a sample to the pixel: its largest channel times its weight.
-fn contribution(s: &SampleRecord) -> f64 {
-    let most = s.radiance.color.map(f32::abs).max_component();
-    if most.is_finite() { s.weight * f64::from(most) } else { f64::MAX }
 }
 
 /// Explains a pixel. Errors: there is no such sample.
@@ -121,28 +115,7 @@ fn square(s: &turner::render::Square) -> Square {
 }
 
 fn one<'a>(names: &Names<'a>, n: usize, sample: &SampleRecord) -> Result<Sample<'a>, SceneError> {
-    let (sum, what) = match &names.desc.integrator {
-        IntegratorDesc::Classic(_) => {
-            let record = classic_record::replay_at(names.prepared, sample.id, sample.place)?;
-            (record.sum(), What::Tree(classic::of(names, &record)))
-        }
-        IntegratorDesc::Path(_) | IntegratorDesc::Direct(_) => {
-            let record = path_record::replay_at(names.prepared, sample.id, sample.place)?;
-            (record.sum(), What::Path(Box::new(path::of(names, &record))))
-        }
-        IntegratorDesc::Normals(_)
-        | IntegratorDesc::Depth(_)
-        | IntegratorDesc::Position(_)
-        | IntegratorDesc::Uv(_)
-        | IntegratorDesc::Albedo(_)
-        | IntegratorDesc::Ids(_)
-        | IntegratorDesc::Wireframe(_)
-        | IntegratorDesc::AmbientOcclusion(_)
-        | IntegratorDesc::Cost(_) => {
-            (sample.radiance.color, What::FirstHit(Box::new(FirstHit::new(names, sample))))
-        }
-    };
-    Ok(Sample::new(names, n, sample, sum, what))
+    Ok(Sample::new(names, n, sample, Replay::new(names.prepared, names.desc, sample)?))
 }
 
 /// The samples that `--path-of` selects, by falling contribution.

@@ -3,14 +3,14 @@
 use turner::color::Spectrum;
 
 use super::draw::{Views, xml};
-use super::model::{SampleTree, over};
-use super::number::{percent, rays, short, short_color as color};
-use super::prune::shown;
 use super::record::Explanation;
 use super::rows::{Row, light_remark, rows};
 use super::shade::Display;
 use super::style;
 use super::views::WIDTH;
+use turner::explain::number::{percent, rays, short, short_color as color};
+use turner::explain::prune::shown;
+use turner::explain::{SampleTree, over};
 
 const LEFT: f64 = 24.0;
 const TREE: f64 = 600.0;

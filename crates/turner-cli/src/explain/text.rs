@@ -3,12 +3,12 @@
 use turner::color::Spectrum;
 use turner::schema::error::escape;
 
-use super::model::{Kind, Node, SampleTree};
-use super::number::{color, exact, number, rays};
-use super::prune::{Hidden, Shown, shown};
 use super::record::Explanation;
 use super::rows::light_remark;
 use super::shade::Display;
+use turner::explain::number::{color, exact, number, rays};
+use turner::explain::prune::{Hidden, Shown, shown};
+use turner::explain::{Kind, RayNode, SampleTree};
 
 /// How the text is written.
 pub(super) struct Style<'a> {
@@ -283,12 +283,12 @@ fn indent(open: &[bool]) -> String {
 }
 
 /// Details as `name value · name value`, in lines of limited width.
-fn rows(node: &Node) -> Vec<String> {
+fn rows(node: &RayNode) -> Vec<String> {
     const WIDTH: usize = 92;
     let mut lines = Vec::new();
     let mut line = String::new();
-    for (name, value) in &node.rows {
-        let cell = format!("{name} {}", escape_line(value));
+    for term in &node.terms {
+        let cell = format!("{} {}", term.name, escape_line(&term.text()));
         if !line.is_empty() && line.chars().count() + cell.chars().count() + 3 > WIDTH {
             lines.push(std::mem::take(&mut line));
         }

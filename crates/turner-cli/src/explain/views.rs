@@ -10,7 +10,7 @@ use turner::camera::{CameraDesc, Handedness};
 use turner::math::DVec3;
 use turner::scene::Outline;
 
-use super::model::{Kind, Node, SampleTree};
+use turner::explain::{Kind, RayNode, SampleTree};
 
 /// Width of a view in pixels of the drawing.
 pub(super) const WIDTH: f64 = 560.0;
@@ -102,7 +102,7 @@ pub(super) fn views(view: &turner::view::View, trees: &[SampleTree], outlines: &
     let mut frame = Frame { low: DVec3::INFINITY, high: DVec3::NEG_INFINITY };
     let rays = || trees.iter().flat_map(|t| &t.nodes).filter(|n| n.kind != Kind::Shadow && n.traced);
     let ends = |first: bool| {
-        let of = move |n: &&Node| (n.kind == Kind::Camera) == first;
+        let of = move |n: &&RayNode| (n.kind == Kind::Camera) == first;
         rays().filter(of).filter_map(|n| n.to).map(local)
     };
     ends(true).for_each(|p| frame.add(p));
@@ -271,7 +271,7 @@ fn hull(points: impl Iterator<Item = Point>) -> Vec<Point> {
 
 /// The primitives that the rays hit, in ascending order.
 pub(super) fn touched(trees: &[SampleTree]) -> Vec<u32> {
-    let of = |n: &Node| n.primitive;
+    let of = |n: &RayNode| n.primitive;
     let mut out: Vec<u32> = trees.iter().flat_map(|t| t.nodes.iter().filter_map(of)).collect();
     out.sort_unstable();
     out.dedup();

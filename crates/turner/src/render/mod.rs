@@ -23,6 +23,7 @@ mod extend;
 #[cfg(test)]
 mod firefly_tests;
 mod light;
+mod mix;
 mod order;
 #[cfg(test)]
 mod part_tests;
@@ -46,7 +47,7 @@ mod work;
 pub use aovs::{AovChannel, AovValues, label_name};
 pub use pixel::{MAX_LISTED, PixelRecord, SampleRecord, Square, pixel};
 pub use schedule::{PassRange, TileSet};
-pub use single::sample;
+pub use single::{pixel_samples, sample};
 
 use std::sync::atomic::AtomicBool;
 use std::sync::{Arc, Mutex, OnceLock, PoisonError};

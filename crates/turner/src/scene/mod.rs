@@ -3,6 +3,9 @@
 pub(crate) mod alpha_test;
 pub(crate) mod batch;
 pub(crate) mod batch_meshes;
+mod bvh_boxes;
+#[cfg(test)]
+mod bvh_boxes_tests;
 pub mod caustic_targets;
 pub(crate) mod emitter_batch;
 pub(crate) mod emitter_list;

@@ -77,6 +77,12 @@ impl TraversalFrame {
         Aabb::outward(min.to_array(), max.to_array())
     }
 
+    /// A box in tree units as one in space, with its padding.
+    pub(crate) fn bounds_of(&self, b: &Aabb) -> Bounds {
+        let of = |v: [f32; 3]| DVec3::from_array(v.map(f64::from)) / self.scale + self.center;
+        Bounds::new(of(b.min), of(b.max))
+    }
+
     /// A sphere in tree units, padded.
     pub fn sphere(&self, center: DVec3, radius: f64) -> (DVec3, f64) {
         ((center - self.center) * self.scale, radius * self.scale + self.pad)

@@ -181,6 +181,14 @@ impl TriangleMesh {
         self.bounds
     }
 
+    /// The boxes of the nodes of its BVH at a depth, in the coordinates of the mesh, as for [`turner_bvh::Bvh::boxes`]. None
+    /// without a BVH of its own.
+    pub(crate) fn bvh_boxes(&self, depth: u32, limit: usize) -> Vec<Bounds> {
+        let boxes = self.tree.get().map_or(Vec::new(), |tree| tree.boxes(depth, limit));
+        let of = |v: [f32; 3]| wide(v) + self.space.shift();
+        boxes.iter().map(|b| Bounds::new(of(b.min), of(b.max))).collect()
+    }
+
     /// The data it is prepared from.
     pub fn data(&self) -> &Arc<MeshData> {
         &self.data

@@ -9,7 +9,7 @@ use turner::math::DVec3;
 use turner::scene::Caster;
 
 use super::{Material, Object, plain};
-use crate::explain::names::Names;
+use turner::explain::Names;
 
 #[derive(Serialize)]
 pub(crate) struct Tree<'a> {

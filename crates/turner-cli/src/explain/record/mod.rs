@@ -16,9 +16,8 @@ use turner::integrator::path::{End, Passage};
 use turner::math::DVec3;
 use turner::render::SampleRecord;
 use turner::schema::MaterialId;
-use turner::view::camera_ray;
 
-use super::names::Names;
+use turner::explain::{Names, Replay, SampleTree};
 
 /// Increased when a key changes its meaning or is removed. New keys may appear at any time.
 pub(super) const VERSION: u32 = 2;
@@ -82,23 +81,11 @@ fn plain<T: Plain, S: Serializer>(value: &T, serializer: S) -> Result<S::Ok, S::
 pub(crate) struct Material<'a> {
     pub(crate) id: u32,
     pub(crate) name: Option<&'a str>,
-    /// Its type, if the scene defines it.
-    #[serde(skip)]
-    kind: Option<&'static str>,
 }
 
 impl<'a> Material<'a> {
     fn new(names: &Names<'a>, id: MaterialId) -> Material<'a> {
-        Material { id: id.0, name: names.material_name(id), kind: names.material_kind(id) }
-    }
-
-    /// Its name, or its type.
-    pub(crate) fn label(&self) -> String {
-        match (self.name, self.kind) {
-            (Some(name), _) => name.to_owned(),
-            (None, Some(kind)) => format!("{kind} material"),
-            (None, None) => "default material".to_owned(),
-        }
+        Material { id: id.0, name: names.material_name(id) }
     }
 }
 
@@ -113,17 +100,8 @@ pub(crate) struct Object<'a> {
 
 impl<'a> Object<'a> {
     fn new(names: &Names<'a>, primitive: u32, shape: &'static str) -> Object<'a> {
-        let name = names.scene.object_name(primitive);
+        let name = names.prepared.scene.object_name(primitive);
         Object { primitive, shape, name: name.own, instance: name.instance }
-    }
-
-    /// `ball`, `tree / leaf`, or `sphere #4` for an object without a name.
-    pub(crate) fn label(&self) -> String {
-        let own = self.name.map_or_else(|| format!("{} #{}", self.shape, self.primitive), str::to_owned);
-        match self.instance {
-            Some(instance) => format!("{instance} / {own}"),
-            None => own,
-        }
     }
 }
 
@@ -193,6 +171,12 @@ pub(crate) struct Explanation<'a> {
 }
 
 impl Explanation<'_> {
+    /// The trees of all samples that are shown.
+    pub(super) fn trees(&self, names: &Names<'_>) -> Vec<SampleTree> {
+        let tree = |s: &Sample<'_>| SampleTree::of(names, s.sample, &s.source.0, &s.source.1);
+        self.explained.iter().map(tree).collect()
+    }
+
     /// As JSON.
     pub(super) fn json(&self) -> Result<String, serde_json::Error> {
         let mut out = serde_json::to_vec(self)?;
@@ -221,9 +205,9 @@ pub(crate) struct Sample<'a> {
     pub(crate) touches: Option<bool>,
     #[serde(flatten)]
     pub(crate) what: What<'a>,
-    /// Its weight in the pixel.
+    /// What it was made from.
     #[serde(skip)]
-    pub(crate) weight: f64,
+    source: (SampleRecord, Replay),
 }
 
 /// The record of the integrator that traced it.
@@ -236,13 +220,13 @@ pub(crate) enum What<'a> {
 }
 
 impl<'a> Sample<'a> {
-    pub(super) fn new(
-        names: &Names<'a>,
-        number: usize,
-        sample: &SampleRecord,
-        sum: Spectrum,
-        what: What<'a>,
-    ) -> Sample<'a> {
+    pub(super) fn new(names: &Names<'a>, number: usize, sample: &SampleRecord, replay: Replay) -> Sample<'a> {
+        let what = match &replay {
+            Replay::Tree(record) => What::Tree(classic::of(names, record)),
+            Replay::Path(record) => What::Path(Box::new(path::of(names, record))),
+            Replay::FirstHit(record) => What::FirstHit(Box::new(FirstHit::new(names, record))),
+        };
+        let sum = replay.sum();
         let touches = match &what {
             What::Tree(tree) => tree.touches(),
             What::Path(path) => path.touches(),
@@ -260,7 +244,7 @@ impl<'a> Sample<'a> {
             exact: bits(sum) == bits(rendered) || !rendered.is_finite(),
             touches: names.path_of.map(|_| touches),
             what,
-            weight: sample.weight,
+            source: (*sample, replay),
         }
     }
 }
@@ -277,8 +261,6 @@ pub(crate) struct Surface<'a> {
     /// Whether `--path-of` selects it.
     #[serde(skip)]
     pub(crate) touches: bool,
-    #[serde(skip)]
-    pub(crate) uv: [f64; 2],
     pub(crate) t: f64,
     #[serde(serialize_with = "plain")]
     pub(crate) position: DVec3,
@@ -291,81 +273,16 @@ pub(crate) struct Surface<'a> {
 }
 
 impl<'a> FirstHit<'a> {
-    pub(super) fn new(names: &Names<'a>, sample: &SampleRecord) -> FirstHit<'a> {
-        let scene = names.scene;
-        let Some(ray) = camera_ray(&names.prepared.view, sample.id, sample.place) else {
-            return FirstHit { camera: None, hit: None };
-        };
-        let hit = scene.intersect(&ray).map(|hit| {
-            let surface = scene.surface(&ray, &hit);
-            let (primitive, shape) = (scene.primitive_id(&hit), scene.shape_word(&hit));
-            Surface {
-                touches: names.touches(primitive, shape, surface.material),
-                uv: scene.texture_point(&surface).uv.into(),
-                t: hit.shape.t,
-                position: surface.p,
-                geometric_normal: surface.ng,
-                shading_normal: surface.ns,
-                object: Object::new(names, primitive, shape),
-                material: Material::new(names, surface.material),
-            }
+    fn new(names: &Names<'a>, first: &turner::explain::FirstHit) -> FirstHit<'a> {
+        let hit = first.hit.map(|hit| Surface {
+            touches: names.touches(hit.primitive, hit.shape, hit.material),
+            t: hit.t,
+            position: hit.position,
+            geometric_normal: hit.geometric_normal,
+            shading_normal: hit.shading_normal,
+            object: Object::new(names, hit.primitive, hit.shape),
+            material: Material::new(names, hit.material),
         });
-        FirstHit { camera: Some(Camera { origin: ray.origin, direction: ray.direction }), hit }
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use turner::description::Labels;
-    use turner::schema::PrepareOptions;
-    use turner_io::assets::MemoryAssets;
-    use turner_io::scene::{LoadOptions, load_text};
-
-    use super::*;
-
-    /// Objects with and without names, alone and in an instance.
-    const SCENE: &str = r#"
-[material.red]
-color = "red"
-[[object]]
-type = "sphere"
-name = "ball"
-material = "red"
-[[object]]
-type = "sphere"
-center = [3, 0, 0]
-material = { type = "matte" }
-[[group.tree.object]]
-type = "box"
-name = "leaf"
-[[object]]
-type = "instance"
-name = "oak"
-group = "tree"
-[[object]]
-type = "instance"
-group = "tree"
-"#;
-
-    #[test]
-    fn labels_agree_with_the_library() {
-        let loaded =
-            load_text(SCENE.to_owned(), "s.toml", &MemoryAssets::default(), &LoadOptions::default()).unwrap();
-        let (prepared, desc) = (loaded.desc.prepare(&PrepareOptions::default()).unwrap(), loaded.desc);
-        let scene = &prepared.scene;
-        let names = Names { prepared: &prepared, scene, desc: &desc, path_of: None };
-        let labels = Labels { scene, desc: &desc };
-        let objects: Vec<String> = (0..4).map(|id| Object::new(&names, id, "box").label()).collect();
-        assert_eq!(objects, (0..4).map(|id| labels.object(id, "box")).collect::<Vec<_>>());
-        assert!(objects.contains(&"oak / leaf".to_owned()) && objects.contains(&"box #1".to_owned()));
-        let count = desc.materials.len() as u32;
-        // One beyond the last: the default material.
-        let materials = (0..=count).map(MaterialId);
-        let found: Vec<String> = materials.clone().map(|id| Material::new(&names, id).label()).collect();
-        assert_eq!(found, materials.map(|id| labels.material(id)).collect::<Vec<_>>());
-        assert!(
-            found.contains(&"red".to_owned()) && found.contains(&"matte material".to_owned()),
-            "{found:?}"
-        );
+        FirstHit { camera: first.camera.map(|(origin, direction)| Camera { origin, direction }), hit }
     }
 }

@@ -10,7 +10,7 @@ use turner::math::DVec3;
 
 use super::classic::Occluder;
 use super::{Material, Object, plain};
-use crate::explain::names::Names;
+use turner::explain::Names;
 
 #[derive(Serialize)]
 pub(crate) struct Path<'a> {
@@ -31,9 +31,6 @@ pub(crate) struct Shared {
 
 #[derive(Serialize)]
 pub(crate) struct Donated {
-    /// Whether it is the sample's own path.
-    #[serde(skip)]
-    pub(crate) own: bool,
     pub(crate) pixel: [u32; 2],
     #[serde(serialize_with = "plain")]
     pub(crate) position: DVec3,
@@ -60,13 +57,12 @@ pub(crate) fn of<'a>(names: &Names<'a>, path: &PathRecord) -> Path<'a> {
         vertices: path.vertices.iter().map(|v| vertex(names, v)).collect(),
         escape: path.escape.as_ref().map(|e| escape(names, e)),
         end: path.end,
-        shared: path.shared.as_ref().map(|s| shared(path, s)),
+        shared: path.shared.as_ref().map(shared),
     }
 }
 
-fn shared(path: &PathRecord, s: &SharedRecord) -> Shared {
+fn shared(s: &SharedRecord) -> Shared {
     let donated = |p: &DonorRecord| Donated {
-        own: p.id == path.id,
         pixel: [p.id.x, p.id.y],
         position: p.p,
         radiance: p.radiance,
@@ -236,9 +232,6 @@ fn emission(e: &EmissionRecord) -> Emission {
 
 #[derive(Serialize)]
 pub(crate) struct Light<'a> {
-    /// Origin of the shadow ray, if it differs from the vertex.
-    #[serde(skip)]
-    pub(crate) shadow_origin: Option<DVec3>,
     /// Whether `--path-of` selects one of the occluders.
     #[serde(skip)]
     pub(crate) touches: bool,
@@ -269,7 +262,6 @@ pub(crate) struct Light<'a> {
 
 fn light<'a>(names: &Names<'a>, l: &LightRecord) -> Light<'a> {
     Light {
-        shadow_origin: l.shadow_origin,
         touches: l.casters.iter().any(|c| names.touches(c.primitive, c.shape, c.material)),
         direction: l.direction,
         distance: l.distance,
@@ -383,13 +375,6 @@ fn escape<'a>(names: &Names<'a>, e: &EscapeRecord) -> Escape<'a> {
         background: e.background,
         ambient: e.ambient,
         contribution: e.contribution,
-    }
-}
-
-impl Light<'_> {
-    /// Whether a shadow ray was traced: only if the unoccluded contribution is not zero.
-    pub(crate) fn is_traced(&self) -> bool {
-        self.visibility.is_some()
     }
 }
 

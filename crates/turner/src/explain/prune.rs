@@ -5,25 +5,27 @@
 
 use std::collections::BinaryHeap;
 
-use turner::color::Spectrum;
+use crate::color::Spectrum;
 
-use super::model::{Kind, Node};
+use super::model::{Kind, RayNode};
 
 /// The shown part of a tree.
-pub(super) struct Shown {
+pub struct Shown {
     /// For each node whether it is shown.
-    pub(super) nodes: Vec<bool>,
+    pub nodes: Vec<bool>,
     /// For each node the descendants that are not shown.
-    pub(super) hidden: Vec<Hidden>,
-    /// Rays that `--path-of` omits.
-    pub(super) elsewhere: Hidden,
+    pub hidden: Vec<Hidden>,
+    /// Rays that the selection omits.
+    pub elsewhere: Hidden,
 }
 
 /// Number and summed contribution of rays that are not shown.
 #[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Hidden {
-    pub(super) rays: u64,
-    pub(super) contribution: Spectrum,
+pub struct Hidden {
+    /// Their number, shadow rays not counted.
+    pub rays: u64,
+    /// The sum of their contributions.
+    pub contribution: Spectrum,
 }
 
 /// A ray in the queue. Larger contributions come first, then smaller indices.
@@ -47,9 +49,9 @@ impl PartialOrd for Candidate {
     }
 }
 
-/// Shows at most `budget` rays; shadow rays come with their surfaces. With `filtered` only rays that `--path-of`
+/// Shows at most `budget` rays; shadow rays come with their surfaces. With `filtered` only rays that the name
 /// selects.
-pub(super) fn shown(nodes: &[Node], budget: usize, filtered: bool) -> Shown {
+pub fn shown(nodes: &[RayNode], budget: usize, filtered: bool) -> Shown {
     let kept = kept(nodes, filtered);
     let mut out = Shown {
         nodes: vec![false; nodes.len()],
@@ -108,7 +110,7 @@ pub(super) fn shown(nodes: &[Node], budget: usize, filtered: bool) -> Shown {
 }
 
 /// Rays with a selected ancestor or descendant, or selected themselves; all without a filter.
-fn kept(nodes: &[Node], filtered: bool) -> Vec<bool> {
+fn kept(nodes: &[RayNode], filtered: bool) -> Vec<bool> {
     if !filtered {
         return vec![true; nodes.len()];
     }
@@ -128,15 +130,15 @@ fn kept(nodes: &[Node], filtered: bool) -> Vec<bool> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use turner::math::DVec3;
+    use crate::math::DVec3;
 
     /// A complete binary tree. The contribution of each leaf is its index.
-    fn tree(depth: u32) -> Vec<Node> {
+    fn tree(depth: u32) -> Vec<RayNode> {
         let count = (1usize << (depth + 1)) - 1;
-        let mut nodes: Vec<Node> = (0..count)
+        let mut nodes: Vec<RayNode> = (0..count)
             .map(|i| {
                 let mut node =
-                    Node::new(Kind::Reflected, i.checked_sub(1).map(|i| i / 2), DVec3::ZERO, DVec3::X);
+                    RayNode::new(Kind::Reflected, i.checked_sub(1).map(|i| i / 2), DVec3::ZERO, DVec3::X);
                 node.contribution = Spectrum::grey(if 2 * i + 1 >= count { i as f32 } else { 0.0 });
                 node
             })

@@ -1,7 +1,7 @@
-//! Numbers for people.
+//! Numbers for people. Front ends that write explanations share them.
 
-use turner::color::Spectrum;
-use turner::math::DVec3;
+use crate::color::Spectrum;
+use crate::math::DVec3;
 
 /// `count` significant digits, without trailing zeros.
 fn digits(v: f64, count: usize) -> String {
@@ -17,35 +17,35 @@ fn digits(v: f64, count: usize) -> String {
 }
 
 /// Five significant digits.
-pub(super) fn number(v: f64) -> String {
+pub fn number(v: f64) -> String {
     digits(v, 5)
 }
 
 /// Three significant digits.
-pub(super) fn short(v: f64) -> String {
+pub fn short(v: f64) -> String {
     digits(v, 3)
 }
 
 /// `(x, y, z)`
-pub(super) fn vector(v: DVec3) -> String {
+pub fn vector(v: DVec3) -> String {
     let [x, y, z] = v.to_array().map(number);
     format!("({x}, {y}, {z})")
 }
 
 /// `[r, g, b]`, or one number for a grey.
-pub(super) fn color(s: Spectrum) -> String {
+pub fn color(s: Spectrum) -> String {
     let [r, g, b] = s.to_array().map(|v| number(f64::from(v)));
     if r == g && g == b { r } else { format!("[{r}, {g}, {b}]") }
 }
 
 /// `[r, g, b]` with three significant digits.
-pub(super) fn short_color(s: Spectrum) -> String {
+pub fn short_color(s: Spectrum) -> String {
     let [r, g, b] = s.to_array().map(|v| short(f64::from(v)));
     if r == g && g == b { r } else { format!("[{r}, {g}, {b}]") }
 }
 
 /// A fraction as `12 %`, `0.3 %`, `≈ 0 %`.
-pub(super) fn percent(fraction: f64) -> String {
+pub fn percent(fraction: f64) -> String {
     match fraction * 100.0 {
         p if p >= 9.95 => format!("{p:.0} %"),
         p if p >= 0.01 => format!("{} %", digits(p, 2)),
@@ -55,12 +55,12 @@ pub(super) fn percent(fraction: f64) -> String {
 }
 
 /// The shortest decimals that give the same f32 values.
-pub(super) fn exact(s: Spectrum) -> String {
+pub fn exact(s: Spectrum) -> String {
     format!("[{}, {}, {}]", s.r, s.g, s.b)
 }
 
 /// `1,532`
-pub(super) fn thousands(n: u64) -> String {
+pub fn thousands(n: u64) -> String {
     let digits = n.to_string();
     let mut out = String::new();
     for (i, c) in digits.chars().enumerate() {
@@ -73,7 +73,7 @@ pub(super) fn thousands(n: u64) -> String {
 }
 
 /// `1 ray`, `1,532 rays`.
-pub(super) fn rays(n: u64) -> String {
+pub fn rays(n: u64) -> String {
     if n == 1 { "1 ray".to_owned() } else { format!("{} rays", thousands(n)) }
 }
 
