@@ -12,6 +12,7 @@ pub mod framing;
 mod groups;
 mod hidden;
 mod labels;
+mod merge;
 mod model;
 mod parts;
 mod read;

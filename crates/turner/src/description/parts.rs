@@ -121,14 +121,17 @@ impl SceneDesc {
             ["object", key] => {
                 let object = self.objects[index(path, key, self.objects.len())?].clone();
                 let name = copied(object.name.as_deref(), self.objects.iter().map(|o| o.name.as_deref()));
-                Ok(self.add_object(ObjectDesc { name, span: None, ..object }))
+                let copy = self.with_own_parts(ObjectDesc { name, span: None, ..object });
+                Ok(self.add_object(copy))
             }
             ["group", group, "object", key] => {
                 let number = names.groups.iter().position(|own| own == group).ok_or_else(|| no_part(path))?;
-                let objects = &mut self.groups[number].value.objects;
+                let objects = &self.groups[number].value.objects;
                 let object = objects[index(path, key, objects.len())?].clone();
                 let name = copied(object.name.as_deref(), objects.iter().map(|o| o.name.as_deref()));
-                objects.push(ObjectDesc { name, span: None, ..object });
+                let copy = self.with_own_parts(ObjectDesc { name, span: None, ..object });
+                let objects = &mut self.groups[number].value.objects;
+                objects.push(copy);
                 Ok(format!("group.{}.object.{}", path_part(group), objects.len() - 1))
             }
             ["light", key] => {

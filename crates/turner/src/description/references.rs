@@ -137,6 +137,11 @@ impl SceneDesc {
     /// whose object is gone, and everything of a model that is gone.
     pub(super) fn drop_unused(&mut self) {
         let reached = self.reached();
+        self.keep_only(&reached);
+    }
+
+    /// Removes all parts that were not reached.
+    pub(super) fn keep_only(&mut self, reached: &Reached) {
         let mut maps = counts(self).map(|count| vec![u32::MAX; count]);
         let mut next = [0; 6];
         for (kind, seen) in reached.seen.iter().enumerate() {
@@ -183,7 +188,12 @@ impl SceneDesc {
         sort(&mut self.meshes, &maps[5]);
         let [textures, materials, media, groups, images, meshes] = maps;
         let maps = IdMaps { textures, materials, media, groups, images, meshes };
-        let by = Renumber { maps: Some(maps), ..Renumber::default() };
+        self.renumber_as(&maps);
+    }
+
+    /// Replaces all IDs that parts refer to.
+    pub(super) fn renumber_as(&mut self, maps: &IdMaps) {
+        let by = Renumber { maps: Some(maps.clone()), ..Renumber::default() };
         self.background.renumber(&by);
         self.lights.iter_mut().for_each(|light| light.value.renumber(&by));
         self.textures.iter_mut().for_each(|texture| texture.value.renumber(&by));
@@ -202,5 +212,56 @@ impl SceneDesc {
             maps[kind][number + 1..].iter_mut().for_each(|new| *new -= 1);
         }
         self.renumber_parts(maps);
+    }
+}
+
+impl SceneDesc {
+    /// The object with copies of the materials, textures and media that were written in place of their use: these belong
+    /// to one object.
+    pub(super) fn with_own_parts(&mut self, mut object: ObjectDesc) -> ObjectDesc {
+        let own = of_object(&object);
+        if let Some(maps) = self.copies(&own) {
+            renumber_object(&mut object, &Renumber { maps: Some(maps), ..Renumber::default() });
+        }
+        object
+    }
+
+    /// Copies the unnamed ones of these parts, with their own unnamed parts; `None` if there are none.
+    fn copies(&mut self, parts: &[PartId]) -> Option<IdMaps> {
+        let is_of_model = self.model_spans();
+        let mut maps = IdMaps {
+            textures: (0..self.textures.len() as u32).collect(),
+            materials: (0..self.materials.len() as u32).collect(),
+            media: (0..self.media.len() as u32).collect(),
+            ..IdMaps::default()
+        };
+        let mut copied = false;
+        macro_rules! copy {
+            ($list:ident, $i:expr, $part:expr) => {
+                if let Some(item) = self.$list.get($i as usize)
+                    && item.name.is_none()
+                    && !is_of_model(item.span)
+                    && maps.$list[$i as usize] == $i
+                {
+                    let mut copy = Named { span: None, ..item.clone() };
+                    let inner = of_part(self, $part);
+                    if let Some(maps) = self.copies(&inner) {
+                        copy.value.renumber(&Renumber { maps: Some(maps), ..Renumber::default() });
+                    }
+                    maps.$list[$i as usize] = self.$list.len() as u32;
+                    self.$list.push(copy);
+                    copied = true;
+                }
+            };
+        }
+        for part in parts {
+            match *part {
+                PartId::Texture(i) => copy!(textures, i, *part),
+                PartId::Material(i) => copy!(materials, i, *part),
+                PartId::Medium(i) => copy!(media, i, *part),
+                PartId::Group(_) | PartId::Image(_) | PartId::Mesh(_) => {}
+            }
+        }
+        copied.then_some(maps)
     }
 }
