@@ -28,7 +28,7 @@ pub(crate) const MEDIUM: &str = "An object that bounds only a medium has `medium
     `interior = \"NAME\"`. The `medium` of `[background]` fills the rest of the scene. Shapes with a medium must be closed. Where they \
     overlap, the material that comes first in the scene has priority, and a dielectric has priority over both.";
 pub(crate) const TEXTURE: &str = "";
-pub(crate) const LIGHT: &str = "Lights and emissive objects with the same `light_group = \"NAME\"` form a light group. `turner info` lists the light groups. The `name` of a light is used in reports.";
+pub(crate) const LIGHT: &str = "Lights and emissive objects with the same `light_group = \"NAME\"` form a light group. `turner info` lists the light groups. The `name` of a light is used in reports. A light with `hidden = true` does not shine.";
 
 /// Sections as written in a scene, with their contents.
 pub(crate) fn sections() -> Vec<(String, &'static str)> {
@@ -90,6 +90,12 @@ pub(crate) fn object() -> Page {
                 "true | false",
                 Some("`false`"),
                 "Whether the camera sees nothing of the object but the shadow that others cast on it: alpha is the fraction of the direct light that they keep off. Reflections, and light that it reflects, stay. Integrators \"path\" and \"direct\".",
+            ),
+            key(
+                "hidden",
+                "true | false",
+                Some("`false`"),
+                "Whether the object is left out of the picture: it is not seen, casts no shadow and emits no light. A hidden instance or model hides everything in it.",
             ),
             key(
                 "material",

@@ -213,6 +213,7 @@ impl<'a> Objects<'a> {
                 material: Some(id),
                 light_group: None,
                 shadow_catcher: false,
+                hidden: false,
                 transform: Transform(transform),
                 motion: None,
             });

@@ -127,6 +127,7 @@ impl<'a> CommonParts<'a> {
             material,
             light_group: None,
             shadow_catcher: false,
+            hidden: false,
             transform: Transform(start),
             motion: (start != end).then_some(Transform(end)),
         };
@@ -136,7 +137,8 @@ impl<'a> CommonParts<'a> {
     /// Moves the objects from index `first` on into a group.
     pub(crate) fn group(&mut self, name: &str, first: usize, place: Place) -> Result<GroupId, Fault> {
         let objects = self.objects.split_off(first.min(self.objects.len()));
-        let group = Named { name: Some(name.to_owned()), span: None, value: GroupDesc { objects } };
+        let group =
+            Named { name: Some(name.to_owned()), span: None, value: GroupDesc { objects, model: None } };
         push(&mut self.groups, group, MAX_OBJECTS).map_err(|p| Fault::at(place, ErrorCode::TooLarge, p))?;
         Ok(GroupId(self.groups.len() as u32 - 1))
     }

@@ -26,6 +26,7 @@ pub(crate) fn fill_open(scene: &mut SceneDesc, around: Option<MediumId>) {
         material: Some(material_id),
         light_group: None,
         shadow_catcher: false,
+        hidden: false,
         transform: Transform::IDENTITY,
         motion: None,
     });

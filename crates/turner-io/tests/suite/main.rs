@@ -6,5 +6,6 @@
 
 mod classic;
 mod convert;
+mod edit;
 mod files;
 mod path;

@@ -271,7 +271,7 @@ impl Changes {
         }
         for (number, name, objects) in self.groups {
             if number == desc.groups.len() {
-                desc.groups.push(Named { name, span: None, value: GroupDesc { objects: Vec::new() } });
+                desc.groups.push(Named { name, span: None, value: GroupDesc::default() });
             }
             rebuild(&mut desc.groups[number].value.objects, objects, |o| &mut o.span);
         }

@@ -80,12 +80,13 @@ impl Reader<'_> {
     pub(super) fn read_model(
         &mut self,
         table: &mut TableReader<'_>,
-        material: Option<MaterialId>,
+        (material, hidden): (Option<MaterialId>, bool),
         transform: &mut Transform,
         motion: &mut Option<Transform>,
     ) -> Result<GroupId, SceneError> {
         let before = self.faults();
         let desc = ModelDesc::read(table, self)?;
+        let source = Box::new(desc.clone());
         // A missing file name or wrong options would cause further, misleading errors.
         if self.faults() > before {
             return Ok(GroupId(0));
@@ -97,6 +98,7 @@ impl Reader<'_> {
         }
         let in_group = self.in_group;
         let overrides = desc.materials.map(|m| m.0).unwrap_or_default();
+        let from = self.span_of_model(table.span());
         if overrides.is_empty()
             && let Some(placed) = self
                 .models
@@ -104,7 +106,7 @@ impl Reader<'_> {
                 .find(|p| Arc::ptr_eq(&p.model, &model) && p.material == material && !p.has_own_materials)
         {
             let group = placed.group;
-            self.place_lights_and_cameras(&model, &transform.0, in_group, false);
+            self.place_lights_and_cameras(&model, &transform.0, (in_group, hidden), (false, from));
             return Ok(group);
         }
         let by = Renumber {
@@ -118,13 +120,15 @@ impl Reader<'_> {
         };
         self.textures.extend(model.textures.iter().cloned().map(|mut t| {
             t.value.renumber(&by);
+            t.span = Some(from);
             Some(t)
         }));
         self.materials.extend(model.materials.iter().cloned().map(|mut m| {
             m.value.renumber(&by);
+            m.span = Some(from);
             Some(m)
         }));
-        self.media.extend(model.media.iter().cloned().map(Some));
+        self.media.extend(model.media.iter().cloned().map(|m| Some(Named { span: Some(from), ..m })));
         self.images.extend(model.images.iter().cloned());
         self.meshes.extend(model.meshes.iter().cloned());
         let replaced = replacements(&model, &overrides)?;
@@ -133,22 +137,38 @@ impl Reader<'_> {
             objects.iter().map(place).collect()
         };
         for group in &model.groups {
-            let value = GroupDesc { objects: place(&group.value.objects) };
-            self.more_groups.push(Named { name: None, span: None, value });
+            let value = GroupDesc { objects: place(&group.value.objects), model: None };
+            self.more_groups.push(Named { name: None, span: Some(from), value });
         }
-        let whole = GroupDesc { objects: place(&model.objects) };
-        self.more_groups.push(Named { name: None, span: None, value: whole });
+        let whole = GroupDesc { objects: place(&model.objects), model: Some(source) };
+        self.more_groups.push(Named { name: None, span: Some(from), value: whole });
         self.group_count += model.groups.len() as u32 + 1;
         let group = GroupId(self.group_count - 1);
         self.imports.extend(model.imports.iter().cloned());
         self.warnings.extend(model.warnings.iter().cloned());
-        self.place_lights_and_cameras(&model, &transform.0, in_group, true);
+        self.place_lights_and_cameras(&model, &transform.0, (in_group, hidden), (true, from));
         let has_own_materials = !overrides.is_empty();
         self.models.push(PlacedModel { model, material, group, has_own_materials });
         Ok(group)
     }
 
-    fn place_lights_and_cameras(&mut self, model: &SceneDesc, by: &DAffine3, in_group: bool, first: bool) {
+    /// The span that all parts of a model get: that of the object's table. For an object that a program made, a span
+    /// that is in no file and that no other model has.
+    fn span_of_model(&self, table: Span) -> Span {
+        if table.file != Span::NONE.file {
+            return table;
+        }
+        let number = self.group_count + 1;
+        Span { file: Span::NONE.file, start: number, end: number }
+    }
+
+    fn place_lights_and_cameras(
+        &mut self,
+        model: &SceneDesc,
+        by: &DAffine3,
+        (in_group, hidden): (bool, bool),
+        (first, from): (bool, Span),
+    ) {
         if in_group {
             if !(model.lights.is_empty() && model.cameras.is_empty()) {
                 (self as &mut dyn ReadContext)
@@ -157,11 +177,18 @@ impl Reader<'_> {
             return;
         }
         for light in &model.lights {
-            self.model_lights.push(SceneLight { value: placed_light(&light.value, by), ..light.clone() });
+            let value = placed_light(&light.value, by);
+            self.model_lights.push(SceneLight {
+                value,
+                span: Some(from),
+                hidden: light.hidden || hidden,
+                ..light.clone()
+            });
         }
         if first {
             for camera in &model.cameras {
-                self.cameras.push(Named { value: placed_camera(&camera.value, by), ..camera.clone() });
+                let value = placed_camera(&camera.value, by);
+                self.cameras.push(Named { value, span: Some(from), ..camera.clone() });
             }
         }
     }

@@ -15,6 +15,7 @@ pub(super) fn read_object(value: &Value, cx: &mut Reader<'_>) -> Result<ObjectDe
     let name = table.optional::<String>("name", None, cx)?;
     let light_group = light_group(&mut table, "light_group", cx)?;
     let shadow_catcher = table.optional::<bool>("shadow_catcher", None, cx)?.unwrap_or(false);
+    let hidden = table.optional::<bool>("hidden", None, cx)?.unwrap_or(false);
     let mut transform = table.optional::<Transform>("transform", None, cx)?.unwrap_or(Transform::IDENTITY);
     let mut motion = table.optional::<Transform>("motion", None, cx)?;
     let material = match table.take("material") {
@@ -45,7 +46,7 @@ pub(super) fn read_object(value: &Value, cx: &mut Reader<'_>) -> Result<ObjectDe
     let content = if is(&mut table, ModelDesc::DOC.name) {
         table.rename("a model");
         let before = cx.faults();
-        let model = cx.read_model(&mut table, material, &mut transform, &mut motion);
+        let model = cx.read_model(&mut table, (material, hidden), &mut transform, &mut motion);
         let model = (cx as &mut dyn ReadContext).noted_after(before, model)?;
         table.finish(cx)?;
         ObjectContent::Instance(model.unwrap_or(GroupId(0)))
@@ -70,6 +71,7 @@ pub(super) fn read_object(value: &Value, cx: &mut Reader<'_>) -> Result<ObjectDe
         material,
         light_group,
         shadow_catcher,
+        hidden,
         transform,
         motion,
     })

@@ -61,8 +61,9 @@ pub(super) fn read_light(value: &Value, cx: &mut dyn ReadContext) -> Result<Scen
     // Both keys count as known, whichever the table has.
     let group = light_group(&mut table, key, cx)?;
     table.take("light_group");
+    let hidden = table.optional::<bool>("hidden", None, cx)?.unwrap_or(false);
     let light = read_kind(&mut table, LightDesc::DOC.one, None, cx, &LightDesc::DOC, LightDesc::read)?;
-    Ok(SceneLight { name, group, span: Some(value.span), value: light })
+    Ok(SceneLight { name, group, span: Some(value.span), hidden, value: light })
 }
 
 /// Checks that the name of a texture is not the name of a colour.

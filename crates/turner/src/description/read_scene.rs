@@ -168,7 +168,7 @@ fn read_named(top: &mut TableReader<'_>, cx: &mut Reader<'_>) -> Result<Vec<Name
     for (name, _, value) in &groups {
         let objects = read_group(name, value, cx);
         let objects = noted(cx, objects)?.unwrap_or_default();
-        group_descs.push(named(name, value, GroupDesc { objects }));
+        group_descs.push(named(name, value, GroupDesc { objects, model: None }));
     }
     cx.in_group = false;
     Ok(group_descs)

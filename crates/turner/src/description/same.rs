@@ -49,6 +49,17 @@ impl SceneDesc {
     }
 }
 
+impl SceneDesc {
+    /// Like [`same_scene`](SceneDesc::same_scene), except that the lists of textures, materials, media and groups may be
+    /// in another order, and that parts without a name which nothing uses may be missing. Neither affects the picture.
+    /// A scene whose parts moved between a table of their own and the place of their use is the same in this sense.
+    ///
+    /// Errors: a description of the first difference.
+    pub fn same_apart_from_order(&self, other: &SceneDesc) -> Result<(), String> {
+        self.in_order_of_use().same_scene(&other.in_order_of_use())
+    }
+}
+
 fn same<T: PartialEq + std::fmt::Debug>(what: &str, a: &T, b: &T) -> Result<(), String> {
     if a == b { Ok(()) } else { Err(format!("{what}: {a:?}\nis not {b:?}")) }
 }
@@ -151,7 +162,7 @@ impl Canonical {
         plain!(textures);
         plain!(materials);
         for group in &mut out.groups {
-            (group.name, group.span) = (None, None);
+            (group.name, group.span, group.value.model) = (None, None, None);
         }
         let in_groups = out.groups.iter_mut().flat_map(|g| &mut g.value.objects);
         for object in in_groups.chain(&mut out.objects) {

@@ -2,6 +2,7 @@
 
 use crate::camera::CameraDesc;
 use crate::description::default_studio::StudioDesc;
+use crate::description::model::ModelDesc;
 use crate::film::FilmDesc;
 use crate::image::Image;
 use crate::integrator::IntegratorDesc;
@@ -22,6 +23,8 @@ pub struct SceneLight {
     pub group: Option<String>,
     /// The position in a file, if it has one.
     pub span: Option<Span>,
+    /// Whether it does not shine.
+    pub hidden: bool,
     /// The light.
     pub value: LightDesc,
 }
@@ -42,6 +45,9 @@ pub struct ObjectDesc {
     pub light_group: Option<String>,
     /// Whether the camera sees nothing of it but the shadow on it.
     pub shadow_catcher: bool,
+    /// Whether it is left out of the picture: it is not seen, casts no shadow and emits no light. A hidden instance
+    /// hides everything in its group.
+    pub hidden: bool,
     /// From object space to the space of the scene or of the group that contains it.
     pub transform: Transform,
     /// Motion blur: the transform at time 1 of the shutter interval. `transform` is the one at time 0.
@@ -69,6 +75,8 @@ impl Default for ObjectContent {
 pub struct GroupDesc {
     /// Its objects.
     pub objects: Vec<ObjectDesc>,
+    /// The model file that it was made from, if any.
+    pub model: Option<Box<ModelDesc>>,
 }
 
 /// A complete scene. The default is that of an empty scene file: no objects, 640x480 pixels, the integrator `classic`,

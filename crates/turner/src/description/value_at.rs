@@ -83,7 +83,9 @@ fn named(cx: &mut Writer<'_>, kind: &str, name: &str) -> Result<Option<Value>, S
     let number = |names: &[String]| names.iter().position(|own| own == name);
     macro_rules! part {
         ($list:ident) => {
-            number(&cx.names.$list).map(|i| &desc.$list[i]).map(|own| Ok(value_at(own.value.write(cx)?, own.span)))
+            number(&cx.names.$list)
+                .map(|i| &desc.$list[i])
+                .map(|own| Ok(value_at(own.value.write(cx)?, own.span)))
         };
     }
     match kind {

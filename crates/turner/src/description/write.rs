@@ -158,6 +158,7 @@ fn push_list(top: &mut Table, key: &str, items: Vec<Data>) {
 pub(super) fn write_light(light: &SceneLight, cx: &mut Writer<'_>) -> Result<Table, SceneError> {
     let mut table = with_name(light.value.write(cx)?, &light.name);
     table.push("light_group", string(&light.group));
+    table.push("hidden", light.hidden.then_some(Data::Bool(true)));
     Ok(table)
 }
 
@@ -187,6 +188,7 @@ pub(super) fn write_object(object: &ObjectDesc, cx: &mut Writer<'_>) -> Result<T
     table.push("material", object.material.map(|m| cx.material(m)).transpose()?);
     table.push("light_group", string(&object.light_group));
     table.push("shadow_catcher", object.shadow_catcher.then_some(Data::Bool(true)));
+    table.push("hidden", object.hidden.then_some(Data::Bool(true)));
     table.push("transform", object.transform.write(cx)?);
     // A motion to the identity is written as an empty table: without the key, the object does not move.
     let motion = object.motion.map(|m| m.write(cx)).transpose()?;

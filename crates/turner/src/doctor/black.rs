@@ -43,6 +43,7 @@ fn dark(e: &Evidence<'_>) -> Option<Finding> {
     let (mut off, mut on) = (Vec::new(), 0);
     for (i, light) in e.desc.lights.iter().enumerate() {
         match strength(&light.value) {
+            _ if light.hidden => off.push(i),
             Some(strength) if strength <= 0.0 => off.push(i),
             _ => on += 1,
         }
@@ -73,6 +74,9 @@ fn dark(e: &Evidence<'_>) -> Option<Finding> {
         }
         return Some(no_lights(e, severity, physical));
     }
+    if let Some(finding) = all_hidden(e, severity) {
+        return Some(finding);
+    }
     if let Some(finding) = (0..e.desc.lights.len() as u32).find_map(|i| night(e, i, 0.0)) {
         return Some(finding);
     }
@@ -92,6 +96,20 @@ fn dark(e: &Evidence<'_>) -> Option<Finding> {
             .about(name.text)
             .at(e.desc.lights.get(first).and_then(|l| l.span))
             .measure("lights", e.desc.lights.len() as f64, "count"),
+    )
+}
+
+/// The finding for a scene whose lights are all hidden.
+fn all_hidden(e: &Evidence<'_>, severity: Severity) -> Option<Finding> {
+    let first = e.desc.lights.first().filter(|_| e.desc.lights.iter().all(|light| light.hidden))?;
+    let count = e.desc.lights.len() as f64;
+    Some(
+        Finding::new(BLACK, severity, "lights-hidden", 1.0, "all lights of the scene are hidden")
+            .why("a light with `hidden = true` does not shine")
+            .remedy("show a light: remove its key `hidden`")
+            .set("light.0.hidden", false)
+            .at(first.span)
+            .measure("lights", count, "count"),
     )
 }
 

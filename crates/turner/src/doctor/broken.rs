@@ -92,7 +92,7 @@ fn inside_out(e: &Evidence<'_>) -> Vec<Finding> {
     };
     let mut out = Vec::new();
     let objects = e.desc.objects.iter().chain(e.desc.groups.iter().flat_map(|g| &g.value.objects));
-    for object in objects {
+    for object in objects.filter(|object| !object.hidden) {
         let ObjectContent::Shape(ShapeDesc::Mesh(m)) = &object.content else { continue };
         let Some(asset) = e.desc.meshes.get(m.mesh.index()) else { continue };
         if !is_flipped(m.mesh.0, &asset.data) {

@@ -166,7 +166,7 @@ fn dense_mesh(e: &Evidence<'_>) -> Option<Finding> {
         return None;
     }
     let objects = e.desc.objects.iter().chain(e.desc.groups.iter().flat_map(|g| &g.value.objects));
-    let meshes = objects.filter_map(|o| match &o.content {
+    let meshes = objects.filter(|o| !o.hidden).filter_map(|o| match &o.content {
         ObjectContent::Shape(ShapeDesc::Mesh(m)) => {
             Some((o.name.clone(), e.desc.meshes.get(m.mesh.index())?))
         }

@@ -191,7 +191,7 @@ fn of_lights(scene: &Scene, desc: &SceneDesc, capabilities: Capabilities) -> Opt
         return None;
     }
     let black = scene.lights.iter().filter(|l| is_black_environment(l)).count();
-    let off = desc.lights.iter().filter(|l| is_off(&l.value)).count();
+    let off = desc.lights.iter().filter(|l| !l.hidden && is_off(&l.value)).count();
     let emitting = scene.lights.len() + usize::from(!scene.ambient.is_black()) > black + off;
     if emitting || surfaces_emit(scene) {
         return None;
@@ -202,6 +202,7 @@ fn of_lights(scene: &Scene, desc: &SceneDesc, capabilities: Capabilities) -> Opt
         return (!background).then(|| no_light(desc));
     }
     Some(unlit(match off + black {
+        0 if !desc.lights.is_empty() => "all lights of the scene are hidden: show one of them".to_owned(),
         0 => "the scene has no [[light]]: surfaces are black unless they reflect the background. Add a light"
             .to_owned(),
         _ => "all lights of the scene are black or have intensity 0: raise the intensity of one".to_owned(),
@@ -209,7 +210,12 @@ fn of_lights(scene: &Scene, desc: &SceneDesc, capabilities: Capabilities) -> Opt
 }
 
 fn no_light(desc: &SceneDesc) -> Warning {
-    let has_lights = !desc.lights.is_empty();
+    let has_lights = desc.lights.iter().any(|light| !light.hidden);
+    if !has_lights && !desc.lights.is_empty() {
+        return unlit(
+            "all lights of the scene are hidden, so the picture is black. Show one of them".to_owned(),
+        );
+    }
     let what = if has_lights {
         "all lights of the scene are black or have strength 0, so the picture is black"
     } else if desc.imports.is_empty() {

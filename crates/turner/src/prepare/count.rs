@@ -20,7 +20,7 @@ impl SceneDesc {
         }
         let mut states = vec![State::New; self.groups.len()];
         let placed = |objects: &[ObjectDesc], states: &[State]| {
-            objects.iter().fold(0u64, |sum, o| {
+            objects.iter().filter(|o| !o.hidden).fold(0u64, |sum, o| {
                 sum.saturating_add(match o.content {
                     ObjectContent::Shape(_) => 1,
                     ObjectContent::Instance(g) => match states[g.index()] {

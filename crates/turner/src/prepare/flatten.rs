@@ -67,6 +67,14 @@ impl Flattener<'_> {
                 stack.pop();
                 continue;
             };
+            if object.hidden {
+                // It keeps its place among the scene's objects, so that all others keep their numbers there.
+                if level.is_top {
+                    self.names.begin_entry(self.primitives.len() as u32, None);
+                }
+                level.next += 1;
+                continue;
+            }
             let [begin, end] = level.to_world;
             let motion = object.motion.unwrap_or(object.transform);
             let to_world = [begin * object.transform.0, end * motion.0];

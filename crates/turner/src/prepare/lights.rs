@@ -29,6 +29,7 @@ pub(super) struct CachedLights {
 /// One light of a description and its prepared form.
 struct Made {
     desc: LightDesc,
+    hidden: bool,
     image: Option<Arc<Image>>,
     lights: Vec<Light>,
     ambient: Spectrum,
@@ -62,7 +63,8 @@ impl CachedLights {
         let mut rebuilt = 0;
         for (number, light) in desc.lights.iter().enumerate() {
             let image = image_of(&light.value, &desc.images);
-            let same = |m: &Made| m.desc == light.value && same_image(&m.image, &image);
+            let same =
+                |m: &Made| m.desc == light.value && m.hidden == light.hidden && same_image(&m.image, &image);
             if self.made.get(number).is_some_and(same) {
                 continue;
             }
@@ -92,9 +94,13 @@ fn make(
 ) -> Result<Made, SceneError> {
     let Capabilities { compensates, physical, .. } = capabilities;
     let mut lights = Vec::new();
+    let (desc, hidden) = (light.value.clone(), light.hidden);
+    if hidden {
+        return Ok(Made { desc, hidden, image, lights, ambient: Spectrum::BLACK });
+    }
     let ambient = light.value.prepare(images, compensates, physical, &mut lights);
     let ambient = ambient.map_err(|e| e.or_at(light.span))?;
-    Ok(Made { desc: light.value.clone(), image, lights, ambient })
+    Ok(Made { desc, hidden, image, lights, ambient })
 }
 
 /// The warning about negative or non-finite pixels of an environment map.

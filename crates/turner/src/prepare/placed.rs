@@ -105,6 +105,7 @@ fn same_object(a: &ObjectDesc, b: &ObjectDesc) -> bool {
         && a.name == b.name
         && a.light_group == b.light_group
         && a.shadow_catcher == b.shadow_catcher
+        && a.hidden == b.hidden
 }
 
 fn same_objects(a: &[ObjectDesc], b: &[ObjectDesc]) -> bool {

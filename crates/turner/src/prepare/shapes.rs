@@ -8,7 +8,7 @@ use crate::shape::{CachedShapes, MeshCache, Shape, TriangleMesh};
 
 /// The shapes of all objects and groups, each prepared once.
 pub(crate) struct PreparedShapes {
-    /// For the scene's objects and for those of each group, by index; `None` for instances.
+    /// For the scene's objects and for those of each group, by index; `None` for instances and hidden objects.
     pub(crate) objects: Vec<Option<Shape>>,
     pub(crate) groups: Vec<Vec<Option<Shape>>>,
     pub(crate) meshes: Vec<Arc<TriangleMesh>>,
@@ -31,6 +31,7 @@ impl PreparedShapes {
             objects
                 .iter()
                 .map(|o| match &o.content {
+                    _ if o.hidden => Ok(None),
                     ObjectContent::Shape(s) => s.prepare(&mut cache).map(Some).map_err(|e| e.or_at(o.span)),
                     ObjectContent::Instance(_) => Ok(None),
                 })

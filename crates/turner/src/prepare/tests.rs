@@ -91,7 +91,8 @@ pub(super) fn start() -> SceneDesc {
         size: None,
     };
     desc.groups.push(
-        GroupDesc { objects: vec![ball(0, [0.0, 0.2, 0.0], 0.2), shown(2, 3, [0.4, 0.0, 0.0])] }.into(),
+        GroupDesc { objects: vec![ball(0, [0.0, 0.2, 0.0], 0.2), shown(2, 3, [0.4, 0.0, 0.0])], model: None }
+            .into(),
     );
     let group = || ObjectContent::Instance(GroupId(0));
     desc.objects = vec![

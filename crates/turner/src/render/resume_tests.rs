@@ -84,7 +84,13 @@ pub(super) fn scene(kind: &str) -> Prepared {
         desc.objects.push(ObjectDesc { material: Some(MaterialId(material)), ..ObjectDesc::new(shape) });
     }
     let light = PointDesc { position: DVec3::new(-1.0, 3.0, 2.0), intensity: 3.0, ..PointDesc::default() };
-    desc.lights.push(SceneLight { name: None, group: None, span: None, value: LightDesc::Point(light) });
+    desc.lights.push(SceneLight {
+        name: None,
+        group: None,
+        span: None,
+        hidden: false,
+        value: LightDesc::Point(light),
+    });
     let scene = desc.prepare(&PrepareOptions::default()).unwrap();
     assert_eq!(
         scene.path().is_some_and(|path| path.caustics().is_some()),

@@ -39,6 +39,8 @@ pub const KEYS: &[Foreign] = words! {
     OBJECT, "ior" | "transparency" | "transmission" | "refraction" | "glass" =>
         "this belongs in the material: `material = { type = \"dielectric\", ior = 1.5 }`";
     OBJECT, "opacity" | "alpha" => "opacity belongs in the material: `material = { opacity = 0.5 }`";
+    OBJECT, "visible" | "hide" | "hiderender" | "invisible" | "disabled" | "enabled" =>
+        "write `hidden = true` to leave an object out";
     OBJECT, "isshadowcatcher" | "shadowmatte" | "matteshadow" => "write `shadow_catcher = true`";
     OBJECT, "emission" | "emissive" | "emit" | "glow" | "light" =>
         "an object emits light by its material: `material = { type = \"emissive\", strength = 5 }`";

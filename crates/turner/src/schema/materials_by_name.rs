@@ -1,7 +1,7 @@
 //! Tables of materials by name.
 
 use crate::schema::value::{Data, Span, Table, Value};
-use crate::schema::{MaterialId, ParamType, ReadContext, SceneError, WriteContext, wrong_type};
+use crate::schema::{MaterialId, ParamType, ReadContext, Renumber, SceneError, WriteContext, wrong_type};
 
 /// Materials that replace a model's own materials of the same names.
 #[derive(Clone, Debug, PartialEq)]
@@ -29,5 +29,8 @@ impl ParamType for MaterialsByName {
             table.push(name, cx.material(*material)?);
         }
         Ok(Some(Data::Table(table)))
+    }
+    fn renumber(&mut self, by: &Renumber) {
+        self.0.iter_mut().for_each(|(_, _, material)| *material = by.material(*material));
     }
 }

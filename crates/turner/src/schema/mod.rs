@@ -43,6 +43,7 @@ pub use range::Range;
 pub use read::ReadContext;
 pub use remedy::Remedy;
 pub use renumber::Renumber;
+pub(crate) use renumber::{IdMaps, PartId};
 pub use table_reader::TableReader;
 pub use transform::Transform;
 pub use turner_bvh::Quality;

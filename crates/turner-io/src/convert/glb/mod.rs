@@ -36,6 +36,9 @@ use super::{ConvertOptions, Converted, WrittenFile, create, output_error};
 pub fn to_glb(desc: &SceneDesc, out: &Path, options: &ConvertOptions) -> Result<Converted, SceneError> {
     let file = create(out, options.overwrite)?;
     let mut remarks = Remarks::default();
+    let (shown, hidden) = desc.without_hidden();
+    let desc = shown.as_ref();
+    (0..hidden).for_each(|_| remarks.ignored("hidden objects and lights"));
     let shapes = shapes(desc)?;
     let mut meshes =
         MeshWriter::new(desc, &shapes, MaterialWriter::new(desc, TextureWriter::new(desc, options)));

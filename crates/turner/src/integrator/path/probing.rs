@@ -135,7 +135,7 @@ mod tests {
         for i in 0..count {
             let mut objects = vec![ball(DVec3::ZERO, 1.0)];
             objects.extend((i + 1 < count).then(|| instance(i + 1)));
-            desc.groups.push(crate::description::GroupDesc { objects }.into());
+            desc.groups.push(crate::description::GroupDesc { objects, model: None }.into());
         }
         desc.objects.push(instance(0));
         let scene = prepared(&desc);

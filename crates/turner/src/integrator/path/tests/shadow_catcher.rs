@@ -211,7 +211,7 @@ fn shadows_do_not_depend_on_passes() {
     assert!(whole == render_with(&desc, 1, 3).0);
     let mut grouped = desc.clone();
     let floor = ObjectDesc { shadow_catcher: false, ..grouped.objects[0].clone() };
-    grouped.groups.push(crate::description::GroupDesc { objects: vec![floor] }.into());
+    grouped.groups.push(crate::description::GroupDesc { objects: vec![floor], model: None }.into());
     grouped.objects[0].content = crate::description::ObjectContent::Instance(GroupId(0));
     assert!(whole == render(&grouped).0);
 }
