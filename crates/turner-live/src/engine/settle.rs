@@ -85,8 +85,12 @@ impl Settle {
     /// Traces for a slice of time, or until `stop` is set.
     pub(super) fn step(&mut self, stop: &AtomicBool, threads: usize) -> Result<Step, SceneError> {
         let started = Instant::now();
+        // The photons of a sample index are traced before its camera samples, and lost if they are stopped: such a pass has
+        // no slices. (Before the choice of the integrator nobody knows.)
+        let integrator = &self.renderer.prepared().integrator;
+        let slices = integrator.has_chosen() && !integrator.finds_photons();
         let in_time = |_: usize, _: usize| {
-            if started.elapsed() >= SLICE {
+            if slices && started.elapsed() >= SLICE {
                 stop.store(true, Ordering::SeqCst);
             }
         };
