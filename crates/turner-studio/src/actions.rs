@@ -336,7 +336,7 @@ fn add_light(studio: &mut Studio, kind: &'static str) {
     }
     let result = studio.document.edit(&format!("Add {kind} light"), None, |desc| {
         let name = Some(free_name(&format!("{kind} light"), desc.lights.iter().map(|l| &l.name)));
-        desc.lights.push(SceneLight { name, group: None, span: None, value: light });
+        desc.lights.push(SceneLight { name, group: None, span: None, hidden: false, value: light });
         Ok(desc.lights.len() - 1)
     });
     if let Some(i) = studio.check(result) {
