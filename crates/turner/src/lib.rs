@@ -55,6 +55,7 @@ pub mod material;
 pub mod math;
 pub mod medium;
 pub mod prepare;
+pub mod preview;
 pub mod render;
 pub mod sampler;
 pub mod scene;

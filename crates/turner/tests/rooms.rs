@@ -35,6 +35,7 @@ const ROOMS: &[(&str, &[&str])] = &[
     ("description", &["integrator"]),
     ("prepare", &["description"]),
     ("render", &["prepare", "denoise"]),
+    ("preview", &["integrator", "film"]),
     // Tools that check scenes and pictures; nothing below imports them.
     ("compare", &["film"]),
     ("lint", &["prepare"]),
