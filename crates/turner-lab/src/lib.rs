@@ -5,6 +5,7 @@
 //! start ─┬─ rays       rays per second of Turner's BVHs, compared with Embree
 //!        ├─ render     error over time of path tracing, compared with Mitsuba and Cycles
 //!        ├─ denoise    error and time of denoisers, compared with Open Image Denoise
+//!        ├─ preview    time and error of the pictures that a window shows
 //!        ├─ povray     the classic scenes, compared with POV-Ray ─┬─ program  runs it
 //!        ├─ antialias  anti-aliasing modes, compared with POV-Ray ┘
 //!        └─ verify     statistical tests
@@ -13,6 +14,7 @@
 
 mod denoise;
 mod povray;
+mod preview;
 mod rays;
 mod render;
 mod verify;
@@ -43,6 +45,7 @@ enum Command {
     Rays(rays::RaysArgs),
     Render(render::RenderBenchArgs),
     Denoise(denoise::DenoiseArgs),
+    Preview(preview::PreviewArgs),
     Povray(povray::PovrayArgs),
     Antialias(povray::AntialiasArgs),
     Verify(verify::VerifyArgs),
@@ -59,6 +62,7 @@ fn run(args: Vec<OsString>) -> u8 {
         Ok(Command::Rays(args)) => rays::run(&args),
         Ok(Command::Render(args)) => render::run(&args),
         Ok(Command::Denoise(args)) => denoise::run(&args),
+        Ok(Command::Preview(args)) => preview::run(&args),
         Ok(Command::Povray(args)) => povray::run(&args),
         Ok(Command::Antialias(args)) => povray::run_antialias(&args),
         Ok(Command::Verify(args)) => verify::run(&args),

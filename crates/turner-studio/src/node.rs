@@ -7,7 +7,7 @@ use turner::integrator::IntegratorDesc;
 use turner::light::LightDesc;
 use turner::material::MaterialDesc;
 use turner::medium::MediumDesc;
-use turner::schema::FamilyDoc;
+use turner::schema::{FamilyDoc, path_part};
 use turner::shape::ShapeDesc;
 use turner::texture::TextureDesc;
 
@@ -112,7 +112,7 @@ impl Node {
 impl Node {
     /// Its key path. `None` if the scene does not have it.
     pub fn path(self, names: &turner::description::PartNames) -> Option<String> {
-        let of = |list: &[String], kind: &str, i: usize| list.get(i).map(|name| format!("{kind}.{name}"));
+        let of = |list: &[String], kind: &str, i: usize| list.get(i).map(|name| format!("{kind}.{}", path_part(name)));
         match self {
             Node::Object(i) => Some(format!("object.{i}")),
             Node::Light(i) => Some(format!("light.{i}")),
@@ -125,6 +125,29 @@ impl Node {
             Node::Integrator => Some("integrator".into()),
             Node::Background => Some("background".into()),
             Node::Studio => Some("studio".into()),
+        }
+    }
+}
+
+impl Node {
+    /// The part that a key path names.
+    pub fn of_path(path: &str, names: &turner::description::PartNames) -> Option<Node> {
+        let (kind, name) = path.split_once('.').unwrap_or((path, ""));
+        let index = || name.parse::<usize>().ok();
+        let of = |list: &[String]| list.iter().position(|own| path_part(own) == name);
+        match kind {
+            "object" => index().map(Node::Object),
+            "light" => index().map(Node::Light),
+            "view" => index().map(Node::View),
+            "material" => of(&names.materials).map(Node::Material),
+            "texture" => of(&names.textures).map(Node::Texture),
+            "medium" => of(&names.media).map(Node::Medium),
+            "camera" => Some(Node::Camera),
+            "film" => Some(Node::Film),
+            "integrator" => Some(Node::Integrator),
+            "background" => Some(Node::Background),
+            "studio" => Some(Node::Studio),
+            _ => None,
         }
     }
 }

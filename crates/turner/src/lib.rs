@@ -56,6 +56,7 @@ pub mod material;
 pub mod math;
 pub mod medium;
 pub mod prepare;
+pub mod preview;
 pub mod render;
 pub mod sampler;
 pub mod scene;

@@ -37,6 +37,7 @@ const ROOMS: &[(&str, &[&str])] = &[
     ("render", &["prepare", "denoise"]),
     // Why a pixel has its colour: a sample as a tree of rays.
     ("explain", &["render"]),
+    ("preview", &["integrator", "film"]),
     // Tools that check scenes and pictures; nothing below imports them.
     ("compare", &["film"]),
     ("lint", &["prepare"]),

@@ -1,11 +1,12 @@
-//! Preview pictures: from the library's preview, or for other integrators a sample per pixel.
+//! Preview pictures, and pictures from scene values.
 
 use std::sync::atomic::AtomicBool;
 
-use turner::film::{DisplayTransform, FilmDesc, auto_exposure};
+use turner::Picture;
+use turner::film::{DisplayTransform, auto_exposure};
 use turner::integrator::Prepared;
+use turner::preview::{Effort, Preview, PreviewOptions};
 use turner::schema::SceneError;
-use turner::{Picture, Renderer};
 
 use super::Stage;
 
@@ -21,35 +22,36 @@ pub(super) struct Shown {
 pub(super) struct Ask<'a> {
     pub(super) size: [u32; 2],
     pub(super) moving: bool,
-    /// Number of the frame since the last change.
-    pub(super) frame: u32,
     pub(super) threads: usize,
     pub(super) stop: &'a AtomicBool,
 }
 
 /// Draws preview frames.
 #[derive(Default)]
-pub(super) struct Draft {}
+pub(super) struct Draft {
+    preview: Preview,
+    frame: u32,
+}
 
 impl Draft {
     /// Whether further frames of the same picture are better than the first.
-    pub(super) fn refines(&self, _: &Prepared) -> bool {
-        false
+    pub(super) fn refines(&self, prepared: &Prepared) -> bool {
+        prepared.path().is_some()
     }
 
     /// Draws a frame; `None` if it was stopped.
     pub(super) fn draw(&mut self, prepared: &Prepared, ask: &Ask<'_>) -> Result<Option<Shown>, SceneError> {
-        let _ = (ask.moving, ask.frame);
-        let mut small = prepared.clone();
-        small.view.film = FilmDesc { width: ask.size[0] / 2 + 1, height: ask.size[1] / 2 + 1, ..prepared.view.film.clone() };
-        small.view.film.samples = 1;
-        let mut renderer = Renderer::new(small)?;
-        let options = turner::PassOptions { threads: ask.threads, cancel: ask.stop, progress: None };
-        if !renderer.preview_pass(&options)? {
+        let effort = if ask.moving { Effort::Moving } else { Effort::Still };
+        let options =
+            PreviewOptions { threads: ask.threads, cancel: ask.stop, effort, frame: self.frame, size: ask.size };
+        self.frame = self.frame.wrapping_add(1);
+        if !self.preview.frame(prepared, &options)? {
             return Ok(None);
         }
-        let picture = renderer.develop_as(turner::film::Denoise::Off, ask.threads);
-        let transform = picture.transform(&prepared.view.film);
+        let drawn = self.preview.picture();
+        let values = drawn.color.iter().zip(&drawn.alpha);
+        let linear = values.map(|(&[r, g, b], &alpha)| [r, g, b, alpha]).collect();
+        let (picture, transform) = picture(prepared, [drawn.width, drawn.height], linear, ask.threads);
         Ok(Some(Shown { picture, transform, stage: Stage::Preview, noise: None }))
     }
 }

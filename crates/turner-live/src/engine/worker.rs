@@ -160,13 +160,7 @@ impl Worker {
         let moving = order.moving || self.frames == 0;
         let size = self.pace.size([film.width, film.height], order.size, moving);
         let started = Instant::now();
-        let ask = develop::Ask {
-            size,
-            moving,
-            frame: self.frames,
-            threads: order.threads,
-            stop: &board.stop,
-        };
+        let ask = develop::Ask { size, moving, threads: order.threads, stop: &board.stop };
         let drawn = match self.draft.draw(&stand.prepared, &ask) {
             Ok(drawn) => drawn,
             Err(error) => {

@@ -18,7 +18,7 @@ const FUZZ: usize = 0;
 pub(super) const COAT: usize = 1;
 pub(super) const INTERFACE: usize = 2;
 pub(super) const REFLECT: usize = 3;
-const TRANSMIT: usize = 4;
+pub(super) const TRANSMIT: usize = 4;
 /// Straight through a thin wall, or an interface between equal indices.
 pub(super) const PASS: usize = 5;
 /// Multiple scattering between the facets of the base, reflected and transmitted.

@@ -51,12 +51,14 @@ mod interface;
 mod microfacet;
 mod mixture;
 mod pane;
+mod parts;
 mod point;
 mod rough_mirror;
 mod subsurface;
 
 pub(crate) use diffuse::sample_cosine;
 pub(crate) use mixture::MIN_COSINE;
+pub(crate) use parts::MOST_DELTAS;
 pub use point::PrincipledPoint;
 pub use rough_mirror::{RoughMirror, RoughMirrorBlock};
 pub use subsurface::Entry;

@@ -1,0 +1,91 @@
+//! A BSDF in parts, for renderers that treat diffuse, glossy and delta lobes apart.
+
+use super::mixture::{COAT, ENTER, INTERFACE, PASS, REFLECT, TRANSMIT};
+use super::{Bsdf, BsdfFromWo, BsdfSample, Rgb, spectrum};
+use crate::color::Spectrum;
+
+impl Bsdf {
+    /// The BSDF with the light that would enter for a subsurface random walk reflected diffusely instead.
+    pub(crate) fn without_walk(mut self) -> Bsdf {
+        self.diffuse.reflect += self.diffuse.enter;
+        self.diffuse.enter = Rgb::ZERO;
+        self.diffuse.enter_weight = 0.0;
+        self
+    }
+
+    /// Albedo of the diffuse base under all layers, reflected and transmitted.
+    pub(crate) fn diffuse_albedos(&self) -> [Spectrum; 2] {
+        [spectrum(self.diffuse.reflect), spectrum(self.diffuse.transmit)]
+    }
+
+    /// Whether any lobe is a delta lobe.
+    pub(crate) fn has_delta(&self) -> bool {
+        self.coat.as_ref().is_some_and(|c| c.smooth)
+            || self.interface.as_ref().is_some_and(|i| i.smooth || i.straight)
+    }
+
+    /// Whether any lobe is neither diffuse nor a delta lobe.
+    pub(crate) fn has_gloss(&self) -> bool {
+        self.fuzz.is_some()
+            || self.coat.as_ref().is_some_and(|c| !c.smooth)
+            || self.interface.as_ref().is_some_and(|i| !i.smooth)
+    }
+}
+
+/// The most delta lobes of a BSDF: coat, reflection, refraction, straight through.
+pub(crate) const MOST_DELTAS: usize = 4;
+
+impl BsdfFromWo<'_> {
+    /// All delta lobes with pdf 1: f·|wi.z| is the fraction of light that each carries.
+    pub(crate) fn deltas(&self) -> [Option<BsdfSample>; MOST_DELTAS] {
+        let mut found = [None; MOST_DELTAS];
+        let coat = self.bsdf.coat.as_ref().is_some_and(|c| c.smooth);
+        let interface = self.bsdf.interface.as_ref().is_some_and(|i| i.smooth);
+        let chosen = [(COAT, 0.0, coat), (INTERFACE, 0.0, interface), (INTERFACE, 1.0, interface), (PASS, 0.0, true)];
+        for (found, (lobe, side, applies)) in found.iter_mut().zip(chosen) {
+            if !applies || self.p[lobe] <= 0.0 {
+                continue;
+            }
+            let Some(s) = self.sample([self.place(lobe, side), 0.5, 0.5]).filter(|s| s.lobe.is_delta) else { continue };
+            *found = Some(BsdfSample { f: s.f * (1.0 / s.pdf) as f32, pdf: 1.0, ..s });
+        }
+        // The interface has one lobe if it reflects, or transmits, all light.
+        if let [_, Some(a), Some(b), _] = &found
+            && a.lobe.is_transmission == b.lobe.is_transmission
+        {
+            found[2] = None;
+        }
+        found
+    }
+
+    /// The random number with which `sample` chooses a lobe, from its first to its last value.
+    fn place(&self, lobe: usize, along: f64) -> f64 {
+        let before: f64 = self.p[..lobe].iter().sum();
+        before + self.p[lobe] * (1e-6 + (1.0 - 2e-6) * along)
+    }
+
+    /// The probability that `sample` chooses a diffuse lobe of the base.
+    pub(crate) fn diffuse_probability(&self) -> f64 {
+        self.p[REFLECT] + self.p[TRANSMIT] + self.p[ENTER]
+    }
+
+    /// Samples a lobe that is neither a delta lobe nor one of the diffuse base; `None` if there is none. The sample's pdf
+    /// and f are those of all lobes.
+    pub(crate) fn sample_gloss(&self, u: [f64; 3]) -> Option<BsdfSample> {
+        let is_gloss = |lobe: usize| {
+            !matches!(lobe, REFLECT | TRANSMIT | ENTER | PASS)
+                && !(lobe == COAT && self.bsdf.coat.as_ref().is_some_and(|c| c.smooth))
+                && !(lobe == INTERFACE && self.bsdf.interface.as_ref().is_some_and(|i| i.smooth))
+        };
+        let all: f64 = (0..self.p.len()).filter(|lobe| is_gloss(*lobe)).map(|lobe| self.p[lobe]).sum();
+        let mut left = u[0] * all;
+        for lobe in (0..self.p.len()).filter(|lobe| is_gloss(*lobe)) {
+            if left < self.p[lobe] {
+                let along = left / self.p[lobe];
+                return self.sample([self.place(lobe, along), u[1], u[2]]);
+            }
+            left -= self.p[lobe];
+        }
+        None
+    }
+}

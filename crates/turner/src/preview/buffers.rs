@@ -1,0 +1,196 @@
+//! Per-pixel values of a frame, and their accumulation over frames.
+
+use crate::color::Spectrum;
+use crate::preview::picture::NO_OBJECT;
+
+/// What a frame found in one pixel.
+///
+/// ```text
+///   colour = seen + bounced · ambient  +  albedo · (direct + indirect)  +  gloss
+/// ```
+///
+/// `direct`, `indirect` and `gloss` are noisy and are filtered; the others are not.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Sample {
+    /// Emission, background, and what is seen beside the pixel's surface.
+    pub(super) seen: Spectrum,
+    pub(super) alpha: f32,
+    /// Albedos of surfaces whose indirect light is estimated from the mean of the picture.
+    pub(super) bounced: Spectrum,
+    /// The diffuse albedo of the pixel's surface, times the throughput to it.
+    pub(super) albedo: Spectrum,
+    /// Direct light over albedo.
+    pub(super) direct: Spectrum,
+    /// Light that other lobes reflect.
+    pub(super) gloss: Spectrum,
+    pub(super) roughness: f32,
+    pub(super) is_lit: bool,
+    /// Whether the surface is a shadow catcher: `direct` then holds the light with and without what is in the way.
+    pub(super) is_catcher: bool,
+    /// Indirect light over albedo, and the albedo of the surfaces that it comes from.
+    pub(super) indirect: Spectrum,
+    pub(super) second: Spectrum,
+    /// The pixel's surface: normal, path length, and a number that differs where surfaces must not be mixed.
+    pub(super) normal: [f32; 3],
+    pub(super) length: f32,
+    pub(super) key: u32,
+    /// What is hit first.
+    pub(super) object: u32,
+    pub(super) depth: f32,
+    pub(super) first_normal: [f32; 3],
+}
+
+impl Sample {
+    pub(super) const NOTHING: Sample = Sample {
+        seen: Spectrum::BLACK,
+        alpha: 1.0,
+        bounced: Spectrum::BLACK,
+        albedo: Spectrum::BLACK,
+        direct: Spectrum::BLACK,
+        gloss: Spectrum::BLACK,
+        roughness: 1.0,
+        is_lit: false,
+        is_catcher: false,
+        indirect: Spectrum::BLACK,
+        second: Spectrum::BLACK,
+        normal: [0.0; 3],
+        length: f32::INFINITY,
+        key: NO_KEY,
+        object: NO_OBJECT,
+        depth: f32::INFINITY,
+        first_normal: [0.0; 3],
+    };
+}
+
+/// The key of pixels without a surface.
+pub(super) const NO_KEY: u32 = u32::MAX;
+/// Added to the key of shadow catchers.
+pub(super) const CATCHER: u32 = 1 << 31;
+
+/// Light of all pixels with the number of samples that each is the mean of.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Light {
+    pub(super) rgb: [Vec<f32>; 3],
+    pub(super) count: Vec<f32>,
+}
+
+impl Light {
+    pub(super) fn resize(&mut self, count: usize) {
+        for plane in self.rgb.iter_mut().chain([&mut self.count]) {
+            plane.clear();
+            plane.resize(count, 0.0);
+        }
+    }
+
+    /// The parts of `size` elements.
+    pub(super) fn parts(&mut self, size: usize) -> impl Iterator<Item = LightPart<'_>> {
+        let [r, g, b] = &mut self.rgb;
+        let rgb = r.chunks_mut(size).zip(g.chunks_mut(size)).zip(b.chunks_mut(size));
+        rgb.zip(self.count.chunks_mut(size)).map(|(((r, g), b), count)| LightPart { rgb: [r, g, b], count })
+    }
+}
+
+/// Rows of [`Light`].
+pub(super) struct LightPart<'a> {
+    pub(super) rgb: [&'a mut [f32]; 3],
+    pub(super) count: &'a mut [f32],
+}
+
+impl LightPart<'_> {
+    /// Adds a sample to the mean of at most `most` samples.
+    #[inline]
+    pub(super) fn add(&mut self, i: usize, light: Spectrum, most: f32) {
+        let count = self.count[i].min(most - 1.0) + 1.0;
+        self.count[i] = count;
+        for (plane, v) in self.rgb.iter_mut().zip(light.to_array()) {
+            plane[i] += (v - plane[i]) / count;
+        }
+    }
+}
+
+/// The surfaces of all pixels, for filters.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Guides {
+    pub(super) normal: [Vec<f32>; 3],
+    /// 1 / path length: linear over a plane.
+    pub(super) near: Vec<f32>,
+    pub(super) key: Vec<u32>,
+    pub(super) roughness: Vec<f32>,
+}
+
+impl Guides {
+    pub(super) fn resize(&mut self, count: usize) {
+        for plane in self.normal.iter_mut().chain([&mut self.near, &mut self.roughness]) {
+            plane.clear();
+            plane.resize(count, 0.0);
+        }
+        self.key.clear();
+        self.key.resize(count, NO_KEY);
+    }
+
+    pub(super) fn parts(&mut self, size: usize) -> impl Iterator<Item = GuidesPart<'_>> {
+        let [x, y, z] = &mut self.normal;
+        let normal = x.chunks_mut(size).zip(y.chunks_mut(size)).zip(z.chunks_mut(size));
+        let others = self.near.chunks_mut(size).zip(self.key.chunks_mut(size)).zip(self.roughness.chunks_mut(size));
+        normal.zip(others).map(|(((x, y), z), ((near, key), roughness))| GuidesPart {
+            normal: [x, y, z],
+            near,
+            key,
+            roughness,
+        })
+    }
+}
+
+/// Rows of [`Guides`].
+pub(super) struct GuidesPart<'a> {
+    pub(super) normal: [&'a mut [f32]; 3],
+    pub(super) near: &'a mut [f32],
+    pub(super) key: &'a mut [u32],
+    pub(super) roughness: &'a mut [f32],
+}
+
+impl GuidesPart<'_> {
+    #[inline]
+    pub(super) fn set(&mut self, i: usize, sample: &Sample) {
+        for (plane, v) in self.normal.iter_mut().zip(sample.normal) {
+            plane[i] = v;
+        }
+        self.near[i] = 1.0 / sample.length.max(1e-30);
+        self.key[i] = sample.key;
+        self.roughness[i] = sample.roughness;
+    }
+}
+
+/// What is not filtered: the mean over frames.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Still {
+    pub(super) seen: Spectrum,
+    pub(super) alpha: f32,
+    pub(super) bounced: Spectrum,
+    pub(super) albedo: Spectrum,
+    pub(super) catcher: f32,
+}
+
+impl Still {
+    #[inline]
+    pub(super) fn of(sample: &Sample) -> Still {
+        Still {
+            seen: sample.seen,
+            alpha: sample.alpha,
+            bounced: sample.bounced,
+            albedo: sample.albedo,
+            catcher: if sample.is_catcher { 1.0 } else { 0.0 },
+        }
+    }
+
+    /// Adds a frame to the mean of `count` frames in all.
+    #[inline]
+    pub(super) fn add(&mut self, new: &Still, count: f32) {
+        let k = 1.0 / count;
+        self.seen += (new.seen - self.seen) * k;
+        self.alpha += (new.alpha - self.alpha) * k;
+        self.bounced += (new.bounced - self.bounced) * k;
+        self.albedo += (new.albedo - self.albedo) * k;
+        self.catcher += (new.catcher - self.catcher) * k;
+    }
+}
