@@ -10,6 +10,7 @@ use turner_live::document::{Document, OpenError, Opening, Recovered, Recovery, S
 use turner_live::engine::{Engine, Frame, Look, Order, Status};
 
 use crate::actions::Action;
+use crate::insight::Insight;
 use crate::node::Node;
 use crate::settings::Settings;
 use crate::viewport::ViewportState;
@@ -101,6 +102,8 @@ pub struct Studio {
     pub home: PathBuf,
     /// The viewport's tools.
     pub viewport: ViewportState,
+    /// What was found out about the picture.
+    pub insight: Insight,
     /// Actions to run at the end of the frame.
     pub queue: Vec<Action>,
     /// Whether the window should close.
@@ -137,6 +140,7 @@ impl Studio {
             settings,
             home,
             viewport: ViewportState::default(),
+            insight: Insight::default(),
             queue: Vec::new(),
             quit: false,
             opening: None,
@@ -224,6 +228,7 @@ impl Studio {
         self.problem = None;
         self.message = None;
         self.viewport = ViewportState::default();
+        self.insight = Insight::default();
         self.watch();
         if let Some(path) = self.document.path() {
             self.settings.add_recent(path);
@@ -305,6 +310,8 @@ impl Studio {
         }
         self.status = self.engine.status();
         self.frame = self.engine.frame();
+        let stand = self.frame.as_ref().map(|frame| &frame.stand);
+        self.insight.poll(&self.wake, stand, self.viewport.explained);
         self.recovery.keep(&self.document, false);
     }
 

@@ -24,7 +24,7 @@ use std::sync::Arc;
 use tempfile::TempDir;
 use turner::SceneDesc;
 use turner::schema::value::Data;
-use turner::schema::{ErrorCode, KeyEdit, SceneError, Warning};
+use turner::schema::{Asset, KeyEdit, SceneError, Warning};
 use turner_io::assets::FolderAssets;
 use turner_io::scene::{SceneFiles, Sources};
 
@@ -130,7 +130,7 @@ impl Document {
     ) -> Result<T, SceneError> {
         let mut next = SceneDesc::clone(&self.desc);
         let result = change(&mut next)?;
-        if next != *self.desc {
+        if !is_same(&next, &self.desc) {
             let before = std::mem::replace(&mut self.desc, Arc::new(next));
             self.history.push(label, merge, before);
             self.revision += 1;
@@ -144,10 +144,17 @@ impl Document {
     /// Errors: those of reading the values. The scene then stays the same.
     pub fn set(&mut self, label: &str, merge: Option<&str>, edits: &[(String, Data)]) -> Result<(), SceneError> {
         let edits: Vec<KeyEdit> = edits.iter().map(|(path, data)| KeyEdit::new(path, data.clone())).collect();
+        self.apply(label, merge, &edits)
+    }
+
+    /// Makes edits: see [`Document::set`].
+    ///
+    /// Errors: those of reading the values. The scene then stays the same.
+    pub fn apply(&mut self, label: &str, merge: Option<&str>, edits: &[KeyEdit]) -> Result<(), SceneError> {
         let assets = FolderAssets::new(&self.folder).map_err(|e| e.to_scene_error())?.allow_outside(true);
         self.edit(label, merge, |desc| {
             let sources = Sources::default();
-            desc.edit(&edits, &mut SceneFiles::new(&assets, &sources))
+            desc.edit(edits, &mut SceneFiles::new(&assets, &sources))
         })
     }
 
@@ -180,7 +187,7 @@ impl Document {
     /// Replaces the scene by that of the same file read again; the history goes on, so that a reload can be undone.
     pub fn reloaded(&mut self, fresh: Document) {
         let before = std::mem::replace(&mut self.desc, Arc::clone(&fresh.desc));
-        if *before != *self.desc {
+        if !is_same(&before, &self.desc) {
             self.history.push("Reload", None, before);
         }
         (self.saved, self.sources, self.opened) = (fresh.saved, fresh.sources, fresh.opened);
@@ -188,9 +195,25 @@ impl Document {
     }
 }
 
-/// The error for what cannot be done with this scene.
-pub(crate) fn refused(message: impl Into<String>, help: &str) -> SceneError {
-    SceneError::new(ErrorCode::Conflict, message.into()).help(help.to_owned())
+/// Whether nothing was changed. Meshes and images are compared by identity: their contents may be large.
+fn is_same(a: &SceneDesc, b: &SceneDesc) -> bool {
+    fn shared<T>(a: &[Asset<T>], b: &[Asset<T>]) -> bool {
+        a.len() == b.len() && a.iter().zip(b).all(|(a, b)| Arc::ptr_eq(&a.data, &b.data))
+    }
+    shared(&a.images, &b.images)
+        && shared(&a.meshes, &b.meshes)
+        && a.objects == b.objects
+        && a.camera == b.camera
+        && a.film == b.film
+        && a.integrator == b.integrator
+        && a.background == b.background
+        && a.textures == b.textures
+        && a.materials == b.materials
+        && a.media == b.media
+        && a.groups == b.groups
+        && a.lights == b.lights
+        && a.cameras == b.cameras
+        && a.studio == b.studio
 }
 
 #[cfg(test)]

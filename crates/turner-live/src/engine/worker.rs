@@ -91,10 +91,10 @@ impl Worker {
             && board.status().error.is_none()
         {
             // Another size, pause or mix: the film goes on.
-            let mixed = order.look.mix != last.look.mix;
+            let shown = order.look != last.look;
             *last = order;
-            if mixed && let Some(film) = &mut self.film {
-                let picture = film.picture(&last.look.mix, last.threads);
+            if shown && let Some(film) = self.film.as_mut().filter(|film| film.samples().0 > 0) {
+                let picture = film.picture(&last.look, last.threads);
                 let stand = Arc::clone(stand);
                 self.show(board, picture, stand);
             }
@@ -161,7 +161,7 @@ impl Worker {
         let size = self.pace.size([film.width, film.height], order.size, moving);
         let started = Instant::now();
         let ask = develop::Ask { size, moving, threads: order.threads, stop: &board.stop };
-        let drawn = match self.draft.draw(&stand.prepared, &ask) {
+        let drawn = match self.draft.draw(&stand.prepared, &ask, order.look.display) {
             Ok(drawn) => drawn,
             Err(error) => {
                 board.fail(error.message.clone(), error.help.clone());
@@ -205,9 +205,10 @@ impl Worker {
             Ok(step) => {
                 let (samples, left) = (film.samples(), film.left());
                 let (settled, seconds) = (film.is_complete(), film.seconds());
+                let layers = film.layers();
                 board.say(|status| {
                     (status.samples, status.left, status.seconds) = (samples, left, seconds);
-                    status.settled = settled;
+                    (status.settled, status.layers) = (settled, layers);
                     status.doing = if settled { "" } else { "rendering" };
                 });
                 if step == Step::Show && (settled || board.is_newest(self.number)) {
@@ -224,7 +225,7 @@ impl Worker {
     /// Shows the film.
     fn develop(&mut self, board: &Board, order: &Order, stand: &Arc<Stand>) {
         let Some(film) = &mut self.film else { return };
-        let picture = film.picture(&order.look.mix, order.threads);
+        let picture = film.picture(&order.look, order.threads);
         self.show(board, picture, Arc::clone(stand));
     }
 

@@ -1,12 +1,13 @@
 //! The picture and what is done in it with mouse and keys.
 
+mod compared;
 pub(crate) mod gizmo;
 mod navigate;
 pub(crate) mod overlay;
 
 use std::sync::Arc;
 
-use egui::{Color32, ColorImage, Rect, Sense, TextureHandle, TextureOptions, Vec2, pos2};
+use egui::{Color32, Rect, Sense, TextureHandle, TextureOptions, Vec2, pos2};
 use turner_live::engine::{Frame, Stage};
 use turner_live::{camera, pick};
 
@@ -45,6 +46,15 @@ pub struct ViewportState {
     pub explained: Option<[u32; 2]>,
     texture: Option<(TextureHandle, Arc<Frame>)>,
     gizmo: gizmo::GizmoState,
+    compared: compared::Compared,
+    boxes: overlay::Boxes,
+}
+
+impl ViewportState {
+    /// The result of the comparison with the kept picture.
+    pub(crate) fn compared_text(&self) -> Option<&str> {
+        self.compared.text.as_deref()
+    }
 }
 
 /// The rectangle of the picture in the window, and its size in pixels of the film.
@@ -95,6 +105,7 @@ pub(crate) fn show(ui: &mut egui::Ui, studio: &mut Studio) {
         }
         let whole = Rect::from_min_max(pos2(0.0, 0.0), pos2(1.0, 1.0));
         painter.image(texture, placed.rect, whole, Color32::WHITE);
+        compared::show(ui.ctx(), &painter, placed.rect, studio);
     }
     response.widget_info(|| {
         let what = format!("Picture of {}", studio.document.name());
@@ -119,13 +130,7 @@ fn texture(ctx: &egui::Context, studio: &mut Studio, frame: Arc<Frame>) -> egui:
     {
         return texture.id();
     }
-    let picture = &frame.picture;
-    let pixels = picture.display.iter().map(|&[r, g, b, a]| match a {
-        255 => Color32::from_rgb(r, g, b),
-        _ => Color32::from_rgba_unmultiplied(r, g, b, a),
-    });
-    let size = [picture.width as usize, picture.height as usize];
-    let image = ColorImage::new(size, pixels.collect());
+    let image = compared::image(&frame.picture);
     let options = TextureOptions { magnification: egui::TextureFilter::Nearest, ..TextureOptions::LINEAR };
     match &mut state.texture {
         Some((texture, shown)) => {
