@@ -14,7 +14,7 @@ use turner_live::{camera, pick};
 
 use crate::node::Node;
 use crate::settings::Theme;
-use crate::studio::{After, Dialog, Studio};
+use crate::studio::{After, Dialog, Purpose, Studio};
 use crate::viewport::Tool;
 
 const COMMAND: Modifiers = Modifiers::COMMAND;
@@ -75,17 +75,21 @@ actions! {
     New, "File", "New", COMMAND, N;
     Open, "File", "Open…", COMMAND, O;
     Reload, "File", "Reload from disk", COMMAND, R;
+    SavePicture, "File", "Save the picture…", COMMAND, E;
     Save, "File", "Save", COMMAND, S;
     SaveAs, "File", "Save as…", COMMAND.plus(SHIFT), S;
     Quit, "File", "Quit", COMMAND, Q;
     Undo, "Edit", "Undo", COMMAND, Z;
     Redo, "Edit", "Redo", COMMAND.plus(SHIFT), Z;
+    Copy, "Edit", "Copy as TOML";
+    Paste, "Edit", "Paste";
     Duplicate, "Edit", "Duplicate", COMMAND, D;
     Delete, "Edit", "Delete", NONE, Delete;
     Hide, "Edit", "Hide or show", NONE, H;
     Group, "Edit", "Group", COMMAND, G;
     Ungroup, "Edit", "Ungroup", COMMAND.plus(SHIFT), G;
     SelectNone, "Edit", "Select nothing", NONE, Escape;
+    AddModel, "Add", "Add model file…";
     AddMaterial, "Add", "Add material";
     Palette, "View", "Commands…", COMMAND, K;
     Frame, "View", "Frame the selection", NONE, F;
@@ -128,7 +132,7 @@ impl Action {
             Action::Undo => !studio.document.steps().0.is_empty(),
             Action::Redo => !studio.document.steps().1.is_empty(),
             Action::Reload => studio.document.path().is_some(),
-            Action::Duplicate | Action::Delete => {
+            Action::Copy | Action::Duplicate | Action::Delete => {
                 matches!(
                     studio.selection,
                     Some(Node::Object(_) | Node::Light(_) | Node::View(_) | Node::Material(_) | Node::Texture(_))
@@ -155,14 +159,19 @@ impl Action {
             Action::New => studio.leave(After::New),
             Action::Open => {
                 let name = format!("{}{}", studio.document.folder().display(), std::path::MAIN_SEPARATOR);
-                studio.dialog = Some(Dialog::File { save: false, name });
+                studio.dialog = Some(Dialog::File { purpose: Purpose::Open, name });
             }
             Action::Reload => studio.reload(),
             Action::Save => studio.save(None),
             Action::SaveAs => {
                 let path = studio.document.path().map(|path| path.with_extension("toml"));
                 let path = path.unwrap_or_else(|| studio.document.folder().join("untitled.toml"));
-                studio.dialog = Some(Dialog::File { save: true, name: path.to_string_lossy().into_owned() });
+                let name = path.to_string_lossy().into_owned();
+                studio.dialog = Some(Dialog::File { purpose: Purpose::Save, name });
+            }
+            Action::SavePicture => {
+                let name = studio.document.folder().join("picture.png").to_string_lossy().into_owned();
+                studio.dialog = Some(Dialog::File { purpose: Purpose::Picture, name });
             }
             Action::Quit => studio.leave(After::Quit),
             Action::Undo => {
@@ -174,6 +183,18 @@ impl Action {
                 if let Some(label) = studio.document.redo() {
                     studio.say(format!("Redone: {label}"));
                 }
+            }
+            Action::Copy => {
+                let Some(path) = selected_path(studio) else { return };
+                let copied = studio.document.copy(&[path]);
+                if let Some(text) = studio.check(copied) {
+                    studio.wake().copy_text(text);
+                }
+            }
+            Action::Paste => studio.wake().send_viewport_cmd(egui::ViewportCommand::RequestPaste),
+            Action::AddModel => {
+                let name = format!("{}{}", studio.document.folder().display(), std::path::MAIN_SEPARATOR);
+                studio.dialog = Some(Dialog::File { purpose: Purpose::Model, name });
             }
             Action::Duplicate => duplicate(studio),
             Action::Delete => delete(studio),

@@ -19,6 +19,6 @@ pub mod node;
 mod panels;
 pub mod settings;
 pub mod studio;
-mod task;
+pub mod task;
 pub mod viewport;
 mod widgets;

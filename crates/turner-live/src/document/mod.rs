@@ -4,7 +4,6 @@
 //! history, so undo and redo exchange pointers and cannot lose anything. Meshes and images are shared between
 //! descriptions.
 
-pub mod edit_stub;
 mod history;
 mod open;
 mod recovery;
@@ -23,6 +22,7 @@ use std::sync::Arc;
 
 use tempfile::TempDir;
 use turner::SceneDesc;
+use turner::description::ModelDesc;
 use turner::schema::value::Data;
 use turner::schema::{Asset, KeyEdit, SceneError, Warning};
 use turner_io::assets::FolderAssets;
@@ -44,7 +44,7 @@ pub struct Document {
     folder: PathBuf,
     /// Holds the files of a scene of the gallery.
     _temporary: Option<Arc<TempDir>>,
-    opened: Option<Arc<edit_stub::Opened>>,
+    opened: Option<Arc<turner_io::edit::Opened>>,
     sources: Arc<Sources>,
     revision: u64,
 }
@@ -155,6 +155,41 @@ impl Document {
         self.edit(label, merge, |desc| {
             let sources = Sources::default();
             desc.edit(edits, &mut SceneFiles::new(&assets, &sources))
+        })
+    }
+
+    /// The text of parts, by their key paths, with what they refer to.
+    ///
+    /// Errors: a path that names no part.
+    pub fn copy(&self, paths: &[String]) -> Result<String, SceneError> {
+        turner_io::edit::copy(&self.desc, paths)
+    }
+
+    /// Adds the parts in a text and returns their key paths. Files that it names must lie in the scene's folder.
+    ///
+    /// Errors: those of reading a scene, with line and column of the text.
+    pub fn paste(&mut self, text: &str) -> Result<Vec<String>, SceneError> {
+        let assets = FolderAssets::new(&self.folder).map_err(|e| e.to_scene_error())?;
+        self.edit("Paste", None, |desc| {
+            let sources = Sources::default();
+            turner_io::edit::paste(desc, text, &mut SceneFiles::new(&assets, &sources))
+        })
+    }
+
+    /// Adds a model file as an object and returns its key path.
+    ///
+    /// Errors: those of reading the model.
+    pub fn add_model(&mut self, path: &Path) -> Result<String, SceneError> {
+        let folder = std::path::absolute(&self.folder).unwrap_or_else(|_| self.folder.clone());
+        let file = std::path::absolute(path).unwrap_or_else(|_| path.to_owned());
+        let file = file.strip_prefix(&folder).map(Path::to_owned).unwrap_or(file);
+        let file = file.to_string_lossy().replace('\\', "/");
+        let name = path.file_stem().map_or_else(|| "model".into(), |stem| stem.to_string_lossy().into_owned());
+        let model = ModelDesc { file, ..ModelDesc::default() };
+        let assets = FolderAssets::new(&self.folder).map_err(|e| e.to_scene_error())?.allow_outside(true);
+        self.edit(&format!("Add {name}"), None, |desc| {
+            let sources = Sources::default();
+            desc.add_model(&name, &model, &mut SceneFiles::new(&assets, &sources))
         })
     }
 

@@ -7,7 +7,7 @@ use turner::schema::value::{Data, Table, Value};
 use turner::schema::{EntryDoc, Field};
 
 use crate::node::Node;
-use crate::studio::Studio;
+use crate::studio::{Dialog, Purpose, Studio};
 use crate::widgets::field::{self, Around, Change};
 use crate::widgets::{name, transform};
 
@@ -41,8 +41,6 @@ pub(crate) fn show(ui: &mut Ui, studio: &mut Studio) {
     egui::ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
         if let Node::Object(i) = node {
             object(ui, studio, i, &table, &around, &mut changes);
-        } else if !matches!(node, Node::Film | Node::Integrator | Node::Background | Node::Studio | Node::Camera) {
-            // Names of materials, textures and media are their keys: renaming them would be a change of every reference.
         }
         let kind = types(ui, node, &table, &desc, &mut changes);
         let entry = match node.family() {
@@ -168,12 +166,9 @@ fn apply(studio: &mut Studio, node: Node, path: &str, table: &Table, key: &'stat
             studio.check(result);
         }
         Change::File => {
-            let file = rfd::FileDialog::new().set_directory(studio.document.folder()).pick_file();
-            if let Some(file) = file {
-                let inside = file.strip_prefix(studio.document.folder()).map(|p| p.to_owned());
-                let name = inside.unwrap_or(file).to_string_lossy().into_owned();
-                choose_file(studio, &label, node, path, key, &name);
-            }
+            let name = format!("{}{}", studio.document.folder().display(), std::path::MAIN_SEPARATOR);
+            let purpose = Purpose::Key(format!("{path}.{key}"), matches!(node, Node::Material(_)));
+            studio.dialog = Some(Dialog::File { purpose, name });
         }
         Change::Follow(kind, name) => {
             let names = studio.document.desc().names();
@@ -187,17 +182,3 @@ fn apply(studio: &mut Studio, node: Node, path: &str, table: &Table, key: &'stat
     }
 }
 
-/// Sets a key to a file: by its name, or as a texture where the key takes colours.
-fn choose_file(studio: &mut Studio, label: &str, node: Node, path: &str, key: &str, name: &str) {
-    let is_texture = matches!(node, Node::Material(_));
-    let data = if is_texture {
-        let mut table = Table::default();
-        table.set("type", turner::schema::value::Span::NONE, Value::new(Data::String("image".into())));
-        table.set("file", turner::schema::value::Span::NONE, Value::new(Data::String(name.to_owned())));
-        Data::Table(table)
-    } else {
-        Data::String(name.to_owned())
-    };
-    let result = studio.document.set(label, None, &[(format!("{path}.{key}"), data)]);
-    studio.check(result);
-}
