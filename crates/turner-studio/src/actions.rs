@@ -104,6 +104,7 @@ actions! {
     ToolRotate, "Tool", "Rotate", NONE, R;
     ToolScale, "Tool", "Scale", NONE, T;
     ToolFocus, "Tool", "Focus where I click", NONE, C;
+    ToolAim, "Tool", "Aim the light where I click", NONE, V;
     ToolExplain, "Tool", "Explain the pixel I click", NONE, X;
 }
 
@@ -221,6 +222,7 @@ impl Action {
             Action::ToolRotate => studio.viewport.tool = Tool::Rotate,
             Action::ToolScale => studio.viewport.tool = Tool::Scale,
             Action::ToolFocus => studio.viewport.tool = Tool::Focus,
+            Action::ToolAim => studio.viewport.tool = Tool::Aim,
             Action::ToolExplain => studio.viewport.tool = Tool::Explain,
             Action::Show(name) => studio.look.integrator = name.and_then(IntegratorDesc::of_type),
         }

@@ -42,6 +42,7 @@ impl App {
         for action in std::mem::take(&mut self.studio.queue) {
             action.run(&mut self.studio);
         }
+        self.studio.second.end_frame();
         self.studio.order();
         self.close(ui.ctx());
     }

@@ -38,6 +38,8 @@ panels! {
     Properties, "Properties", panels::properties::show;
     /// Steps that can be undone.
     History, "History", panels::history::show;
+    /// Another camera or integrator beside the first.
+    Second, "Second view", panels::second::show;
     /// Integrator, effects, anti-aliasing, light mixer.
     Effects, "Effects", panels::effects::show;
     /// The pixel under the pointer.

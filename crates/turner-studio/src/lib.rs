@@ -16,7 +16,7 @@ pub mod app;
 pub mod insight;
 mod layout;
 pub mod node;
-mod panels;
+pub mod panels;
 pub mod settings;
 pub mod studio;
 pub mod task;

@@ -13,6 +13,7 @@ use turner_live::engine::{Engine, Frame, Look, Order, Stage, Status};
 use crate::actions::Action;
 use crate::insight::Insight;
 use crate::node::Node;
+use crate::panels::second::Second;
 use crate::settings::Settings;
 use crate::task::Task;
 use crate::viewport::ViewportState;
@@ -119,6 +120,8 @@ pub struct Studio {
     pub home: PathBuf,
     /// The viewport's tools.
     pub viewport: ViewportState,
+    /// The second view.
+    pub second: Second,
     /// What was found out about the picture.
     pub insight: Insight,
     /// The desktop's file dialog while it is open.
@@ -160,6 +163,7 @@ impl Studio {
             settings,
             home,
             viewport: ViewportState::default(),
+            second: Second::default(),
             insight: Insight::default(),
             asking: None,
             queue: Vec::new(),
@@ -442,6 +446,15 @@ impl Studio {
         self.size = size;
     }
 
+    /// Threads of each view: all, or half of them while there are two.
+    pub fn threads(&self) -> usize {
+        match (self.settings.threads, self.second.is_open()) {
+            (0, true) => std::thread::available_parallelism().map_or(1, |n| (n.get() / 2).max(1)),
+            (n, true) => (n / 2).max(1),
+            (n, false) => n,
+        }
+    }
+
     /// Something moves: previews are fluent instead of fine.
     pub fn moving(&mut self) {
         self.moved = Some(Instant::now());
@@ -473,7 +486,7 @@ impl Studio {
         order.size = self.size;
         order.moving = moving;
         order.paused = self.paused;
-        order.threads = self.settings.threads;
+        order.threads = self.threads();
         self.engine.order(order);
         self.ordered = Some(wanted);
     }

@@ -10,3 +10,4 @@ pub(crate) mod outliner;
 pub(crate) mod properties;
 pub(crate) mod rays;
 pub(crate) mod scopes;
+pub mod second;

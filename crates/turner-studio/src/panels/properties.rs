@@ -2,14 +2,16 @@
 
 use egui::{ComboBox, Grid, Ui};
 use turner::color::Transfer;
-use turner::description::ObjectContent;
+use turner::description::{ObjectContent, SceneLight};
+use turner::light::LightDesc;
 use turner::schema::value::{Data, Table, Value};
 use turner::schema::{EntryDoc, Field};
 
 use crate::node::Node;
 use crate::studio::{Dialog, Purpose, Studio};
 use crate::widgets::field::{self, Around, Change};
-use crate::widgets::{name, transform};
+use crate::widgets::light::{hour, temperature};
+use crate::widgets::{name, name_text, transform};
 
 pub(crate) fn show(ui: &mut Ui, studio: &mut Studio) {
     let desc = studio.document.desc().clone();
@@ -43,6 +45,9 @@ pub(crate) fn show(ui: &mut Ui, studio: &mut Studio) {
             object(ui, studio, i, &table, &around, &mut changes);
         }
         let kind = types(ui, node, &table, &desc, &mut changes);
+        if let Node::Light(i) = node {
+            light(ui, studio, i, &path, &kind, &mut changes);
+        }
         let entry = match node.family() {
             Some(family) => family.entries.iter().find(|entry| entry.name == kind).copied(),
             None => node.entry(),
@@ -147,6 +152,61 @@ fn object(
             studio.check(result);
         }
     });
+    ui.separator();
+}
+
+/// Name, group and helpers of a light.
+fn light(
+    ui: &mut Ui,
+    studio: &mut Studio,
+    index: usize,
+    path: &str,
+    kind: &str,
+    changes: &mut Vec<(&'static str, Change)>,
+) {
+    let Some(light) = studio.document.desc().lights.get(index).cloned() else { return };
+    let text = |ui: &mut Ui, label: &str, value: &Option<String>| {
+        let mut now = value.clone().unwrap_or_default();
+        ui.label(label);
+        let response = ui.add(egui::TextEdit::singleline(&mut now).desired_width(140.0));
+        name_text(&response, label, &now);
+        ui.end_row();
+        let new = (!now.is_empty()).then_some(now);
+        response.changed().then_some(new)
+    };
+    let mut edited = None;
+    Grid::new("light").num_columns(2).spacing([10.0, 4.0]).show(ui, |ui| {
+        if let Some(name) = text(ui, "name", &light.name) {
+            edited = Some(SceneLight { name, ..light.clone() });
+        }
+        if let Some(group) = text(ui, "light group", &light.group) {
+            edited = Some(SceneLight { group, ..light.clone() });
+        }
+    });
+    let mut hidden = light.hidden;
+    let response = ui.checkbox(&mut hidden, "hidden");
+    if response.changed() {
+        edited = Some(SceneLight { hidden, ..light.clone() });
+    }
+    if let Some(light) = edited {
+        let result = studio.document.edit("Light", Some("light"), |desc| {
+            desc.lights[index] = light;
+            Ok(())
+        });
+        studio.check(result);
+    }
+    let has_color = LightDesc::DOC.entries.iter().any(|e| e.name == kind && e.fields.iter().any(|f| f.name == "color"));
+    if has_color && let Some(rgb) = temperature(ui) {
+        let items = rgb.map(|v| Value::new(Data::Number(v))).to_vec();
+        changes.push(("color", Change::Set(Data::Array(items))));
+    }
+    if kind == "sky" && let Some([elevation, azimuth]) = hour(ui) {
+        studio.moving();
+        let edits =
+            [("elevation", elevation), ("azimuth", azimuth)].map(|(key, v)| (format!("{path}.{key}"), Data::Number(v)));
+        let result = studio.document.set("Hour of the sun", Some("hour"), &edits);
+        studio.check(result);
+    }
     ui.separator();
 }
 

@@ -27,7 +27,7 @@ pub(super) struct Compared {
 }
 
 /// The colours of a picture for the window.
-pub(super) fn image(picture: &Picture) -> ColorImage {
+pub(crate) fn image(picture: &Picture) -> ColorImage {
     let pixels = picture.display.iter().map(|&[r, g, b, a]| match a {
         255 => Color32::from_rgb(r, g, b),
         _ => Color32::from_rgba_unmultiplied(r, g, b, a),

@@ -1,6 +1,7 @@
 //! The picture and what is done in it with mouse and keys.
 
 mod compared;
+pub(crate) use compared::image;
 pub(crate) mod gizmo;
 mod navigate;
 pub(crate) mod overlay;
@@ -8,6 +9,7 @@ pub(crate) mod overlay;
 use std::sync::Arc;
 
 use egui::{Color32, Rect, Sense, TextureHandle, TextureOptions, Vec2, pos2};
+use turner::light::LightDesc;
 use turner_live::engine::{Frame, Stage};
 use turner_live::{camera, pick};
 
@@ -29,6 +31,8 @@ pub enum Tool {
     Scale,
     /// Focus the camera at the clicked point.
     Focus,
+    /// Aim the selected spot light at the clicked point.
+    Aim,
     /// Explain the clicked pixel.
     Explain,
 }
@@ -84,6 +88,11 @@ impl Placed {
         let scale = f64::from(self.rect.width()) / self.film[0];
         pos2(self.rect.left() + (at[0] * scale) as f32, self.rect.top() + (at[1] * scale) as f32)
     }
+}
+
+/// The rectangle of a picture of this size inside `area`.
+pub(crate) fn placed(area: Rect, size: [u32; 2]) -> Rect {
+    Placed::new(area, size).rect
 }
 
 /// Shows the picture.
@@ -158,6 +167,7 @@ fn tools(ui: &mut egui::Ui, studio: &mut Studio) {
             (Tool::Rotate, "Rotate", Action::ToolRotate),
             (Tool::Scale, "Scale", Action::ToolScale),
             (Tool::Focus, "Focus", Action::ToolFocus),
+            (Tool::Aim, "Aim", Action::ToolAim),
             (Tool::Explain, "Explain", Action::ToolExplain),
         ];
         for (tool, name, action) in tools {
@@ -190,6 +200,7 @@ fn click(response: &egui::Response, placed: Placed, studio: &mut Studio) {
             }
             None => studio.say("Nothing to focus on there"),
         },
+        Tool::Aim => aim(studio, picked.map(|picked| picked.point)),
         Tool::Explain => {
             let inside = at[0] >= 0.0 && at[1] >= 0.0 && at[0] < placed.film[0] && at[1] < placed.film[1];
             studio.viewport.explained = inside.then(|| at.map(|v| v as u32));
@@ -198,6 +209,29 @@ fn click(response: &egui::Response, placed: Placed, studio: &mut Studio) {
             studio.selection = picked.and_then(|picked| picked.object).map(Node::Object);
         }
     }
+}
+
+/// Aims the selected spot light at a point.
+fn aim(studio: &mut Studio, point: Option<turner::math::DVec3>) {
+    let spot = match studio.selection {
+        Some(Node::Light(i)) => Some(i),
+        _ => None,
+    };
+    let (Some(i), Some(point)) = (spot, point) else {
+        studio.say("Select a spot light in the list, then click what it should light");
+        return;
+    };
+    if !matches!(studio.document.desc().lights.get(i).map(|l| &l.value), Some(LightDesc::Spot(_))) {
+        studio.say("Only spot lights are aimed; move the others");
+        return;
+    }
+    let result = studio.document.edit("Aim", None, |desc| {
+        if let LightDesc::Spot(spot) = &mut desc.lights[i].value {
+            spot.look_at = point;
+        }
+        Ok(())
+    });
+    studio.check(result);
 }
 
 /// What the picture is, in its lower corner.
