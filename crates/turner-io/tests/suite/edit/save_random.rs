@@ -69,7 +69,7 @@ fn change(desc: &mut SceneDesc, what: u32, which: usize, by: f64) {
         8 => _ = desc.group_objects(&[&object], "group"),
         9 => _ = desc.add_view("view", Default::default()),
         10 => desc.camera = Some(Default::default()),
-        _ => desc.background.color = turner::color::Spectrum::splat(by as f32),
+        _ => desc.background.color = turner::color::Spectrum::grey(by as f32),
     }
 }
 
