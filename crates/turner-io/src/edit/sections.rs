@@ -326,7 +326,7 @@ impl<'a> Diff<'a> {
             let old =
                 before.iter().find(|old| is_old && old.span == item.span && same(&old.data, &item.data));
             let own = old.map(|old| self.raw(old.span)).transpose()?.map(|own| own.span);
-            lines += "    ";
+            lines += "  ";
             match own {
                 Some(span) => lines += &self.text[span.start as usize..span.end as usize],
                 None => lines += &self.text_of(&item.data),

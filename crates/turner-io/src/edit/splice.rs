@@ -36,7 +36,7 @@ impl<'a> Splices<'a> {
 
     /// The lines with the line breaks of the text.
     fn lines(&self, text: String) -> String {
-        if self.newline == "\n" { text } else { text.replace('\n', self.newline) }
+        if self.newline == "\n" { text } else { text.replace("\r\n", "\n").replace('\n', self.newline) }
     }
 
     /// The beginning of the line of a byte. A byte order mark stays before the first line.
