@@ -111,9 +111,11 @@ proptest! {
             line.len() > 20 && new.iter().filter(|other| *other == line).count() == 1
                 && old.lines().filter(|other| other == line).count() == 1
         }).collect();
-        prop_assert!(is_subsequence(&kept, &new));
+        // Grouping moves an object, and so does the removal of one that was duplicated.
+        let has = |kind: u32| edits.iter().any(|(what, ..)| *what == kind);
+        prop_assert!(has(8) || has(1) && has(2) || is_subsequence(&kept, &new));
         let comments = |text: &str| text.lines().filter(|l| l.trim_start().starts_with('#')).count();
-        let removes = edits.iter().any(|(what, ..)| [2, 6, 8].contains(what));
+        let removes = [2, 6, 8].into_iter().any(has);
         prop_assert!(removes || comments(&old) == comments(&text));
     }
 }
