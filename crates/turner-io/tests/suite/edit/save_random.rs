@@ -69,7 +69,7 @@ fn change(desc: &mut SceneDesc, what: u32, which: usize, by: f64) {
         8 => _ = desc.group_objects(&[&object], "group"),
         9 => _ = desc.add_view("view", Default::default()),
         10 => desc.camera = Some(Default::default()),
-        _ => desc.background.color = turner::color::Spectrum::splat(by as f32),
+        _ => desc.background.color = turner::color::Spectrum::grey(by as f32),
     }
 }
 
@@ -103,17 +103,22 @@ proptest! {
             let _ = fs::remove_file(&file.path);
         }
         prop_assert_eq!(desc.same_apart_from_order(&read.unwrap()), Ok(()));
-        prop_assert!(saved.kept_text, "{}: {edits:?} {:?}", path.display(), saved.notes);
         let old = fs::read_to_string(path).unwrap();
+        // Parts of included files are not changed in place: the scene is then written in one file.
+        let includes = old.lines().any(|line| line.starts_with("include"));
+        prop_assert!(saved.kept_text || includes, "{}: {edits:?} {:?}", path.display(), saved.notes);
+        prop_assume!(saved.kept_text);
         let new: Vec<&str> = text.lines().collect();
         // Lines that are still there, as often as before, are in the old order.
         let kept: Vec<&str> = old.lines().filter(|line| {
             line.len() > 20 && new.iter().filter(|other| *other == line).count() == 1
                 && old.lines().filter(|other| other == line).count() == 1
         }).collect();
-        prop_assert!(is_subsequence(&kept, &new));
+        // Grouping moves an object, and so does the removal of one that was duplicated.
+        let has = |kind: u32| edits.iter().any(|(what, ..)| *what == kind);
+        prop_assert!(has(8) || has(1) && has(2) || is_subsequence(&kept, &new));
         let comments = |text: &str| text.lines().filter(|l| l.trim_start().starts_with('#')).count();
-        let removes = edits.iter().any(|(what, ..)| [2, 6, 8].contains(what));
+        let removes = [2, 6, 8].into_iter().any(has);
         prop_assert!(removes || comments(&old) == comments(&text));
     }
 }
