@@ -94,6 +94,18 @@ actions! {
     Palette, "View", "Commands…", COMMAND, K;
     Frame, "View", "Frame the selection", NONE, F;
     FrameAll, "View", "Frame everything", NONE, Home;
+    OrbitLeft, "View", "Orbit to the left", COMMAND, ArrowLeft;
+    OrbitRight, "View", "Orbit to the right", COMMAND, ArrowRight;
+    OrbitUp, "View", "Orbit upwards", COMMAND, ArrowUp;
+    OrbitDown, "View", "Orbit downwards", COMMAND, ArrowDown;
+    PanLeft, "View", "Move to the left", COMMAND.plus(SHIFT), ArrowLeft;
+    PanRight, "View", "Move to the right", COMMAND.plus(SHIFT), ArrowRight;
+    PanUp, "View", "Move upwards", COMMAND.plus(SHIFT), ArrowUp;
+    PanDown, "View", "Move downwards", COMMAND.plus(SHIFT), ArrowDown;
+    Nearer, "View", "Nearer", COMMAND, PageUp;
+    Farther, "View", "Farther", COMMAND, PageDown;
+    FocusSelection, "View", "Focus on the selection", SHIFT, F;
+    ExplainMiddle, "View", "Explain the pixel in the middle", SHIFT, X;
     Bookmark, "View", "Bookmark the camera", COMMAND, B;
     Pause, "View", "Pause or go on rendering", NONE, Space;
     Dark, "View", "Dark or light";
@@ -209,6 +221,21 @@ impl Action {
             Action::Palette => studio.viewport.palette = Some(String::new()),
             Action::Frame => frame(studio, studio.selection),
             Action::FrameAll => frame(studio, None),
+            Action::OrbitLeft => move_camera(studio, "Orbit", |c| camera::orbit(c, -STEP, 0.0)),
+            Action::OrbitRight => move_camera(studio, "Orbit", |c| camera::orbit(c, STEP, 0.0)),
+            Action::OrbitUp => move_camera(studio, "Orbit", |c| camera::orbit(c, 0.0, STEP)),
+            Action::OrbitDown => move_camera(studio, "Orbit", |c| camera::orbit(c, 0.0, -STEP)),
+            Action::PanLeft => pan(studio, STEP, 0.0),
+            Action::PanRight => pan(studio, -STEP, 0.0),
+            Action::PanUp => pan(studio, 0.0, -STEP),
+            Action::PanDown => pan(studio, 0.0, STEP),
+            Action::Nearer => move_camera(studio, "Dolly", |c| camera::dolly(c, 1.0 - STEP)),
+            Action::Farther => move_camera(studio, "Dolly", |c| camera::dolly(c, 1.0 / (1.0 - STEP))),
+            Action::FocusSelection => focus(studio),
+            Action::ExplainMiddle => {
+                let film = &studio.document.desc().film;
+                studio.viewport.explained = Some([film.width / 2, film.height / 2]);
+            }
             Action::Bookmark => bookmark(studio),
             Action::Pause => studio.paused = !studio.paused,
             Action::Dark => {
@@ -251,6 +278,24 @@ pub(crate) fn move_camera(studio: &mut Studio, label: &str, change: impl FnOnce(
         desc.camera = Some(camera);
         Ok(())
     });
+}
+
+/// A step of the camera by a key: radians, or a fraction of the picture's height or of the distance.
+const STEP: f64 = 0.1;
+
+fn pan(studio: &mut Studio, right: f64, up: f64) {
+    let aspect = studio.document.desc().film.aspect();
+    move_camera(studio, "Pan", |c| camera::pan(c, right, up, aspect));
+}
+
+/// Focuses the camera on the middle of the selected object.
+fn focus(studio: &mut Studio) {
+    let (Some(Node::Object(i)), Some(frame)) = (studio.selection, &studio.frame) else {
+        studio.say("Select an object to focus on");
+        return;
+    };
+    let Some(bounds) = pick::object_bounds(&frame.stand, i) else { return };
+    move_camera(studio, "Focus", |c| camera::focus(c, bounds.center()));
 }
 
 fn frame(studio: &mut Studio, node: Option<Node>) {

@@ -42,6 +42,13 @@ impl App {
         for action in std::mem::take(&mut self.studio.queue) {
             action.run(&mut self.studio);
         }
+        // A drag or an entry has ended: the next change is a step of its own.
+        let ended = |i: &egui::InputState| {
+            i.pointer.any_released() || [egui::Key::Enter, egui::Key::Tab].into_iter().any(|key| i.key_pressed(key))
+        };
+        if ui.ctx().input(ended) {
+            self.studio.document.end_gesture();
+        }
         self.studio.second.end_frame();
         self.studio.order();
         self.close(ui.ctx());

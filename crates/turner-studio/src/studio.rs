@@ -417,7 +417,8 @@ impl Studio {
         self.frame = self.engine.frame();
         let stand = self.frame.as_ref().map(|frame| &frame.stand);
         self.insight.poll(&self.wake, stand, self.viewport.explained);
-        self.recovery.keep(&self.document, false);
+        let has_fault = self.status.error.as_ref().is_some_and(|error| error.is_fault);
+        self.recovery.keep(&self.document, has_fault);
     }
 
     fn poll_opening(&mut self) {

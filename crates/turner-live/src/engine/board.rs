@@ -130,10 +130,10 @@ impl Board {
         }
     }
 
-    pub(super) fn fail(&self, message: String, help: Option<String>) {
+    pub(super) fn fail(&self, message: String, help: Option<String>, is_fault: bool) {
         self.say(|status| {
             status.doing = "";
-            status.error = Some(EngineError { message, help });
+            status.error = Some(EngineError { message, help, is_fault });
         });
     }
 }

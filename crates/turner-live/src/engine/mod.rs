@@ -56,6 +56,8 @@ pub struct EngineError {
     pub message: String,
     /// The remedy, if one is known.
     pub help: Option<String>,
+    /// Whether it is a fault of the renderer, not of the scene.
+    pub is_fault: bool,
 }
 
 /// Renders the newest order in a thread of its own. Dropping it stops the thread.
@@ -73,7 +75,7 @@ impl Engine {
         // Without a thread nothing is rendered, which the status says.
         let thread = thread.spawn(move || worker::run(&of_thread)).ok();
         if thread.is_none() {
-            board.fail("no thread can be started".into(), None);
+            board.fail("no thread can be started".into(), None, true);
         }
         Engine { board, thread }
     }

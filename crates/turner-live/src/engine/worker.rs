@@ -48,7 +48,7 @@ pub(super) fn run(board: &Board) {
             let text = text.or(panic.downcast_ref::<&str>().copied()).unwrap_or("no message");
             worker = Worker::default();
             let help = "the last picture stays; save the scene, change it and go on".to_owned();
-            board.fail(format!("the renderer stopped with a fault: {text}"), Some(help));
+            board.fail(format!("the renderer stopped with a fault: {text}"), Some(help), true);
         }
     }
 }
@@ -118,7 +118,7 @@ impl Worker {
             Err(error) => {
                 self.film = None;
                 self.last = None;
-                board.fail(error.message.clone(), error.help.clone());
+                board.fail(error.message.clone(), error.help.clone(), false);
                 return;
             }
         };
@@ -170,7 +170,7 @@ impl Worker {
         let drawn = match self.draft.draw(&stand.prepared, &ask, order.look.display) {
             Ok(drawn) => drawn,
             Err(error) => {
-                board.fail(error.message.clone(), error.help.clone());
+                board.fail(error.message.clone(), error.help.clone(), false);
                 return false;
             }
         };
@@ -197,7 +197,7 @@ impl Worker {
             match Settle::new(&stand.prepared, order.desc.film.denoise) {
                 Ok(film) => self.film = Some(film),
                 Err(error) => {
-                    board.fail(error.message.clone(), error.help.clone());
+                    board.fail(error.message.clone(), error.help.clone(), false);
                     self.last = None;
                     return;
                 }
@@ -222,7 +222,7 @@ impl Worker {
                 }
             }
             Err(error) => {
-                board.fail(error.message.clone(), error.help.clone());
+                board.fail(error.message.clone(), error.help.clone(), false);
                 self.last = None;
             }
         }
