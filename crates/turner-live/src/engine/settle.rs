@@ -18,6 +18,10 @@ const SLICE: Duration = Duration::from_millis(250);
 /// Moments after the film began, in seconds, when it is shown; later ones are 1.5 times apart.
 const MOMENTS: [f64; 4] = [0.5, 1.0, 1.5, 2.5];
 
+/// Samples per pixel with which the film replaces the preview, and the seconds after which any film does.
+const LEAST: u32 = 4;
+const PATIENCE: f64 = 6.0;
+
 /// From this time on the thorough denoiser shows the picture, in seconds.
 const THOROUGH: f64 = 8.0;
 
@@ -97,7 +101,11 @@ impl Settle {
         let options = PassOptions { threads, cancel: stop, progress: Some(&in_time) };
         self.renderer.pass(1, &options)?;
         self.spent += started.elapsed();
-        let due = self.seconds() >= self.next && self.renderer.is_covered();
+        // The preview is better than the first samples of a path tracer.
+        let is_previewed = self.renderer.prepared().path().is_some();
+        let least = if is_previewed && self.seconds() < PATIENCE { LEAST } else { 0 };
+        let enough = self.renderer.is_covered() && self.samples().0 >= least;
+        let due = self.seconds() >= self.next && enough;
         if due {
             let later = MOMENTS.into_iter().find(|moment| *moment > self.seconds());
             self.next = later.unwrap_or(self.seconds() * 1.5);

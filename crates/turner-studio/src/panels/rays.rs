@@ -108,7 +108,7 @@ fn node(
     }
     *left -= 1;
     let share = explanation.tree.fraction(ray.total);
-    let mut title = RichText::new(format!("{}  {}", ray.summary(), number::percent(share)));
+    let mut title = RichText::new(format!("{}  {}", ray.summary().replace('→', "to"), number::percent(share)));
     if insight.marked == Some(index) {
         title = title.strong();
     }

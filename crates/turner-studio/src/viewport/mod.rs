@@ -140,7 +140,11 @@ fn texture(ctx: &egui::Context, studio: &mut Studio, frame: Arc<Frame>) -> egui:
         return texture.id();
     }
     let image = compared::image(&frame.picture);
-    let options = TextureOptions { magnification: egui::TextureFilter::Nearest, ..TextureOptions::LINEAR };
+    // A preview may be smaller than the window's part; pixels of the film are shown as they are.
+    let options = match frame.stage {
+        Stage::Preview => TextureOptions::LINEAR,
+        _ => TextureOptions { magnification: egui::TextureFilter::Nearest, ..TextureOptions::LINEAR },
+    };
     match &mut state.texture {
         Some((texture, shown)) => {
             texture.set(image, options);

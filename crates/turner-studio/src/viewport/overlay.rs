@@ -42,7 +42,7 @@ pub(crate) fn seen(prepared: &Prepared, placed: Placed, p: DVec3) -> Option<egui
 /// A segment as seen by the camera, in pieces, so that the part behind the camera is left out and lenses that bend lines
 /// are followed.
 pub(crate) fn segment(prepared: &Prepared, placed: Placed, from: DVec3, to: DVec3, mut line: impl FnMut([egui::Pos2; 2])) {
-    const PIECES: usize = 16;
+    const PIECES: usize = 48;
     let at = |i: usize| seen(prepared, placed, from + (to - from) * (i as f64 / PIECES as f64));
     let mut last = at(0);
     for i in 1..=PIECES {
