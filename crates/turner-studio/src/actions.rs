@@ -198,8 +198,7 @@ impl Action {
                 }
             }
             Action::Copy => {
-                let Some(path) = selected_path(studio) else { return };
-                let copied = studio.document.copy(&[path]);
+                let copied = studio.document.copy(&selected_paths(studio));
                 if let Some(text) = studio.check(copied) {
                     studio.wake().copy_text(text);
                 }
@@ -214,7 +213,7 @@ impl Action {
             Action::Hide => hide(studio),
             Action::Group => group(studio),
             Action::Ungroup => ungroup(studio),
-            Action::SelectNone => studio.selection = None,
+            Action::SelectNone => studio.select(None, false),
             Action::AddMaterial => add_material(studio),
             Action::AddShape(kind) => add_shape(studio, kind),
             Action::AddLight(kind) => add_light(studio, kind),
@@ -338,50 +337,72 @@ fn bookmark(studio: &mut Studio) {
 fn change(studio: &mut Studio, label: &str, change: impl FnOnce(&mut SceneDesc) -> Result<String, SceneError>) {
     let result = studio.document.edit(label, None, change);
     if let Some(path) = studio.check(result) {
-        studio.selection = Node::of_path(&path, &studio.document.desc().names());
+        let node = Node::of_path(&path, &studio.document.desc().names());
+        studio.select(node, false);
     }
 }
 
-fn selected_path(studio: &Studio) -> Option<String> {
-    studio.selection?.path(&studio.document.desc().names())
+/// The key paths of all selected parts.
+fn selected_paths(studio: &Studio) -> Vec<String> {
+    let names = studio.document.desc().names();
+    studio.selected().into_iter().filter_map(|node| node.path(&names)).collect()
 }
 
 fn duplicate(studio: &mut Studio) {
-    let Some(path) = selected_path(studio) else { return };
-    change(studio, "Duplicate", |desc| desc.duplicate(&path));
+    let paths = selected_paths(studio);
+    change(studio, "Duplicate", |desc| {
+        let mut last = String::new();
+        for path in &paths {
+            last = desc.duplicate(path)?;
+        }
+        Ok(last)
+    });
 }
 
 fn delete(studio: &mut Studio) {
-    let (Some(node), Some(path)) = (studio.selection, selected_path(studio)) else { return };
-    let label = format!("Delete {}", node.label(studio.document.desc()));
-    let result = studio.document.edit(&label, None, |desc| desc.remove(&[&path]));
+    let (nodes, paths) = (studio.selected(), selected_paths(studio));
+    let label = match nodes.as_slice() {
+        [node] => format!("Delete {}", node.label(studio.document.desc())),
+        nodes => format!("Delete {} parts", nodes.len()),
+    };
+    let paths: Vec<&str> = paths.iter().map(String::as_str).collect();
+    let result = studio.document.edit(&label, None, |desc| desc.remove(&paths));
     if studio.check(result).is_some() {
-        studio.selection = None;
+        studio.select(None, false);
     }
 }
 
+/// Hides what is selected; shows it if all of it is hidden.
 fn hide(studio: &mut Studio) {
-    let result = match studio.selection {
-        Some(Node::Object(i)) => studio.document.edit("Hide or show", None, |desc| {
-            desc.objects[i].hidden = !desc.objects[i].hidden;
-            Ok(())
-        }),
-        Some(Node::Light(i)) => studio.document.edit("Hide or show", None, |desc| {
-            desc.lights[i].hidden = !desc.lights[i].hidden;
-            Ok(())
-        }),
-        _ => return,
+    let nodes = studio.selected();
+    let desc = studio.document.desc();
+    let is_hidden = |node: &Node| match *node {
+        Node::Object(i) => desc.objects[i].hidden,
+        Node::Light(i) => desc.lights[i].hidden,
+        _ => true,
     };
+    let hidden = !nodes.iter().all(is_hidden);
+    let result = studio.document.edit(if hidden { "Hide" } else { "Show" }, None, |desc| {
+        for node in nodes {
+            match node {
+                Node::Object(i) => desc.objects[i].hidden = hidden,
+                Node::Light(i) => desc.lights[i].hidden = hidden,
+                _ => {}
+            }
+        }
+        Ok(())
+    });
     studio.check(result);
 }
 
 fn group(studio: &mut Studio) {
-    let Some(path) = selected_path(studio) else { return };
-    change(studio, "Group", |desc| desc.group_objects(&[&path], "group"));
+    let paths = selected_paths(studio);
+    let paths: Vec<&str> = paths.iter().map(String::as_str).filter(|path| path.starts_with("object.")).collect();
+    change(studio, "Group", |desc| desc.group_objects(&paths, "group"));
 }
 
 fn ungroup(studio: &mut Studio) {
-    let Some(path) = selected_path(studio) else { return };
+    let Some(path) = selected_paths(studio).pop() else { return };
     change(studio, "Ungroup", |desc| {
         let paths = desc.ungroup(&path)?;
         Ok(paths.into_iter().next().unwrap_or_default())

@@ -19,6 +19,8 @@ Options:
   -V, --version  Print the version
 ";
 
+const NO_WINDOW: &str = "  help: start it in a desktop session; `turner` renders without a display";
+
 fn main() -> ExitCode {
     let args: Vec<String> = std::env::args_os().skip(1).map(|a| a.to_string_lossy().into_owned()).collect();
     match args.first().map(String::as_str) {
@@ -40,6 +42,12 @@ fn main() -> ExitCode {
         eprintln!("error: expected one scene, found {} arguments\n  help: turner-studio --help", args.len());
         return ExitCode::from(2);
     }
+    let has = |name: &str| std::env::var_os(name).is_some_and(|value| !value.is_empty());
+    if cfg!(all(unix, not(target_os = "macos"))) && !has("DISPLAY") && !has("WAYLAND_DISPLAY") && !has("WAYLAND_SOCKET") {
+        eprintln!("error: there is no display (DISPLAY and WAYLAND_DISPLAY are not set)");
+        eprintln!("{NO_WINDOW}");
+        return ExitCode::FAILURE;
+    }
     let scene = std::env::args_os().nth(1).map(PathBuf::from);
     let options = eframe::NativeOptions {
         viewport: egui::ViewportBuilder::default()
@@ -60,7 +68,7 @@ fn main() -> ExitCode {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
             eprintln!("error: no window can be opened: {error}");
-            eprintln!("  help: start it in a desktop session; `turner` renders without a display");
+            eprintln!("{NO_WINDOW}");
             ExitCode::FAILURE
         }
     }

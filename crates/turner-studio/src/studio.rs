@@ -109,6 +109,8 @@ pub struct Studio {
     pub moved: Option<Instant>,
     /// The selected part; what the properties show.
     pub selection: Option<Node>,
+    /// Further selected parts.
+    pub also: Vec<Node>,
     /// The newest message.
     pub message: Option<Message>,
     /// Why the scene's file cannot be shown.
@@ -159,6 +161,7 @@ impl Studio {
             paused: false,
             moved: None,
             selection: None,
+            also: Vec::new(),
             message: None,
             problem: None,
             dialog: (!found.is_empty()).then_some(Dialog::Recovered(found)),
@@ -250,6 +253,34 @@ impl Studio {
         }));
     }
 
+    /// Selects a part, or nothing. With `more`, what is selected stays, and a part that is selected already is not any more.
+    pub fn select(&mut self, node: Option<Node>, more: bool) {
+        match node {
+            Some(node) if more && self.is_selected(node) => {
+                self.also.retain(|other| *other != node);
+                if self.selection == Some(node) {
+                    self.selection = self.also.pop();
+                }
+            }
+            Some(node) if more => self.also.extend(self.selection.replace(node)),
+            _ => {
+                self.also.clear();
+                self.selection = node;
+            }
+        }
+    }
+
+    /// Whether a part is selected.
+    pub fn is_selected(&self, node: Node) -> bool {
+        self.selection == Some(node) || self.also.contains(&node)
+    }
+
+    /// All selected parts that the scene has.
+    pub fn selected(&self) -> Vec<Node> {
+        let desc = self.document.desc();
+        self.also.iter().copied().chain(self.selection).filter(|node| node.exists(desc)).collect()
+    }
+
     /// Says something.
     pub fn say(&mut self, text: impl Into<String>) {
         self.message = Some(Message { text: text.into(), help: None, is_error: false });
@@ -315,7 +346,7 @@ impl Studio {
     pub fn show(&mut self, document: Document) {
         self.recovery.clear();
         self.document = document;
-        self.selection = None;
+        self.select(None, false);
         self.look = Look::default();
         self.problem = None;
         self.message = None;

@@ -58,10 +58,11 @@ pub(crate) fn show(ui: &mut Ui, studio: &mut Studio) {
 }
 
 fn entry(ui: &mut Ui, studio: &mut Studio, node: Node, label: &str) {
-    let is_selected = studio.selection == Some(node);
+    let is_selected = studio.is_selected(node);
     let response = ui.push_id(node, |ui| ui.selectable_label(is_selected, label)).inner;
     if response.clicked() {
-        studio.selection = Some(node);
+        let more = ui.input(|i| i.modifiers.command || i.modifiers.shift);
+        studio.select(Some(node), more);
     }
     if response.double_clicked() {
         match node {
@@ -70,14 +71,16 @@ fn entry(ui: &mut Ui, studio: &mut Studio, node: Node, label: &str) {
         }
     }
     response.context_menu(|ui| {
-        studio.selection = Some(node);
+        if !studio.is_selected(node) {
+            studio.select(Some(node), false);
+        }
         if let Node::View(i) = node
             && ui.button("Look through it").clicked()
         {
             go_to(studio, i);
             ui.close();
         }
-        for action in [Action::Frame, Action::Duplicate, Action::Delete] {
+        for action in [Action::Frame, Action::Duplicate, Action::Hide, Action::Group, Action::Ungroup, Action::Copy, Action::Delete] {
             if ui.add_enabled(action.is_possible(studio), egui::Button::new(action.label())).clicked() {
                 studio.queue.push(action);
                 ui.close();

@@ -210,7 +210,9 @@ fn click(response: &egui::Response, placed: Placed, studio: &mut Studio) {
             studio.viewport.explained = inside.then(|| at.map(|v| v as u32));
         }
         Tool::Select | Tool::Move | Tool::Rotate | Tool::Scale => {
-            studio.selection = picked.and_then(|picked| picked.object).map(Node::Object);
+            let node = picked.and_then(|picked| picked.object).map(Node::Object);
+            let more = response.ctx.input(|i| i.modifiers.command || i.modifiers.shift);
+            studio.select(node, more);
         }
     }
 }

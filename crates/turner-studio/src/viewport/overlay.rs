@@ -18,6 +18,9 @@ use crate::studio::Studio;
 /// The colour of what is selected: also to the colour-blind apart from the picture by its dark outline.
 pub(crate) const SELECTED: Color32 = Color32::from_rgb(255, 170, 40);
 
+/// Selected objects whose bounds are drawn.
+const MOST_SELECTED: usize = 50;
+
 /// A checkerboard behind transparent pictures.
 pub(super) fn checkerboard(painter: &Painter, rect: Rect) {
     painter.rect_filled(rect, 0.0, Color32::from_gray(110));
@@ -66,9 +69,9 @@ pub(super) fn show(painter: &Painter, placed: Placed, studio: &mut Studio) {
     let Some(frame) = &studio.frame else { return };
     let stand = &frame.stand;
     let prepared = &stand.prepared;
-    if let Some(Node::Object(i)) = studio.selection
-        && let Some(bounds) = pick::object_bounds(stand, i)
-    {
+    for node in studio.selected().into_iter().take(MOST_SELECTED) {
+        let Node::Object(i) = node else { continue };
+        let Some(bounds) = pick::object_bounds(stand, i) else { continue };
         boxed(painter, placed, prepared, &bounds.corners(), SELECTED);
     }
     for (i, light) in studio.document.desc().lights.iter().enumerate() {
