@@ -40,6 +40,8 @@ panels! {
     History, "History", panels::history::show;
     /// Scenes to start from.
     Gallery, "Gallery", panels::gallery::show;
+    /// Renders to files.
+    Render, "Render", panels::render::show;
 }
 
 /// The arrangement at the first start.
@@ -48,7 +50,7 @@ pub(crate) fn initial() -> Tree<Panel> {
     let mut pane = |panel: Panel| tiles.insert_pane(panel);
     let view = pane(Panel::Viewport);
     let left = [Panel::Outliner, Panel::Gallery].map(&mut pane).to_vec();
-    let right = [Panel::Properties, Panel::History].map(&mut pane).to_vec();
+    let right = [Panel::Properties, Panel::History, Panel::Render].map(&mut pane).to_vec();
     let left = tiles.insert_tab_tile(left);
     let right = tiles.insert_tab_tile(right);
     let view = tiles.insert_tab_tile(vec![view]);

@@ -6,6 +6,7 @@
 //!              ├─ layout ── panels             one file per panel
 //!              ├─ viewport ─┬─ navigate, gizmo
 //!              │            └─ overlay         rays, boxes, handles over the picture
+//!              ├─ jobs                         renders to files, each a process
 //!              └─ studio                       what all of them share: document, engine, selection
 //! ```
 //!
@@ -13,6 +14,7 @@
 
 pub mod actions;
 pub mod app;
+pub mod jobs;
 mod layout;
 mod node;
 mod panels;

@@ -10,6 +10,7 @@ use turner_live::document::{Document, OpenError, Opening, Recovered, Recovery, S
 use turner_live::engine::{Engine, Frame, Look, Order, Status};
 
 use crate::actions::Action;
+use crate::jobs::Queue;
 use crate::node::Node;
 use crate::settings::Settings;
 use crate::viewport::ViewportState;
@@ -39,6 +40,8 @@ pub enum Dialog {
     },
     /// Unsaved work of an earlier session.
     Recovered(Vec<Recovered>),
+    /// Renders that run, before the window closes.
+    Jobs,
 }
 
 /// What is done after the question about unsaved changes.
@@ -61,13 +64,15 @@ struct Ordered {
     size: [u32; 2],
     moving: bool,
     paused: bool,
+    threads: usize,
 }
 
 impl Ordered {
     fn is(&self, other: &Ordered) -> bool {
         Arc::ptr_eq(&self.desc, &other.desc)
             && self.look == other.look
-            && (self.size, self.moving, self.paused) == (other.size, other.moving, other.paused)
+            && (self.size, self.moving) == (other.size, other.moving)
+            && (self.paused, self.threads) == (other.paused, other.threads)
     }
 }
 
@@ -95,6 +100,8 @@ pub struct Studio {
     pub problem: Option<OpenError>,
     /// A question that waits.
     pub dialog: Option<Dialog>,
+    /// Renders to files.
+    pub jobs: Queue,
     /// Remembered settings.
     pub settings: Settings,
     /// The folder of settings and recovery.
@@ -118,7 +125,7 @@ pub struct Studio {
 impl Studio {
     /// An empty scene. Settings and recovery are in `home`.
     pub fn new(wake: &egui::Context, home: PathBuf) -> Studio {
-        let context = wake.clone();
+        let (context, of_jobs) = (wake.clone(), wake.clone());
         let settings = Settings::load(&home);
         let found = recovered(&home.join("recovery"));
         Studio {
@@ -134,6 +141,7 @@ impl Studio {
             problem: None,
             dialog: (!found.is_empty()).then_some(Dialog::Recovered(found)),
             recovery: Recovery::new(&home.join("recovery")),
+            jobs: Queue::new(&home, move || of_jobs.request_repaint()),
             settings,
             home,
             viewport: ViewportState::default(),
@@ -196,6 +204,10 @@ impl Studio {
 
     /// Asks about unsaved changes, if there are any, and then does `after`.
     pub fn leave(&mut self, after: After) {
+        if matches!(after, After::Quit) && self.jobs.is_busy() && !self.jobs.held {
+            self.dialog = Some(Dialog::Jobs);
+            return;
+        }
         match self.document.is_changed() {
             true => self.dialog = Some(Dialog::Unsaved(after)),
             false => self.proceed(after),
@@ -303,6 +315,7 @@ impl Studio {
                 true => self.say("The file was changed by another program. Reload shows it; Save replaces it."),
             }
         }
+        self.jobs.poll();
         self.status = self.engine.status();
         self.frame = self.engine.frame();
         self.recovery.keep(&self.document, false);
@@ -359,7 +372,8 @@ impl Studio {
             look: self.look.clone(),
             size: self.size,
             moving,
-            paused: self.paused,
+            paused: self.paused || self.jobs.pauses_view(),
+            threads: self.jobs.view_threads(self.settings.threads),
         };
         if self.ordered.as_ref().is_some_and(|last| last.is(&wanted)) {
             return;
@@ -368,8 +382,7 @@ impl Studio {
         order.look = self.look.clone();
         order.size = self.size;
         order.moving = moving;
-        order.paused = self.paused;
-        order.threads = self.settings.threads;
+        (order.paused, order.threads) = (wanted.paused, wanted.threads);
         self.engine.order(order);
         self.ordered = Some(wanted);
     }

@@ -4,3 +4,4 @@ pub(crate) mod gallery;
 pub(crate) mod history;
 pub(crate) mod outliner;
 pub(crate) mod properties;
+pub(crate) mod render;
