@@ -19,6 +19,7 @@
 //!                       ├─ convert  a scene to another format
 //!                       ├─ watch    render after each change
 //!                       ├─ new      ── templates
+//!                       ├─ window   starts Turner Studio
 //!                       └─ completions, man ── shell
 //! ```
 //!
@@ -81,6 +82,7 @@ mod usage;
 pub mod verify;
 mod view;
 mod watch;
+mod window;
 
 use std::ffi::OsString;
 use std::panic::{AssertUnwindSafe, PanicHookInfo, catch_unwind};
@@ -135,12 +137,22 @@ pub fn start() -> ExitCode {
 
 /// [`start`] for another program: `run` gets the arguments of the process and returns the exit code.
 pub fn start_with(run: fn(Vec<OsString>, &Control) -> u8) -> ExitCode {
+    begin(run, std::env::args_os().collect())
+}
+
+/// [`start`] with other arguments than those of the process: for a program that has the command line in it. The first
+/// one is the name of the program.
+pub fn start_from(args: Vec<OsString>) -> ExitCode {
+    begin(cli::run, args)
+}
+
+fn begin(run: fn(Vec<OsString>, &Control) -> u8, args: Vec<OsString>) -> ExitCode {
     let fault: Arc<Mutex<Option<String>>> = Arc::default();
     install_panic_hook(Arc::clone(&fault));
     let control = Arc::new(Control::default());
     let (sender, events) = channel();
     signals::watch(sender.clone());
-    let worker = spawn(run, sender, Arc::clone(&control), fault);
+    let worker = spawn(move |control| run(args, control), sender, Arc::clone(&control), fault);
     if let Err(error) = worker {
         report::print_error(&internal(&format!("cannot start a thread: {error}")));
         return ExitCode::from(failure::FAILED);
@@ -183,14 +195,14 @@ fn wait_for_end(events: &Receiver<Event>) {
 
 /// Runs the command on a thread with a stack of known size.
 fn spawn(
-    run: fn(Vec<OsString>, &Control) -> u8,
+    run: impl FnOnce(&Control) -> u8 + Send + 'static,
     sender: Sender<Event>,
     control: Arc<Control>,
     fault: Arc<Mutex<Option<String>>>,
 ) -> std::io::Result<()> {
     const STACK: usize = 8 << 20;
     let work = move || {
-        let work = AssertUnwindSafe(|| run(std::env::args_os().collect(), &control));
+        let work = AssertUnwindSafe(|| run(&control));
         let code = catch_unwind(work).unwrap_or_else(|_| {
             let fault = fault.lock().unwrap_or_else(|e| e.into_inner()).take();
             control.reporter().failure(&internal(&fault.unwrap_or_default()));

@@ -114,6 +114,13 @@ const EXAMPLES: &[(&str, &[(&str, &str)])] = &[
         ],
     ),
     (
+        "studio",
+        &[
+            ("turner studio", "a gallery of scenes to start from"),
+            ("turner studio scene.toml", "a scene, in a window"),
+        ],
+    ),
+    (
         "explain",
         &[
             ("turner explain scene.toml --pixel 320,240", "the ray tree of a pixel, as text"),

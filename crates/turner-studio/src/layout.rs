@@ -54,6 +54,8 @@ panels! {
     Doctor, "Doctor", panels::doctor::show;
     /// Scenes to start from.
     Gallery, "Gallery", panels::gallery::show;
+    /// Renders to files.
+    Render, "Render", panels::render::show;
 }
 
 /// The arrangement at the first start.
@@ -62,7 +64,7 @@ pub(crate) fn initial() -> Tree<Panel> {
     let mut pane = |panel: Panel| tiles.insert_pane(panel);
     let view = pane(Panel::Viewport);
     let left = [Panel::Outliner, Panel::Gallery].map(&mut pane).to_vec();
-    let above = [Panel::Properties, Panel::Effects, Panel::History].map(&mut pane).to_vec();
+    let above = [Panel::Properties, Panel::Effects, Panel::History, Panel::Render].map(&mut pane).to_vec();
     let below = [Panel::Inspector, Panel::Rays, Panel::Scopes, Panel::Compare, Panel::Doctor];
     let below = below.map(&mut pane).to_vec();
     let left = tiles.insert_tab_tile(left);

@@ -6,6 +6,7 @@
 //!              ├─ layout ── panels             one file per panel
 //!              ├─ viewport ─┬─ navigate, gizmo
 //!              │            └─ overlay         rays, boxes, handles over the picture
+//!              ├─ jobs                         renders to files, each a process
 //!              └─ studio                       what all of them share: document, engine, selection
 //! ```
 //!
@@ -14,6 +15,7 @@
 pub mod actions;
 pub mod app;
 pub mod insight;
+pub mod jobs;
 mod layout;
 pub mod node;
 pub mod panels;

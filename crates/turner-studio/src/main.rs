@@ -22,6 +22,10 @@ Options:
 const NO_WINDOW: &str = "  help: start it in a desktop session; `turner` renders without a display";
 
 fn main() -> ExitCode {
+    // The command line of Turner is in this program, so that the window renders files with processes of its own.
+    if std::env::args_os().nth(1).is_some_and(|word| word == "turner") {
+        return turner_cli::start_from(std::env::args_os().skip(1).collect());
+    }
     let args: Vec<String> = std::env::args_os().skip(1).map(|a| a.to_string_lossy().into_owned()).collect();
     match args.first().map(String::as_str) {
         Some("-h" | "--help") => {

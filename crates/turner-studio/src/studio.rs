@@ -12,6 +12,7 @@ use turner_live::engine::{Engine, Frame, Look, Order, Stage, Status};
 
 use crate::actions::Action;
 use crate::insight::Insight;
+use crate::jobs::Queue;
 use crate::node::Node;
 use crate::panels::second::Second;
 use crate::panels::swatch::Swatch;
@@ -44,6 +45,8 @@ pub enum Dialog {
     },
     /// Unsaved work of an earlier session.
     Recovered(Vec<Recovered>),
+    /// Renders that run, before the window closes.
+    Jobs,
 }
 
 /// What a file is chosen for.
@@ -81,13 +84,15 @@ struct Ordered {
     size: [u32; 2],
     moving: bool,
     paused: bool,
+    threads: usize,
 }
 
 impl Ordered {
     fn is(&self, other: &Ordered) -> bool {
         Arc::ptr_eq(&self.desc, &other.desc)
             && self.look == other.look
-            && (self.size, self.moving, self.paused) == (other.size, other.moving, other.paused)
+            && (self.size, self.moving) == (other.size, other.moving)
+            && (self.paused, self.threads) == (other.paused, other.threads)
     }
 }
 
@@ -117,6 +122,8 @@ pub struct Studio {
     pub problem: Option<OpenError>,
     /// A question that waits.
     pub dialog: Option<Dialog>,
+    /// Renders to files.
+    pub jobs: Queue,
     /// Remembered settings.
     pub settings: Settings,
     /// The folder of settings and recovery.
@@ -149,7 +156,7 @@ pub struct Studio {
 impl Studio {
     /// An empty scene. Settings and recovery are in `home`.
     pub fn new(wake: &egui::Context, home: PathBuf) -> Studio {
-        let context = wake.clone();
+        let (context, of_jobs) = (wake.clone(), wake.clone());
         let settings = Settings::load(&home);
         let found = recovered(&home.join("recovery"));
         Studio {
@@ -166,6 +173,7 @@ impl Studio {
             problem: None,
             dialog: (!found.is_empty()).then_some(Dialog::Recovered(found)),
             recovery: Recovery::new(&home.join("recovery")),
+            jobs: Queue::new(&home, move || of_jobs.request_repaint()),
             settings,
             home,
             viewport: ViewportState::default(),
@@ -323,6 +331,10 @@ impl Studio {
 
     /// Asks about unsaved changes, if there are any, and then does `after`.
     pub fn leave(&mut self, after: After) {
+        if matches!(after, After::Quit) && self.jobs.is_busy() && !self.jobs.held {
+            self.dialog = Some(Dialog::Jobs);
+            return;
+        }
         match self.document.is_changed() {
             true => self.dialog = Some(Dialog::Unsaved(after)),
             false => self.proceed(after),
@@ -444,6 +456,7 @@ impl Studio {
                 Err(text) => self.message = Some(Message { text, help: None, is_error: true }),
             }
         }
+        self.jobs.poll();
         self.status = self.engine.status();
         self.frame = self.engine.frame();
         let stand = self.frame.as_ref().map(|frame| &frame.stand);
@@ -512,7 +525,8 @@ impl Studio {
             look: self.look.clone(),
             size: self.size,
             moving,
-            paused: self.paused,
+            paused: self.paused || self.jobs.pauses_view(),
+            threads: self.jobs.view_threads(self.threads()),
         };
         if self.ordered.as_ref().is_some_and(|last| last.is(&wanted)) {
             return;
@@ -521,8 +535,7 @@ impl Studio {
         order.look = self.look.clone();
         order.size = self.size;
         order.moving = moving;
-        order.paused = self.paused;
-        order.threads = self.threads();
+        (order.paused, order.threads) = (wanted.paused, wanted.threads);
         self.engine.order(order);
         self.ordered = Some(wanted);
     }

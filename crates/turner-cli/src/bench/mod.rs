@@ -1,9 +1,10 @@
 //! `turner bench`: render speed of scenes on this machine. `antialias` measures the anti-aliasing modes, `clock`
-//! whether renders keep their time, `edits` the preparation after edits.
+//! whether renders keep their time, `edits` the preparation after edits, `studio` the interactive renderer.
 
 pub mod antialias;
 mod clock;
 mod edits;
+mod studio;
 
 use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicBool;
@@ -64,6 +65,7 @@ enum OtherBench {
     Antialias(antialias::AntialiasBenchArgs),
     Clock(clock::ClockBenchArgs),
     Edits(edits::EditsBenchArgs),
+    Studio(studio::StudioBenchArgs),
 }
 
 /// Runs the command.
@@ -72,6 +74,7 @@ pub(crate) fn run(args: &BenchArgs) -> u8 {
         Some(OtherBench::Antialias(args)) => antialias::run(args),
         Some(OtherBench::Clock(args)) => clock::run(args),
         Some(OtherBench::Edits(args)) => edits::run(args),
+        Some(OtherBench::Studio(args)) => studio::run(args),
         None => reported(args.scenes.json, measure_scenes(&args.scenes, None)),
     }
 }

@@ -39,7 +39,7 @@ fn small(mut args: Vec<String>) -> Vec<String> {
         "verify",
     ];
     let command = args.first().cloned().unwrap_or_default();
-    if ["bench", "verify", "watch"].contains(&&*command) {
+    if ["bench", "verify", "watch", "studio"].contains(&&*command) {
         args.push("--help".to_owned());
         return args;
     }

@@ -31,4 +31,5 @@ mod start;
 mod tutorial;
 mod unsafe_code;
 mod verify;
+mod window;
 mod words;

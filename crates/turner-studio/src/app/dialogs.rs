@@ -31,6 +31,7 @@ pub(super) fn show(ctx: &egui::Context, studio: &mut Studio) {
             Some(Dialog::Unsaved(after)) => unsaved(ui, studio, after),
             Some(Dialog::File { purpose, name }) => file(ui, studio, purpose, name),
             Some(Dialog::Recovered(found)) => recovered(ui, studio, found),
+            Some(Dialog::Jobs) => jobs(ui, studio),
             None => None,
         };
     });
@@ -59,6 +60,25 @@ fn unsaved(ui: &mut Ui, studio: &mut Studio, after: After) -> Option<Dialog> {
         }
     });
     (!done).then_some(Dialog::Unsaved(after))
+}
+
+/// Renders that run end with the window: nothing would show how far they are, and nothing would start those that wait.
+fn jobs(ui: &mut Ui, studio: &mut Studio) -> Option<Dialog> {
+    ui.heading("Stop the renders?");
+    ui.label("A render runs or waits. Closing the window stops it: its file keeps the picture so far.");
+    ui.add_space(8.0);
+    let mut done = false;
+    ui.horizontal(|ui| {
+        if ui.button("Stop and close").clicked() {
+            studio.jobs.hold();
+            studio.leave(After::Quit);
+            done = true;
+        }
+        if ui.button("Keep rendering").clicked() {
+            done = true;
+        }
+    });
+    (!done).then_some(Dialog::Jobs)
 }
 
 /// The folder and the entries to choose from: folders first, then files that Turner reads.

@@ -12,3 +12,4 @@ pub(crate) mod rays;
 pub(crate) mod scopes;
 pub mod second;
 pub mod swatch;
+pub(crate) mod render;
