@@ -26,6 +26,11 @@ impl App {
         App { studio: Studio::new(ctx, home), tree: layout::initial(), shown: Default::default() }
     }
 
+    /// The titles of all panels.
+    pub fn panels() -> impl Iterator<Item = &'static str> {
+        Panel::ALL.iter().map(|panel| panel.title())
+    }
+
     /// One frame.
     pub fn show(&mut self, ui: &mut Ui) {
         self.studio.poll();

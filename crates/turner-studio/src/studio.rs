@@ -105,6 +105,8 @@ pub struct Studio {
     pub queue: Vec<Action>,
     /// Whether the window should close.
     pub quit: bool,
+    /// Asks for a file that a key names, in a folder: the system's dialog.
+    pub pick_file: fn(&Path) -> Option<PathBuf>,
     opening: Option<(Opening, bool)>,
     saving: Option<Saving>,
     after_save: Option<After>,
@@ -139,6 +141,7 @@ impl Studio {
             viewport: ViewportState::default(),
             queue: Vec::new(),
             quit: false,
+            pick_file: |folder| rfd::FileDialog::new().set_directory(folder).pick_file(),
             opening: None,
             saving: None,
             after_save: None,

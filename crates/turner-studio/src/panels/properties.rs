@@ -168,8 +168,7 @@ fn apply(studio: &mut Studio, node: Node, path: &str, table: &Table, key: &'stat
             studio.check(result);
         }
         Change::File => {
-            let file = rfd::FileDialog::new().set_directory(studio.document.folder()).pick_file();
-            if let Some(file) = file {
+            if let Some(file) = (studio.pick_file)(studio.document.folder()) {
                 let inside = file.strip_prefix(studio.document.folder()).map(|p| p.to_owned());
                 let name = inside.unwrap_or(file).to_string_lossy().into_owned();
                 choose_file(studio, &label, node, path, key, &name);
