@@ -20,6 +20,7 @@
 pub mod assets;
 pub mod checkpoint;
 pub mod convert;
+pub mod edit;
 pub mod gltf;
 pub mod grid;
 mod gzip;

@@ -6,14 +6,15 @@ use turner::description::{ObjectContent, ObjectDesc, SceneLight};
 use turner::integrator::IntegratorDesc;
 use turner::light::LightDesc;
 use turner::math::{Bounds, DVec3};
-use turner::schema::value::Data;
-use turner::schema::{MaterialId, Named};
+use turner::material::MaterialDesc;
+use turner::SceneDesc;
+use turner::schema::{MaterialId, Named, SceneError};
 use turner::shape::ShapeDesc;
 use turner_live::{camera, pick};
 
 use crate::node::Node;
 use crate::settings::Theme;
-use crate::studio::{After, Dialog, Studio};
+use crate::studio::{After, Dialog, Purpose, Studio};
 use crate::viewport::Tool;
 
 const COMMAND: Modifiers = Modifiers::COMMAND;
@@ -74,14 +75,21 @@ actions! {
     New, "File", "New", COMMAND, N;
     Open, "File", "Open…", COMMAND, O;
     Reload, "File", "Reload from disk", COMMAND, R;
+    SavePicture, "File", "Save the picture…", COMMAND, E;
     Save, "File", "Save", COMMAND, S;
     SaveAs, "File", "Save as…", COMMAND.plus(SHIFT), S;
     Quit, "File", "Quit", COMMAND, Q;
     Undo, "Edit", "Undo", COMMAND, Z;
     Redo, "Edit", "Redo", COMMAND.plus(SHIFT), Z;
+    Copy, "Edit", "Copy as TOML";
+    Paste, "Edit", "Paste";
     Duplicate, "Edit", "Duplicate", COMMAND, D;
     Delete, "Edit", "Delete", NONE, Delete;
+    Hide, "Edit", "Hide or show", NONE, H;
+    Group, "Edit", "Group", COMMAND, G;
+    Ungroup, "Edit", "Ungroup", COMMAND.plus(SHIFT), G;
     SelectNone, "Edit", "Select nothing", NONE, Escape;
+    AddModel, "Add", "Add model file…";
     AddMaterial, "Add", "Add material";
     Palette, "View", "Commands…", COMMAND, K;
     Frame, "View", "Frame the selection", NONE, F;
@@ -96,6 +104,7 @@ actions! {
     ToolRotate, "Tool", "Rotate", NONE, R;
     ToolScale, "Tool", "Scale", NONE, T;
     ToolFocus, "Tool", "Focus where I click", NONE, C;
+    ToolAim, "Tool", "Aim the light where I click", NONE, V;
     ToolExplain, "Tool", "Explain the pixel I click", NONE, X;
 }
 
@@ -124,10 +133,18 @@ impl Action {
             Action::Undo => !studio.document.steps().0.is_empty(),
             Action::Redo => !studio.document.steps().1.is_empty(),
             Action::Reload => studio.document.path().is_some(),
-            Action::Duplicate => matches!(studio.selection, Some(Node::Object(_) | Node::Light(_))),
-            Action::Delete => match studio.selection {
-                Some(Node::Object(_) | Node::Light(_) | Node::View(_)) => true,
-                Some(Node::Material(i)) => !desc.objects.iter().any(|o| o.material == Some(MaterialId(i as u32))),
+            Action::Copy | Action::Duplicate | Action::Delete => {
+                matches!(
+                    studio.selection,
+                    Some(Node::Object(_) | Node::Light(_) | Node::View(_) | Node::Material(_) | Node::Texture(_))
+                )
+            }
+            Action::Hide => matches!(studio.selection, Some(Node::Object(_) | Node::Light(_))),
+            Action::Group => matches!(studio.selection, Some(Node::Object(_))),
+            Action::Ungroup => match studio.selection {
+                Some(Node::Object(i)) => {
+                    matches!(desc.objects.get(i).map(|o| &o.content), Some(ObjectContent::Instance(_)))
+                }
                 _ => false,
             },
             _ => true,
@@ -143,14 +160,19 @@ impl Action {
             Action::New => studio.leave(After::New),
             Action::Open => {
                 let name = format!("{}{}", studio.document.folder().display(), std::path::MAIN_SEPARATOR);
-                studio.dialog = Some(Dialog::File { save: false, name });
+                studio.dialog = Some(Dialog::File { purpose: Purpose::Open, name });
             }
             Action::Reload => studio.reload(),
             Action::Save => studio.save(None),
             Action::SaveAs => {
                 let path = studio.document.path().map(|path| path.with_extension("toml"));
                 let path = path.unwrap_or_else(|| studio.document.folder().join("untitled.toml"));
-                studio.dialog = Some(Dialog::File { save: true, name: path.to_string_lossy().into_owned() });
+                let name = path.to_string_lossy().into_owned();
+                studio.dialog = Some(Dialog::File { purpose: Purpose::Save, name });
+            }
+            Action::SavePicture => {
+                let name = studio.document.folder().join("picture.png").to_string_lossy().into_owned();
+                studio.dialog = Some(Dialog::File { purpose: Purpose::Picture, name });
             }
             Action::Quit => studio.leave(After::Quit),
             Action::Undo => {
@@ -163,8 +185,23 @@ impl Action {
                     studio.say(format!("Redone: {label}"));
                 }
             }
+            Action::Copy => {
+                let Some(path) = selected_path(studio) else { return };
+                let copied = studio.document.copy(&[path]);
+                if let Some(text) = studio.check(copied) {
+                    studio.wake().copy_text(text);
+                }
+            }
+            Action::Paste => studio.wake().send_viewport_cmd(egui::ViewportCommand::RequestPaste),
+            Action::AddModel => {
+                let name = format!("{}{}", studio.document.folder().display(), std::path::MAIN_SEPARATOR);
+                studio.dialog = Some(Dialog::File { purpose: Purpose::Model, name });
+            }
             Action::Duplicate => duplicate(studio),
             Action::Delete => delete(studio),
+            Action::Hide => hide(studio),
+            Action::Group => group(studio),
+            Action::Ungroup => ungroup(studio),
             Action::SelectNone => studio.selection = None,
             Action::AddMaterial => add_material(studio),
             Action::AddShape(kind) => add_shape(studio, kind),
@@ -185,6 +222,7 @@ impl Action {
             Action::ToolRotate => studio.viewport.tool = Tool::Rotate,
             Action::ToolScale => studio.viewport.tool = Tool::Scale,
             Action::ToolFocus => studio.viewport.tool = Tool::Focus,
+            Action::ToolAim => studio.viewport.tool = Tool::Aim,
             Action::ToolExplain => studio.viewport.tool = Tool::Explain,
             Action::Show(name) => studio.look.integrator = name.and_then(IntegratorDesc::of_type),
         }
@@ -243,57 +281,66 @@ pub(crate) fn position_of(light: &LightDesc) -> Option<DVec3> {
 }
 
 fn bookmark(studio: &mut Studio) {
-    let Some(mut camera) = camera_of(studio) else { return };
-    let count = studio.document.desc().cameras.len();
-    camera.name = Some(format!("view {}", count + 1));
-    camera.span = None;
-    let added = studio.document.edit("Bookmark", None, |desc| {
-        desc.cameras.push(camera);
-        Ok(())
-    });
-    if studio.check(added).is_some() {
-        studio.say(format!("Camera kept as \"view {}\"", count + 1));
+    let Some(camera) = camera_of(studio) else { return };
+    change(studio, "Bookmark", |desc| Ok(desc.add_view("view", camera.value)));
+    if let Some(Node::View(i)) = studio.selection {
+        let name = Node::View(i).label(studio.document.desc());
+        studio.say(format!("Camera kept as \"{name}\""));
     }
+}
+
+/// Changes the scene by a function that gives the key path of the part to select.
+fn change(studio: &mut Studio, label: &str, change: impl FnOnce(&mut SceneDesc) -> Result<String, SceneError>) {
+    let result = studio.document.edit(label, None, change);
+    if let Some(path) = studio.check(result) {
+        studio.selection = Node::of_path(&path, &studio.document.desc().names());
+    }
+}
+
+fn selected_path(studio: &Studio) -> Option<String> {
+    studio.selection?.path(&studio.document.desc().names())
 }
 
 fn duplicate(studio: &mut Studio) {
-    let Some(node) = studio.selection else { return };
-    let again = |name: &Option<String>| name.as_ref().map(|name| format!("{name} copy"));
-    let result = studio.document.edit("Duplicate", None, |desc| {
-        Ok(match node {
-            Node::Object(i) => {
-                let mut copy = desc.objects[i].clone();
-                (copy.name, copy.span) = (again(&copy.name), None);
-                desc.objects.push(copy);
-                Node::Object(desc.objects.len() - 1)
-            }
-            Node::Light(i) => {
-                let mut copy = desc.lights[i].clone();
-                (copy.name, copy.span) = (again(&copy.name), None);
-                desc.lights.push(copy);
-                Node::Light(desc.lights.len() - 1)
-            }
-            other => other,
-        })
-    });
-    if let Some(node) = studio.check(result) {
-        studio.selection = Some(node);
-    }
+    let Some(path) = selected_path(studio) else { return };
+    change(studio, "Duplicate", |desc| desc.duplicate(&path));
 }
 
 fn delete(studio: &mut Studio) {
-    let Some(node) = studio.selection.take() else { return };
+    let (Some(node), Some(path)) = (studio.selection, selected_path(studio)) else { return };
     let label = format!("Delete {}", node.label(studio.document.desc()));
-    let result = studio.document.edit(&label, None, |desc| {
-        match node {
-            Node::Object(i) => drop(desc.objects.remove(i)),
-            Node::Light(i) => drop(desc.lights.remove(i)),
-            Node::View(i) => drop(desc.cameras.remove(i)),
-            _ => {}
-        }
-        Ok(())
-    });
+    let result = studio.document.edit(&label, None, |desc| desc.remove(&[&path]));
+    if studio.check(result).is_some() {
+        studio.selection = None;
+    }
+}
+
+fn hide(studio: &mut Studio) {
+    let result = match studio.selection {
+        Some(Node::Object(i)) => studio.document.edit("Hide or show", None, |desc| {
+            desc.objects[i].hidden = !desc.objects[i].hidden;
+            Ok(())
+        }),
+        Some(Node::Light(i)) => studio.document.edit("Hide or show", None, |desc| {
+            desc.lights[i].hidden = !desc.lights[i].hidden;
+            Ok(())
+        }),
+        _ => return,
+    };
     studio.check(result);
+}
+
+fn group(studio: &mut Studio) {
+    let Some(path) = selected_path(studio) else { return };
+    change(studio, "Group", |desc| desc.group_objects(&[&path], "group"));
+}
+
+fn ungroup(studio: &mut Studio) {
+    let Some(path) = selected_path(studio) else { return };
+    change(studio, "Ungroup", |desc| {
+        let paths = desc.ungroup(&path)?;
+        Ok(paths.into_iter().next().unwrap_or_default())
+    });
 }
 
 /// The point that new things are placed at: that at which the camera looks.
@@ -307,16 +354,12 @@ fn add_shape(studio: &mut Studio, kind: &'static str) {
     let Some(shape) = ShapeDesc::of_type(kind) else { return };
     // A plane is a floor; all else stands where the camera looks.
     let at = if matches!(shape, ShapeDesc::Plane(_)) { DVec3::ZERO } else { place(studio) };
-    let result = studio.document.edit(&format!("Add {kind}"), None, |desc| {
+    change(studio, &format!("Add {kind}"), |desc| {
         let mut object = ObjectDesc { content: ObjectContent::Shape(shape), ..ObjectDesc::default() };
         object.name = Some(free_name(kind, desc.objects.iter().map(|o| &o.name)));
         object.transform.0.translation = at;
-        desc.objects.push(object);
-        Ok(desc.objects.len() - 1)
+        Ok(desc.add_object(object))
     });
-    if let Some(i) = studio.check(result) {
-        studio.selection = Some(Node::Object(i));
-    }
 }
 
 /// `kind`, or `kind 2`, … if it is taken.
@@ -334,33 +377,26 @@ fn add_light(studio: &mut Studio, kind: &'static str) {
         LightDesc::Spot(l) => l.position = at,
         _ => {}
     }
-    let result = studio.document.edit(&format!("Add {kind} light"), None, |desc| {
+    change(studio, &format!("Add {kind} light"), |desc| {
         let name = Some(free_name(&format!("{kind} light"), desc.lights.iter().map(|l| &l.name)));
-        desc.lights.push(SceneLight { name, group: None, span: None, hidden: false, value: light });
-        Ok(desc.lights.len() - 1)
+        Ok(desc.add_light(SceneLight { name, group: None, span: None, hidden: false, value: light }))
     });
-    if let Some(i) = studio.check(result) {
-        studio.selection = Some(Node::Light(i));
-    }
 }
 
 /// A new material of the kind that the integrator prefers; the selected object gets it.
 fn add_material(studio: &mut Studio) {
     let desc = studio.document.desc();
     let kind = if desc.integrator.capabilities().physical { "principled" } else { "classic" };
-    let mut name = free_name("material", desc.materials.iter().map(|m| &m.name));
-    name = name.replace(' ', "-");
-    let table = [("type".to_owned(), Data::String(kind.to_owned()))];
-    let mut edits: Vec<(String, Data)> =
-        table.into_iter().map(|(key, data)| (format!("material.{name}.{key}"), data)).collect();
-    if let Some(Node::Object(i)) = studio.selection {
-        edits.push((format!("object.{i}.material"), Data::String(name.clone())));
-    }
-    let result = studio.document.set("Add material", None, &edits);
-    if studio.check(result).is_some() {
-        let last = studio.document.desc().materials.len() - 1;
-        studio.selection = Some(Node::Material(last));
-    }
+    let Some(material) = MaterialDesc::of_type(kind) else { return };
+    let object = if let Some(Node::Object(i)) = studio.selection { Some(i) } else { None };
+    change(studio, "Add material", |desc| {
+        let path = desc.add_material("material", material);
+        let id = MaterialId((desc.materials.len() - 1) as u32);
+        if let Some(object) = object.and_then(|i| desc.objects.get_mut(i)) {
+            object.material = Some(id);
+        }
+        Ok(path)
+    });
 }
 
 #[cfg(test)]

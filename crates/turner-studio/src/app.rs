@@ -47,6 +47,7 @@ impl App {
         for action in std::mem::take(&mut self.studio.queue) {
             action.run(&mut self.studio);
         }
+        self.studio.second.end_frame();
         self.studio.order();
         self.close(ui.ctx());
     }
@@ -193,6 +194,16 @@ fn shortcuts(ctx: &egui::Context, studio: &mut Studio) {
     let writes = ctx.egui_wants_keyboard_input();
     let has_dialog = studio.dialog.is_some() || studio.viewport.palette.is_some();
     let flies = ctx.input(|i| i.pointer.secondary_down());
+    if !writes && !has_dialog {
+        let events = ctx.input(|i| i.events.clone());
+        for event in events {
+            match event {
+                egui::Event::Copy => studio.queue.push(Action::Copy),
+                egui::Event::Paste(text) => studio.paste(&text),
+                _ => {}
+            }
+        }
+    }
     for action in Action::all() {
         let Some(shortcut) = action.shortcut() else { continue };
         let plain = shortcut.modifiers.is_none();

@@ -38,6 +38,20 @@ panels! {
     Properties, "Properties", panels::properties::show;
     /// Steps that can be undone.
     History, "History", panels::history::show;
+    /// Another camera or integrator beside the first.
+    Second, "Second view", panels::second::show;
+    /// Integrator, effects, anti-aliasing, light mixer.
+    Effects, "Effects", panels::effects::show;
+    /// The pixel under the pointer.
+    Inspector, "Pixel", panels::inspector::show;
+    /// The rays of a pixel.
+    Rays, "Rays", panels::rays::show;
+    /// Histogram and waveform.
+    Scopes, "Scopes", panels::scopes::show;
+    /// A kept picture.
+    Compare, "Compare", panels::compare::show;
+    /// What is wrong with the scene.
+    Doctor, "Doctor", panels::doctor::show;
     /// Scenes to start from.
     Gallery, "Gallery", panels::gallery::show;
 }
@@ -48,9 +62,13 @@ pub(crate) fn initial() -> Tree<Panel> {
     let mut pane = |panel: Panel| tiles.insert_pane(panel);
     let view = pane(Panel::Viewport);
     let left = [Panel::Outliner, Panel::Gallery].map(&mut pane).to_vec();
-    let right = [Panel::Properties, Panel::History].map(&mut pane).to_vec();
+    let above = [Panel::Properties, Panel::Effects, Panel::History].map(&mut pane).to_vec();
+    let below = [Panel::Inspector, Panel::Rays, Panel::Scopes, Panel::Compare, Panel::Doctor];
+    let below = below.map(&mut pane).to_vec();
     let left = tiles.insert_tab_tile(left);
-    let right = tiles.insert_tab_tile(right);
+    let above = tiles.insert_tab_tile(above);
+    let below = tiles.insert_tab_tile(below);
+    let right = tiles.insert_vertical_tile(vec![above, below]);
     let view = tiles.insert_tab_tile(vec![view]);
     let root = tiles.insert_horizontal_tile(vec![left, view, right]);
     if let Some(Tile::Container(egui_tiles::Container::Linear(row))) = tiles.get_mut(root) {

@@ -13,10 +13,12 @@
 
 pub mod actions;
 pub mod app;
+pub mod insight;
 mod layout;
 pub mod node;
-mod panels;
+pub mod panels;
 pub mod settings;
 pub mod studio;
+pub mod task;
 pub mod viewport;
 mod widgets;

@@ -6,12 +6,16 @@ use std::time::Instant;
 
 use turner::SceneDesc;
 use turner::schema::SceneError;
+use turner::schema::value::{Data, Span, Table, Value};
 use turner_live::document::{Document, OpenError, Opening, Recovered, Recovery, Saving, Start, Watch, recovered};
-use turner_live::engine::{Engine, Frame, Look, Order, Status};
+use turner_live::engine::{Engine, Frame, Look, Order, Stage, Status};
 
 use crate::actions::Action;
+use crate::insight::Insight;
 use crate::node::Node;
+use crate::panels::second::Second;
 use crate::settings::Settings;
+use crate::task::Task;
 use crate::viewport::ViewportState;
 
 /// A message for the user, at the lower edge until it is closed or followed by another.
@@ -30,15 +34,30 @@ pub struct Message {
 pub enum Dialog {
     /// Unsaved changes before something that would lose them.
     Unsaved(After),
-    /// The name of a file to open or to save.
+    /// The name of a file.
     File {
-        /// Whether to save.
-        save: bool,
+        /// What it is for.
+        purpose: Purpose,
         /// The name so far.
         name: String,
     },
     /// Unsaved work of an earlier session.
     Recovered(Vec<Recovered>),
+}
+
+/// What a file is chosen for.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Purpose {
+    /// To open a scene.
+    Open,
+    /// To save the scene.
+    Save,
+    /// To add a model.
+    Model,
+    /// To save the picture.
+    Picture,
+    /// For a key of a part: its key path; with `true`, as an image texture.
+    Key(String, bool),
 }
 
 /// What is done after the question about unsaved changes.
@@ -101,14 +120,19 @@ pub struct Studio {
     pub home: PathBuf,
     /// The viewport's tools.
     pub viewport: ViewportState,
+    /// The second view.
+    pub second: Second,
+    /// What was found out about the picture.
+    pub insight: Insight,
+    /// The desktop's file dialog while it is open.
+    pub asking: Option<Task<Option<(Purpose, PathBuf)>>>,
     /// Actions to run at the end of the frame.
     pub queue: Vec<Action>,
     /// Whether the window should close.
     pub quit: bool,
-    /// Asks for a file that a key names, in a folder: the system's dialog.
-    pub pick_file: fn(&Path) -> Option<PathBuf>,
     opening: Option<(Opening, bool)>,
     saving: Option<Saving>,
+    picture: Option<Task<Result<(PathBuf, bool), String>>>,
     after_save: Option<After>,
     watch: Option<Watch>,
     recovery: Recovery,
@@ -139,11 +163,14 @@ impl Studio {
             settings,
             home,
             viewport: ViewportState::default(),
+            second: Second::default(),
+            insight: Insight::default(),
+            asking: None,
             queue: Vec::new(),
             quit: false,
-            pick_file: |folder| rfd::FileDialog::new().set_directory(folder).pick_file(),
             opening: None,
             saving: None,
+            picture: None,
             after_save: None,
             watch: None,
             wake: wake.clone(),
@@ -155,6 +182,68 @@ impl Studio {
     fn waker(&self) -> impl FnOnce() + Send + 'static + use<> {
         let context = self.wake.clone();
         move || context.request_repaint()
+    }
+
+    /// The window's context.
+    pub fn wake(&self) -> &egui::Context {
+        &self.wake
+    }
+
+    /// Adds what a text describes.
+    pub fn paste(&mut self, text: &str) {
+        let pasted = self.document.paste(text);
+        if let Some(paths) = self.check(pasted) {
+            let names = self.document.desc().names();
+            self.selection = paths.last().and_then(|path| Node::of_path(path, &names));
+            self.say(format!("Pasted {}", paths.join(", ")));
+        }
+    }
+
+    /// Does what a file was chosen for.
+    pub fn chosen(&mut self, purpose: Purpose, path: &Path) {
+        match purpose {
+            Purpose::Open => self.leave(After::Open(path.to_owned())),
+            Purpose::Save => {
+                let after = self.take_after_save();
+                self.save_to(path, after);
+            }
+            Purpose::Model => {
+                let added = self.document.add_model(path);
+                if let Some(path) = self.check(added) {
+                    self.selection = Node::of_path(&path, &self.document.desc().names());
+                }
+            }
+            Purpose::Picture => self.save_picture(path),
+            Purpose::Key(key, is_texture) => {
+                let name = path.strip_prefix(self.document.folder()).unwrap_or(path);
+                let data = Data::String(name.to_string_lossy().into_owned());
+                let data = match is_texture {
+                    true => {
+                        let mut table = Table::default();
+                        table.set("type", Span::NONE, Value::new(Data::String("image".into())));
+                        table.set("file", Span::NONE, Value::new(data));
+                        Data::Table(table)
+                    }
+                    false => data,
+                };
+                let result = self.document.set("Choose a file", None, &[(key, data)]);
+                self.check(result);
+            }
+        }
+    }
+
+    /// Writes the shown picture to a file, in a thread.
+    fn save_picture(&mut self, path: &Path) {
+        let Some(frame) = self.frame.clone() else {
+            self.say("There is no picture yet");
+            return;
+        };
+        let path = if path.extension().is_none() { path.with_extension("png") } else { path.to_owned() };
+        self.picture = Some(Task::start(&self.wake, move |_| {
+            let saved = turner_io::save(&path, &*frame.picture);
+            let finished = frame.stage == Stage::Settled;
+            saved.map(|()| (path, finished)).map_err(|error| error.to_string())
+        }));
     }
 
     /// Says something.
@@ -227,6 +316,7 @@ impl Studio {
         self.problem = None;
         self.message = None;
         self.viewport = ViewportState::default();
+        self.insight = Insight::default();
         self.watch();
         if let Some(path) = self.document.path() {
             self.settings.add_recent(path);
@@ -266,7 +356,10 @@ impl Studio {
             None => {
                 self.after_save = after;
                 let name = self.document.folder().join("untitled.toml");
-                self.dialog = Some(Dialog::File { save: true, name: name.to_string_lossy().into_owned() });
+                self.dialog = Some(Dialog::File {
+                    purpose: Purpose::Save,
+                    name: name.to_string_lossy().into_owned(),
+                });
             }
         }
     }
@@ -306,8 +399,20 @@ impl Studio {
                 true => self.say("The file was changed by another program. Reload shows it; Save replaces it."),
             }
         }
+        if let Some(task) = &self.picture
+            && let Some(result) = task.poll()
+        {
+            self.picture = None;
+            match result.unwrap_or_else(|fault| Err(fault.to_owned())) {
+                Ok((path, true)) => self.say(format!("Saved {}", path.display())),
+                Ok((path, false)) => self.say(format!("Saved {}: the picture was not finished", path.display())),
+                Err(text) => self.message = Some(Message { text, help: None, is_error: true }),
+            }
+        }
         self.status = self.engine.status();
         self.frame = self.engine.frame();
+        let stand = self.frame.as_ref().map(|frame| &frame.stand);
+        self.insight.poll(&self.wake, stand, self.viewport.explained);
         self.recovery.keep(&self.document, false);
     }
 
@@ -341,6 +446,15 @@ impl Studio {
         self.size = size;
     }
 
+    /// Threads of each view: all, or half of them while there are two.
+    pub fn threads(&self) -> usize {
+        match (self.settings.threads, self.second.is_open()) {
+            (0, true) => std::thread::available_parallelism().map_or(1, |n| (n.get() / 2).max(1)),
+            (n, true) => (n / 2).max(1),
+            (n, false) => n,
+        }
+    }
+
     /// Something moves: previews are fluent instead of fine.
     pub fn moving(&mut self) {
         self.moved = Some(Instant::now());
@@ -372,7 +486,7 @@ impl Studio {
         order.size = self.size;
         order.moving = moving;
         order.paused = self.paused;
-        order.threads = self.settings.threads;
+        order.threads = self.threads();
         self.engine.order(order);
         self.ordered = Some(wanted);
     }

@@ -34,7 +34,7 @@ const FOLDERS: [(Kind, &str); 3] =
     [(Kind::Mesh, "meshes"), (Kind::Picture, "pictures"), (Kind::Data, "data")];
 
 /// Writes the data files of a scene.
-pub(super) struct Files<'a> {
+pub(crate) struct Files<'a> {
     options: &'a ConvertOptions,
     /// The folder of the scene, and the prefix of the data folders.
     beside: PathBuf,
@@ -56,7 +56,7 @@ impl<'a> Files<'a> {
     /// Prepares for a scene that is written to `out`.
     ///
     /// Errors: non-empty data folders, unless existing files may be replaced.
-    pub(super) fn new(
+    pub(crate) fn new(
         desc: &SceneDesc,
         out: &Path,
         options: &'a ConvertOptions,
@@ -108,13 +108,13 @@ impl<'a> Files<'a> {
     }
 
     /// The files written, with the scene itself.
-    pub(super) fn finish(mut self, main: WrittenFile) -> Converted {
+    pub(crate) fn finish(mut self, main: WrittenFile) -> Converted {
         self.written.push(main);
         Converted { files: self.written, warnings: self.warnings }
     }
 
     /// Removes the files and folders written so far, unless existing files were replaced.
-    pub(super) fn remove(self) {
+    pub(crate) fn remove(self) {
         if self.options.overwrite {
             return;
         }

@@ -15,9 +15,9 @@ mod file_names;
 mod files;
 mod glb;
 mod settings;
-mod text;
+pub(crate) mod text;
 
-use files::Files;
+pub(crate) use files::Files;
 
 use crate::assets::printable;
 use crate::image::{KeptPictures, OutputError, OutputFile};
@@ -95,6 +95,6 @@ fn exists(path: &Path, what: &str) -> SceneError {
         .remedy(Remedy::Replace)
 }
 
-fn output_error(error: OutputError) -> SceneError {
+pub(crate) fn output_error(error: OutputError) -> SceneError {
     crate::scene::two_lines(ErrorCode::Output, &error.to_string())
 }

@@ -13,7 +13,7 @@ use crate::scene::model::quoted;
 const COLUMNS: usize = 110;
 
 /// The text of a scene. `source` is the name of its source.
-pub(super) fn scene(root: &Value, source: &str) -> String {
+pub(crate) fn scene(root: &Value, source: &str) -> String {
     let mut writer = Writer { out: header(source), comments: Comments::default() };
     let Data::Table(top) = &root.data else { return writer.out };
     for Entry { key, value, .. } in &top.entries {
@@ -44,7 +44,7 @@ pub(super) fn scene(root: &Value, source: &str) -> String {
 }
 
 /// The entries of a table, one `key = value` per line, without comments. Empty for any other value.
-pub(super) fn keys(value: &Value) -> String {
+pub(crate) fn keys(value: &Value) -> String {
     let mut out = String::new();
     let Data::Table(table) = &value.data else { return out };
     for Entry { key, value, .. } in &table.entries {
@@ -54,6 +54,13 @@ pub(super) fn keys(value: &Value) -> String {
         put(&mut out, &value.data, line);
         out.push('\n');
     }
+    out
+}
+
+/// The text of one value.
+pub(crate) fn value(data: &Data) -> String {
+    let mut out = String::new();
+    put(&mut out, data, 0);
     out
 }
 
@@ -200,7 +207,7 @@ fn number(v: f64) -> String {
 }
 
 /// A key, quoted if necessary.
-fn key_text(key: &str) -> String {
+pub(crate) fn key_text(key: &str) -> String {
     let plain = |c: char| c.is_ascii_alphanumeric() || matches!(c, '-' | '_');
     if !key.is_empty() && key.chars().all(plain) { key.to_owned() } else { quoted(key) }
 }

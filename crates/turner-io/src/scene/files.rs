@@ -107,6 +107,11 @@ impl<'a> SceneFiles<'a> {
         }
     }
 
+    /// Sets the options that the scene is loaded with.
+    pub(crate) fn set_options(&mut self, options: LoadOptions) {
+        self.options = options;
+    }
+
     /// The warnings, and the hash over everything read.
     pub(super) fn finish(self) -> (Vec<Warning>, SceneHash) {
         (self.warnings, self.hash)

@@ -46,6 +46,7 @@ use std::io::Read;
 use std::path::{Path, PathBuf};
 
 use turner::description::{SceneDesc, read_scene};
+use turner::schema::value::Value;
 use turner::schema::{ErrorCode, Limits, SceneError};
 
 use crate::assets::{AssetError, AssetSource, FolderAssets, printable};
@@ -159,7 +160,7 @@ pub fn load_text(
     load_named(text, name, name, assets, options)
 }
 
-fn folder(path: &Path, options: &LoadOptions) -> Result<FolderAssets, SceneError> {
+pub(crate) fn folder(path: &Path, options: &LoadOptions) -> Result<FolderAssets, SceneError> {
     let assets = FolderAssets::new(path).map_err(|e| e.to_scene_error())?;
     open_to(assets, options).map_err(|e| e.to_scene_error())
 }
@@ -205,6 +206,18 @@ fn read(
     let (warnings, hash) = files.finish();
     desc.warnings.extend(warnings);
     Ok((desc, overrides::hashes(hash, options)))
+}
+
+/// The tree of a scene's text with its includes, before anything that it names is read.
+pub(crate) fn read_tree(
+    text: String,
+    name: &str,
+    assets: &dyn AssetSource,
+    limits: &Limits,
+    sources: &mut Sources,
+) -> Result<Value, SceneError> {
+    let source = SourceFile { name: printable(name), uri: name.to_owned(), text, is_argument: false };
+    include::read(source, "", assets, sources, limits)
 }
 
 fn hash_defines(options: &LoadOptions, hash: &mut hash::SceneHash) {

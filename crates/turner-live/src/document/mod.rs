@@ -4,7 +4,6 @@
 //! history, so undo and redo exchange pointers and cannot lose anything. Meshes and images are shared between
 //! descriptions.
 
-pub mod edit_stub;
 mod history;
 mod open;
 mod recovery;
@@ -23,8 +22,9 @@ use std::sync::Arc;
 
 use tempfile::TempDir;
 use turner::SceneDesc;
+use turner::description::ModelDesc;
 use turner::schema::value::Data;
-use turner::schema::{ErrorCode, KeyEdit, SceneError, Warning};
+use turner::schema::{Asset, KeyEdit, SceneError, Warning};
 use turner_io::assets::FolderAssets;
 use turner_io::scene::{SceneFiles, Sources};
 
@@ -44,7 +44,7 @@ pub struct Document {
     folder: PathBuf,
     /// Holds the files of a scene of the gallery.
     _temporary: Option<Arc<TempDir>>,
-    opened: Option<Arc<edit_stub::Opened>>,
+    opened: Option<Arc<turner_io::edit::Opened>>,
     sources: Arc<Sources>,
     revision: u64,
 }
@@ -130,7 +130,7 @@ impl Document {
     ) -> Result<T, SceneError> {
         let mut next = SceneDesc::clone(&self.desc);
         let result = change(&mut next)?;
-        if next != *self.desc {
+        if !is_same(&next, &self.desc) {
             let before = std::mem::replace(&mut self.desc, Arc::new(next));
             self.history.push(label, merge, before);
             self.revision += 1;
@@ -144,10 +144,52 @@ impl Document {
     /// Errors: those of reading the values. The scene then stays the same.
     pub fn set(&mut self, label: &str, merge: Option<&str>, edits: &[(String, Data)]) -> Result<(), SceneError> {
         let edits: Vec<KeyEdit> = edits.iter().map(|(path, data)| KeyEdit::new(path, data.clone())).collect();
+        self.apply(label, merge, &edits)
+    }
+
+    /// Makes edits: see [`Document::set`].
+    ///
+    /// Errors: those of reading the values. The scene then stays the same.
+    pub fn apply(&mut self, label: &str, merge: Option<&str>, edits: &[KeyEdit]) -> Result<(), SceneError> {
         let assets = FolderAssets::new(&self.folder).map_err(|e| e.to_scene_error())?.allow_outside(true);
         self.edit(label, merge, |desc| {
             let sources = Sources::default();
-            desc.edit(&edits, &mut SceneFiles::new(&assets, &sources))
+            desc.edit(edits, &mut SceneFiles::new(&assets, &sources))
+        })
+    }
+
+    /// The text of parts, by their key paths, with what they refer to.
+    ///
+    /// Errors: a path that names no part.
+    pub fn copy(&self, paths: &[String]) -> Result<String, SceneError> {
+        turner_io::edit::copy(&self.desc, paths)
+    }
+
+    /// Adds the parts in a text and returns their key paths. Files that it names must lie in the scene's folder.
+    ///
+    /// Errors: those of reading a scene, with line and column of the text.
+    pub fn paste(&mut self, text: &str) -> Result<Vec<String>, SceneError> {
+        let assets = FolderAssets::new(&self.folder).map_err(|e| e.to_scene_error())?;
+        self.edit("Paste", None, |desc| {
+            let sources = Sources::default();
+            turner_io::edit::paste(desc, text, &mut SceneFiles::new(&assets, &sources))
+        })
+    }
+
+    /// Adds a model file as an object and returns its key path.
+    ///
+    /// Errors: those of reading the model.
+    pub fn add_model(&mut self, path: &Path) -> Result<String, SceneError> {
+        let folder = std::path::absolute(&self.folder).unwrap_or_else(|_| self.folder.clone());
+        let file = std::path::absolute(path).unwrap_or_else(|_| path.to_owned());
+        let file = file.strip_prefix(&folder).map(Path::to_owned).unwrap_or(file);
+        let file = file.to_string_lossy().replace('\\', "/");
+        let name = path.file_stem().map_or_else(|| "model".into(), |stem| stem.to_string_lossy().into_owned());
+        let model = ModelDesc { file, ..ModelDesc::default() };
+        let assets = FolderAssets::new(&self.folder).map_err(|e| e.to_scene_error())?.allow_outside(true);
+        self.edit(&format!("Add {name}"), None, |desc| {
+            let sources = Sources::default();
+            desc.add_model(&name, &model, &mut SceneFiles::new(&assets, &sources))
         })
     }
 
@@ -180,7 +222,7 @@ impl Document {
     /// Replaces the scene by that of the same file read again; the history goes on, so that a reload can be undone.
     pub fn reloaded(&mut self, fresh: Document) {
         let before = std::mem::replace(&mut self.desc, Arc::clone(&fresh.desc));
-        if *before != *self.desc {
+        if !is_same(&before, &self.desc) {
             self.history.push("Reload", None, before);
         }
         (self.saved, self.sources, self.opened) = (fresh.saved, fresh.sources, fresh.opened);
@@ -188,9 +230,25 @@ impl Document {
     }
 }
 
-/// The error for what cannot be done with this scene.
-pub(crate) fn refused(message: impl Into<String>, help: &str) -> SceneError {
-    SceneError::new(ErrorCode::Conflict, message.into()).help(help.to_owned())
+/// Whether nothing was changed. Meshes and images are compared by identity: their contents may be large.
+fn is_same(a: &SceneDesc, b: &SceneDesc) -> bool {
+    fn shared<T>(a: &[Asset<T>], b: &[Asset<T>]) -> bool {
+        a.len() == b.len() && a.iter().zip(b).all(|(a, b)| Arc::ptr_eq(&a.data, &b.data))
+    }
+    shared(&a.images, &b.images)
+        && shared(&a.meshes, &b.meshes)
+        && a.objects == b.objects
+        && a.camera == b.camera
+        && a.film == b.film
+        && a.integrator == b.integrator
+        && a.background == b.background
+        && a.textures == b.textures
+        && a.materials == b.materials
+        && a.media == b.media
+        && a.groups == b.groups
+        && a.lights == b.lights
+        && a.cameras == b.cameras
+        && a.studio == b.studio
 }
 
 #[cfg(test)]

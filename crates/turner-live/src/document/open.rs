@@ -6,7 +6,7 @@ use std::sync::Arc;
 
 use turner::schema::SceneError;
 use turner_io::LoadOptions;
-use super::edit_stub::Opened;
+use turner_io::edit::Opened;
 use turner_io::scene::{LoadError, SceneFormat};
 
 use super::{Document, Start};
@@ -96,9 +96,9 @@ impl Document {
     pub fn open(path: &Path) -> Result<Document, OpenError> {
         let opened = Opened::load(path, &LoadOptions::default()).map_err(|error| OpenError::new(path, &error))?;
         let folder = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
-        let mut document = Document::of(opened.desc().clone(), String::new(), folder.to_owned());
+        let mut document = Document::of(opened.desc.clone(), String::new(), folder.to_owned());
         document.path = Some(path.to_owned());
-        document.sources = Arc::new(opened.sources().clone());
+        document.sources = Arc::new(opened.sources.clone());
         document.opened = Some(Arc::new(opened));
         Ok(document)
     }

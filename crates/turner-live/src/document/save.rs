@@ -6,7 +6,7 @@ use std::sync::Arc;
 
 use turner::SceneDesc;
 use turner::schema::{ErrorCode, SceneError};
-use super::edit_stub::{Opened, Saved, save_scene};
+use turner_io::edit::{Saved, save_scene};
 
 use super::Document;
 
@@ -15,7 +15,7 @@ pub struct Saving {
     /// The file.
     pub path: PathBuf,
     desc: Arc<SceneDesc>,
-    result: Receiver<Result<(Saved, Option<Opened>), SceneError>>,
+    result: Receiver<Result<Saved, SceneError>>,
 }
 
 impl Document {
@@ -26,12 +26,9 @@ impl Document {
         let (desc, opened) = (Arc::clone(&self.desc), self.opened.clone());
         let (file, scene) = (path.to_owned(), Arc::clone(&desc));
         let write = move || {
-            let saved = save_scene(&scene, opened.as_deref(), &file);
-            let result = saved.map(|saved| {
-                // The file as it is now, for the next save.
-                (saved, Opened::load(&file, &Default::default()).ok())
-            });
-            let _ = send.send(result);
+            // Every save starts from the text that was opened: the positions in all descriptions of the history are those
+            // of that text.
+            let _ = send.send(save_scene(&scene, opened.as_deref(), &file));
             wake();
         };
         let _ = std::thread::Builder::new().name("save".into()).spawn(write);
@@ -49,12 +46,11 @@ impl Document {
                 Err(SceneError::new(ErrorCode::Output, message).help("save under another name"))
             }
         };
-        Some(result.map(|(saved, opened)| {
+        Some(result.map(|saved| {
             self.saved = Arc::clone(&saving.desc);
             self.path = Some(saving.path.clone());
             let folder = saving.path.parent().filter(|p| !p.as_os_str().is_empty());
             self.folder = folder.unwrap_or(Path::new(".")).to_owned();
-            self.opened = opened.map(Arc::new);
             saved
         }))
     }

@@ -3,12 +3,14 @@
 use std::sync::atomic::AtomicBool;
 
 use turner::Picture;
-use turner::film::{DisplayTransform, auto_exposure};
+use turner::color::{Spectrum, heat};
+use turner::film::{DisplayTransform, ErrorEstimate, auto_exposure};
+use turner::math::elementary::ln;
 use turner::integrator::Prepared;
 use turner::preview::{Effort, Preview, PreviewOptions};
 use turner::schema::SceneError;
 
-use super::Stage;
+use super::{Display, Stage};
 
 /// A picture ready to show.
 pub(super) struct Shown {
@@ -40,7 +42,12 @@ impl Draft {
     }
 
     /// Draws a frame; `None` if it was stopped.
-    pub(super) fn draw(&mut self, prepared: &Prepared, ask: &Ask<'_>) -> Result<Option<Shown>, SceneError> {
+    pub(super) fn draw(
+        &mut self,
+        prepared: &Prepared,
+        ask: &Ask<'_>,
+        display: Display,
+    ) -> Result<Option<Shown>, SceneError> {
         let effort = if ask.moving { Effort::Moving } else { Effort::Still };
         let options =
             PreviewOptions { threads: ask.threads, cancel: ask.stop, effort, frame: self.frame, size: ask.size };
@@ -51,7 +58,10 @@ impl Draft {
         let drawn = self.preview.picture();
         let values = drawn.color.iter().zip(&drawn.alpha);
         let linear = values.map(|(&[r, g, b], &alpha)| [r, g, b, alpha]).collect();
-        let (picture, transform) = picture(prepared, [drawn.width, drawn.height], linear, ask.threads);
+        let (mut picture, transform) = picture(prepared, [drawn.width, drawn.height], linear, ask.threads);
+        if display == Display::FalseColor {
+            show_stops(&mut picture);
+        }
         Ok(Some(Shown { picture, transform, stage: Stage::Preview, noise: None }))
     }
 }
@@ -74,4 +84,38 @@ pub(super) fn picture(prepared: &Prepared, size: [u32; 2], linear: Vec<[f32; 4]>
     picture.display = transform.to_8_bits(&picture.linear, threads);
     prepared.integrator.show(&mut picture);
     (picture, transform)
+}
+
+/// Stops of false colours, on each side of middle grey.
+const STOPS: f64 = 5.0;
+
+/// The colour map for values from 0 to 1, in 256 steps.
+fn heats() -> Vec<[u8; 4]> {
+    let byte = |v: f32| (v.clamp(0.0, 1.0) * 255.0 + 0.5) as u8;
+    let color = |i: u16| {
+        let [r, g, b] = heat(f32::from(i) / 255.0).to_array();
+        [byte(r), byte(g), byte(b), 255]
+    };
+    (0..256).map(color).collect()
+}
+
+/// Shows luminance in stops around middle grey, at the picture's exposure.
+pub(super) fn show_stops(picture: &mut Picture) {
+    let heats = heats();
+    let exposure = picture.exposure;
+    for (shown, &[r, g, b, _]) in picture.display.iter_mut().zip(&picture.linear) {
+        let luminance = f64::from(Spectrum::new(r, g, b).luminance());
+        let stops = ln(luminance.max(1e-12) / 0.18) * std::f64::consts::LOG2_E + exposure;
+        let place = ((stops / STOPS + 1.0) * 127.5).clamp(0.0, 255.0) as usize;
+        *shown = heats[place];
+    }
+}
+
+/// Shows the relative error of each pixel.
+pub(super) fn show_noise(picture: &mut Picture, error: &ErrorEstimate) {
+    let heats = heats();
+    for (shown, (half, luminance)) in picture.display.iter_mut().zip(error.half_width.iter().zip(&error.luminance)) {
+        let relative = half / luminance.max(1e-6);
+        *shown = heats[(relative.clamp(0.0, 1.0) * 255.0) as usize];
+    }
 }

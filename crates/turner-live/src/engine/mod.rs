@@ -23,7 +23,7 @@ mod tests;
 mod worker;
 
 pub use frame::{Frame, Stage, Stand};
-pub use order::{Look, Order};
+pub use order::{Display, Layers, Look, Order};
 
 use std::sync::Arc;
 use std::thread::JoinHandle;
@@ -45,6 +45,8 @@ pub struct Status {
     pub left: Option<f64>,
     /// Whether the film is complete.
     pub settled: bool,
+    /// The layers of light that the film holds apart.
+    pub layers: Vec<String>,
 }
 
 /// Why an order has no picture.

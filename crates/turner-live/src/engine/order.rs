@@ -7,6 +7,30 @@ use turner::camera::CameraDesc;
 use turner::film::{Aov, Aovs, Denoise};
 use turner::integrator::IntegratorDesc;
 
+/// Which layers of light the film holds apart, so that they can be weighted without rendering again.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Layers {
+    /// None: only the picture.
+    #[default]
+    None,
+    /// One for each light group of the scene: `light.NAME`, and `light.default`.
+    Groups,
+    /// `emission`, `direct` and `indirect` light, and `caustics`.
+    Parts,
+}
+
+/// What the display values of the picture are.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Display {
+    /// Those of the film's settings.
+    #[default]
+    Picture,
+    /// Luminance as colours, from five stops below middle grey (black) to five above it (pale yellow).
+    FalseColor,
+    /// The estimated relative error of each pixel as colours, up to 100 %.
+    Noise,
+}
+
 /// What is shown of a scene: changes of the picture that are not changes of the scene.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Look {
@@ -14,9 +38,12 @@ pub struct Look {
     pub integrator: Option<IntegratorDesc>,
     /// Another camera than the scene's.
     pub camera: Option<CameraDesc>,
-    /// Factors of light groups, by name; the other groups have 1. They are applied to the film's channels, so that
-    /// nothing is rendered again.
+    /// Layers of light to keep apart.
+    pub layers: Layers,
+    /// Factors of layers, by name; the others have 1.
     pub mix: Vec<(String, f32)>,
+    /// What the display values are.
+    pub display: Display,
 }
 
 /// A picture to render.
@@ -45,10 +72,11 @@ impl Order {
 
     /// Whether the film of `other` is this one's, too.
     pub(crate) fn has_film_of(&self, other: &Order) -> bool {
-        let same = |a: &Look, b: &Look| a.integrator == b.integrator && a.camera == b.camera;
+        let (a, b) = (&self.look, &other.look);
         Arc::ptr_eq(&self.desc, &other.desc)
-            && same(&self.look, &other.look)
-            && self.look.mix.is_empty() == other.look.mix.is_empty()
+            && a.integrator == b.integrator
+            && a.camera == b.camera
+            && a.layers == b.layers
     }
 
     /// The description that is prepared: with the look, and with what interim pictures need for their denoiser. Colours
@@ -64,8 +92,13 @@ impl Order {
         if desc.integrator.capabilities().splits_light && desc.film.denoise == Denoise::Off {
             desc.film.denoise = Denoise::Fast;
         }
-        if !self.look.mix.is_empty() {
-            let aovs: Vec<Aov> = desc.film.aovs.iter().chain([Aov::LightGroups]).collect();
+        let layers: &[Aov] = match self.look.layers {
+            Layers::None => &[],
+            Layers::Groups => &[Aov::LightGroups],
+            Layers::Parts => &[Aov::Emission, Aov::Direct, Aov::Indirect],
+        };
+        if !layers.is_empty() {
+            let aovs: Vec<Aov> = desc.film.aovs.iter().chain(layers.iter().copied()).collect();
             desc.film.aovs = Aovs::new(&aovs);
         }
         desc

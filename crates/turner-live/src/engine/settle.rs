@@ -3,14 +3,14 @@
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
-use turner::film::{Aov, Denoise};
+use turner::color::Spectrum;
+use turner::film::Denoise;
 use turner::integrator::Prepared;
-use turner::render::AovValues;
 use turner::schema::SceneError;
 use turner::{PassOptions, Renderer};
 
-use super::Stage;
 use super::develop::{self, Shown};
+use super::{Display, Look, Stage};
 
 /// Time of a slice of the first pass.
 const SLICE: Duration = Duration::from_millis(250);
@@ -110,48 +110,47 @@ impl Settle {
         Ok(if due || self.is_complete() { Step::Show } else { Step::More })
     }
 
+    /// The names of the layers of light that the film holds apart.
+    pub(super) fn layers(&self) -> Vec<String> {
+        self.renderer.light_layers()
+    }
+
     /// The picture so far. Until the film is complete, a denoiser removes its noise.
-    pub(super) fn picture(&mut self, mix: &[(String, f32)], threads: usize) -> Shown {
+    pub(super) fn picture(&mut self, look: &Look, threads: usize) -> Shown {
         let complete = self.is_complete();
+        let changed = look.mix.iter().any(|(_, factor)| *factor != 1.0);
         let mode = match () {
             () if complete => self.wanted,
             () if !self.renderer.denoises() => Denoise::Off,
             () if self.seconds() < THOROUGH => Denoise::Fast,
             () => Denoise::On,
         };
-        let mut picture = self.renderer.develop_as(mode, threads);
-        let film = &self.renderer.prepared().view.film;
-        let mut transform = picture.transform(film);
-        if mix.iter().any(|(_, factor)| *factor != 1.0) {
-            let linear = self.mixed(mix, &picture.linear, threads);
-            let size = [picture.width, picture.height];
-            (picture, transform) = develop::picture(self.renderer.prepared(), size, linear, threads);
-        }
-        let noise = self.renderer.film.noise(threads).map(|noise| noise.value);
-        let samples = self.samples().0;
-        let stage = match complete {
-            true => Stage::Settled,
-            false => Stage::Film { samples, denoised: mode != Denoise::Off },
+        let layers = if changed { self.layers() } else { Vec::new() };
+        let mut picture = if layers.is_empty() {
+            self.renderer.develop_as(mode, threads)
+        } else {
+            let factor = |layer: &String| look.mix.iter().find(|(name, _)| name == layer).map_or(1.0, |(_, f)| *f);
+            let mix: Vec<(&str, Spectrum)> =
+                layers.iter().map(|layer| (layer.as_str(), Spectrum::grey(factor(layer)))).collect();
+            self.renderer.mixed(&mix, threads)
         };
-        Shown { picture, transform, stage, noise }
-    }
-
-    /// The picture with each light group times its factor: the sum of the film's channels of light groups.
-    fn mixed(&self, mix: &[(String, f32)], whole: &[[f32; 4]], threads: usize) -> Vec<[f32; 4]> {
-        let mut linear = whole.to_vec();
-        let names = self.renderer.prepared().scene.light_groups.names();
-        let aovs = self.renderer.develop_aovs(threads);
-        let channels: Vec<&AovValues> =
-            aovs.iter().filter(|c| c.aov == Aov::LightGroups).map(|c| &c.values).collect();
-        for (name, factor) in mix {
-            let Some(group) = names.iter().position(|own| own == name) else { continue };
-            for color in 0..3 {
-                let Some(AovValues::Float(values)) = channels.get(group * 3 + color) else { continue };
-                for (pixel, value) in linear.iter_mut().zip(values) {
-                    pixel[color] += (factor - 1.0) * value;
+        let transform = picture.transform(&self.renderer.prepared().view.film);
+        let noise = self.renderer.film.noise(threads).map(|noise| noise.value);
+        match look.display {
+            Display::Picture => {}
+            Display::FalseColor => develop::show_stops(&mut picture),
+            Display::Noise => {
+                if let Some(error) = self.renderer.film.error(threads) {
+                    develop::show_noise(&mut picture, &error);
                 }
             }
         }
-        linear
+        let samples = self.samples().0;
+        let denoised = mode != Denoise::Off && layers.is_empty();
+        let stage = match complete {
+            true => Stage::Settled,
+            false => Stage::Film { samples, denoised },
+        };
+        Shown { picture, transform, stage, noise }
     }
 }

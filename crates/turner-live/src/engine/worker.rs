@@ -92,11 +92,11 @@ impl Worker {
             && board.status().error.is_none()
         {
             // Another size, pause or mix: the film goes on.
-            let mixed = order.look.mix != last.look.mix;
+            let shown = order.look != last.look;
             *last = order;
             match &mut self.film {
-                Some(film) if mixed && film.is_covered() => {
-                    let picture = film.picture(&last.look.mix, last.threads);
+                Some(film) if shown && film.is_covered() => {
+                    let picture = film.picture(&last.look, last.threads);
                     let stand = Arc::clone(stand);
                     self.show(board, picture, stand);
                 }
@@ -143,6 +143,7 @@ impl Worker {
         board.say(|status| {
             if let Some(film) = film {
                 (status.samples, status.left, status.seconds) = (film.samples(), film.left(), film.seconds());
+                status.layers = film.layers();
             }
             status.settled = settled && status.error.is_none();
             status.doing = if waits { "" } else { "rendering" };
@@ -181,7 +182,7 @@ impl Worker {
         let size = self.pace.size([film.width, film.height], order.size, moving);
         let started = Instant::now();
         let ask = develop::Ask { size, moving, threads: order.threads, stop: &board.stop };
-        let drawn = match self.draft.draw(&stand.prepared, &ask) {
+        let drawn = match self.draft.draw(&stand.prepared, &ask, order.look.display) {
             Ok(drawn) => drawn,
             Err(error) => {
                 board.fail(error.message.clone(), error.help.clone());
@@ -239,7 +240,7 @@ impl Worker {
     /// Shows the film.
     fn develop(&mut self, board: &Board, order: &Order, stand: &Arc<Stand>) {
         let Some(film) = &mut self.film else { return };
-        let picture = film.picture(&order.look.mix, order.threads);
+        let picture = film.picture(&order.look, order.threads);
         self.show(board, picture, Arc::clone(stand));
     }
 

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use turner::SceneDesc;
 use turner::light::LightDesc;
-use turner_live::engine::{Engine, Look, Order};
+use turner_live::engine::{Engine, Layers, Look, Order};
 
 use super::common::*;
 
@@ -36,8 +36,9 @@ material = { type = "principled", base_weight = 0, specular_weight = 0, emission
 "#;
 
 fn mixed(engine: &Engine, desc: &Arc<SceneDesc>, mix: &[(&str, f32)]) -> Vec<[f32; 4]> {
-    let mix = mix.iter().map(|(name, factor)| ((*name).to_owned(), *factor)).collect();
-    let number = engine.order(Order { look: Look { mix, ..Look::default() }, ..order(desc) });
+    let mix = mix.iter().map(|(name, factor)| (format!("light.{name}"), *factor)).collect();
+    let look = Look { mix, layers: Layers::Groups, ..Look::default() };
+    let number = engine.order(Order { look, ..order(desc) });
     settled(engine, number).picture.linear.clone()
 }
 
@@ -97,4 +98,35 @@ fn a_mix_of_ones_is_the_picture() {
         let linear = mixed(&engine, &desc, &mix);
         assert!(linear == reference.linear, "{mix:?}");
     }
+}
+
+/// Emission, direct and indirect light: together they are the picture, and a layer without light leaves the others.
+#[test]
+fn parts_of_light_add_up() {
+    let desc = balls("path", |_| {});
+    let engine = Engine::new(|| {});
+    let reference = rendered(&desc);
+    let of = |mix: &[(&str, f32)]| {
+        let mix = mix.iter().map(|(name, factor)| ((*name).to_owned(), *factor)).collect();
+        let look = Look { mix, layers: Layers::Parts, ..Look::default() };
+        let number = engine.order(Order { look, ..order(&desc) });
+        settled(&engine, number).picture.linear.clone()
+    };
+    assert!(of(&[]) == reference.linear);
+    let layers = engine.status().layers;
+    for part in ["emission", "direct", "indirect"] {
+        assert!(layers.iter().any(|layer| layer == part), "{layers:?}");
+    }
+    let alone = |part: &str| -> Vec<[f32; 4]> {
+        let mix: Vec<(&str, f32)> = layers.iter().map(|layer| (layer.as_str(), f32::from(layer == part))).collect();
+        of(&mix)
+    };
+    let mut sum = vec![[0.0_f32; 4]; reference.linear.len()];
+    for layer in &layers {
+        for (to, from) in sum.iter_mut().flatten().zip(alone(layer).iter().flatten()) {
+            *to += from;
+        }
+    }
+    sum.iter_mut().zip(&reference.linear).for_each(|(sum, whole)| sum[3] = whole[3]);
+    assert_close("the sum of the layers", &sum, &reference.linear);
 }

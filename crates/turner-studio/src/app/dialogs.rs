@@ -5,13 +5,23 @@ use std::path::{Path, PathBuf};
 use egui::{Id, Key, Modal, Ui};
 use turner_live::document::{Document, readable};
 
-use crate::studio::{After, Dialog, Studio};
+use crate::studio::{After, Dialog, Purpose, Studio};
+use crate::task::Task;
 use crate::widgets::name_text;
 
 /// Entries of a folder that are listed.
 const MOST: usize = 500;
 
 pub(super) fn show(ctx: &egui::Context, studio: &mut Studio) {
+    if let Some(task) = &studio.asking
+        && let Some(answer) = task.poll()
+    {
+        studio.asking = None;
+        if let Ok(Some((purpose, path))) = answer {
+            studio.dialog = None;
+            studio.chosen(purpose, &path);
+        }
+    }
     let Some(dialog) = studio.dialog.take() else { return };
     let mut next = Some(dialog);
     let closed = Modal::new(Id::unique("dialog")).show(ctx, |ui| {
@@ -19,7 +29,7 @@ pub(super) fn show(ctx: &egui::Context, studio: &mut Studio) {
         let dialog = next.take();
         next = match dialog {
             Some(Dialog::Unsaved(after)) => unsaved(ui, studio, after),
-            Some(Dialog::File { save, name }) => file(ui, studio, save, name),
+            Some(Dialog::File { purpose, name }) => file(ui, studio, purpose, name),
             Some(Dialog::Recovered(found)) => recovered(ui, studio, found),
             None => None,
         };
@@ -52,7 +62,7 @@ fn unsaved(ui: &mut Ui, studio: &mut Studio, after: After) -> Option<Dialog> {
 }
 
 /// The folder and the entries to choose from: folders first, then files that Turner reads.
-fn entries(folder: &Path) -> Vec<(String, PathBuf, bool)> {
+fn entries(folder: &Path, all: bool) -> Vec<(String, PathBuf, bool)> {
     let mut list: Vec<(String, PathBuf, bool)> = std::fs::read_dir(folder)
         .into_iter()
         .flatten()
@@ -62,15 +72,22 @@ fn entries(folder: &Path) -> Vec<(String, PathBuf, bool)> {
             let name = entry.file_name().to_string_lossy().into_owned();
             let path = entry.path();
             let is_folder = path.is_dir();
-            (!name.starts_with('.') && (is_folder || readable(&path))).then_some((name, path, is_folder))
+            (!name.starts_with('.') && (is_folder || all || readable(&path))).then_some((name, path, is_folder))
         })
         .collect();
     list.sort_by_key(|(name, _, is_folder)| (!is_folder, name.to_lowercase()));
     list
 }
 
-fn file(ui: &mut Ui, studio: &mut Studio, save: bool, mut name: String) -> Option<Dialog> {
-    ui.heading(if save { "Save the scene as" } else { "Open a scene or a model" });
+fn file(ui: &mut Ui, studio: &mut Studio, purpose: Purpose, mut name: String) -> Option<Dialog> {
+    let (title, verb, save) = match purpose {
+        Purpose::Open => ("Open a scene or a model", "Open", false),
+        Purpose::Save => ("Save the scene as", "Save", true),
+        Purpose::Model => ("Add a model file", "Add", false),
+        Purpose::Picture => ("Save the picture as", "Save", true),
+        Purpose::Key(..) => ("Choose a file", "Choose", false),
+    };
+    ui.heading(title);
     let field = egui::TextEdit::singleline(&mut name).desired_width(f32::INFINITY);
     let response = ui.add(field);
     name_text(&response, "File name", &name);
@@ -85,14 +102,15 @@ fn file(ui: &mut Ui, studio: &mut Studio, save: bool, mut name: String) -> Optio
         {
             chosen = Some((parent.to_owned(), true));
         }
-        for (shown, path, is_folder) in entries(&folder) {
+        let all = matches!(purpose, Purpose::Key(..) | Purpose::Picture);
+        for (shown, path, is_folder) in entries(&folder, all) {
             let text = if is_folder { format!("{shown}{}", std::path::MAIN_SEPARATOR) } else { shown };
             let response = ui.selectable_label(false, text);
             if response.clicked() {
                 chosen = Some((path.clone(), is_folder));
             }
             if response.double_clicked() && !is_folder && !save {
-                studio.leave(After::Open(path));
+                studio.chosen(purpose.clone(), &path);
                 done = true;
             }
         }
@@ -106,21 +124,19 @@ fn file(ui: &mut Ui, studio: &mut Studio, save: bool, mut name: String) -> Optio
         };
     }
     let path = PathBuf::from(&name);
-    let exists = save && path.with_extension("toml").exists() && Some(path.as_path()) != studio.document.path();
+    let target = if purpose == Purpose::Save { path.with_extension("toml") } else { path.clone() };
+    let exists = save && target.is_file() && Some(path.as_path()) != studio.document.path();
     if exists {
         ui.colored_label(ui.visuals().warn_fg_color, "A file of this name exists. It will be replaced.");
     }
     ui.horizontal(|ui| {
+        if ui.button("System dialog…").on_hover_text("The file dialog of your desktop").clicked() {
+            system(ui.ctx(), studio, &purpose, &folder);
+        }
         let possible = !name.is_empty() && !path.is_dir();
-        let button = ui.add_enabled(possible, egui::Button::new(if save { "Save" } else { "Open" }));
+        let button = ui.add_enabled(possible, egui::Button::new(verb));
         if (button.clicked() || enter) && possible {
-            match save {
-                true => {
-                    let after = studio.take_after_save();
-                    studio.save_to(&path, after);
-                }
-                false => studio.leave(After::Open(path.clone())),
-            }
+            studio.chosen(purpose.clone(), &path);
             done = true;
         }
         if ui.button("Cancel").clicked() {
@@ -128,7 +144,21 @@ fn file(ui: &mut Ui, studio: &mut Studio, save: bool, mut name: String) -> Optio
             done = true;
         }
     });
-    (!done).then_some(Dialog::File { save, name })
+    (!done).then_some(Dialog::File { purpose, name })
+}
+
+/// Asks with the dialog of the desktop, in a thread: the window goes on.
+fn system(ctx: &egui::Context, studio: &mut Studio, purpose: &Purpose, folder: &Path) {
+    let (purpose, folder) = (purpose.clone(), folder.to_owned());
+    studio.asking = Some(Task::start(ctx, move |_| {
+        let dialog = rfd::FileDialog::new().set_directory(folder);
+        let path = match purpose {
+            Purpose::Save => dialog.set_file_name("untitled.toml").save_file(),
+            Purpose::Picture => dialog.set_file_name("picture.png").save_file(),
+            Purpose::Open | Purpose::Model | Purpose::Key(..) => dialog.pick_file(),
+        };
+        path.map(|path| (purpose, path))
+    }));
 }
 
 fn recovered(ui: &mut Ui, studio: &mut Studio, found: Vec<turner_live::document::Recovered>) -> Option<Dialog> {

@@ -1,6 +1,13 @@
 //! Panels: one file each. The table in `layout` lists them.
 
+pub(crate) mod compare;
+pub(crate) mod doctor;
+pub(crate) mod effects;
 pub(crate) mod gallery;
 pub(crate) mod history;
+pub(crate) mod inspector;
 pub(crate) mod outliner;
 pub(crate) mod properties;
+pub(crate) mod rays;
+pub(crate) mod scopes;
+pub mod second;

@@ -2,14 +2,16 @@
 
 use egui::{ComboBox, Grid, Ui};
 use turner::color::Transfer;
-use turner::description::ObjectContent;
+use turner::description::{ObjectContent, SceneLight};
+use turner::light::LightDesc;
 use turner::schema::value::{Data, Table, Value};
 use turner::schema::{EntryDoc, Field};
 
 use crate::node::Node;
-use crate::studio::Studio;
+use crate::studio::{Dialog, Purpose, Studio};
 use crate::widgets::field::{self, Around, Change};
-use crate::widgets::{name, transform};
+use crate::widgets::light::{hour, temperature};
+use crate::widgets::{name, name_text, transform};
 
 pub(crate) fn show(ui: &mut Ui, studio: &mut Studio) {
     let desc = studio.document.desc().clone();
@@ -41,10 +43,11 @@ pub(crate) fn show(ui: &mut Ui, studio: &mut Studio) {
     egui::ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
         if let Node::Object(i) = node {
             object(ui, studio, i, &table, &around, &mut changes);
-        } else if !matches!(node, Node::Film | Node::Integrator | Node::Background | Node::Studio | Node::Camera) {
-            // Names of materials, textures and media are their keys: renaming them would be a change of every reference.
         }
         let kind = types(ui, node, &table, &desc, &mut changes);
+        if let Node::Light(i) = node {
+            light(ui, studio, i, &path, &kind, &mut changes);
+        }
         let entry = match node.family() {
             Some(family) => family.entries.iter().find(|entry| entry.name == kind).copied(),
             None => node.entry(),
@@ -152,6 +155,61 @@ fn object(
     ui.separator();
 }
 
+/// Name, group and helpers of a light.
+fn light(
+    ui: &mut Ui,
+    studio: &mut Studio,
+    index: usize,
+    path: &str,
+    kind: &str,
+    changes: &mut Vec<(&'static str, Change)>,
+) {
+    let Some(light) = studio.document.desc().lights.get(index).cloned() else { return };
+    let text = |ui: &mut Ui, label: &str, value: &Option<String>| {
+        let mut now = value.clone().unwrap_or_default();
+        ui.label(label);
+        let response = ui.add(egui::TextEdit::singleline(&mut now).desired_width(140.0));
+        name_text(&response, label, &now);
+        ui.end_row();
+        let new = (!now.is_empty()).then_some(now);
+        response.changed().then_some(new)
+    };
+    let mut edited = None;
+    Grid::new("light").num_columns(2).spacing([10.0, 4.0]).show(ui, |ui| {
+        if let Some(name) = text(ui, "name", &light.name) {
+            edited = Some(SceneLight { name, ..light.clone() });
+        }
+        if let Some(group) = text(ui, "light group", &light.group) {
+            edited = Some(SceneLight { group, ..light.clone() });
+        }
+    });
+    let mut hidden = light.hidden;
+    let response = ui.checkbox(&mut hidden, "hidden");
+    if response.changed() {
+        edited = Some(SceneLight { hidden, ..light.clone() });
+    }
+    if let Some(light) = edited {
+        let result = studio.document.edit("Light", Some("light"), |desc| {
+            desc.lights[index] = light;
+            Ok(())
+        });
+        studio.check(result);
+    }
+    let has_color = LightDesc::DOC.entries.iter().any(|e| e.name == kind && e.fields.iter().any(|f| f.name == "color"));
+    if has_color && let Some(rgb) = temperature(ui) {
+        let items = rgb.map(|v| Value::new(Data::Number(v))).to_vec();
+        changes.push(("color", Change::Set(Data::Array(items))));
+    }
+    if kind == "sky" && let Some([elevation, azimuth]) = hour(ui) {
+        studio.moving();
+        let edits =
+            [("elevation", elevation), ("azimuth", azimuth)].map(|(key, v)| (format!("{path}.{key}"), Data::Number(v)));
+        let result = studio.document.set("Hour of the sun", Some("hour"), &edits);
+        studio.check(result);
+    }
+    ui.separator();
+}
+
 /// Makes a change of the form in the scene.
 fn apply(studio: &mut Studio, node: Node, path: &str, table: &Table, key: &'static str, change: Change) {
     let label = format!("{}: {}", node.label(studio.document.desc()), key.replace('_', " "));
@@ -168,11 +226,9 @@ fn apply(studio: &mut Studio, node: Node, path: &str, table: &Table, key: &'stat
             studio.check(result);
         }
         Change::File => {
-            if let Some(file) = (studio.pick_file)(studio.document.folder()) {
-                let inside = file.strip_prefix(studio.document.folder()).map(|p| p.to_owned());
-                let name = inside.unwrap_or(file).to_string_lossy().into_owned();
-                choose_file(studio, &label, node, path, key, &name);
-            }
+            let name = format!("{}{}", studio.document.folder().display(), std::path::MAIN_SEPARATOR);
+            let purpose = Purpose::Key(format!("{path}.{key}"), matches!(node, Node::Material(_)));
+            studio.dialog = Some(Dialog::File { purpose, name });
         }
         Change::Follow(kind, name) => {
             let names = studio.document.desc().names();
@@ -186,17 +242,3 @@ fn apply(studio: &mut Studio, node: Node, path: &str, table: &Table, key: &'stat
     }
 }
 
-/// Sets a key to a file: by its name, or as a texture where the key takes colours.
-fn choose_file(studio: &mut Studio, label: &str, node: Node, path: &str, key: &str, name: &str) {
-    let is_texture = matches!(node, Node::Material(_));
-    let data = if is_texture {
-        let mut table = Table::default();
-        table.set("type", turner::schema::value::Span::NONE, Value::new(Data::String("image".into())));
-        table.set("file", turner::schema::value::Span::NONE, Value::new(Data::String(name.to_owned())));
-        Data::Table(table)
-    } else {
-        Data::String(name.to_owned())
-    };
-    let result = studio.document.set(label, None, &[(format!("{path}.{key}"), data)]);
-    studio.check(result);
-}

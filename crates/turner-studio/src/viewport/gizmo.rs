@@ -2,11 +2,13 @@
 
 use egui::{Color32, CursorIcon, Painter, PointerButton, Pos2, Response, Vec2};
 use turner::camera::Camera;
+use turner::light::LightDesc;
 use turner::math::{DAffine3, DVec3};
 use turner::schema::transform::rotation;
 use turner_live::engine::Stand;
 
 use super::{Placed, Tool, overlay};
+use crate::actions::position_of;
 use crate::node::Node;
 use crate::studio::Studio;
 
@@ -55,19 +57,27 @@ pub(super) fn show(
     studio: &mut Studio,
 ) -> bool {
     let tool = studio.viewport.tool;
-    let (Some(Node::Object(object)), true) =
-        (studio.selection, matches!(tool, Tool::Move | Tool::Rotate | Tool::Scale))
-    else {
+    let node = studio.selection.filter(|_| matches!(tool, Tool::Move | Tool::Rotate | Tool::Scale));
+    let (Some(node), Some(frame)) = (node, studio.frame.clone()) else {
         studio.viewport.gizmo.drag = None;
         return false;
     };
-    let (Some(frame), Some(listed)) = (studio.frame.clone(), studio.document.desc().objects.get(object)) else {
-        return false;
-    };
-    let transform = listed.transform.0;
     let stand = &frame.stand;
-    let center = turner_live::pick::object_bounds(stand, object).map(|b| b.center());
-    let center = center.unwrap_or(transform.translation);
+    let desc = studio.document.desc();
+    let (transform, center) = match node {
+        Node::Object(i) => {
+            let Some(listed) = desc.objects.get(i) else { return false };
+            let transform = listed.transform.0;
+            let bounds = turner_live::pick::object_bounds(stand, i);
+            (transform, bounds.map_or(transform.translation, |b| b.center()))
+        }
+        // Lights have a position at most.
+        Node::Light(i) if tool == Tool::Move => {
+            let Some(at) = desc.lights.get(i).and_then(|l| position_of(&l.value)) else { return false };
+            (DAffine3::from_translation(at), at)
+        }
+        _ => return false,
+    };
     // About a tenth of the distance to the camera: handles have a constant size in the window.
     let unit = (0.1 * position(&stand.prepared.view.camera).distance(center)).max(1e-6);
     let mut ends = Vec::new();
@@ -89,7 +99,7 @@ pub(super) fn show(
     if ends.len() < 3 {
         return false;
     }
-    drag(ui, response, &ends, studio, object, (transform, center))
+    drag(ui, response, &ends, studio, node, (transform, center))
 }
 
 fn drag(
@@ -97,7 +107,7 @@ fn drag(
     response: &Response,
     ends: &[(Pos2, Pos2, Vec2)],
     studio: &mut Studio,
-    object: usize,
+    node: Node,
     (transform, center): (DAffine3, DVec3),
 ) -> bool {
     let near = |at: Pos2| {
@@ -154,7 +164,16 @@ fn drag(
     };
     studio.moving();
     let result = studio.document.edit(label, Some("gizmo"), |desc| {
-        desc.objects[object].transform.0 = by * start;
+        let moved = by * start;
+        match node {
+            Node::Object(i) => desc.objects[i].transform.0 = moved,
+            Node::Light(i) => match &mut desc.lights[i].value {
+                LightDesc::Point(l) => l.position = moved.translation,
+                LightDesc::Spot(l) => l.position = moved.translation,
+                _ => {}
+            },
+            _ => {}
+        }
         Ok(())
     });
     studio.check(result);

@@ -1,12 +1,15 @@
 //! The picture and what is done in it with mouse and keys.
 
+mod compared;
+pub(crate) use compared::image;
 pub(crate) mod gizmo;
 mod navigate;
 pub(crate) mod overlay;
 
 use std::sync::Arc;
 
-use egui::{Color32, ColorImage, Rect, Sense, TextureHandle, TextureOptions, Vec2, pos2};
+use egui::{Color32, Rect, Sense, TextureHandle, TextureOptions, Vec2, pos2};
+use turner::light::LightDesc;
 use turner_live::engine::{Frame, Stage};
 use turner_live::{camera, pick};
 
@@ -28,6 +31,8 @@ pub enum Tool {
     Scale,
     /// Focus the camera at the clicked point.
     Focus,
+    /// Aim the selected spot light at the clicked point.
+    Aim,
     /// Explain the clicked pixel.
     Explain,
 }
@@ -45,6 +50,15 @@ pub struct ViewportState {
     pub explained: Option<[u32; 2]>,
     texture: Option<(TextureHandle, Arc<Frame>)>,
     gizmo: gizmo::GizmoState,
+    compared: compared::Compared,
+    boxes: overlay::Boxes,
+}
+
+impl ViewportState {
+    /// The result of the comparison with the kept picture.
+    pub(crate) fn compared_text(&self) -> Option<&str> {
+        self.compared.text.as_deref()
+    }
 }
 
 /// The rectangle of the picture in the window, and its size in pixels of the film.
@@ -76,6 +90,11 @@ impl Placed {
     }
 }
 
+/// The rectangle of a picture of this size inside `area`.
+pub(crate) fn placed(area: Rect, size: [u32; 2]) -> Rect {
+    Placed::new(area, size).rect
+}
+
 /// Shows the picture.
 pub(crate) fn show(ui: &mut egui::Ui, studio: &mut Studio) {
     tools(ui, studio);
@@ -95,6 +114,7 @@ pub(crate) fn show(ui: &mut egui::Ui, studio: &mut Studio) {
         }
         let whole = Rect::from_min_max(pos2(0.0, 0.0), pos2(1.0, 1.0));
         painter.image(texture, placed.rect, whole, Color32::WHITE);
+        compared::show(ui.ctx(), &painter, placed.rect, studio);
     }
     response.widget_info(|| {
         let what = format!("Picture of {}", studio.document.name());
@@ -119,13 +139,7 @@ fn texture(ctx: &egui::Context, studio: &mut Studio, frame: Arc<Frame>) -> egui:
     {
         return texture.id();
     }
-    let picture = &frame.picture;
-    let pixels = picture.display.iter().map(|&[r, g, b, a]| match a {
-        255 => Color32::from_rgb(r, g, b),
-        _ => Color32::from_rgba_unmultiplied(r, g, b, a),
-    });
-    let size = [picture.width as usize, picture.height as usize];
-    let image = ColorImage::new(size, pixels.collect());
+    let image = compared::image(&frame.picture);
     let options = TextureOptions { magnification: egui::TextureFilter::Nearest, ..TextureOptions::LINEAR };
     match &mut state.texture {
         Some((texture, shown)) => {
@@ -153,6 +167,7 @@ fn tools(ui: &mut egui::Ui, studio: &mut Studio) {
             (Tool::Rotate, "Rotate", Action::ToolRotate),
             (Tool::Scale, "Scale", Action::ToolScale),
             (Tool::Focus, "Focus", Action::ToolFocus),
+            (Tool::Aim, "Aim", Action::ToolAim),
             (Tool::Explain, "Explain", Action::ToolExplain),
         ];
         for (tool, name, action) in tools {
@@ -185,6 +200,7 @@ fn click(response: &egui::Response, placed: Placed, studio: &mut Studio) {
             }
             None => studio.say("Nothing to focus on there"),
         },
+        Tool::Aim => aim(studio, picked.map(|picked| picked.point)),
         Tool::Explain => {
             let inside = at[0] >= 0.0 && at[1] >= 0.0 && at[0] < placed.film[0] && at[1] < placed.film[1];
             studio.viewport.explained = inside.then(|| at.map(|v| v as u32));
@@ -193,6 +209,29 @@ fn click(response: &egui::Response, placed: Placed, studio: &mut Studio) {
             studio.selection = picked.and_then(|picked| picked.object).map(Node::Object);
         }
     }
+}
+
+/// Aims the selected spot light at a point.
+fn aim(studio: &mut Studio, point: Option<turner::math::DVec3>) {
+    let spot = match studio.selection {
+        Some(Node::Light(i)) => Some(i),
+        _ => None,
+    };
+    let (Some(i), Some(point)) = (spot, point) else {
+        studio.say("Select a spot light in the list, then click what it should light");
+        return;
+    };
+    if !matches!(studio.document.desc().lights.get(i).map(|l| &l.value), Some(LightDesc::Spot(_))) {
+        studio.say("Only spot lights are aimed; move the others");
+        return;
+    }
+    let result = studio.document.edit("Aim", None, |desc| {
+        if let LightDesc::Spot(spot) = &mut desc.lights[i].value {
+            spot.look_at = point;
+        }
+        Ok(())
+    });
+    studio.check(result);
 }
 
 /// What the picture is, in its lower corner.

@@ -2,6 +2,7 @@
 
 pub(crate) mod color;
 pub(crate) mod field;
+pub(crate) mod light;
 pub(crate) mod transform;
 
 use egui::{Response, Role, WidgetInfo};

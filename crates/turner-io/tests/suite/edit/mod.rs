@@ -1,7 +1,10 @@
 //! Editing descriptions as a window program does: values by key path, parts, copy and paste, saving.
 
+mod clipboard;
 mod hidden;
 mod parts;
+mod save;
+mod save_random;
 mod values;
 
 use std::path::{Path, PathBuf};
@@ -28,10 +31,14 @@ fn with_files<T>(with: impl FnOnce(&mut SceneFiles<'_>) -> T) -> T {
     with(&mut SceneFiles::new(&assets, &sources))
 }
 
+fn scenes_folder() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../../scenes")
+}
+
 /// All TOML scenes of the repository whose files are there.
 fn all_scenes() -> Vec<PathBuf> {
     let mut found = Vec::new();
-    let mut folders = vec![Path::new(env!("CARGO_MANIFEST_DIR")).join("../../scenes")];
+    let mut folders = vec![scenes_folder()];
     while let Some(folder) = folders.pop() {
         for entry in std::fs::read_dir(folder).unwrap() {
             let path = entry.unwrap().path();

@@ -1,0 +1,115 @@
+//! A second view of the scene: through another camera, or by another integrator.
+
+use std::sync::Arc;
+
+use egui::{Color32, ComboBox, Rect, TextureHandle, TextureOptions, Ui, pos2};
+use turner::integrator::IntegratorDesc;
+use turner_live::engine::{Engine, Frame, Look, Order};
+
+use crate::studio::Studio;
+use crate::viewport;
+use crate::widgets::name;
+
+/// The second view, while it is open.
+#[derive(Default)]
+pub struct Second {
+    engine: Option<Engine>,
+    look: Look,
+    /// The bookmark that it looks through; `None` for the scene's camera.
+    view: Option<usize>,
+    texture: Option<(TextureHandle, Arc<Frame>)>,
+    ordered: Option<(Arc<turner::SceneDesc>, Look, [u32; 2], bool)>,
+    is_shown: bool,
+}
+
+impl Second {
+    /// Whether it renders, so that the threads are shared.
+    pub fn is_open(&self) -> bool {
+        self.engine.is_some()
+    }
+
+    /// At the end of a frame of the window: without its panel there is nothing to render.
+    pub fn end_frame(&mut self) {
+        if !std::mem::take(&mut self.is_shown) && self.engine.is_some() {
+            *self = Second { look: self.look.clone(), view: self.view, ..Second::default() };
+        }
+    }
+}
+
+pub(crate) fn show(ui: &mut Ui, studio: &mut Studio) {
+    choices(ui, studio);
+    let area = ui.available_rect_before_wrap();
+    let scale = ui.pixels_per_point();
+    let size = [area.width(), area.height()].map(|side| (side * scale).max(1.0) as u32);
+    let (moving, threads) = (studio.is_moving(), studio.threads());
+    let desc = Arc::clone(studio.document.desc());
+    let context = studio.wake().clone();
+    let second = &mut studio.second;
+    second.is_shown = true;
+    second.look.camera = second.view.and_then(|i| desc.cameras.get(i)).map(|camera| camera.value.clone());
+    let engine = second.engine.get_or_insert_with(|| Engine::new(move || context.request_repaint()));
+    let is_same = second.ordered.as_ref().is_some_and(|(of, look, at, moved)| {
+        Arc::ptr_eq(of, &desc) && (look, at, moved) == (&second.look, &size, &moving)
+    });
+    if !is_same {
+        let mut order = Order::new(Arc::clone(&desc));
+        (order.look, order.size) = (second.look.clone(), size);
+        (order.moving, order.threads) = (moving, threads);
+        engine.order(order);
+        second.ordered = Some((desc, second.look.clone(), size, moving));
+    }
+    let painter = ui.painter_at(area);
+    painter.rect_filled(area, 0.0, ui.visuals().extreme_bg_color);
+    if let Some(frame) = engine.frame() {
+        let is_shown = second.texture.as_ref().is_some_and(|(_, of)| Arc::ptr_eq(of, &frame));
+        if !is_shown {
+            let image = viewport::image(&frame.picture);
+            let texture = ui.ctx().load_texture("second view", image, TextureOptions::LINEAR);
+            second.texture = Some((texture, Arc::clone(&frame)));
+        }
+        let placed = viewport::placed(area, [frame.picture.width, frame.picture.height]);
+        if let Some((texture, _)) = &second.texture {
+            let whole = Rect::from_min_max(pos2(0.0, 0.0), pos2(1.0, 1.0));
+            painter.image(texture.id(), placed, whole, Color32::WHITE);
+        }
+    }
+    if let Some(error) = engine.status().error {
+        ui.label(error.message);
+    }
+}
+
+fn choices(ui: &mut Ui, studio: &mut Studio) {
+    let names: Vec<String> = {
+        let desc = studio.document.desc();
+        (0..desc.cameras.len()).map(|i| crate::node::Node::View(i).label(desc)).collect()
+    };
+    let second = &mut studio.second;
+    ui.horizontal(|ui| {
+        let now = second.look.integrator.as_ref().map_or("the scene's integrator", IntegratorDesc::type_name);
+        let combo = ComboBox::from_id_salt("second integrator").selected_text(now).show_ui(ui, |ui| {
+            if ui.selectable_label(second.look.integrator.is_none(), "the scene's integrator").clicked() {
+                second.look.integrator = None;
+            }
+            for entry in IntegratorDesc::DOC.entries {
+                if ui.selectable_label(now == entry.name, entry.name).clicked() {
+                    second.look.integrator = IntegratorDesc::of_type(entry.name);
+                }
+            }
+        });
+        name(&combo.response, egui::Role::ComboBox, "Integrator of the second view");
+        let of_view = |i: usize| names.get(i).map_or("the scene's camera", String::as_str);
+        let combo = ComboBox::from_id_salt("second camera")
+            .selected_text(second.view.map_or("the scene's camera", of_view))
+            .show_ui(ui, |ui| {
+                if ui.selectable_label(second.view.is_none(), "the scene's camera").clicked() {
+                    second.view = None;
+                }
+                for (i, name) in names.iter().enumerate() {
+                    if ui.push_id(i, |ui| ui.selectable_label(second.view == Some(i), name)).inner.clicked() {
+                        second.view = Some(i);
+                    }
+                }
+            });
+        name(&combo.response, egui::Role::ComboBox, "Camera of the second view");
+    });
+}
