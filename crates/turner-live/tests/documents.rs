@@ -114,37 +114,48 @@ fn set(document: &mut Document, random: &mut Random) -> bool {
     done.is_ok()
 }
 
-fn add_or_remove(document: &mut Document, random: &mut Random) {
+/// The key paths of all parts that can be duplicated, removed and copied.
+fn paths(desc: &SceneDesc) -> Vec<String> {
+    let names = desc.names();
+    let numbered = |list: &'static str, count: usize| (0..count).map(move |i| format!("{list}.{i}"));
+    let named = |list: &'static str, names: Vec<String>| names.into_iter().map(move |name| format!("{list}.{name}"));
+    let all = numbered("object", desc.objects.len()).chain(numbered("light", desc.lights.len()));
+    let all = all.chain(numbered("view", desc.cameras.len()));
+    all.chain(named("material", names.materials)).chain(named("texture", names.textures)).collect()
+}
+
+/// Adds, removes, duplicates, groups or pastes parts. What cannot be done changes nothing.
+fn restructure(document: &mut Document, random: &mut Random) {
+    let before = Arc::clone(document.desc());
+    let all = paths(&before);
+    let path = all[random.below(all.len())].clone();
     let kind = random.of(ShapeDesc::DOC.entries).name;
     let light = random.of(LightDesc::DOC.entries).name;
-    let (choice, at) = (random.below(6), random.below(1000));
-    let result = document.edit("list", None, |desc| {
-        let (objects, lights) = (&mut desc.objects, &mut desc.lights);
-        match choice {
-            0 => {
-                let shape = ShapeDesc::of_type(kind).filter(|_| !["mesh", "points"].contains(&kind));
-                let content = ObjectContent::Shape(shape.unwrap_or_default());
-                objects.push(ObjectDesc { content, ..ObjectDesc::default() });
-            }
-            1 => {
-                let value = LightDesc::of_type(light).unwrap_or_default();
-                lights.push(SceneLight { value, ..SceneLight::default() });
-            }
-            2 if objects.len() > 1 => drop(objects.remove(at % objects.len())),
-            3 if lights.len() > 1 => drop(lights.remove(at % lights.len())),
-            4 if !objects.is_empty() => {
-                let copy = objects[at % objects.len()].clone();
-                objects.push(copy);
-            }
-            5 if !lights.is_empty() => {
-                let copy = lights[at % lights.len()].clone();
-                lights.push(copy);
-            }
-            _ => {}
+    let objects: Vec<String> = (0..1 + random.below(3)).map(|_| format!("object.{}", random.below(before.objects.len() + 1))).collect();
+    let choice = random.below(8);
+    if choice == 7 {
+        let pasted = document.copy(&[path]).and_then(|text| document.paste(&text));
+        assert!(pasted.is_ok() || Arc::ptr_eq(&before, document.desc()));
+        return;
+    }
+    let result = document.edit("parts", None, |desc| match choice {
+        0 => {
+            let shape = ShapeDesc::of_type(kind).filter(|_| !["mesh", "points"].contains(&kind));
+            let content = ObjectContent::Shape(shape.unwrap_or_default());
+            desc.add_object(ObjectDesc { content, ..ObjectDesc::default() });
+            Ok(())
         }
-        Ok(())
+        1 => {
+            let value = LightDesc::of_type(light).unwrap_or_default();
+            desc.add_light(SceneLight { value, ..SceneLight::default() });
+            Ok(())
+        }
+        2 | 3 => desc.remove(&[&path]),
+        4 => desc.duplicate(&path).map(drop),
+        5 => desc.group_objects(&objects.iter().map(String::as_str).collect::<Vec<_>>(), "group").map(drop),
+        _ => desc.ungroup(&path).map(drop),
     });
-    result.unwrap();
+    assert!(result.is_ok() || Arc::ptr_eq(&before, document.desc()), "an error changed the scene");
 }
 
 /// Saves the scene, loads it again and compares.
@@ -225,7 +236,7 @@ fn sequence(name: &str, seed: u64) {
                 model.changed(&before, &document);
             }
             10..=12 => {
-                add_or_remove(&mut document, &mut random);
+                restructure(&mut document, &mut random);
                 model.changed(&before, &document);
             }
             13..=15 => model.step(&mut document, true),

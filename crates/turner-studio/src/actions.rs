@@ -89,6 +89,8 @@ actions! {
     Group, "Edit", "Group", COMMAND, G;
     Ungroup, "Edit", "Ungroup", COMMAND.plus(SHIFT), G;
     SelectNone, "Edit", "Select nothing", NONE, Escape;
+    GoToMaterial, "Edit", "Go to its material", NONE, M;
+    GoToProperties, "Edit", "Go to the properties", NONE, E;
     AddModel, "Add", "Add model file…";
     AddMaterial, "Add", "Add material";
     Palette, "View", "Commands…", COMMAND, K;
@@ -141,6 +143,8 @@ impl Action {
             }
             Action::Hide => matches!(studio.selection, Some(Node::Object(_) | Node::Light(_))),
             Action::Group => matches!(studio.selection, Some(Node::Object(_))),
+            Action::GoToMaterial => material_of(studio).is_some(),
+            Action::GoToProperties => studio.selection.is_some(),
             Action::Ungroup => match studio.selection {
                 Some(Node::Object(i)) => {
                     matches!(desc.objects.get(i).map(|o| &o.content), Some(ObjectContent::Instance(_)))
@@ -203,6 +207,8 @@ impl Action {
             Action::Group => group(studio),
             Action::Ungroup => ungroup(studio),
             Action::SelectNone => studio.selection = None,
+            Action::GoToMaterial => studio.selection = material_of(studio).or(studio.selection),
+            Action::GoToProperties => studio.focus_properties = true,
             Action::AddMaterial => add_material(studio),
             Action::AddShape(kind) => add_shape(studio, kind),
             Action::AddLight(kind) => add_light(studio, kind),
@@ -299,6 +305,13 @@ fn change(studio: &mut Studio, label: &str, change: impl FnOnce(&mut SceneDesc) 
 
 fn selected_path(studio: &Studio) -> Option<String> {
     studio.selection?.path(&studio.document.desc().names())
+}
+
+/// The material of the selected object.
+fn material_of(studio: &Studio) -> Option<Node> {
+    let Some(Node::Object(i)) = studio.selection else { return None };
+    let material = studio.document.desc().objects.get(i)?.material?;
+    Some(Node::Material(material.0 as usize))
 }
 
 fn duplicate(studio: &mut Studio) {

@@ -39,6 +39,9 @@ impl App {
         shortcuts(ui.ctx(), &mut self.studio);
         Edge::top("menus").show(ui, |ui| self.menus(ui));
         Edge::bottom("status").show(ui, |ui| self.status(ui));
+        if self.studio.focus_properties {
+            layout::reveal(&mut self.tree, Panel::Properties);
+        }
         egui::CentralPanel::default().frame(egui::Frame::new()).show(ui, |ui| {
             layout::show(ui, &mut self.tree, &mut self.studio);
         });

@@ -128,6 +128,8 @@ pub struct Studio {
     pub asking: Option<Task<Option<(Purpose, PathBuf)>>>,
     /// Actions to run at the end of the frame.
     pub queue: Vec<Action>,
+    /// Whether the keyboard goes to the properties with the next frame.
+    pub focus_properties: bool,
     /// Whether the window should close.
     pub quit: bool,
     opening: Option<(Opening, bool)>,
@@ -167,6 +169,7 @@ impl Studio {
             insight: Insight::default(),
             asking: None,
             queue: Vec::new(),
+            focus_properties: false,
             quit: false,
             opening: None,
             saving: None,

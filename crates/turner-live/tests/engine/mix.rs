@@ -36,7 +36,7 @@ material = { type = "principled", base_weight = 0, specular_weight = 0, emission
 "#;
 
 fn mixed(engine: &Engine, desc: &Arc<SceneDesc>, mix: &[(&str, f32)]) -> Vec<[f32; 4]> {
-    let mix = mix.iter().map(|(name, factor)| (format!("light.{name}"), *factor)).collect();
+    let mix = mix.iter().map(|(name, factor)| ((*name).to_owned(), *factor)).collect();
     let look = Look { mix, layers: Layers::Groups, ..Look::default() };
     let number = engine.order(Order { look, ..order(desc) });
     settled(engine, number).picture.linear.clone()
@@ -61,12 +61,13 @@ fn a_factor_of_one_group_is_its_light_times_the_factor() {
             .replace("emission_luminance = 0.5 ", &format!("emission_luminance = {} ", 0.5 * left))
             .replace("emission_luminance = 0.25 ", &format!("emission_luminance = {} ", 0.25 * right));
         let again = rendered(&scene(&text));
-        let mix = mixed(&engine, &desc, &[("left", left), ("right", right)]);
+        let mix = mixed(&engine, &desc, &[("light.left", left), ("light.right", right)]);
         assert_close(&format!("{left} and {right}"), &mix, &again.linear);
     }
 }
 
-/// Twice as strong lights have the same samples: light is chosen by the share of its power.
+/// Twice as strong lights have the same samples: light is chosen by the share of its power. Light that light paths bring is
+/// of no group, but a layer of its own.
 #[test]
 fn all_groups_twice_as_strong_are_a_scene_twice_as_bright() {
     let desc = balls("path", |desc| desc.background = Default::default());
@@ -84,20 +85,22 @@ fn all_groups_twice_as_strong_are_a_scene_twice_as_bright() {
             }
         }
     });
-    let mix = mixed(&engine, &desc, &[("key", 2.0), ("lamp", 2.0)]);
+    let mix = mixed(&engine, &desc, &[("light.key", 2.0), ("light.lamp", 2.0), ("caustics", 2.0)]);
     assert_close("twice", &mix, &rendered(&twice).linear);
 }
 
-/// Without a change of strength the mix is the picture itself, and unknown groups add nothing.
+/// Without a change of strength the mix is the picture itself, and unknown layers add nothing.
 #[test]
 fn a_mix_of_ones_is_the_picture() {
     let desc = balls("path", |_| {});
     let engine = Engine::new(|| {});
     let reference = rendered(&desc);
-    for mix in [vec![("key", 1.0)], vec![("key", 1.0), ("lamp", 1.0)], vec![("nothing of this name", 5.0)]] {
+    for mix in [vec![("light.key", 1.0)], vec![("light.key", 1.0), ("light.lamp", 1.0)]] {
         let linear = mixed(&engine, &desc, &mix);
         assert!(linear == reference.linear, "{mix:?}");
     }
+    // A changed factor makes a sum of the layers, in another order of additions.
+    assert_close("unknown", &mixed(&engine, &desc, &[("nothing of this name", 5.0)]), &reference.linear);
 }
 
 /// Emission, direct and indirect light: together they are the picture, and a layer without light leaves the others.

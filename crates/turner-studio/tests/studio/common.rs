@@ -28,7 +28,6 @@ pub(crate) fn window(size: [f32; 2], pixels_per_point: f32) -> (Window, TempDir)
             let mut app = App::new(ui.ctx(), folder.clone());
             app.studio.paused = true;
             app.studio.settings.threads = 1;
-            app.studio.pick_file = |_| None;
             app
         });
         app.show(ui);

@@ -8,7 +8,7 @@ use egui::{Key, Modifiers};
 use turner::schema::value::Data;
 use turner_live::document::Document;
 use turner_studio::node::Node;
-use turner_studio::studio::Dialog;
+use turner_studio::studio::{Dialog, Purpose};
 
 use super::common::*;
 
@@ -59,7 +59,7 @@ fn a_new_scene_is_saved_under_a_name_written_by_keyboard() {
     let (mut window, home) = sample([1400.0, 900.0]);
     let file = home.path().join("new.toml");
     press(&mut window, Modifiers::COMMAND, Key::S);
-    assert!(matches!(seen(&window).dialog, Some(Dialog::File { save: true, .. })));
+    assert!(matches!(seen(&window).dialog, Some(Dialog::File { purpose: Purpose::Save, .. })));
     press(&mut window, Modifiers::COMMAND, Key::A);
     write(&mut window, &file.to_string_lossy());
     press(&mut window, Modifiers::NONE, Key::Enter);
@@ -120,7 +120,7 @@ fn saving_first_asks_for_a_name_where_there_is_none() {
     let changed = seen(&window).document.desc().clone();
     press(&mut window, Modifiers::COMMAND, Key::N);
     click(&mut window, Role::Button, "Save");
-    assert!(matches!(seen(&window).dialog, Some(Dialog::File { save: true, .. })));
+    assert!(matches!(seen(&window).dialog, Some(Dialog::File { purpose: Purpose::Save, .. })));
     press(&mut window, Modifiers::COMMAND, Key::A);
     write(&mut window, &file.to_string_lossy());
     press(&mut window, Modifiers::NONE, Key::Enter);
@@ -242,4 +242,29 @@ fn unsaved_work_is_offered_again() {
     assert_eq!(seen(&window).document.desc().objects.len(), 1);
     app(&mut window).selection = Some(Node::Object(0));
     frames(&mut window, 2);
+}
+
+/// The finished picture is written with the bytes of the offline render.
+#[test]
+fn the_saved_picture_is_that_of_the_offline_render() {
+    let (mut window, home, _file) = with_file(&format!("{ONE}\n[integrator]\ntype = \"path\"\n\n[[light]]\ntype = \"directional\"\n"));
+    app(&mut window).paused = false;
+    until(&mut window, "the finished picture", |studio| {
+        studio.frame.as_ref().is_some_and(|frame| frame.stage == turner_live::engine::Stage::Settled)
+    });
+    let file = home.path().join("picture.png");
+    press(&mut window, Modifiers::COMMAND, Key::E);
+    assert!(matches!(seen(&window).dialog, Some(Dialog::File { purpose: Purpose::Picture, .. })));
+    press(&mut window, Modifiers::COMMAND, Key::A);
+    write(&mut window, &file.to_string_lossy());
+    press(&mut window, Modifiers::NONE, Key::Enter);
+    until(&mut window, "the file", |studio| studio.message.as_ref().is_some_and(|m| m.text.starts_with("Saved ")));
+    let desc = seen(&window).document.desc().clone();
+    let mut renderer = turner::Renderer::new(desc.prepare(&Default::default()).unwrap()).unwrap();
+    let cancel = std::sync::atomic::AtomicBool::new(false);
+    let options = turner::PassOptions { threads: 0, cancel: &cancel, progress: None };
+    assert!(renderer.pass(u32::MAX, &options).unwrap());
+    let reference = home.path().join("reference.png");
+    turner_io::save(&reference, &renderer.develop()).unwrap();
+    assert!(std::fs::read(file).unwrap() == std::fs::read(reference).unwrap());
 }

@@ -7,7 +7,7 @@ use egui::{Key, Modifiers};
 use egui_kittest::kittest::NodeT;
 use turner_studio::actions::Action;
 use turner_studio::node::Node;
-use turner_studio::studio::Dialog;
+use turner_studio::studio::{Dialog, Purpose};
 use turner_studio::viewport::Tool;
 
 use super::common::*;
@@ -98,7 +98,7 @@ fn a_file_is_opened_by_keyboard() {
     let file = home.path().join("other.toml");
     std::fs::write(&file, "[[object]]\ntype = \"sphere\"\n").unwrap();
     press(&mut window, Modifiers::COMMAND, Key::O);
-    assert!(matches!(seen(&window).dialog, Some(Dialog::File { save: false, .. })));
+    assert!(matches!(seen(&window).dialog, Some(Dialog::File { purpose: Purpose::Open, .. })));
     press(&mut window, Modifiers::COMMAND, Key::A);
     write(&mut window, &file.to_string_lossy());
     press(&mut window, Modifiers::NONE, Key::Enter);
@@ -151,4 +151,23 @@ fn tab_goes_through_all_widgets() {
     let missed: Vec<&String> = wanted.difference(&reached).collect();
     assert!(missed.is_empty(), "not reached by Tab: {missed:?}");
     assert!(!seen(&window).document.is_changed(), "{:?}", seen(&window).document.steps().0);
+}
+
+/// From an object to its material and to a value of it.
+#[test]
+fn a_material_is_edited_by_keyboard() {
+    let (mut window, _home) = sample([1400.0, 900.0]);
+    app(&mut window).selection = Some(Node::Object(1));
+    frames(&mut window, 2);
+    press(&mut window, Modifiers::NONE, Key::M);
+    let desc = seen(&window).document.desc().clone();
+    let gold = desc.materials.iter().position(|material| material.name.as_deref() == Some("gold")).unwrap();
+    assert_eq!(seen(&window).selection, Some(Node::Material(gold)));
+    press(&mut window, Modifiers::NONE, Key::E);
+    press(&mut window, Modifiers::NONE, Key::Tab);
+    press(&mut window, Modifiers::NONE, Key::Tab);
+    write(&mut window, "0.5");
+    press(&mut window, Modifiers::NONE, Key::Enter);
+    let value = seen(&window).document.desc().value_at("material.gold.base_weight").unwrap();
+    assert_eq!(value.map(|value| value.data), Some(turner::schema::value::Data::Number(0.5)));
 }

@@ -20,6 +20,7 @@ use turner::texture::TextureDesc;
 use turner_io::assets::FolderAssets;
 use turner_live::document::Document;
 use turner_studio::node::Node;
+use turner_studio::studio::{Dialog, Purpose};
 
 use super::common::*;
 
@@ -416,16 +417,22 @@ fn types_change_by_their_list() {
     check(&faults);
 }
 
-/// A picture file for a key that takes colours, and an IES file that does not exist.
+/// A picture file for a key that takes colours, by the dialog; and a file that its key does not take.
 #[test]
 fn files_are_chosen() {
     let (mut window, _home) = window([1800.0, 2400.0], 1.0);
     app(&mut window).show(Document::of(with(""), "Sample".into(), textures()));
-    app(&mut window).pick_file = |folder| Some(folder.join("textures/wood.png"));
+    let choose = |window: &mut Window| {
+        assert!(matches!(seen(window).dialog, Some(Dialog::File { purpose: Purpose::Key(..), .. })));
+        press(window, Modifiers::COMMAND, Key::A);
+        write(window, &textures().join("textures/wood.png").to_string_lossy());
+        press(window, Modifiers::NONE, Key::Enter);
+    };
     app(&mut window).selection = Some(Node::Material(1));
     frames(&mut window, 2);
     click(&mut window, Role::ComboBox, "color texture");
     click(&mut window, Role::Button, "image file…");
+    choose(&mut window);
     let desc = seen(&window).document.desc().clone();
     assert_eq!(desc.images.len(), 1, "{:?}", seen(&window).message);
     assert_eq!(desc.images[0].uri, "textures/wood.png");
@@ -433,6 +440,7 @@ fn files_are_chosen() {
     app(&mut window).selection = Some(Node::Light(0));
     frames(&mut window, 2);
     click(&mut window, Role::Button, "ies");
+    choose(&mut window);
     assert!(Arc::ptr_eq(seen(&window).document.desc(), &desc));
     assert!(seen(&window).message.as_ref().is_some_and(|message| message.is_error));
 }
