@@ -78,7 +78,9 @@ impl Insight {
         }
         self.explained = Some((Arc::clone(stand), pixel, self.sample));
         let (stand, [x, y]) = (Arc::clone(stand), pixel);
-        let most = stand.prepared.view.film.samples_per_pixel().min(SAMPLES);
+        // Each sample with photons takes the light paths of its index.
+        let finds_photons = stand.prepared.integrator.finds_photons();
+        let most = if finds_photons { 1 } else { stand.prepared.view.film.samples_per_pixel().min(SAMPLES) };
         let which = self.sample.map_or(Which::Largest(most), Which::Index);
         self.explaining = Some(Task::start(wake, move |_| {
             let Stand { prepared, desc } = &*stand;

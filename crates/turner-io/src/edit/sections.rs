@@ -52,13 +52,13 @@ pub(super) fn spliced(
     out.apply()
 }
 
-/// All tables of the text by the position where they begin.
+/// All tables of the text by the position where they begin; the innermost, if a header such as `[a.b]` begins several.
 fn index<'a>(value: &'a Value, into: &mut HashMap<u32, &'a Value>) {
     match &value.data {
         Data::Table(table) => {
             for entry in &table.entries {
                 if matches!(entry.value.data, Data::Table(_)) {
-                    into.entry(entry.value.span.start).or_insert(&entry.value);
+                    into.insert(entry.value.span.start, &entry.value);
                 }
                 index(&entry.value, into);
             }
@@ -66,7 +66,7 @@ fn index<'a>(value: &'a Value, into: &mut HashMap<u32, &'a Value>) {
         Data::Array(items) => {
             for item in items {
                 if matches!(item.data, Data::Table(_)) {
-                    into.entry(item.span.start).or_insert(item);
+                    into.insert(item.span.start, item);
                 }
                 index(item, into);
             }
@@ -300,8 +300,11 @@ impl<'a> Diff<'a> {
             return Err(INCLUDED.to_owned());
         }
         let is_inline = raw.is_some_and(|list| !items(Some(list)).is_empty() && !self.out.is_spread(list));
-        if is_inline && (!old.is_empty() || !new.is_empty()) {
-            return Err("a list is written in one value".to_owned());
+        if let (true, Some(raw)) = (is_inline, raw) {
+            if !old.is_empty() || !new.is_empty() {
+                self.rebuild_list(raw, before, after)?;
+            }
+            return Ok(());
         }
         for item in old.into_values() {
             let raw = self.raw(item.span)?;
@@ -309,6 +312,28 @@ impl<'a> Diff<'a> {
         }
         let last = raw.and_then(|list| items(Some(list)).last());
         self.append(new, last.map(|item| self.out.block_end(item)));
+        Ok(())
+    }
+
+    /// Writes a list in brackets again, one item on a line, with the text of the items that did not change.
+    fn rebuild_list(&mut self, raw: &Value, before: &[Value], after: &[Value]) -> Result<(), String> {
+        let range = raw.span.start as usize..raw.span.end as usize;
+        self.out.forget(&range);
+        let mut used = std::collections::HashSet::new();
+        let mut lines = String::new();
+        for item in after {
+            let is_old = item.span.file == FileId(0) && used.insert(item.span.start);
+            let old =
+                before.iter().find(|old| is_old && old.span == item.span && same(&old.data, &item.data));
+            let own = old.map(|old| self.raw(old.span)).transpose()?.map(|own| own.span);
+            lines += "  ";
+            match own {
+                Some(span) => lines += &self.text[span.start as usize..span.end as usize],
+                None => lines += &self.text_of(&item.data),
+            }
+            lines += ",\n";
+        }
+        self.out.replace(range, format!("[\n{lines}]"));
         Ok(())
     }
 

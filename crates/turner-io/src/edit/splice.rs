@@ -36,7 +36,7 @@ impl<'a> Splices<'a> {
 
     /// The lines with the line breaks of the text.
     fn lines(&self, text: String) -> String {
-        if self.newline == "\n" { text } else { text.replace('\n', self.newline) }
+        if self.newline == "\n" { text } else { text.replace("\r\n", "\n").replace('\n', self.newline) }
     }
 
     /// The beginning of the line of a byte. A byte order mark stays before the first line.
@@ -138,10 +138,18 @@ impl<'a> Splices<'a> {
             return Err("changes overlap".to_owned());
         }
         // What is inserted into a cut comes after it.
-        for (at, _) in &mut self.inserts {
+        for (at, lines) in &mut self.inserts {
             let next = self.cuts.partition_point(|(range, _)| range.start < *at);
             if let Some((range, _)) = next.checked_sub(1).and_then(|i| self.cuts.get(i)) {
-                *at = (*at).max(range.end);
+                if range.end > *at {
+                    *at = range.end;
+                }
+                // The blank line above the cut stays; one below is missing.
+                let above = self.text.get(..range.start).unwrap_or_default();
+                let is_blank = above.ends_with("\n\n") || above.ends_with("\n\r\n");
+                if is_blank && range.end == *at && lines.starts_with(['\r', '\n']) {
+                    *lines = format!("{}{}", lines.trim_start_matches(['\r', '\n']), self.newline);
+                }
             }
         }
         let mut all = self.cuts;

@@ -110,7 +110,10 @@ pub(super) fn tree(
             }
         }
     }
-    top.entries.retain(|entry| !matches!(&entry.value.data, Data::Table(t) if t.entries.is_empty()));
+    // An empty [studio] has a meaning, an empty list of materials has none.
+    let is_empty = |value: &Value| matches!(&value.data, Data::Table(table) if table.entries.is_empty());
+    let named = ["texture", "material", "medium", "group"];
+    top.entries.retain(|entry| !named.contains(&entry.key.as_str()) || !is_empty(&entry.value));
     Ok(root)
 }
 

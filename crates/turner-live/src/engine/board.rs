@@ -15,7 +15,8 @@ pub(super) struct Board {
     newest: AtomicU64,
     /// Stops the pass that runs.
     pub(super) stop: AtomicBool,
-    closed: AtomicBool,
+    /// Stops everything: the front end is gone.
+    pub(super) closed: AtomicBool,
     frame: Mutex<Option<Arc<Frame>>>,
     status: Mutex<Status>,
     wake: Box<dyn Fn() + Send + Sync>,

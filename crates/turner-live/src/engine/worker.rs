@@ -2,6 +2,7 @@
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
 use std::time::{Duration, Instant};
 
 use turner::integrator::Prepared;
@@ -50,6 +51,12 @@ pub(super) fn run(board: &Board) {
             board.fail(format!("the renderer stopped with a fault: {text}"), Some(help));
         }
     }
+}
+
+/// What stops the work on an order. While something moves, orders arrive faster than pictures: each frame that was begun
+/// is finished, and the newest order is the next.
+fn stop<'a>(order: &Order, board: &'a Board) -> &'a AtomicBool {
+    if order.moving { &board.closed } else { &board.stop }
 }
 
 impl Worker {
@@ -163,25 +170,24 @@ impl Worker {
             };
             board.say(|status| status.doing = doing);
         };
-        if !board.go_on(self.number) {
+        if !board.go_on(self.number) && !order.moving {
             return Ok(None);
         }
-        let wanted =
-            UpdateOptions { integrator: None, cancel: Some(&board.stop), progress: Some(&step) };
+        let wanted = UpdateOptions { integrator: None, cancel: Some(stop(order, board)), progress: Some(&step) };
         let update = self.preparer.update_with(&order.prepared_desc(), &wanted)?;
         Ok(update.map(|update| update.prepared))
     }
 
     /// Draws one preview frame. Returns whether it was finished.
     fn preview(&mut self, order: &Order, stand: &Arc<Stand>, board: &Board) -> bool {
-        if !board.go_on(self.number) {
+        if !board.go_on(self.number) && !order.moving {
             return false;
         }
         let film = &stand.prepared.view.film;
         let moving = order.moving || self.frames == 0;
         let size = self.pace.size([film.width, film.height], order.size, moving);
         let started = Instant::now();
-        let ask = develop::Ask { size, moving, threads: order.threads, stop: &board.stop };
+        let ask = develop::Ask { size, moving, threads: order.threads, stop: stop(order, board) };
         let drawn = match self.draft.draw(&stand.prepared, &ask, order.look.display) {
             Ok(drawn) => drawn,
             Err(error) => {
@@ -246,9 +252,6 @@ impl Worker {
 
     fn show(&self, board: &Board, shown: Shown, stand: Arc<Stand>) {
         let Shown { picture, transform, stage, noise } = shown;
-        if stage != Stage::Settled && !board.is_newest(self.number) && self.frames > 1 {
-            return;
-        }
         board.show(Frame {
             order: self.number,
             stage,

@@ -45,7 +45,7 @@ pub(crate) fn row(ui: &mut Ui, field: &Field, value: Option<&Data>, around: &Aro
     ui.horizontal(|ui| {
         change = widget(ui, field, value, standard.as_ref(), around);
         if value.is_some() && field.default.is_some() {
-            let reset = ui.small_button("⟲").on_hover_text(format!("Back to the default of {}", field.name));
+            let reset = ui.small_button("Reset").on_hover_text(format!("Back to the default of {}", field.name));
             super::name(&reset, egui::Role::Button, &format!("Default of {}", field.name));
             if reset.clicked() {
                 change = Some(Change::Unset);
@@ -245,7 +245,7 @@ pub(crate) fn reference(
     });
     super::name(&combo.response, egui::Role::ComboBox, field.name);
     if let Some(name) = now
-        && ui.small_button("➡").on_hover_text(format!("Show the {kind}")).clicked()
+        && ui.small_button("Show").on_hover_text(format!("Show the {kind}")).clicked()
     {
         change = Some(Change::Follow(kind, name.to_owned()));
     }

@@ -75,9 +75,15 @@ pub(super) struct Light {
 }
 
 impl Light {
-    pub(super) fn resize(&mut self, count: usize) {
+    /// Forgets all samples.
+    pub(super) fn begin(&mut self, count: usize) {
+        self.set_len(count);
+        self.count.fill(0.0);
+    }
+
+    /// Changes the number of pixels and leaves any values.
+    pub(super) fn set_len(&mut self, count: usize) {
         for plane in self.rgb.iter_mut().chain([&mut self.count]) {
-            plane.clear();
             plane.resize(count, 0.0);
         }
     }
@@ -100,10 +106,13 @@ impl LightPart<'_> {
     /// Adds a sample to the mean of at most `most` samples.
     #[inline]
     pub(super) fn add(&mut self, i: usize, light: Spectrum, most: f32) {
+        if !light.is_finite() {
+            return;
+        }
         let count = self.count[i].min(most - 1.0) + 1.0;
         self.count[i] = count;
         for (plane, v) in self.rgb.iter_mut().zip(light.to_array()) {
-            plane[i] += (v - plane[i]) / count;
+            plane[i] = if count == 1.0 { v } else { plane[i] + (v - plane[i]) / count };
         }
     }
 }
@@ -119,12 +128,11 @@ pub(super) struct Guides {
 }
 
 impl Guides {
-    pub(super) fn resize(&mut self, count: usize) {
+    /// Changes the number of pixels and leaves any values.
+    pub(super) fn set_len(&mut self, count: usize) {
         for plane in self.normal.iter_mut().chain([&mut self.near, &mut self.roughness]) {
-            plane.clear();
             plane.resize(count, 0.0);
         }
-        self.key.clear();
         self.key.resize(count, NO_KEY);
     }
 
@@ -186,6 +194,10 @@ impl Still {
     /// Adds a frame to the mean of `count` frames in all.
     #[inline]
     pub(super) fn add(&mut self, new: &Still, count: f32) {
+        if count <= 1.0 {
+            *self = *new;
+            return;
+        }
         let k = 1.0 / count;
         self.seen += (new.seen - self.seen) * k;
         self.alpha += (new.alpha - self.alpha) * k;

@@ -11,7 +11,7 @@ pub(super) struct Composed<'a> {
     pub(super) grid: &'a Guides,
     pub(super) still: &'a [Still],
     pub(super) direct: &'a Light,
-    pub(super) gloss: &'a Light,
+    pub(super) gloss: Option<&'a Light>,
     pub(super) indirect: &'a Light,
     /// Light that arrives at a surface from others, over π, as the mean of the picture.
     pub(super) ambient: [f32; 3],
@@ -46,7 +46,7 @@ pub(super) fn compose(of: &Composed<'_>, first: usize, color: &mut [[f32; 3]], a
             if !still.albedo.is_black() {
                 light += indirect(of, x, y, i, ambient);
             }
-            sum += still.albedo * light + at(of.gloss, i);
+            sum += still.albedo * light + of.gloss.map_or(Spectrum::BLACK, |gloss| at(gloss, i));
         }
         *color = sum.to_array();
     }

@@ -48,6 +48,9 @@ impl FilterRow {
     }
 }
 
+/// Pixels over which a rough surface of roughness 1 may be filtered.
+const REACH: f32 = 20.0;
+
 /// Relative tolerance of the distance from a plane, for each pixel between taps.
 const TOLERANCE: f32 = 0.02;
 
@@ -192,7 +195,7 @@ fn finish_row(pass: &Pass<'_>, y: usize, i: usize, to: &mut LightPart<'_>, scrat
         let roughness = &pass.guides.roughness[at..][..width];
         for x in 0..width {
             // A pixel without a sample of its own takes those of its neighbours.
-            let keep = if own[x] > 0.0 { (1.0 - 2.5 * roughness[x] / pass.step as f32).max(0.0) } else { 0.0 };
+            let keep = if own[x] > 0.0 { (1.0 - REACH * roughness[x] / pass.step as f32).max(0.0) } else { 0.0 };
             r[x] += (fr[x] - r[x]) * keep;
             g[x] += (fg[x] - g[x]) * keep;
             b[x] += (fb[x] - b[x]) * keep;

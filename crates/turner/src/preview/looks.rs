@@ -28,7 +28,7 @@ impl Lobes {
         let (has_delta, has_gloss) = (bsdf.has_delta(), bsdf.has_gloss());
         // The floor is Fresnel reflection, which the sum above may hide.
         let specular = if has_gloss { specular.map(|v| v.max(0.02)) } else { specular };
-        Lobes { diffuse, specular, roughness: bsdf.roughness_hint() as f32, has_delta, has_gloss }
+        Lobes { diffuse, specular, roughness: bsdf.gloss_roughness() as f32, has_delta, has_gloss }
     }
 
     /// Albedo of the diffuse base.

@@ -28,10 +28,12 @@ mod buffers;
 mod centre;
 mod compose;
 mod draw;
+mod fill;
 mod filter;
 mod looks;
 mod pattern;
 mod picture;
+mod show;
 mod surfaces;
 #[cfg(test)]
 mod tests;

@@ -156,6 +156,18 @@ impl Walk {
                 &made
             }
         };
+        let d = &material.desc;
+        if walker.role == Role::Camera
+            && walker.is_main
+            && !lobes.has_delta
+            && d.bump().is_none()
+            && d.normal_map.is_none()
+        {
+            let (x, y) = self.pixels[walker.pixel as usize];
+            if !frame.pattern.lights(x, y) && !frame.pattern.gathers(x, y) {
+                return self.guide(&walker, surface, lobes, outside);
+            }
+        }
         let with_coat: Option<Bsdf> = coated(scene, ray, material, surface, bsdf, outside);
         let vertex = prepare(scene, ray, material, surface, with_coat.as_ref().unwrap_or(bsdf), outside);
         let at = At { walker: &walker, vertex: &vertex, material, lobes, numbers, lit };
@@ -176,6 +188,17 @@ impl Walk {
         let side = if outside { 1.0 } else { -1.0 };
         pixel.first_normal = (surface.ns * side).as_vec3().to_array();
         (pixel.normal, pixel.length, pixel.key) = (pixel.first_normal, pixel.depth, 0);
+    }
+
+    /// Notes a surface that is not lit in this frame.
+    fn guide(&mut self, walker: &Walker, surface: &SurfaceInteraction, lobes: &Lobes, outside: bool) {
+        let pixel = &mut self.found[walker.pixel as usize];
+        let side = if outside { 1.0 } else { -1.0 };
+        pixel.normal = (surface.ns * side).as_vec3().to_array();
+        pixel.length = (walker.length + surface.hit.shape.t) as f32;
+        pixel.key = walker.key;
+        pixel.albedo = walker.beta * lobes.albedo();
+        pixel.roughness = lobes.roughness;
     }
 
     fn emission(&mut self, frame: &Frame<'_>, walker: &Walker, surface: &SurfaceInteraction, material: &OpenPbr) {

@@ -34,6 +34,10 @@ pub(super) struct Frame<'a> {
     pub(super) within: DVec2,
     /// Direct light only.
     pub(super) is_direct: bool,
+    /// Whether pixels between equal neighbours are filled instead of traced.
+    pub(super) fills: bool,
+    /// The luminance that is shown as white.
+    pub(super) white: f32,
 }
 
 /// Rounds in which rays from the camera pass on through mirrors, glass and cut-outs.
@@ -121,6 +125,8 @@ pub(super) struct Walk {
     samples: CameraSamples,
     pub(super) pixels: Vec<(u32, u32)>,
     pub(super) found: Vec<Sample>,
+    /// The samples of a group, in rows, for those that have one.
+    pub(super) group: Vec<Option<Sample>>,
     queue: Queue,
     pub(super) next: Queue,
     hits: Vec<Option<Hit>>,

@@ -17,7 +17,7 @@ include = []
 
 [film]   # the picture
 width = 640          # pixels
-height = 0_480
+height = 4_80
 
 # Gold, as in the catalogue.
 [material.gold]
@@ -158,7 +158,7 @@ fn only_what_changed_is_written() {
             [
                 "width = 320          # pixels",
                 "roughness = 0.25     # polished",
-                "grey.color = [0.75, 0.75, 0.75]",
+                "grey.color = 0.75",
                 "hidden = true",
                 "material = \"gold\"   # orange",
                 "  radius = 3",
