@@ -243,7 +243,20 @@ impl Studio {
         };
         let path = if path.extension().is_none() { path.with_extension("png") } else { path.to_owned() };
         self.picture = Some(Task::start(&self.wake, move |_| {
-            let saved = turner_io::save(&path, &*frame.picture);
+            let samples = match frame.stage {
+                Stage::Preview => 0,
+                Stage::Film { samples, .. } => samples,
+                Stage::Settled => frame.stand.prepared.view.film.samples_per_pixel(),
+            };
+            let software = format!("Turner {}", env!("CARGO_PKG_VERSION"));
+            let header = [("Software", software), ("turner:samples", samples.to_string())];
+            let metadata = header.map(|(key, value)| (key.to_owned(), value.as_str().into())).into_iter().collect();
+            let transfer = match frame.transform.transfer {
+                turner::color::Transfer::None => turner_io::image::Transfer::Unstated,
+                _ => turner_io::image::Transfer::Srgb,
+            };
+            let options = turner_io::SaveOptions { metadata, transfer, ..Default::default() };
+            let saved = turner_io::save_with(&path, &*frame.picture, &options);
             let finished = frame.stage == Stage::Settled;
             saved.map(|()| (path, finished)).map_err(|error| error.to_string())
         }));

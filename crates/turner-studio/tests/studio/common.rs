@@ -92,10 +92,10 @@ look_at = [0, 0, 0]
 type = "path"
 
 [texture.squares]
-type = "checker"
+type = "checkerboard"
 
 [texture.dots]
-type = "checker"
+type = "checkerboard"
 
 [medium.haze]
 type = "homogeneous"

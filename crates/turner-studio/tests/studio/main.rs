@@ -2,6 +2,7 @@
 
 mod common;
 mod contrast;
+mod docs;
 mod files;
 mod keyboard;
 mod menus;
