@@ -14,6 +14,7 @@ use crate::actions::Action;
 use crate::insight::Insight;
 use crate::node::Node;
 use crate::panels::second::Second;
+use crate::panels::swatch::Swatch;
 use crate::settings::Settings;
 use crate::task::Task;
 use crate::viewport::ViewportState;
@@ -122,6 +123,8 @@ pub struct Studio {
     pub viewport: ViewportState,
     /// The second view.
     pub second: Second,
+    /// The picture of the selected material or texture.
+    pub swatch: Swatch,
     /// What was found out about the picture.
     pub insight: Insight,
     /// The desktop's file dialog while it is open.
@@ -166,6 +169,7 @@ impl Studio {
             home,
             viewport: ViewportState::default(),
             second: Second::default(),
+            swatch: Swatch::default(),
             insight: Insight::default(),
             asking: None,
             queue: Vec::new(),

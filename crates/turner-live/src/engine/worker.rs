@@ -13,7 +13,7 @@ use super::board::Board;
 use super::develop::{self, Shown};
 use super::pace::Pace;
 use super::settle::{Settle, Step};
-use super::{Frame, Order, Stage, Stand};
+use super::{Frame, Order, Stand};
 use crate::engine::develop::Draft;
 
 /// A user who moves something sends the next order within this time. Until then, no film is begun.

@@ -11,3 +11,4 @@ pub(crate) mod properties;
 pub(crate) mod rays;
 pub(crate) mod scopes;
 pub mod second;
+pub mod swatch;

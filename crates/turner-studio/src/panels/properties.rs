@@ -8,6 +8,7 @@ use turner::schema::value::{Data, Table, Value};
 use turner::schema::{EntryDoc, Field};
 
 use crate::node::Node;
+use crate::panels::swatch;
 use crate::studio::{Dialog, Purpose, Studio};
 use crate::widgets::field::{self, Around, Change};
 use crate::widgets::light::{hour, temperature};
@@ -49,6 +50,7 @@ pub(crate) fn show(ui: &mut Ui, studio: &mut Studio) {
         if let Node::Object(i) = node {
             object(ui, studio, i, &table, &around, &mut changes);
         }
+        swatch::show(ui, studio, node);
         let kind = types(ui, node, &table, &desc, &mut changes);
         if let Node::Light(i) = node {
             light(ui, studio, i, &path, &kind, &mut changes);

@@ -1,0 +1,131 @@
+//! A small picture of the selected texture or material, on its own.
+
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
+
+use egui::{ColorImage, TextureHandle, TextureOptions, Ui};
+use turner::camera::{CameraDesc, OrthographicDesc};
+use turner::description::StudioDesc;
+use turner::film::{Antialias, Denoise};
+use turner::integrator::{AlbedoDesc, IntegratorDesc, PathDesc};
+use turner::light::{AmbientDesc, LightDesc, PointDesc};
+use turner::material::{MaterialDesc, MatteMaterial};
+use turner::math::DVec3;
+use turner::schema::{ColorSource, MaterialId, PrepareOptions, SceneError, TextureId};
+use turner::shape::{RectangleDesc, ShapeDesc, SphereDesc};
+use turner::{ObjectDesc, PassOptions, Renderer, SceneDesc};
+
+use crate::node::Node;
+use crate::studio::Studio;
+use crate::task::Task;
+
+/// Columns and rows.
+const SIZE: u32 = 128;
+
+/// The picture and what it was made of.
+#[derive(Default)]
+pub struct Swatch {
+    texture: Option<TextureHandle>,
+    of: Option<(Arc<SceneDesc>, Node)>,
+    task: Option<Task<Option<ColorImage>>>,
+}
+
+/// A scene that shows one part.
+fn scene(desc: &SceneDesc, node: Node) -> Result<Option<SceneDesc>, SceneError> {
+    let names = desc.names();
+    let Some(path) = node.path(&names) else { return Ok(None) };
+    let mut part = desc.extract(&[&path])?;
+    (part.film.width, part.film.height) = (SIZE, SIZE);
+    match node {
+        Node::Texture(i) => {
+            let own = part.names().textures.iter().position(|name| Some(name) == names.textures.get(i));
+            let Some(own) = own else { return Ok(None) };
+            let color = ColorSource::Texture(TextureId(own as u32));
+            part.materials.push(MaterialDesc::Matte(MatteMaterial { color, ..MatteMaterial::default() }).into());
+            let material = Some(MaterialId((part.materials.len() - 1) as u32));
+            let square = ShapeDesc::Rectangle(RectangleDesc::default());
+            part.objects.push(ObjectDesc { material, ..ObjectDesc::new(square) });
+            let viewport = turner::camera::Viewport::Height(2.0);
+            part.camera =
+                Some(CameraDesc::Orthographic(OrthographicDesc { viewport, ..OrthographicDesc::default() }).into());
+            part.integrator = IntegratorDesc::Albedo(AlbedoDesc::default());
+        }
+        Node::Material(i) => {
+            let own = part.names().materials.iter().position(|name| Some(name) == names.materials.get(i));
+            let Some(own) = own else { return Ok(None) };
+            let ball = ShapeDesc::Sphere(SphereDesc { center: DVec3::Y, radius: 1.0 });
+            part.objects.push(ObjectDesc { material: Some(MaterialId(own as u32)), ..ObjectDesc::new(ball) });
+            if desc.integrator.capabilities().physical {
+                part.integrator = IntegratorDesc::Path(PathDesc::default());
+                part.studio = Some(StudioDesc::default());
+                (part.film.antialias, part.film.samples) = (Antialias::MonteCarlo, 16);
+                (part.film.transfer, part.film.denoise) = (turner::color::Transfer::Srgb, Denoise::On);
+            } else {
+                part.integrator = desc.integrator.clone();
+                let light = PointDesc { position: DVec3::new(4.0, 6.0, 8.0), ..PointDesc::default() };
+                part.lights.push(LightDesc::Point(light).into());
+                part.lights.push(LightDesc::Ambient(AmbientDesc::default()).into());
+                part.film.antialias = Antialias::Adaptive;
+            }
+        }
+        _ => return Ok(None),
+    }
+    Ok(Some(part))
+}
+
+fn draw(desc: &SceneDesc, node: Node, stop: &AtomicBool) -> Option<ColorImage> {
+    let part = scene(desc, node).ok()??;
+    let prepared = part.prepare(&PrepareOptions { threads: 1, ..PrepareOptions::default() }).ok()?;
+    let mut renderer = Renderer::new(prepared).ok()?;
+    let done = renderer.pass(u32::MAX, &PassOptions { threads: 1, cancel: stop, progress: None });
+    done.is_ok_and(|done| done).then(|| crate::viewport::image(&renderer.develop()))
+}
+
+/// Shows the swatch of a texture or a material; nothing for other parts.
+pub(crate) fn show(ui: &mut Ui, studio: &mut Studio, node: Node) {
+    if !matches!(node, Node::Texture(_) | Node::Material(_)) {
+        return;
+    }
+    let desc = Arc::clone(studio.document.desc());
+    let swatch = &mut studio.swatch;
+    if let Some(task) = &swatch.task
+        && let Some(result) = task.poll()
+    {
+        swatch.task = None;
+        let image = result.ok().flatten();
+        swatch.texture = image.map(|image| ui.ctx().load_texture("swatch", image, TextureOptions::LINEAR));
+    }
+    let is_same = swatch.of.as_ref().is_some_and(|(of, at)| Arc::ptr_eq(of, &desc) && *at == node);
+    if !is_same && swatch.task.is_none() {
+        if swatch.of.as_ref().is_some_and(|(_, at)| *at != node) {
+            swatch.texture = None;
+        }
+        swatch.of = Some((Arc::clone(&desc), node));
+        swatch.task = Some(Task::start(ui.ctx(), move |stop| draw(&desc, node, stop)));
+    }
+    if let Some(texture) = &swatch.texture {
+        let response = ui.image((texture.id(), egui::Vec2::splat(SIZE as f32)));
+        crate::widgets::name(&response, egui::Role::Image, "Swatch");
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use turner_live::document::{Document, STARTS};
+
+    #[test]
+    fn every_material_and_texture_of_the_gallery_has_a_swatch() {
+        for name in ["4. Wood", "12. Cube", "Material balls"] {
+            let start = STARTS.iter().find(|start| start.name == name).unwrap();
+            let document = Document::start(start).unwrap();
+            let desc = document.desc();
+            let materials = (0..desc.materials.len().min(4)).map(Node::Material);
+            for node in materials.chain((0..desc.textures.len()).map(Node::Texture)) {
+                let image = draw(desc, node, &AtomicBool::new(false)).unwrap_or_else(|| panic!("{name}: {node:?}"));
+                let first = image.pixels[0];
+                assert!(image.pixels.iter().any(|p| *p != first), "{name}: {node:?} is one colour");
+            }
+        }
+    }
+}
