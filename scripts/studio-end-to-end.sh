@@ -6,6 +6,7 @@
 # Usage: scripts/studio-end-to-end.sh FOLDER [SCENE]
 #   FOLDER  gets a screenshot of each step, the saved scene and both pictures
 #   SCENE   a scene with an object in the middle of the picture that has a material; default scenes/hello.toml
+# PICTURES=docs/images makes the pictures of docs/studio.md as well.
 # Programs: STUDIO and TURNER, by default those of target/release, which are built if they are missing.
 set -euo pipefail
 cd "$(dirname "$0")/.."
@@ -66,19 +67,32 @@ read -r display <"$work/display"
 export DISPLAY=:$display TURNER_STUDIO_HOME=$work/home LIBGL_ALWAYS_SOFTWARE=1
 unset WAYLAND_DISPLAY
 
-file=$work/$(basename "$scene")
-cp -r "$(dirname "$scene")"/textures "$work/" 2>/dev/null || true
-cp "$scene" "$file"
-say "starts the studio with a copy of $scene"
-"$studio" "$file" >"$work/log" 2>&1 &
-window_process=$!
 window=
 found() { window=$(xdotool search --onlyvisible --pid "$window_process" 2>/dev/null | tail -n 1); [ -n "$window" ]; }
-until_true 60 found || fail "no window has appeared"
-xdotool windowmove "$window" 0 0 windowsize "$window" 1440 900 windowfocus "$window"
 title_has() { xdotool getwindowname "$window" | grep -qF -- "$1"; }
-until_true 60 title_has "$(basename "$scene") - Turner Studio" || fail "the title does not name the scene"
-sleep 2
+open_studio() {
+    "$studio" "$1" >"$work/log" 2>&1 &
+    window_process=$!
+    until_true 60 found || fail "no window has appeared"
+    xdotool windowmove "$window" 0 0 windowsize "$window" 1440 900 windowfocus "$window"
+    until_true 60 title_has "$(basename "$1") - Turner Studio" || fail "the title does not name the scene"
+    sleep 2
+}
+close_studio() {
+    key ctrl+q
+    for _ in $(seq 50); do kill -0 "$window_process" 2>/dev/null || break; sleep 0.2; done
+    kill -0 "$window_process" 2>/dev/null && fail "the window does not close"
+    wait "$window_process" || fail "the studio ended with an error"
+    window_process=
+}
+
+file=$work/$(basename "$scene")
+for beside in textures meshes; do
+    [ ! -d "$(dirname "$scene")/$beside" ] || cp -r "$(dirname "$scene")/$beside" "$work/"
+done
+cp "$scene" "$file"
+say "starts the studio with a copy of $scene"
+open_studio "$file"
 shot opened
 
 # The middle of the picture: the panel of the view is in the middle of the window.
@@ -151,10 +165,38 @@ cmp <(pixels "$folder/window.png") <(pixels "$folder/turner.png") || fail "the p
 say "equal: $(size "$folder/window.png") pixels, the same bytes"
 
 say "closes the window"
-key ctrl+q
-closed() { ! kill -0 "$window_process" 2>/dev/null; }
-for _ in $(seq 50); do closed && break; sleep 0.2; done
-closed || fail "the window does not close"
-wait "$window_process" || fail "the studio ended with an error"
-window_process=
+close_studio
 say "passed"
+
+# The pictures of docs/studio.md.
+[ -n "${PICTURES:-}" ] || exit 0
+picture() {
+    shot "$1"
+    for quality in 88 80 70 60; do
+        convert "$folder/$(printf '%02d' "$number")-$1.png" -resize 1200x -quality $quality "$PICTURES/studio-$1.jpg"
+        [ "$(stat -c %s "$PICTURES/studio-$1.jpg")" -gt 150000 ] || break
+    done
+    say "wrote $PICTURES/studio-$1.jpg"
+}
+open_studio scenes/showcase/glass-still-life.toml
+sleep "${PATIENCE:-60}"
+xdotool mousemove $x $y click 1
+sleep 3
+picture window
+key x
+xdotool mousemove $x $y click 1
+command_named "rays panel"
+sleep 5
+picture rays
+close_studio
+open_studio scenes/classic/002-09-reflection-texture.toml
+command_named "effects panel"
+sleep 4
+picture 002
+close_studio
+open_studio scenes/showcase/material-balls.toml
+command_named "effects panel"
+command_named "scopes panel"
+sleep "${PATIENCE:-60}"
+picture effects
+close_studio

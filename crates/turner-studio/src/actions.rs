@@ -12,6 +12,7 @@ use turner::schema::{MaterialId, Named, SceneError};
 use turner::shape::ShapeDesc;
 use turner_live::{camera, pick};
 
+use crate::layout::Panel;
 use crate::node::Node;
 use crate::settings::Theme;
 use crate::studio::{After, Dialog, Purpose, Studio};
@@ -34,6 +35,8 @@ macro_rules! actions {
             AddLight(&'static str),
             /// Show another integrator's picture, by its name; `None` for the scene's own.
             Show(Option<&'static str>),
+            /// Open a panel, or bring it to the front.
+            Panel(Panel),
         }
 
         /// The actions without arguments.
@@ -46,6 +49,7 @@ macro_rules! actions {
                     $(Action::$variant => $menu,)*
                     Action::AddShape(_) | Action::AddLight(_) => "Add",
                     Action::Show(_) => "Show",
+                    Action::Panel(_) => "Panels",
                 }
             }
 
@@ -57,6 +61,7 @@ macro_rules! actions {
                     Action::AddLight(kind) => format!("Add {kind} light"),
                     Action::Show(None) => "Show picture".to_owned(),
                     Action::Show(Some(name)) => format!("Show {}", name.replace(['-', '_'], " ")),
+                    Action::Panel(panel) => format!("{} panel", panel.title()),
                 }
             }
 
@@ -111,7 +116,7 @@ actions! {
 }
 
 /// The menus in their order.
-pub const MENUS: &[&str] = &["File", "Edit", "Add", "View", "Show", "Tool"];
+pub const MENUS: &[&str] = &["File", "Edit", "Add", "View", "Show", "Tool", "Panels"];
 
 impl Action {
     /// All actions.
@@ -125,6 +130,7 @@ impl Action {
             .chain(lights.map(|entry| Action::AddLight(entry.name)))
             .chain([Action::Show(None)])
             .chain(shown.map(|entry| Action::Show(Some(entry.name))))
+            .chain(Panel::ALL.iter().copied().map(Action::Panel))
             .collect()
     }
 
@@ -208,7 +214,11 @@ impl Action {
             Action::Ungroup => ungroup(studio),
             Action::SelectNone => studio.selection = None,
             Action::GoToMaterial => studio.selection = material_of(studio).or(studio.selection),
-            Action::GoToProperties => studio.focus_properties = true,
+            Action::GoToProperties => {
+                studio.reveal = Some(Panel::Properties);
+                studio.focus_properties = true;
+            }
+            Action::Panel(panel) => studio.reveal = Some(panel),
             Action::AddMaterial => add_material(studio),
             Action::AddShape(kind) => add_shape(studio, kind),
             Action::AddLight(kind) => add_light(studio, kind),

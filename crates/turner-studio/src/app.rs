@@ -26,11 +26,6 @@ impl App {
         App { studio: Studio::new(ctx, home), tree: layout::initial(), shown: Default::default() }
     }
 
-    /// The titles of all panels.
-    pub fn panels() -> impl Iterator<Item = &'static str> {
-        Panel::ALL.iter().map(|panel| panel.title())
-    }
-
     /// One frame.
     pub fn show(&mut self, ui: &mut Ui) {
         self.studio.poll();
@@ -39,8 +34,8 @@ impl App {
         shortcuts(ui.ctx(), &mut self.studio);
         Edge::top("menus").show(ui, |ui| self.menus(ui));
         Edge::bottom("status").show(ui, |ui| self.status(ui));
-        if self.studio.focus_properties {
-            layout::reveal(&mut self.tree, Panel::Properties);
+        if let Some(panel) = self.studio.reveal.take() {
+            layout::reveal(&mut self.tree, panel);
         }
         egui::CentralPanel::default().frame(egui::Frame::new()).show(ui, |ui| {
             layout::show(ui, &mut self.tree, &mut self.studio);
@@ -89,14 +84,6 @@ impl App {
                     });
                 });
             }
-            ui.menu_button("Panels", |ui| {
-                for panel in Panel::ALL {
-                    if ui.button(panel.title()).clicked() {
-                        layout::reveal(&mut self.tree, *panel);
-                        ui.close();
-                    }
-                }
-            });
             ui.separator();
             let changed = if self.studio.document.is_changed() { " (changed)" } else { "" };
             ui.label(RichText::new(format!("{}{changed}", self.studio.document.name())).strong());

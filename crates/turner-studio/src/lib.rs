@@ -14,7 +14,7 @@
 pub mod actions;
 pub mod app;
 pub mod insight;
-mod layout;
+pub mod layout;
 pub mod node;
 pub mod panels;
 pub mod settings;

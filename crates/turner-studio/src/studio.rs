@@ -12,6 +12,7 @@ use turner_live::engine::{Engine, Frame, Look, Order, Stage, Status};
 
 use crate::actions::Action;
 use crate::insight::Insight;
+use crate::layout::Panel;
 use crate::node::Node;
 use crate::panels::second::Second;
 use crate::panels::swatch::Swatch;
@@ -131,6 +132,8 @@ pub struct Studio {
     pub asking: Option<Task<Option<(Purpose, PathBuf)>>>,
     /// Actions to run at the end of the frame.
     pub queue: Vec<Action>,
+    /// The panel to open with the next frame.
+    pub reveal: Option<Panel>,
     /// Whether the keyboard goes to the properties with the next frame.
     pub focus_properties: bool,
     /// Whether the window should close.
@@ -173,6 +176,7 @@ impl Studio {
             insight: Insight::default(),
             asking: None,
             queue: Vec::new(),
+            reveal: None,
             focus_properties: false,
             quit: false,
             opening: None,

@@ -7,7 +7,7 @@ use egui::accesskit::Role;
 use egui::epaint::TextShape;
 use egui::{Color32, Key, Modifiers, Pos2, Shape};
 use egui_kittest::kittest::NodeT;
-use turner_studio::app::App;
+use turner_studio::layout::Panel;
 use turner_studio::node::Node;
 use turner_studio::settings::Theme;
 
@@ -109,12 +109,10 @@ fn text_is_readable_in_both_themes() {
             frames(&mut window, 3);
             count += weak_texts(&window, &name(&format!("{part:?}")), &mut found);
         }
-        for panel in App::panels() {
-            click(&mut window, Role::Button, "Panels");
-            count += weak_texts(&window, &name("the menu of panels"), &mut found);
-            click(&mut window, Role::Button, panel);
-            frames(&mut window, 2);
-            count += weak_texts(&window, &name(panel), &mut found);
+        for panel in Panel::ALL {
+            app(&mut window).reveal = Some(*panel);
+            frames(&mut window, 3);
+            count += weak_texts(&window, &name(panel.title()), &mut found);
         }
         for menu in turner_studio::actions::MENUS {
             click(&mut window, Role::Button, menu);

@@ -5,7 +5,7 @@ use std::path::Path;
 use egui::ModifierNames;
 use turner_live::document::STARTS;
 use turner_studio::actions::Action;
-use turner_studio::app::App;
+use turner_studio::layout::Panel;
 
 const BEGIN: &str = "<!-- shortcuts: made from the table of actions -->\n";
 const END: &str = "<!-- end of the shortcuts -->\n";
@@ -39,7 +39,7 @@ fn the_guide_lists_the_shortcuts() {
 #[test]
 fn the_guide_names_what_there_is() {
     let text = include_str!("../../../../docs/studio.md");
-    for panel in App::panels() {
+    for panel in Panel::ALL.iter().map(|panel| panel.title()) {
         assert!(text.contains(&format!("\n| {panel} |")), "the guide has no row for the panel {panel}");
     }
     let groups: Vec<&str> = STARTS.iter().map(|start| start.group).collect();

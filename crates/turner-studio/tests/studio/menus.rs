@@ -4,7 +4,7 @@ use egui::accesskit::Role;
 use egui_kittest::kittest::{NodeT, Queryable};
 use turner_live::document::STARTS;
 use turner_studio::actions::{Action, MENUS};
-use turner_studio::app::App;
+use turner_studio::layout::Panel;
 use turner_studio::node::Node;
 use turner_studio::settings::Theme;
 
@@ -13,11 +13,8 @@ use super::common::*;
 #[test]
 fn every_panel_opens_from_its_menu() {
     let (mut window, _home) = sample([1400.0, 900.0]);
-    for panel in App::panels() {
-        click(&mut window, Role::Button, "Panels");
-        let offered = entries(&window);
-        assert!(offered.iter().any(|name| name == panel), "{panel}: {offered:?}");
-        click(&mut window, Role::Button, panel);
+    for panel in Panel::ALL.iter().map(|panel| panel.title()) {
+        menu(&mut window, "Panels", &format!("{panel} panel"));
         frames(&mut window, 2);
         assert!(says(&window, panel), "{panel}");
         assert!(window.unnamed_widgets().is_empty(), "{panel}: {:?}", window.unnamed_widgets());
@@ -90,17 +87,11 @@ fn every_theme_size_and_density() {
                 show(&mut window, scene(SAMPLE));
                 app(&mut window).selection = Some(Node::Object(1));
                 frames(&mut window, 3);
-                for panel in App::panels() {
-                    // In the smallest window, menus have no place.
-                    if node(&window, Role::Button, "Panels").is_some() {
-                        click(&mut window, Role::Button, "Panels");
-                    }
-                    if node(&window, Role::Button, panel).is_some() {
-                        click(&mut window, Role::Button, panel);
-                    }
+                for panel in Panel::ALL {
+                    app(&mut window).reveal = Some(*panel);
+                    frames(&mut window, 2);
+                    assert!(window.unnamed_widgets().is_empty(), "{size:?} x {density}: {:?}", window.unnamed_widgets());
                 }
-                frames(&mut window, 2);
-                assert!(window.unnamed_widgets().is_empty(), "{size:?} x {density}: {:?}", window.unnamed_widgets());
             }
         }
     }
