@@ -12,6 +12,7 @@ use turner::schema::{MaterialId, Named, SceneError};
 use turner::shape::ShapeDesc;
 use turner_live::{camera, pick};
 
+use crate::layout::Panel;
 use crate::node::Node;
 use crate::settings::Theme;
 use crate::studio::{After, Dialog, Purpose, Studio};
@@ -34,6 +35,8 @@ macro_rules! actions {
             AddLight(&'static str),
             /// Show another integrator's picture, by its name; `None` for the scene's own.
             Show(Option<&'static str>),
+            /// Open a panel, or bring it to the front.
+            Panel(Panel),
         }
 
         /// The actions without arguments.
@@ -46,6 +49,7 @@ macro_rules! actions {
                     $(Action::$variant => $menu,)*
                     Action::AddShape(_) | Action::AddLight(_) => "Add",
                     Action::Show(_) => "Show",
+                    Action::Panel(_) => "Panels",
                 }
             }
 
@@ -57,6 +61,7 @@ macro_rules! actions {
                     Action::AddLight(kind) => format!("Add {kind} light"),
                     Action::Show(None) => "Show picture".to_owned(),
                     Action::Show(Some(name)) => format!("Show {}", name.replace(['-', '_'], " ")),
+                    Action::Panel(panel) => format!("{} panel", panel.title()),
                 }
             }
 
@@ -89,6 +94,8 @@ actions! {
     Group, "Edit", "Group", COMMAND, G;
     Ungroup, "Edit", "Ungroup", COMMAND.plus(SHIFT), G;
     SelectNone, "Edit", "Select nothing", NONE, Escape;
+    GoToMaterial, "Edit", "Go to its material", NONE, M;
+    GoToProperties, "Edit", "Go to the properties", NONE, E;
     AddModel, "Add", "Add model file…";
     AddMaterial, "Add", "Add material";
     Palette, "View", "Commands…", COMMAND, K;
@@ -121,7 +128,7 @@ actions! {
 }
 
 /// The menus in their order.
-pub const MENUS: &[&str] = &["File", "Edit", "Add", "View", "Show", "Tool"];
+pub const MENUS: &[&str] = &["File", "Edit", "Add", "View", "Show", "Tool", "Panels"];
 
 impl Action {
     /// All actions.
@@ -135,6 +142,7 @@ impl Action {
             .chain(lights.map(|entry| Action::AddLight(entry.name)))
             .chain([Action::Show(None)])
             .chain(shown.map(|entry| Action::Show(Some(entry.name))))
+            .chain(Panel::ALL.iter().copied().map(Action::Panel))
             .collect()
     }
 
@@ -153,6 +161,8 @@ impl Action {
             }
             Action::Hide => matches!(studio.selection, Some(Node::Object(_) | Node::Light(_))),
             Action::Group => matches!(studio.selection, Some(Node::Object(_))),
+            Action::GoToMaterial => material_of(studio).is_some(),
+            Action::GoToProperties => studio.selection.is_some(),
             Action::Ungroup => match studio.selection {
                 Some(Node::Object(i)) => {
                     matches!(desc.objects.get(i).map(|o| &o.content), Some(ObjectContent::Instance(_)))
@@ -214,6 +224,16 @@ impl Action {
             Action::Group => group(studio),
             Action::Ungroup => ungroup(studio),
             Action::SelectNone => studio.select(None, false),
+            Action::GoToMaterial => {
+                if let Some(material) = material_of(studio) {
+                    studio.select(Some(material), false);
+                }
+            },
+            Action::GoToProperties => {
+                studio.reveal = Some(Panel::Properties);
+                studio.focus_properties = true;
+            }
+            Action::Panel(panel) => studio.reveal = Some(panel),
             Action::AddMaterial => add_material(studio),
             Action::AddShape(kind) => add_shape(studio, kind),
             Action::AddLight(kind) => add_light(studio, kind),
@@ -346,6 +366,13 @@ fn change(studio: &mut Studio, label: &str, change: impl FnOnce(&mut SceneDesc) 
 fn selected_paths(studio: &Studio) -> Vec<String> {
     let names = studio.document.desc().names();
     studio.selected().into_iter().filter_map(|node| node.path(&names)).collect()
+}
+
+/// The material of the selected object.
+fn material_of(studio: &Studio) -> Option<Node> {
+    let Some(Node::Object(i)) = studio.selection else { return None };
+    let material = studio.document.desc().objects.get(i)?.material?;
+    Some(Node::Material(material.0 as usize))
 }
 
 fn duplicate(studio: &mut Studio) {

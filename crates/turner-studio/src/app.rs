@@ -34,6 +34,9 @@ impl App {
         shortcuts(ui.ctx(), &mut self.studio);
         Edge::top("menus").show(ui, |ui| self.menus(ui));
         Edge::bottom("status").show(ui, |ui| self.status(ui));
+        if let Some(panel) = self.studio.reveal.take() {
+            layout::reveal(&mut self.tree, panel);
+        }
         egui::CentralPanel::default().frame(egui::Frame::new()).show(ui, |ui| {
             layout::show(ui, &mut self.tree, &mut self.studio);
         });
@@ -88,14 +91,6 @@ impl App {
                     });
                 });
             }
-            ui.menu_button("Panels", |ui| {
-                for panel in Panel::ALL {
-                    if ui.button(panel.title()).clicked() {
-                        layout::reveal(&mut self.tree, *panel);
-                        ui.close();
-                    }
-                }
-            });
             ui.separator();
             let changed = if self.studio.document.is_changed() { " (changed)" } else { "" };
             ui.label(RichText::new(format!("{}{changed}", self.studio.document.name())).strong());

@@ -11,14 +11,14 @@ macro_rules! panels {
     ($($(#[doc = $doc:literal])+ $variant:ident, $title:literal, $show:path;)*) => {
         /// A panel.
         #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-        pub(crate) enum Panel { $($(#[doc = $doc])+ $variant,)* }
+        pub enum Panel { $($(#[doc = $doc])+ $variant,)* }
 
         impl Panel {
             /// All panels.
-            pub(crate) const ALL: &[Panel] = &[$(Panel::$variant,)*];
+            pub const ALL: &[Panel] = &[$(Panel::$variant,)*];
 
             /// Its title.
-            pub(crate) fn title(self) -> &'static str {
+            pub fn title(self) -> &'static str {
                 match self { $(Panel::$variant => $title,)* }
             }
 

@@ -16,7 +16,7 @@ pub mod actions;
 pub mod app;
 pub mod insight;
 pub mod jobs;
-mod layout;
+pub mod layout;
 pub mod node;
 pub mod panels;
 pub mod settings;

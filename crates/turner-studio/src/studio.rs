@@ -13,6 +13,7 @@ use turner_live::engine::{Engine, Frame, Look, Order, Stage, Status};
 use crate::actions::Action;
 use crate::insight::Insight;
 use crate::jobs::Queue;
+use crate::layout::Panel;
 use crate::node::Node;
 use crate::panels::second::Second;
 use crate::panels::swatch::Swatch;
@@ -140,6 +141,10 @@ pub struct Studio {
     pub asking: Option<Task<Option<(Purpose, PathBuf)>>>,
     /// Actions to run at the end of the frame.
     pub queue: Vec<Action>,
+    /// The panel to open with the next frame.
+    pub reveal: Option<Panel>,
+    /// Whether the keyboard goes to the properties with the next frame.
+    pub focus_properties: bool,
     /// Whether the window should close.
     pub quit: bool,
     opening: Option<(Opening, bool)>,
@@ -182,6 +187,8 @@ impl Studio {
             insight: Insight::default(),
             asking: None,
             queue: Vec::new(),
+            reveal: None,
+            focus_properties: false,
             quit: false,
             opening: None,
             saving: None,
@@ -255,7 +262,20 @@ impl Studio {
         };
         let path = if path.extension().is_none() { path.with_extension("png") } else { path.to_owned() };
         self.picture = Some(Task::start(&self.wake, move |_| {
-            let saved = turner_io::save(&path, &*frame.picture);
+            let samples = match frame.stage {
+                Stage::Preview => 0,
+                Stage::Film { samples, .. } => samples,
+                Stage::Settled => frame.stand.prepared.view.film.samples_per_pixel(),
+            };
+            let software = format!("Turner {}", env!("CARGO_PKG_VERSION"));
+            let header = [("Software", software), ("turner:samples", samples.to_string())];
+            let metadata = header.map(|(key, value)| (key.to_owned(), value.as_str().into())).into_iter().collect();
+            let transfer = match frame.transform.transfer {
+                turner::color::Transfer::None => turner_io::image::Transfer::Unstated,
+                _ => turner_io::image::Transfer::Srgb,
+            };
+            let options = turner_io::SaveOptions { metadata, transfer, ..Default::default() };
+            let saved = turner_io::save_with(&path, &*frame.picture, &options);
             let finished = frame.stage == Stage::Settled;
             saved.map(|()| (path, finished)).map_err(|error| error.to_string())
         }));

@@ -5,7 +5,7 @@ use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
-use super::{EngineError, Frame, Order, Status};
+use super::{EngineError, Frame, Order, Stand, Status};
 
 /// See the module.
 pub(super) struct Board {
@@ -108,6 +108,14 @@ impl Board {
     pub(super) fn show(&self, frame: Frame) {
         *lock(&self.frame) = Some(Arc::new(frame));
         (self.wake)();
+    }
+
+    /// The shown frame answers a later order, too, if it shows the same.
+    pub(super) fn answer(&self, number: u64, stand: &Arc<Stand>) {
+        let mut shown = lock(&self.frame);
+        if let Some(frame) = shown.as_ref().filter(|frame| Arc::ptr_eq(&frame.stand, stand)) {
+            *shown = Some(Arc::new(Frame { order: number, ..Frame::clone(frame) }));
+        }
     }
 
     pub(super) fn frame(&self) -> Option<Arc<Frame>> {

@@ -69,6 +69,11 @@ impl Settle {
         self.renderer.is_complete()
     }
 
+    /// Whether all pixels show something.
+    pub(super) fn is_covered(&self) -> bool {
+        self.renderer.is_covered()
+    }
+
     /// Samples per pixel that all pixels have, and those of the finished picture.
     pub(super) fn samples(&self) -> (u32, u32) {
         let all = self.renderer.samples_per_pixel();

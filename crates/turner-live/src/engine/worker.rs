@@ -82,6 +82,7 @@ impl Worker {
             if let Some((order, _)) = &mut self.last {
                 order.moving = false;
             }
+            return;
         }
         self.work(&order, &stand, board);
     }
@@ -100,11 +101,15 @@ impl Worker {
             // Another size, pause or mix: the film goes on.
             let shown = order.look != last.look;
             *last = order;
-            if shown && let Some(film) = self.film.as_mut().filter(|film| film.samples().0 > 0) {
-                let picture = film.picture(&last.look, last.threads);
-                let stand = Arc::clone(stand);
-                self.show(board, picture, stand);
+            match &mut self.film {
+                Some(film) if shown && film.is_covered() => {
+                    let picture = film.picture(&last.look, last.threads);
+                    let stand = Arc::clone(stand);
+                    self.show(board, picture, stand);
+                }
+                _ => board.answer(self.number, stand),
             }
+            self.report(board);
             return;
         }
         let started = Instant::now();
@@ -126,14 +131,30 @@ impl Worker {
         let kept = self.film.take().and_then(|film| film.continued(&stand.prepared, order.desc.film.denoise));
         board.say(|status| (status.doing, status.error) = ("rendering", None));
         self.frames = 0;
-        let has_film = kept.is_some();
+        let has_picture = kept.as_ref().is_some_and(Settle::is_covered);
         self.film = kept;
         self.last = Some((order.clone(), Arc::clone(&stand)));
-        if has_film {
+        if has_picture {
             self.develop(board, &order, &stand);
         } else {
             self.preview(&order, &stand, board);
         }
+        self.report(board);
+    }
+
+    /// Tells how far the film is.
+    fn report(&self, board: &Board) {
+        let film = self.film.as_ref();
+        let settled = film.is_some_and(Settle::is_complete);
+        let waits = settled || self.is_idle();
+        board.say(|status| {
+            if let Some(film) = film {
+                (status.samples, status.left, status.seconds) = (film.samples(), film.left(), film.seconds());
+                status.layers = film.layers();
+            }
+            status.settled = settled && status.error.is_none();
+            status.doing = if waits { "" } else { "rendering" };
+        });
     }
 
     /// `None` if a newer order has stopped it.
@@ -209,14 +230,8 @@ impl Worker {
         let Some(film) = &mut self.film else { return };
         match film.step(&board.stop, order.threads) {
             Ok(step) => {
-                let (samples, left) = (film.samples(), film.left());
-                let (settled, seconds) = (film.is_complete(), film.seconds());
-                let layers = film.layers();
-                board.say(|status| {
-                    (status.samples, status.left, status.seconds) = (samples, left, seconds);
-                    (status.settled, status.layers) = (settled, layers);
-                    status.doing = if settled { "" } else { "rendering" };
-                });
+                let settled = film.is_complete();
+                self.report(board);
                 if step == Step::Show && (settled || board.is_newest(self.number)) {
                     self.develop(board, order, stand);
                 }

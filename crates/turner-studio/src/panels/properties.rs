@@ -22,7 +22,12 @@ pub(crate) fn show(ui: &mut Ui, studio: &mut Studio) {
     };
     let names = desc.names();
     let Some(path) = node.path(&names) else { return };
-    ui.strong(node.label(&desc));
+    // The keyboard goes through the form from here.
+    let title = egui::Label::new(egui::RichText::new(node.label(&desc)).strong());
+    let title = ui.add(title.sense(egui::Sense::focusable_noninteractive()));
+    if std::mem::take(&mut studio.focus_properties) {
+        title.request_focus();
+    }
     let value = match desc.value_at(&path) {
         Ok(value) => value,
         Err(error) => {

@@ -135,7 +135,7 @@ pub(crate) fn show(ui: &mut egui::Ui, studio: &mut Studio) {
 fn texture(ctx: &egui::Context, studio: &mut Studio, frame: Arc<Frame>) -> egui::TextureId {
     let state = &mut studio.viewport;
     if let Some((texture, shown)) = &state.texture
-        && Arc::ptr_eq(shown, &frame)
+        && Arc::ptr_eq(&shown.picture, &frame.picture)
     {
         return texture.id();
     }

@@ -1,0 +1,7 @@
+//! The engine as its callers see it: whatever is ordered in between, it settles on the bytes of the offline render.
+
+mod common;
+mod errors;
+mod mix;
+mod settles;
+mod stops;
