@@ -33,7 +33,8 @@ impl Random {
     }
 }
 
-const NUMBERS: &[f64] = &[-1.0, 0.0, 0.25, 0.5, 1.0, 1.5, 2.0, 3.0, 10.0, 100.0, 1e6, f64::NAN, f64::INFINITY];
+const NUMBERS: &[f64] =
+    &[-1.0, 0.0, 0.25, 0.5, 1.0, 1.5, 2.0, 3.0, 10.0, 100.0, 1e6, f64::NAN, f64::INFINITY];
 
 /// A value for a key, often one that it refuses.
 fn value(field: &Field, random: &mut Random) -> Data {
@@ -54,8 +55,12 @@ fn value(field: &Field, random: &mut Random) -> Data {
 }
 
 /// A random part of the scene: its path and the keys of its type.
-fn part(desc: &SceneDesc, random: &mut Random) -> Option<(String, &'static FamilyDoc, Option<&'static EntryDoc>)> {
-    let entry = |family: &'static FamilyDoc, name: &str| family.entries.iter().find(|e| e.name == name).copied();
+fn part(
+    desc: &SceneDesc,
+    random: &mut Random,
+) -> Option<(String, &'static FamilyDoc, Option<&'static EntryDoc>)> {
+    let entry =
+        |family: &'static FamilyDoc, name: &str| family.entries.iter().find(|e| e.name == name).copied();
     let index = |count: usize, random: &mut Random| (count > 0).then(|| random.below(count));
     let names = desc.names();
     Some(match random.below(9) {
@@ -118,7 +123,8 @@ fn set(document: &mut Document, random: &mut Random) -> bool {
 fn paths(desc: &SceneDesc) -> Vec<String> {
     let names = desc.names();
     let numbered = |list: &'static str, count: usize| (0..count).map(move |i| format!("{list}.{i}"));
-    let named = |list: &'static str, names: Vec<String>| names.into_iter().map(move |name| format!("{list}.{name}"));
+    let named =
+        |list: &'static str, names: Vec<String>| names.into_iter().map(move |name| format!("{list}.{name}"));
     let all = numbered("object", desc.objects.len()).chain(numbered("light", desc.lights.len()));
     let all = all.chain(numbered("view", desc.cameras.len()));
     all.chain(named("material", names.materials)).chain(named("texture", names.textures)).collect()
@@ -131,7 +137,9 @@ fn restructure(document: &mut Document, random: &mut Random) {
     let path = all[random.below(all.len())].clone();
     let kind = random.of(ShapeDesc::DOC.entries).name;
     let light = random.of(LightDesc::DOC.entries).name;
-    let objects: Vec<String> = (0..1 + random.below(3)).map(|_| format!("object.{}", random.below(before.objects.len() + 1))).collect();
+    let objects: Vec<String> = (0..1 + random.below(3))
+        .map(|_| format!("object.{}", random.below(before.objects.len() + 1)))
+        .collect();
     let choice = random.below(8);
     if choice == 7 {
         let pasted = document.copy(&[path]).and_then(|text| document.paste(&text));

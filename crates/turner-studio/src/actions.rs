@@ -1,17 +1,14 @@
 //! Everything the user can do, as one table: menus, shortcuts and the command palette are made from it.
 
 use egui::{Key, KeyboardShortcut, Modifiers};
-use turner::camera::CameraDesc;
-use turner::description::{ObjectContent, ObjectDesc, SceneLight};
+use turner::description::ObjectContent;
 use turner::integrator::IntegratorDesc;
 use turner::light::LightDesc;
-use turner::math::{Bounds, DVec3};
-use turner::material::MaterialDesc;
-use turner::SceneDesc;
-use turner::schema::{MaterialId, Named, SceneError};
 use turner::shape::ShapeDesc;
-use turner_live::{camera, pick};
+use turner_live::camera;
 
+use crate::cameras::{STEP, bookmark, focus, frame, move_camera, pan};
+use crate::changes::*;
 use crate::layout::Panel;
 use crate::node::Node;
 use crate::settings::Theme;
@@ -156,7 +153,13 @@ impl Action {
             Action::Copy | Action::Duplicate | Action::Delete => {
                 matches!(
                     studio.selection,
-                    Some(Node::Object(_) | Node::Light(_) | Node::View(_) | Node::Material(_) | Node::Texture(_))
+                    Some(
+                        Node::Object(_)
+                            | Node::Light(_)
+                            | Node::View(_)
+                            | Node::Material(_)
+                            | Node::Texture(_)
+                    )
                 )
             }
             Action::Hide => matches!(studio.selection, Some(Node::Object(_) | Node::Light(_))),
@@ -228,7 +231,7 @@ impl Action {
                 if let Some(material) = material_of(studio) {
                     studio.select(Some(material), false);
                 }
-            },
+            }
             Action::GoToProperties => {
                 studio.reveal = Some(Panel::Properties);
                 studio.focus_properties = true;
@@ -277,220 +280,6 @@ impl Action {
 
 /// Shapes that are nothing without data: vertices, files, points.
 const NEED_DATA: &[&str] = &["mesh", "points"];
-
-/// The camera that the picture shows, also one that Turner added.
-pub(crate) fn camera_of(studio: &Studio) -> Option<Named<CameraDesc>> {
-    let own = studio.document.desc().camera.clone();
-    let shown = || studio.frame.as_ref().map(|frame| frame.stand.prepared.view.camera_desc.clone().into());
-    own.or_else(shown)
-}
-
-/// Changes the camera. Movements that follow one another are one step of the history.
-pub(crate) fn move_camera(studio: &mut Studio, label: &str, change: impl FnOnce(&mut CameraDesc)) {
-    let Some(mut camera) = camera_of(studio) else { return };
-    change(&mut camera.value);
-    if camera.value.prepare(1.0).is_err() {
-        return;
-    }
-    studio.moving();
-    let _ = studio.document.edit(label, Some("camera"), |desc| {
-        desc.camera = Some(camera);
-        Ok(())
-    });
-}
-
-/// A step of the camera by a key: radians, or a fraction of the picture's height or of the distance.
-const STEP: f64 = 0.1;
-
-fn pan(studio: &mut Studio, right: f64, up: f64) {
-    let aspect = studio.document.desc().film.aspect();
-    move_camera(studio, "Pan", |c| camera::pan(c, right, up, aspect));
-}
-
-/// Focuses the camera on the middle of the selected object.
-fn focus(studio: &mut Studio) {
-    let (Some(Node::Object(i)), Some(frame)) = (studio.selection, &studio.frame) else {
-        studio.say("Select an object to focus on");
-        return;
-    };
-    let Some(bounds) = pick::object_bounds(&frame.stand, i) else { return };
-    move_camera(studio, "Focus", |c| camera::focus(c, bounds.center()));
-}
-
-fn frame(studio: &mut Studio, node: Option<Node>) {
-    let Some(frame) = &studio.frame else { return };
-    let stand = frame.stand.clone();
-    let of_node = match node {
-        Some(Node::Object(i)) => pick::object_bounds(&stand, i),
-        Some(Node::Light(i)) => stand.desc.lights.get(i).and_then(|light| {
-            let at = position_of(&light.value)?;
-            Some(Bounds { min: at - DVec3::splat(0.5), max: at + DVec3::splat(0.5) })
-        }),
-        _ => None,
-    };
-    let Some(bounds) = of_node.or_else(|| pick::scene_bounds(&stand)) else { return };
-    let aspect = stand.desc.film.aspect();
-    studio.document.end_gesture();
-    move_camera(studio, "Frame", |c| camera::frame(c, &bounds, aspect));
-    studio.document.end_gesture();
-}
-
-/// The position of a light that has one.
-pub(crate) fn position_of(light: &LightDesc) -> Option<DVec3> {
-    match light {
-        LightDesc::Point(l) => Some(l.position),
-        LightDesc::Spot(l) => Some(l.position),
-        _ => None,
-    }
-}
-
-fn bookmark(studio: &mut Studio) {
-    let Some(camera) = camera_of(studio) else { return };
-    change(studio, "Bookmark", |desc| Ok(desc.add_view("view", camera.value)));
-    if let Some(Node::View(i)) = studio.selection {
-        let name = Node::View(i).label(studio.document.desc());
-        studio.say(format!("Camera kept as \"{name}\""));
-    }
-}
-
-/// Changes the scene by a function that gives the key path of the part to select.
-fn change(studio: &mut Studio, label: &str, change: impl FnOnce(&mut SceneDesc) -> Result<String, SceneError>) {
-    let result = studio.document.edit(label, None, change);
-    if let Some(path) = studio.check(result) {
-        let node = Node::of_path(&path, &studio.document.desc().names());
-        studio.select(node, false);
-    }
-}
-
-/// The key paths of all selected parts.
-fn selected_paths(studio: &Studio) -> Vec<String> {
-    let names = studio.document.desc().names();
-    studio.selected().into_iter().filter_map(|node| node.path(&names)).collect()
-}
-
-/// The material of the selected object.
-fn material_of(studio: &Studio) -> Option<Node> {
-    let Some(Node::Object(i)) = studio.selection else { return None };
-    let material = studio.document.desc().objects.get(i)?.material?;
-    Some(Node::Material(material.0 as usize))
-}
-
-fn duplicate(studio: &mut Studio) {
-    let paths = selected_paths(studio);
-    change(studio, "Duplicate", |desc| {
-        let mut last = String::new();
-        for path in &paths {
-            last = desc.duplicate(path)?;
-        }
-        Ok(last)
-    });
-}
-
-fn delete(studio: &mut Studio) {
-    let (nodes, paths) = (studio.selected(), selected_paths(studio));
-    let label = match nodes.as_slice() {
-        [node] => format!("Delete {}", node.label(studio.document.desc())),
-        nodes => format!("Delete {} parts", nodes.len()),
-    };
-    let paths: Vec<&str> = paths.iter().map(String::as_str).collect();
-    let result = studio.document.edit(&label, None, |desc| desc.remove(&paths));
-    if studio.check(result).is_some() {
-        studio.select(None, false);
-    }
-}
-
-/// Hides what is selected; shows it if all of it is hidden.
-fn hide(studio: &mut Studio) {
-    let nodes = studio.selected();
-    let desc = studio.document.desc();
-    let is_hidden = |node: &Node| match *node {
-        Node::Object(i) => desc.objects[i].hidden,
-        Node::Light(i) => desc.lights[i].hidden,
-        _ => true,
-    };
-    let hidden = !nodes.iter().all(is_hidden);
-    let result = studio.document.edit(if hidden { "Hide" } else { "Show" }, None, |desc| {
-        for node in nodes {
-            match node {
-                Node::Object(i) => desc.objects[i].hidden = hidden,
-                Node::Light(i) => desc.lights[i].hidden = hidden,
-                _ => {}
-            }
-        }
-        Ok(())
-    });
-    studio.check(result);
-}
-
-fn group(studio: &mut Studio) {
-    let paths = selected_paths(studio);
-    let paths: Vec<&str> = paths.iter().map(String::as_str).filter(|path| path.starts_with("object.")).collect();
-    change(studio, "Group", |desc| desc.group_objects(&paths, "group"));
-}
-
-fn ungroup(studio: &mut Studio) {
-    let Some(path) = selected_paths(studio).pop() else { return };
-    change(studio, "Ungroup", |desc| {
-        let paths = desc.ungroup(&path)?;
-        Ok(paths.into_iter().next().unwrap_or_default())
-    });
-}
-
-/// The point that new things are placed at: that at which the camera looks.
-fn place(studio: &Studio) -> DVec3 {
-    let Some(mut camera) = camera_of(studio) else { return DVec3::ZERO };
-    let [_, look_at, _] = camera.value.placement_mut();
-    *look_at
-}
-
-fn add_shape(studio: &mut Studio, kind: &'static str) {
-    let Some(shape) = ShapeDesc::of_type(kind) else { return };
-    // A plane is a floor; all else stands where the camera looks.
-    let at = if matches!(shape, ShapeDesc::Plane(_)) { DVec3::ZERO } else { place(studio) };
-    change(studio, &format!("Add {kind}"), |desc| {
-        let mut object = ObjectDesc { content: ObjectContent::Shape(shape), ..ObjectDesc::default() };
-        object.name = Some(free_name(kind, desc.objects.iter().map(|o| &o.name)));
-        object.transform.0.translation = at;
-        Ok(desc.add_object(object))
-    });
-}
-
-/// `kind`, or `kind 2`, … if it is taken.
-fn free_name<'a>(kind: &str, taken: impl Iterator<Item = &'a Option<String>> + Clone) -> String {
-    let is_free = |name: &String| !taken.clone().any(|other| other.as_ref() == Some(name));
-    let numbered = (2..).map(|n: u32| format!("{kind} {n}"));
-    std::iter::once(kind.to_owned()).chain(numbered).find(is_free).unwrap_or_default()
-}
-
-fn add_light(studio: &mut Studio, kind: &'static str) {
-    let Some(mut light) = LightDesc::of_type(kind) else { return };
-    let at = place(studio) + DVec3::new(1.0, 3.0, 1.0);
-    match &mut light {
-        LightDesc::Point(l) => l.position = at,
-        LightDesc::Spot(l) => l.position = at,
-        _ => {}
-    }
-    change(studio, &format!("Add {kind} light"), |desc| {
-        let name = Some(free_name(&format!("{kind} light"), desc.lights.iter().map(|l| &l.name)));
-        Ok(desc.add_light(SceneLight { name, group: None, span: None, hidden: false, value: light }))
-    });
-}
-
-/// A new material of the kind that the integrator prefers; the selected object gets it.
-fn add_material(studio: &mut Studio) {
-    let desc = studio.document.desc();
-    let kind = if desc.integrator.capabilities().physical { "principled" } else { "classic" };
-    let Some(material) = MaterialDesc::of_type(kind) else { return };
-    let object = if let Some(Node::Object(i)) = studio.selection { Some(i) } else { None };
-    change(studio, "Add material", |desc| {
-        let path = desc.add_material("material", material);
-        let id = MaterialId((desc.materials.len() - 1) as u32);
-        if let Some(object) = object.and_then(|i| desc.objects.get_mut(i)) {
-            object.material = Some(id);
-        }
-        Ok(path)
-    });
-}
 
 #[cfg(test)]
 mod tests {

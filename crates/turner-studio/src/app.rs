@@ -47,7 +47,8 @@ impl App {
         }
         // A drag or an entry has ended: the next change is a step of its own.
         let ended = |i: &egui::InputState| {
-            i.pointer.any_released() || [egui::Key::Enter, egui::Key::Tab].into_iter().any(|key| i.key_pressed(key))
+            i.pointer.any_released()
+                || [egui::Key::Enter, egui::Key::Tab].into_iter().any(|key| i.key_pressed(key))
         };
         if ui.ctx().input(ended) {
             self.studio.document.end_gesture();
@@ -125,7 +126,8 @@ impl App {
                     ui.weak(help);
                 }
             } else if let Some(message) = studio.message.clone() {
-                let color = if message.is_error { ui.visuals().error_fg_color } else { ui.visuals().text_color() };
+                let color =
+                    if message.is_error { ui.visuals().error_fg_color } else { ui.visuals().text_color() };
                 ui.colored_label(color, &message.text);
                 if let Some(help) = &message.help {
                     ui.weak(help);
@@ -134,7 +136,9 @@ impl App {
                     studio.message = None;
                 }
             } else {
-                ui.weak("Drag to look around, wheel to move nearer, click to select. Ctrl K finds every command.");
+                ui.weak(
+                    "Drag to look around, wheel to move nearer, click to select. Ctrl K finds every command.",
+                );
             }
             ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| {
                 ui.weak(studio.status.doing);

@@ -70,9 +70,10 @@ impl Insight {
             return;
         };
         let wanted = (stand, pixel, self.sample);
-        let is_same = self.explained.as_ref().is_some_and(|(of, at, n)| {
-            Arc::ptr_eq(of, wanted.0) && (*at, *n) == (wanted.1, wanted.2)
-        });
+        let is_same = self
+            .explained
+            .as_ref()
+            .is_some_and(|(of, at, n)| Arc::ptr_eq(of, wanted.0) && (*at, *n) == (wanted.1, wanted.2));
         if is_same || self.explaining.is_some() {
             return;
         }

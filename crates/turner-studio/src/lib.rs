@@ -14,6 +14,8 @@
 
 pub mod actions;
 pub mod app;
+mod cameras;
+mod changes;
 pub mod insight;
 pub mod jobs;
 pub mod layout;

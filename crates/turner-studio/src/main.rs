@@ -47,7 +47,11 @@ fn main() -> ExitCode {
         return ExitCode::from(2);
     }
     let has = |name: &str| std::env::var_os(name).is_some_and(|value| !value.is_empty());
-    if cfg!(all(unix, not(target_os = "macos"))) && !has("DISPLAY") && !has("WAYLAND_DISPLAY") && !has("WAYLAND_SOCKET") {
+    if cfg!(all(unix, not(target_os = "macos")))
+        && !has("DISPLAY")
+        && !has("WAYLAND_DISPLAY")
+        && !has("WAYLAND_SOCKET")
+    {
         eprintln!("error: there is no display (DISPLAY and WAYLAND_DISPLAY are not set)");
         eprintln!("{NO_WINDOW}");
         return ExitCode::FAILURE;

@@ -73,7 +73,9 @@ impl Node {
             Node::Material(i) => {
                 desc.materials.get(i).map_or_else(String::new, |m| named(&m.name, "material", i))
             }
-            Node::Texture(i) => desc.textures.get(i).map_or_else(String::new, |t| named(&t.name, "texture", i)),
+            Node::Texture(i) => {
+                desc.textures.get(i).map_or_else(String::new, |t| named(&t.name, "texture", i))
+            }
             Node::Medium(i) => desc.media.get(i).map_or_else(String::new, |m| named(&m.name, "medium", i)),
             Node::View(i) => desc.cameras.get(i).map_or_else(String::new, |c| named(&c.name, "view", i)),
             Node::Camera => "Camera".into(),
@@ -112,7 +114,9 @@ impl Node {
 impl Node {
     /// Its key path. `None` if the scene does not have it.
     pub fn path(self, names: &turner::description::PartNames) -> Option<String> {
-        let of = |list: &[String], kind: &str, i: usize| list.get(i).map(|name| format!("{kind}.{}", path_part(name)));
+        let of = |list: &[String], kind: &str, i: usize| {
+            list.get(i).map(|name| format!("{kind}.{}", path_part(name)))
+        };
         match self {
             Node::Object(i) => Some(format!("object.{i}")),
             Node::Light(i) => Some(format!("light.{i}")),

@@ -12,10 +12,7 @@ pub struct Task<T> {
 
 impl<T: Send + 'static> Task<T> {
     /// Starts work. It is given a flag that is set when nobody waits for it. `wake` is called at the end.
-    pub fn start(
-        wake: &egui::Context,
-        work: impl FnOnce(&AtomicBool) -> T + Send + 'static,
-    ) -> Task<T> {
+    pub fn start(wake: &egui::Context, work: impl FnOnce(&AtomicBool) -> T + Send + 'static) -> Task<T> {
         let (send, result) = channel();
         let stop = Arc::new(AtomicBool::new(false));
         let (of_thread, context) = (Arc::clone(&stop), wake.clone());

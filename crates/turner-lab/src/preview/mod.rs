@@ -52,7 +52,10 @@ pub(crate) struct PreviewArgs {
 pub(crate) fn run(args: &PreviewArgs) -> u8 {
     let reporter = Reporter { quiet: false, events: None::<Events> };
     let mut failed = false;
-    println!("{:24} {:>8} {:>8} {:>8} {:>8}  {:>6} {:>8}", "scene", "first", "least", "median", "FLIP", "still", "FLIP");
+    println!(
+        "{:24} {:>8} {:>8} {:>8} {:>8}  {:>6} {:>8}",
+        "scene", "first", "least", "median", "FLIP", "still", "FLIP"
+    );
     for path in &args.scenes {
         if let Err(failure) = measure(args, path) {
             reporter.failure(&failure);
@@ -65,7 +68,8 @@ pub(crate) fn run(args: &PreviewArgs) -> u8 {
 fn measure(args: &PreviewArgs, path: &Path) -> Result<(), Failure> {
     let [width, height] = [args.size[0], args.size[1]];
     let scene = Scene::load(path, [width, height], args.threads)?;
-    let reference = args.references.as_ref().map(|folder| scene.reference(folder, args.samples)).transpose()?;
+    let reference =
+        args.references.as_ref().map(|folder| scene.reference(folder, args.samples)).transpose()?;
     let never = AtomicBool::new(false);
     let options = |effort: Effort, frame: u32| PreviewOptions {
         threads: args.threads,

@@ -61,7 +61,8 @@ impl Scene {
             turner_io::save(&path, &renderer.develop()).map_err(|e| self.failure(&e.to_string()))?;
         }
         let bytes = std::fs::read(&path).map_err(|e| self.failure(&e.to_string()))?;
-        let image = decode(&bytes, &path.display().to_string(), &DecodeLimits::default()).map_err(|e| self.failure(&e.to_string()))?;
+        let image = decode(&bytes, &path.display().to_string(), &DecodeLimits::default())
+            .map_err(|e| self.failure(&e.to_string()))?;
         Ok(Canvas::new(&image, false))
     }
 
@@ -70,7 +71,8 @@ impl Scene {
         let film = &self.prepared.view.film;
         let pixels = of.color.iter().zip(&of.alpha);
         let linear: Vec<[f32; 4]> = pixels.map(|([r, g, b], a)| [*r, *g, *b, *a]).collect();
-        let exposure = film.exposure + if film.auto_exposure { turner::film::auto_exposure(&linear) } else { 0.0 };
+        let exposure =
+            film.exposure + if film.auto_exposure { turner::film::auto_exposure(&linear) } else { 0.0 };
         let has_alpha = of.alpha.iter().any(|a| *a != 1.0);
         let mut picture = Picture {
             width: of.width,
@@ -87,7 +89,12 @@ impl Scene {
     }
 
     /// Mean FLIP of a preview.
-    pub(super) fn flip(&self, of: &PreviewPicture, reference: &Canvas, threads: usize) -> Result<f64, Failure> {
+    pub(super) fn flip(
+        &self,
+        of: &PreviewPicture,
+        reference: &Canvas,
+        threads: usize,
+    ) -> Result<f64, Failure> {
         let picture = self.developed(of);
         let shown = picture.display.iter().map(|pixel| {
             let [r, g, b, a] = pixel.map(|v| f32::from(v) / 255.0);

@@ -12,9 +12,11 @@ pub fn axes(camera: &CameraDesc) -> Option<CameraFrame> {
 /// Twice the tangent of half the vertical field of view: the height of the picture at distance 1. `None` without
 /// perspective.
 pub fn height_at_one(camera: &CameraDesc, aspect: f64) -> Option<f64> {
-    let of = |fov: Option<f64>, viewport: Option<Viewport>, distance: Option<f64>, to_target: f64| match viewport {
-        Some(viewport) => viewport.size(aspect).y / distance.unwrap_or(to_target),
-        None => 2.0 * tan(radians(0.5 * fov.unwrap_or(40.0))),
+    let of = |fov: Option<f64>, viewport: Option<Viewport>, distance: Option<f64>, to_target: f64| {
+        match viewport {
+            Some(viewport) => viewport.size(aspect).y / distance.unwrap_or(to_target),
+            None => 2.0 * tan(radians(0.5 * fov.unwrap_or(40.0))),
+        }
     };
     match camera {
         CameraDesc::Pinhole(c) => Some(of(c.fov, c.viewport, c.distance, c.position.distance(c.look_at))),
@@ -150,7 +152,8 @@ pub fn focus(camera: &mut CameraDesc, point: DVec3) {
         return;
     }
     if let CameraDesc::Pinhole(c) = camera {
-        let PinholeDesc { position, look_at, up, handedness, fov, viewport, distance, shift, near } = c.clone();
+        let PinholeDesc { position, look_at, up, handedness, fov, viewport, distance, shift, near } =
+            c.clone();
         *camera = CameraDesc::ThinLens(ThinLensDesc {
             position,
             look_at,

@@ -83,7 +83,11 @@ fn framed_bounds_lie_in_the_picture() {
             );
             let d = corner - axes.position;
             let z = d.dot(axes.forward);
-            assert!(z > 0.0 && (d.dot(axes.up) / z).abs() <= half && (d.dot(axes.right) / z).abs() <= half * aspect);
+            assert!(
+                z > 0.0
+                    && (d.dot(axes.up) / z).abs() <= half
+                    && (d.dot(axes.right) / z).abs() <= half * aspect
+            );
         }
     }
 }

@@ -11,7 +11,7 @@ mod save;
 mod starts;
 mod watch;
 
-pub use open::{Opening, OpenError, readable};
+pub use open::{OpenError, Opening, readable};
 pub use recovery::{Recovered, Recovery, recovered};
 pub use save::Saving;
 pub use starts::{STARTS, Start};
@@ -54,7 +54,8 @@ impl Document {
     pub fn empty() -> Document {
         let text = "[integrator]\ntype = \"path\"\n\n[studio]\n";
         let assets = turner_io::assets::MemoryAssets::default();
-        let loaded = turner_io::scene::load_text(text.to_owned(), "untitled.toml", &assets, &Default::default());
+        let loaded =
+            turner_io::scene::load_text(text.to_owned(), "untitled.toml", &assets, &Default::default());
         let desc = loaded.map(|loaded| loaded.desc).unwrap_or_default();
         let folder = std::env::current_dir().unwrap_or_default();
         Document::of(desc, "Untitled".into(), folder)
@@ -142,7 +143,12 @@ impl Document {
     /// user names.
     ///
     /// Errors: those of reading the values. The scene then stays the same.
-    pub fn set(&mut self, label: &str, merge: Option<&str>, edits: &[(String, Data)]) -> Result<(), SceneError> {
+    pub fn set(
+        &mut self,
+        label: &str,
+        merge: Option<&str>,
+        edits: &[(String, Data)],
+    ) -> Result<(), SceneError> {
         let edits: Vec<KeyEdit> = edits.iter().map(|(path, data)| KeyEdit::new(path, data.clone())).collect();
         self.apply(label, merge, &edits)
     }
@@ -184,7 +190,8 @@ impl Document {
         let file = std::path::absolute(path).unwrap_or_else(|_| path.to_owned());
         let file = file.strip_prefix(&folder).map(Path::to_owned).unwrap_or(file);
         let file = file.to_string_lossy().replace('\\', "/");
-        let name = path.file_stem().map_or_else(|| "model".into(), |stem| stem.to_string_lossy().into_owned());
+        let name =
+            path.file_stem().map_or_else(|| "model".into(), |stem| stem.to_string_lossy().into_owned());
         let model = ModelDesc { file, ..ModelDesc::default() };
         let assets = FolderAssets::new(&self.folder).map_err(|e| e.to_scene_error())?.allow_outside(true);
         self.edit(&format!("Add {name}"), None, |desc| {

@@ -1,8 +1,8 @@
 //! Opening files in the background.
 
 use std::path::{Path, PathBuf};
-use std::sync::mpsc::{Receiver, TryRecvError, channel};
 use std::sync::Arc;
+use std::sync::mpsc::{Receiver, TryRecvError, channel};
 
 use turner::schema::SceneError;
 use turner_io::LoadOptions;
@@ -37,7 +37,12 @@ impl OpenError {
     }
 
     fn plain(path: &Path, error: &SceneError) -> OpenError {
-        OpenError { path: path.to_owned(), message: error.message.clone(), help: error.help.clone(), line: None }
+        OpenError {
+            path: path.to_owned(),
+            message: error.message.clone(),
+            help: error.help.clone(),
+            line: None,
+        }
     }
 }
 
@@ -94,7 +99,8 @@ impl Document {
     ///
     /// Errors: those of [`turner_io::load`], with the line.
     pub fn open(path: &Path) -> Result<Document, OpenError> {
-        let opened = Opened::load(path, &LoadOptions::default()).map_err(|error| OpenError::new(path, &error))?;
+        let opened =
+            Opened::load(path, &LoadOptions::default()).map_err(|error| OpenError::new(path, &error))?;
         let folder = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
         let mut document = Document::of(opened.desc.clone(), String::new(), folder.to_owned());
         document.path = Some(path.to_owned());

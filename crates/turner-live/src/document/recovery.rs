@@ -60,7 +60,9 @@ impl Recovery {
 
     /// Writes the scene if it has unsaved changes and it is time; `now` writes at once. The writing is done in a thread.
     pub fn keep(&mut self, document: &Document, now: bool) {
-        if self.running.as_ref().is_some_and(|running| running.try_recv().is_err_and(|e| e == std::sync::mpsc::TryRecvError::Empty)) {
+        if self.running.as_ref().is_some_and(|running| {
+            running.try_recv().is_err_and(|e| e == std::sync::mpsc::TryRecvError::Empty)
+        }) {
             return;
         }
         self.running = None;

@@ -1,8 +1,8 @@
 //! Saving in the background.
 
 use std::path::{Path, PathBuf};
-use std::sync::mpsc::{Receiver, TryRecvError, channel};
 use std::sync::Arc;
+use std::sync::mpsc::{Receiver, TryRecvError, channel};
 
 use turner::SceneDesc;
 use turner::schema::{ErrorCode, SceneError};

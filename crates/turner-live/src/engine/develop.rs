@@ -5,8 +5,8 @@ use std::sync::atomic::AtomicBool;
 use turner::Picture;
 use turner::color::{Spectrum, heat};
 use turner::film::{DisplayTransform, ErrorEstimate, auto_exposure};
-use turner::math::elementary::ln;
 use turner::integrator::Prepared;
+use turner::math::elementary::ln;
 use turner::preview::{Effort, Preview, PreviewOptions};
 use turner::schema::SceneError;
 
@@ -49,8 +49,13 @@ impl Draft {
         display: Display,
     ) -> Result<Option<Shown>, SceneError> {
         let effort = if ask.moving { Effort::Moving } else { Effort::Still };
-        let options =
-            PreviewOptions { threads: ask.threads, cancel: ask.stop, effort, frame: self.frame, size: ask.size };
+        let options = PreviewOptions {
+            threads: ask.threads,
+            cancel: ask.stop,
+            effort,
+            frame: self.frame,
+            size: ask.size,
+        };
         self.frame = self.frame.wrapping_add(1);
         if !self.preview.frame(prepared, &options)? {
             return Ok(None);
@@ -67,7 +72,12 @@ impl Draft {
 }
 
 /// A picture from scene values, with the display values that the film's settings and the integrator give it.
-pub(super) fn picture(prepared: &Prepared, size: [u32; 2], linear: Vec<[f32; 4]>, threads: usize) -> (Picture, DisplayTransform) {
+pub(super) fn picture(
+    prepared: &Prepared,
+    size: [u32; 2],
+    linear: Vec<[f32; 4]>,
+    threads: usize,
+) -> (Picture, DisplayTransform) {
     let film = &prepared.view.film;
     let automatic = if film.auto_exposure { auto_exposure(&linear) } else { 0.0 };
     let has_alpha = linear.iter().any(|pixel| pixel[3] != 1.0);
@@ -114,7 +124,9 @@ pub(super) fn show_stops(picture: &mut Picture) {
 /// Shows the relative error of each pixel.
 pub(super) fn show_noise(picture: &mut Picture, error: &ErrorEstimate) {
     let heats = heats();
-    for (shown, (half, luminance)) in picture.display.iter_mut().zip(error.half_width.iter().zip(&error.luminance)) {
+    for (shown, (half, luminance)) in
+        picture.display.iter_mut().zip(error.half_width.iter().zip(&error.luminance))
+    {
         let relative = half / luminance.max(1e-6);
         *shown = heats[(relative.clamp(0.0, 1.0) * 255.0) as usize];
     }

@@ -137,7 +137,8 @@ impl Settle {
         let mut picture = if layers.is_empty() {
             self.renderer.develop_as(mode, threads)
         } else {
-            let factor = |layer: &String| look.mix.iter().find(|(name, _)| name == layer).map_or(1.0, |(_, f)| *f);
+            let factor =
+                |layer: &String| look.mix.iter().find(|(name, _)| name == layer).map_or(1.0, |(_, f)| *f);
             let mix: Vec<(&str, Spectrum)> =
                 layers.iter().map(|layer| (layer.as_str(), Spectrum::grey(factor(layer)))).collect();
             self.renderer.mixed(&mix, threads)

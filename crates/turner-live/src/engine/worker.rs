@@ -173,7 +173,8 @@ impl Worker {
         if !board.go_on(self.number) && !order.moving {
             return Ok(None);
         }
-        let wanted = UpdateOptions { integrator: None, cancel: Some(stop(order, board)), progress: Some(&step) };
+        let wanted =
+            UpdateOptions { integrator: None, cancel: Some(stop(order, board)), progress: Some(&step) };
         let update = self.preparer.update_with(&order.prepared_desc(), &wanted)?;
         Ok(update.map(|update| update.prepared))
     }

@@ -57,8 +57,12 @@ material = { type = "principled", base_weight = 0, specular_weight = 0, emission
 
 /// A scene from its text.
 pub(crate) fn scene(text: &str) -> SceneDesc {
-    let loaded =
-        turner_io::scene::load_text(text.to_owned(), "test.toml", &MemoryAssets::default(), &Default::default());
+    let loaded = turner_io::scene::load_text(
+        text.to_owned(),
+        "test.toml",
+        &MemoryAssets::default(),
+        &Default::default(),
+    );
     loaded.unwrap_or_else(|e| panic!("{}", e.error.message)).desc
 }
 

@@ -121,7 +121,8 @@ fn parts_of_light_add_up() {
         assert!(layers.iter().any(|layer| layer == part), "{layers:?}");
     }
     let alone = |part: &str| -> Vec<[f32; 4]> {
-        let mix: Vec<(&str, f32)> = layers.iter().map(|layer| (layer.as_str(), f32::from(layer == part))).collect();
+        let mix: Vec<(&str, f32)> =
+            layers.iter().map(|layer| (layer.as_str(), f32::from(layer == part))).collect();
         of(&mix)
     };
     let mut sum = vec![[0.0_f32; 4]; reference.linear.len()];

@@ -168,7 +168,8 @@ fn a_change_of_the_display_continues_the_film() {
         let number = engine.order(order(&brighter));
         assert_same("another exposure", &settled(engine, number), &rendered(&brighter));
         let frames = frames.lock().unwrap();
-        let own: Vec<Stage> = frames.iter().filter(|(order, _)| *order == number).map(|(_, stage)| *stage).collect();
+        let own: Vec<Stage> =
+            frames.iter().filter(|(order, _)| *order == number).map(|(_, stage)| *stage).collect();
         assert!(!own.is_empty() && own.iter().all(|stage| *stage == Stage::Settled), "{own:?}");
     }
 }

@@ -35,7 +35,8 @@ fn dropping_the_engine_while_it_renders_returns_quickly() {
 
 #[test]
 fn a_new_order_stops_the_work_on_the_last() {
-    let heavy = balls("path", |desc| (desc.film.width, desc.film.height, desc.film.samples) = (1280, 720, 65536));
+    let heavy =
+        balls("path", |desc| (desc.film.width, desc.film.height, desc.film.samples) = (1280, 720, 65536));
     let light = balls("normals", |_| {});
     let engine = Engine::new(|| {});
     for millis in [1, 50, 900] {
@@ -59,6 +60,10 @@ fn every_start_has_a_first_frame() {
         let frame = frame_that(&engine, number, |_| true);
         assert!(frame.picture.width <= document.desc().film.width, "{}", start.name);
         let first = frame.picture.display.first();
-        assert!(frame.picture.display.iter().any(|pixel| Some(pixel) != first), "{} shows one colour", start.name);
+        assert!(
+            frame.picture.display.iter().any(|pixel| Some(pixel) != first),
+            "{} shows one colour",
+            start.name
+        );
     }
 }

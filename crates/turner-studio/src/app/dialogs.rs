@@ -92,7 +92,8 @@ fn entries(folder: &Path, all: bool) -> Vec<(String, PathBuf, bool)> {
             let name = entry.file_name().to_string_lossy().into_owned();
             let path = entry.path();
             let is_folder = path.is_dir();
-            (!name.starts_with('.') && (is_folder || all || readable(&path))).then_some((name, path, is_folder))
+            (!name.starts_with('.') && (is_folder || all || readable(&path)))
+                .then_some((name, path, is_folder))
         })
         .collect();
     list.sort_by_key(|(name, _, is_folder)| (!is_folder, name.to_lowercase()));
@@ -117,7 +118,8 @@ fn file(ui: &mut Ui, studio: &mut Studio, purpose: Purpose, mut name: String) ->
     }
     let enter = response.lost_focus() && ui.input(|i| i.key_pressed(Key::Enter));
     let path = PathBuf::from(&name);
-    let folder = if path.is_dir() { path.clone() } else { path.parent().map(Path::to_owned).unwrap_or_default() };
+    let folder =
+        if path.is_dir() { path.clone() } else { path.parent().map(Path::to_owned).unwrap_or_default() };
     let mut done = false;
     let mut chosen = None;
     egui::ScrollArea::vertical().max_height(260.0).auto_shrink([false, true]).show(ui, |ui| {
@@ -185,7 +187,11 @@ fn system(ctx: &egui::Context, studio: &mut Studio, purpose: &Purpose, folder: &
     }));
 }
 
-fn recovered(ui: &mut Ui, studio: &mut Studio, found: Vec<turner_live::document::Recovered>) -> Option<Dialog> {
+fn recovered(
+    ui: &mut Ui,
+    studio: &mut Studio,
+    found: Vec<turner_live::document::Recovered>,
+) -> Option<Dialog> {
     ui.heading("Unsaved work was found");
     ui.label("An earlier session ended without saving. Open what it kept?");
     let mut rest = found.clone();

@@ -12,7 +12,11 @@ const MOST: usize = 12;
 /// Whether the letters of `needle` occur in `text` in this order.
 fn matches(text: &str, needle: &str) -> bool {
     let mut letters = text.chars().flat_map(char::to_lowercase);
-    needle.chars().flat_map(char::to_lowercase).filter(|c| !c.is_whitespace()).all(|c| letters.any(|l| l == c))
+    needle
+        .chars()
+        .flat_map(char::to_lowercase)
+        .filter(|c| !c.is_whitespace())
+        .all(|c| letters.any(|l| l == c))
 }
 
 /// The possible actions for a text, those that contain it first.
@@ -37,7 +41,8 @@ pub(super) fn show(ctx: &egui::Context, studio: &mut Studio) {
     let mut open = !escape;
     let modal = egui::Modal::new(egui::Id::unique("palette")).show(ctx, |ui| {
         ui.set_width(420.0);
-        let field = egui::TextEdit::singleline(&mut text).hint_text("Type a command").desired_width(f32::INFINITY);
+        let field =
+            egui::TextEdit::singleline(&mut text).hint_text("Type a command").desired_width(f32::INFINITY);
         let response = ui.add(field);
         name_text(&response, "Command", &text);
         response.request_focus();

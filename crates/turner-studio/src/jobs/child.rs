@@ -134,7 +134,8 @@ pub(super) fn start(
     };
     if let Err(error) = std::thread::Builder::new().name("job".into()).spawn(work) {
         shared.change(|report| {
-            (report.state, report.error) = (State::Failed, Some(format!("no thread can be started: {error}")));
+            (report.state, report.error) =
+                (State::Failed, Some(format!("no thread can be started: {error}")));
         });
     }
 }
@@ -155,7 +156,8 @@ fn run(
         turner_io::convert::to_toml(desc, &scene, &options).map_err(|e| e.message)?;
     }
     let args: Vec<OsString> = before.iter().map(OsString::from).chain(spec.args(folder)).collect();
-    let mut child = spawn(program, &args, folder, spec.nice).map_err(|e| format!("{}: {e}", program.display()))?;
+    let mut child =
+        spawn(program, &args, folder, spec.nice).map_err(|e| format!("{}: {e}", program.display()))?;
     let (out, err) = (child.stdout.take(), child.stderr.take());
     {
         let mut inner = shared.lock();

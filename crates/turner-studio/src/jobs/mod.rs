@@ -94,7 +94,15 @@ impl Queue {
         let number = QUEUES.fetch_add(1, Ordering::Relaxed);
         let root = home.join("jobs").join(format!("session-{}-{number}", std::process::id()));
         let program = (program, vec!["turner".to_owned()]);
-        Queue { program, root, jobs: Vec::new(), next: 1, wake: Arc::new(wake), with_view: false, held: false }
+        Queue {
+            program,
+            root,
+            jobs: Vec::new(),
+            next: 1,
+            wake: Arc::new(wake),
+            with_view: false,
+            held: false,
+        }
     }
 
     /// Appends a job. It begins when those before it have ended.

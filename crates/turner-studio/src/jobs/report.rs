@@ -155,7 +155,11 @@ mod tests {
         report.hear(r#"{"event":"progress","done":0.5,"seconds_left":40,"samples_per_pixel":4,"noise":0.1}"#);
         let left = report.seconds_left(1).unwrap();
         assert!((39.0..=40.0).contains(&left), "{left}");
-        assert_eq!((report.seconds_left(2), report.fraction(2)), (None, 0.25), "the second picture is unknown");
+        assert_eq!(
+            (report.seconds_left(2), report.fraction(2)),
+            (None, 0.25),
+            "the second picture is unknown"
+        );
         report.hear(r#"{"event":"done","complete":true,"output":"a_0000.png","seconds":{"load":1,"render":6,"save":1}}"#);
         assert_eq!((report.fraction(4), report.seconds_left(4)), (0.25, Some(32.0 - 8.0)));
         report.hear("no event");

@@ -82,9 +82,13 @@ impl Spec {
         let is_sequence = self.sequence != Sequence::Single;
         match () {
             () if self.output.file_name().is_none() || self.output.is_dir() => Some("Name a file"),
-            () if self.output.extension().is_none() => Some("Give the file an extension, such as .png or .exr"),
+            () if self.output.extension().is_none() => {
+                Some("Give the file an extension, such as .png or .exr")
+            }
             () if !self.output.parent().is_some_and(Path::is_dir) => Some("The folder does not exist"),
-            () if is_sequence && matches!(self.sequence, Sequence::Frames(first, last, _) if first > last) => {
+            () if is_sequence
+                && matches!(self.sequence, Sequence::Frames(first, last, _) if first > last) =>
+            {
                 Some("The last frame comes before the first")
             }
             () => None,

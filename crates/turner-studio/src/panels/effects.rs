@@ -112,7 +112,11 @@ fn shown(ui: &mut Ui, studio: &mut Studio) {
     ui.strong("Show");
     for (display, name, help) in [
         (Display::Picture, "Picture", "The picture"),
-        (Display::FalseColor, "False colour", "Luminance: black is five stops below middle grey, pale yellow five above"),
+        (
+            Display::FalseColor,
+            "False colour",
+            "Luminance: black is five stops below middle grey, pale yellow five above",
+        ),
         (Display::Noise, "Noise", "The estimated error of each pixel: pale yellow is 100 %"),
     ] {
         if ui.radio(studio.look.display == display, name).on_hover_text(help).clicked() {

@@ -18,7 +18,11 @@ pub(crate) fn show(ui: &mut Ui, studio: &mut Studio) {
                 ui.add_space(8.0);
                 ui.strong(group);
             }
-            if ui.selectable_label(studio.document.name() == start.name, start.name).on_hover_text(start.about).clicked() {
+            if ui
+                .selectable_label(studio.document.name() == start.name, start.name)
+                .on_hover_text(start.about)
+                .clicked()
+            {
                 chosen = Some(After::Start(start));
             }
         }

@@ -32,7 +32,8 @@ pub(crate) fn show(ui: &mut Ui, studio: &mut Studio) {
     egui::ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
         Grid::new("pixel").num_columns(2).spacing([12.0, 3.0]).striped(true).show(ui, |ui| {
             let mut list = vec![("Pixel", format!("{x}, {y}"))];
-            if let (Some([r, g, b, a]), Some(shown)) = (picture.linear.get(index), picture.display.get(index)) {
+            if let (Some([r, g, b, a]), Some(shown)) = (picture.linear.get(index), picture.display.get(index))
+            {
                 list.push(("Scene value", format!("{r:.4} {g:.4} {b:.4}")));
                 list.push(("Coverage", format!("{a:.3}")));
                 let [r, g, b, _] = shown;
@@ -43,31 +44,37 @@ pub(crate) fn show(ui: &mut Ui, studio: &mut Studio) {
                 Err(error) => rows(ui, &[("Surface", error.message)]),
                 Ok(None) => rows(ui, &[("Surface", "none: the background".into())]),
                 Ok(Some(p)) => {
-                    rows(ui, &[
-                        ("Object", p.object),
-                        ("Shape", format!("{}, number {}", p.shape, p.primitive)),
-                        ("Material", p.material),
-                        ("Position", number::vector(p.position)),
-                        ("Shading normal", number::vector(p.normal)),
-                        ("Geometric normal", number::vector(p.geometric_normal)),
-                        ("uv", format!("{:.4} {:.4}", p.uv[0], p.uv[1])),
-                        ("Distance", number::number(p.distance)),
-                        ("Depth", number::number(p.depth)),
-                        ("Side", if p.outside { "outside" } else { "inside" }.into()),
-                        ("Albedo", number::color(p.albedo)),
-                    ]);
+                    rows(
+                        ui,
+                        &[
+                            ("Object", p.object),
+                            ("Shape", format!("{}, number {}", p.shape, p.primitive)),
+                            ("Material", p.material),
+                            ("Position", number::vector(p.position)),
+                            ("Shading normal", number::vector(p.normal)),
+                            ("Geometric normal", number::vector(p.geometric_normal)),
+                            ("uv", format!("{:.4} {:.4}", p.uv[0], p.uv[1])),
+                            ("Distance", number::number(p.distance)),
+                            ("Depth", number::number(p.depth)),
+                            ("Side", if p.outside { "outside" } else { "inside" }.into()),
+                            ("Albedo", number::color(p.albedo)),
+                        ],
+                    );
                     if let Some(s) = p.surface {
-                        rows(ui, &[
-                            ("Metalness", format!("{:.3}", s.metalness)),
-                            ("Specular weight", format!("{:.3}", s.specular)),
-                            ("Roughness", format!("{:.3}", s.roughness)),
-                            ("Index of refraction", format!("{:.3}", s.ior)),
-                            ("Transmission", format!("{:.3}", s.transmission)),
-                            ("Subsurface", format!("{:.3}", s.subsurface)),
-                            ("Coat", format!("{:.3}", s.coat)),
-                            ("Opacity", format!("{:.3}", s.opacity)),
-                            ("Emission", number::color(s.emission)),
-                        ]);
+                        rows(
+                            ui,
+                            &[
+                                ("Metalness", format!("{:.3}", s.metalness)),
+                                ("Specular weight", format!("{:.3}", s.specular)),
+                                ("Roughness", format!("{:.3}", s.roughness)),
+                                ("Index of refraction", format!("{:.3}", s.ior)),
+                                ("Transmission", format!("{:.3}", s.transmission)),
+                                ("Subsurface", format!("{:.3}", s.subsurface)),
+                                ("Coat", format!("{:.3}", s.coat)),
+                                ("Opacity", format!("{:.3}", s.opacity)),
+                                ("Emission", number::color(s.emission)),
+                            ],
+                        );
                     }
                 }
             }

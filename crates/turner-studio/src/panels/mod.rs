@@ -9,7 +9,7 @@ pub(crate) mod inspector;
 pub(crate) mod outliner;
 pub(crate) mod properties;
 pub(crate) mod rays;
+pub(crate) mod render;
 pub(crate) mod scopes;
 pub mod second;
 pub mod swatch;
-pub(crate) mod render;

@@ -36,7 +36,8 @@ pub(crate) fn show(ui: &mut Ui, studio: &mut Studio) {
             if count == 0 {
                 continue;
             }
-            let header = CollapsingHeader::new(format!("{title} ({count})")).id_salt(title).default_open(count < 60);
+            let header =
+                CollapsingHeader::new(format!("{title} ({count})")).id_salt(title).default_open(count < 60);
             header.show(ui, |ui| {
                 let needle = text.to_lowercase();
                 let mut shown = 0;
@@ -80,7 +81,15 @@ fn entry(ui: &mut Ui, studio: &mut Studio, node: Node, label: &str) {
             go_to(studio, i);
             ui.close();
         }
-        for action in [Action::Frame, Action::Duplicate, Action::Hide, Action::Group, Action::Ungroup, Action::Copy, Action::Delete] {
+        for action in [
+            Action::Frame,
+            Action::Duplicate,
+            Action::Hide,
+            Action::Group,
+            Action::Ungroup,
+            Action::Copy,
+            Action::Delete,
+        ] {
             if ui.add_enabled(action.is_possible(studio), egui::Button::new(action.label())).clicked() {
                 studio.queue.push(action);
                 ui.close();

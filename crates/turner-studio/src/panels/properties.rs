@@ -130,7 +130,11 @@ const COMMON: &[Field] = &[
     common("name", || "\"text\"".into(), &["The name, for messages and reports."]),
     common("material", || "material".into(), &["Its material."]),
     common("light_group", || "\"text\"".into(), &["Its light group if it emits light."]),
-    common("shadow_catcher", || "true | false".into(), &["Whether the camera sees nothing of it but the shadow on it."]),
+    common(
+        "shadow_catcher",
+        || "true | false".into(),
+        &["Whether the camera sees nothing of it but the shadow on it."],
+    ),
     common("hidden", || "true | false".into(), &["Whether it is left out of the picture."]),
 ];
 
@@ -202,15 +206,18 @@ fn light(
         });
         studio.check(result);
     }
-    let has_color = LightDesc::DOC.entries.iter().any(|e| e.name == kind && e.fields.iter().any(|f| f.name == "color"));
+    let has_color =
+        LightDesc::DOC.entries.iter().any(|e| e.name == kind && e.fields.iter().any(|f| f.name == "color"));
     if has_color && let Some(rgb) = temperature(ui) {
         let items = rgb.map(|v| Value::new(Data::Number(v))).to_vec();
         changes.push(("color", Change::Set(Data::Array(items))));
     }
-    if kind == "sky" && let Some([elevation, azimuth]) = hour(ui) {
+    if kind == "sky"
+        && let Some([elevation, azimuth]) = hour(ui)
+    {
         studio.moving();
-        let edits =
-            [("elevation", elevation), ("azimuth", azimuth)].map(|(key, v)| (format!("{path}.{key}"), Data::Number(v)));
+        let edits = [("elevation", elevation), ("azimuth", azimuth)]
+            .map(|(key, v)| (format!("{path}.{key}"), Data::Number(v)));
         let result = studio.document.set("Hour of the sun", Some("hour"), &edits);
         studio.check(result);
     }
@@ -248,4 +255,3 @@ fn apply(studio: &mut Studio, node: Node, path: &str, table: &Table, key: &'stat
         }
     }
 }
-

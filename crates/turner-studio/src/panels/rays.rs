@@ -108,14 +108,16 @@ fn node(
     }
     *left -= 1;
     let share = explanation.tree.fraction(ray.total);
-    let mut title = RichText::new(format!("{}  {}", ray.summary().replace('→', "to"), number::percent(share)));
+    let mut title =
+        RichText::new(format!("{}  {}", ray.summary().replace('→', "to"), number::percent(share)));
     if insight.marked == Some(index) {
         title = title.strong();
     }
     let header = CollapsingHeader::new(title).id_salt(index).default_open(level < 3);
     let response = header.show(ui, |ui| {
         for term in &ray.terms {
-            ui.label(RichText::new(format!("{}: {}", term.name, term.text())).small()).on_hover_text(term.meaning().unwrap_or(term.name));
+            ui.label(RichText::new(format!("{}: {}", term.name, term.text())).small())
+                .on_hover_text(term.meaning().unwrap_or(term.name));
         }
         if let Some(cut) = &ray.cut {
             ui.label(RichText::new(cut.to_string()).small().italics());

@@ -21,7 +21,10 @@ pub(crate) fn show(ui: &mut Ui, studio: &mut Studio) {
     waveform(ui, picture);
     let clipped = picture.display.iter().step_by(step(picture)).filter(|p| p[..3].contains(&255)).count();
     let seen = picture.display.len().div_ceil(step(picture)).max(1);
-    ui.weak(format!("{:.1} % of the pixels have a channel at its limit", 100.0 * clipped as f64 / seen as f64));
+    ui.weak(format!(
+        "{:.1} % of the pixels have a channel at its limit",
+        100.0 * clipped as f64 / seen as f64
+    ));
 }
 
 fn step(picture: &Picture) -> usize {
@@ -75,7 +78,11 @@ fn waveform(ui: &mut Ui, picture: &Picture) {
                 let alpha = (60.0 + 195.0 * (f32::from(*n) / most).sqrt()) as u8;
                 let at = pos2(rect.left() + cell.x * x as f32, rect.bottom() - cell.y * (y + 1) as f32);
                 let [r, g, b, _] = color.to_array();
-                painter.rect_filled(Rect::from_min_size(at, cell), 0.0, Color32::from_rgba_unmultiplied(r, g, b, alpha));
+                painter.rect_filled(
+                    Rect::from_min_size(at, cell),
+                    0.0,
+                    Color32::from_rgba_unmultiplied(r, g, b, alpha),
+                );
             }
         }
     }

@@ -41,13 +41,15 @@ fn scene(desc: &SceneDesc, node: Node) -> Result<Option<SceneDesc>, SceneError> 
             let own = part.names().textures.iter().position(|name| Some(name) == names.textures.get(i));
             let Some(own) = own else { return Ok(None) };
             let color = ColorSource::Texture(TextureId(own as u32));
-            part.materials.push(MaterialDesc::Matte(MatteMaterial { color, ..MatteMaterial::default() }).into());
+            part.materials
+                .push(MaterialDesc::Matte(MatteMaterial { color, ..MatteMaterial::default() }).into());
             let material = Some(MaterialId((part.materials.len() - 1) as u32));
             let square = ShapeDesc::Rectangle(RectangleDesc::default());
             part.objects.push(ObjectDesc { material, ..ObjectDesc::new(square) });
             let viewport = turner::camera::Viewport::Height(2.0);
-            part.camera =
-                Some(CameraDesc::Orthographic(OrthographicDesc { viewport, ..OrthographicDesc::default() }).into());
+            part.camera = Some(
+                CameraDesc::Orthographic(OrthographicDesc { viewport, ..OrthographicDesc::default() }).into(),
+            );
             part.integrator = IntegratorDesc::Albedo(AlbedoDesc::default());
         }
         Node::Material(i) => {
@@ -122,7 +124,8 @@ mod tests {
             let desc = document.desc();
             let materials = (0..desc.materials.len().min(4)).map(Node::Material);
             for node in materials.chain((0..desc.textures.len()).map(Node::Texture)) {
-                let image = draw(desc, node, &AtomicBool::new(false)).unwrap_or_else(|| panic!("{name}: {node:?}"));
+                let image =
+                    draw(desc, node, &AtomicBool::new(false)).unwrap_or_else(|| panic!("{name}: {node:?}"));
                 let first = image.pixels[0];
                 assert!(image.pixels.iter().any(|p| *p != first), "{name}: {node:?} is one colour");
             }

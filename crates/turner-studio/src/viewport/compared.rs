@@ -37,7 +37,8 @@ pub(crate) fn image(picture: &Picture) -> ColorImage {
 
 fn canvas(picture: &Picture) -> Canvas {
     let bytes = picture.display.iter().flatten().copied().collect();
-    let image = Image { width: picture.width, height: picture.height, channels: 4, pixels: Pixels::U8(bytes) };
+    let image =
+        Image { width: picture.width, height: picture.height, channels: 4, pixels: Pixels::U8(bytes) };
     Canvas::new(&image, false)
 }
 
@@ -115,7 +116,8 @@ pub(super) fn show(ctx: &Context, painter: &Painter, rect: Rect, studio: &mut St
             });
             if !is_same && state.task.is_none() {
                 state.of = Some((Arc::clone(&kept), Arc::clone(&now), is_flip));
-                state.task = Some(Task::start(ctx, move |_| differences(&kept.picture, &now.picture, is_flip)));
+                state.task =
+                    Some(Task::start(ctx, move |_| differences(&kept.picture, &now.picture, is_flip)));
             }
             if let Some(map) = &state.map {
                 painter.image(map.id(), rect, whole, Color32::WHITE);

@@ -8,7 +8,7 @@ use turner::schema::transform::rotation;
 use turner_live::engine::Stand;
 
 use super::{Placed, Tool, overlay};
-use crate::actions::position_of;
+use crate::cameras::position_of;
 use crate::node::Node;
 use crate::studio::Studio;
 
@@ -88,9 +88,15 @@ pub(super) fn show(
         let end = from + per_unit * unit as f32 * (LENGTH / length.max(LENGTH * 0.5));
         overlay::line(painter, [from, end], 2.5, color);
         match tool {
-            Tool::Scale => drop(painter.rect_filled(egui::Rect::from_center_size(end, Vec2::splat(9.0)), 1.0, color)),
-            Tool::Rotate => drop(painter.circle_stroke(end, 6.0, egui::Stroke::new(2.5, color))),
-            _ => drop(painter.circle_filled(end, 5.0, color)),
+            Tool::Scale => {
+                painter.rect_filled(egui::Rect::from_center_size(end, Vec2::splat(9.0)), 1.0, color);
+            }
+            Tool::Rotate => {
+                painter.circle_stroke(end, 6.0, egui::Stroke::new(2.5, color));
+            }
+            _ => {
+                painter.circle_filled(end, 5.0, color);
+            }
         }
         let font = egui::TextStyle::Small.resolve(ui.style());
         painter.text(end + Vec2::new(8.0, -8.0), egui::Align2::LEFT_BOTTOM, letter, font, color);
@@ -144,7 +150,8 @@ fn drag(
         Tool::Rotate => {
             let angle = |at: Pos2| f64::from((at - origin).angle());
             // Seen from the tip of the axis, a rotation is counter-clockwise; the window's y axis points down.
-            let towards = studio.frame.as_ref().map_or(DVec3::Z, |f| position(&f.stand.prepared.view.camera) - center);
+            let towards =
+                studio.frame.as_ref().map_or(DVec3::Z, |f| position(&f.stand.prepared.view.camera) - center);
             let side = if towards.dot(direction) < 0.0 { 1.0 } else { -1.0 };
             let turn = side * (angle(now) - angle(from)).to_degrees();
             let about = DAffine3::from_mat3(rotation(direction, turn));

@@ -13,7 +13,7 @@ use turner::light::LightDesc;
 use turner_live::engine::{Frame, Stage};
 use turner_live::{camera, pick};
 
-use crate::actions::move_camera;
+use crate::cameras::move_camera;
 use crate::node::Node;
 use crate::studio::Studio;
 

@@ -8,7 +8,7 @@ use turner::math::DVec3;
 use turner_live::camera;
 
 use super::Placed;
-use crate::actions::{camera_of, move_camera};
+use crate::cameras::{camera_of, move_camera};
 use crate::studio::Studio;
 
 /// Radians per height of the picture.
@@ -21,7 +21,8 @@ pub(super) fn show(ui: &egui::Ui, response: &egui::Response, placed: Placed, stu
     let (right, down) = (f64::from(by.x) / height, f64::from(by.y) / height);
     let shift = ui.input(|i| i.modifiers.shift);
     if by != egui::Vec2::ZERO {
-        if response.dragged_by(PointerButton::Middle) || response.dragged_by(PointerButton::Primary) && shift {
+        if response.dragged_by(PointerButton::Middle) || response.dragged_by(PointerButton::Primary) && shift
+        {
             move_camera(studio, "Pan", |c| camera::pan(c, right, -down, aspect));
         } else if response.dragged_by(PointerButton::Primary) {
             move_camera(studio, "Orbit", |c| camera::orbit(c, -right * TURN, down * TURN));
@@ -29,7 +30,9 @@ pub(super) fn show(ui: &egui::Ui, response: &egui::Response, placed: Placed, stu
             move_camera(studio, "Look around", |c| camera::look(c, right * TURN, -down * TURN));
         }
     }
-    if response.dragged_by(PointerButton::Secondary) || response.is_pointer_button_down_on() && down_on_secondary(ui) {
+    if response.dragged_by(PointerButton::Secondary)
+        || response.is_pointer_button_down_on() && down_on_secondary(ui)
+    {
         fly(ui, shift, studio);
     }
     if response.drag_stopped() {

@@ -3,14 +3,14 @@
 use std::sync::Arc;
 
 use egui::{Color32, Painter, Rect, Stroke, pos2};
-use turner::integrator::Prepared;
 use turner::explain::{Kind, RayNode};
+use turner::integrator::Prepared;
 use turner::math::{Bounds, DVec2, DVec3};
 use turner_live::engine::Stand;
 use turner_live::pick;
 
 use super::Placed;
-use crate::actions::position_of;
+use crate::cameras::position_of;
 use crate::node::Node;
 use crate::panels::rays::depth;
 use crate::studio::Studio;
@@ -44,7 +44,13 @@ pub(crate) fn seen(prepared: &Prepared, placed: Placed, p: DVec3) -> Option<egui
 
 /// A segment as seen by the camera, in pieces, so that the part behind the camera is left out and lenses that bend lines
 /// are followed.
-pub(crate) fn segment(prepared: &Prepared, placed: Placed, from: DVec3, to: DVec3, mut line: impl FnMut([egui::Pos2; 2])) {
+pub(crate) fn segment(
+    prepared: &Prepared,
+    placed: Placed,
+    from: DVec3,
+    to: DVec3,
+    mut line: impl FnMut([egui::Pos2; 2]),
+) {
     const PIECES: usize = 48;
     let at = |i: usize| seen(prepared, placed, from + (to - from) * (i as f64 / PIECES as f64));
     let mut last = at(0);
@@ -83,18 +89,36 @@ pub(super) fn show(painter: &Painter, placed: Placed, studio: &mut Studio) {
     }
     if let Some([x, y]) = studio.viewport.explained {
         let at = placed.to_window([f64::from(x) + 0.5, f64::from(y) + 0.5]);
-        for (from, to) in [((-9.0, 0.0), (-3.0, 0.0)), ((3.0, 0.0), (9.0, 0.0)), ((0.0, -9.0), (0.0, -3.0)), ((0.0, 3.0), (0.0, 9.0))] {
-            line(painter, [pos2(at.x + from.0, at.y + from.1), pos2(at.x + to.0, at.y + to.1)], 1.5, Color32::WHITE);
+        for (from, to) in [
+            ((-9.0, 0.0), (-3.0, 0.0)),
+            ((3.0, 0.0), (9.0, 0.0)),
+            ((0.0, -9.0), (0.0, -3.0)),
+            ((0.0, 3.0), (0.0, 9.0)),
+        ] {
+            line(
+                painter,
+                [pos2(at.x + from.0, at.y + from.1), pos2(at.x + to.0, at.y + to.1)],
+                1.5,
+                Color32::WHITE,
+            );
         }
     }
 }
 
 /// The edges of a box from its eight corners, numbered by their bits.
-pub(crate) fn boxed(painter: &Painter, placed: Placed, prepared: &Prepared, corners: &[DVec3; 8], color: Color32) {
+pub(crate) fn boxed(
+    painter: &Painter,
+    placed: Placed,
+    prepared: &Prepared,
+    corners: &[DVec3; 8],
+    color: Color32,
+) {
     for a in 0..8usize {
         for bit in [1, 2, 4] {
             if a & bit == 0 {
-                segment(prepared, placed, corners[a], corners[a | bit], |ends| line(painter, ends, 1.2, color));
+                segment(prepared, placed, corners[a], corners[a | bit], |ends| {
+                    line(painter, ends, 1.2, color)
+                });
             }
         }
     }

@@ -7,7 +7,13 @@ use super::{name, name_number};
 
 /// Edits a colour. With `encoded`, values are display values as in classic scenes; else they are linear. Returns whether
 /// it changed.
-pub(crate) fn edit(ui: &mut Ui, rgb: &mut [f64; 3], encoded: bool, range: Option<Range>, label: &str) -> bool {
+pub(crate) fn edit(
+    ui: &mut Ui,
+    rgb: &mut [f64; 3],
+    encoded: bool,
+    range: Option<Range>,
+    label: &str,
+) -> bool {
     let mut changed = false;
     ui.horizontal(|ui| {
         // Colours brighter than 1 keep their brightness in the picker.

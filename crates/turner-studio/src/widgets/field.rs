@@ -45,7 +45,8 @@ pub(crate) fn row(ui: &mut Ui, field: &Field, value: Option<&Data>, around: &Aro
     ui.horizontal(|ui| {
         change = widget(ui, field, value, standard.as_ref(), around);
         if value.is_some() && field.default.is_some() {
-            let reset = ui.small_button("Reset").on_hover_text(format!("Back to the default of {}", field.name));
+            let reset =
+                ui.small_button("Reset").on_hover_text(format!("Back to the default of {}", field.name));
             super::name(&reset, egui::Role::Button, &format!("Default of {}", field.name));
             if reset.clicked() {
                 change = Some(Change::Unset);
@@ -95,7 +96,13 @@ fn array(values: impl IntoIterator<Item = f64>) -> Data {
     Data::Array(values.into_iter().map(|v| Value::new(Data::Number(v))).collect())
 }
 
-fn widget(ui: &mut Ui, field: &Field, value: Option<&Data>, standard: Option<&Data>, around: &Around<'_>) -> Option<Change> {
+fn widget(
+    ui: &mut Ui,
+    field: &Field,
+    value: Option<&Data>,
+    standard: Option<&Data>,
+    around: &Around<'_>,
+) -> Option<Change> {
     let kind = (field.kind)();
     let shown = value.or(standard);
     let words = (field.words)();
@@ -146,7 +153,13 @@ fn scalar(ui: &mut Ui, field: &Field, shown: Option<&Data>, whole: bool) -> Opti
     // An excluded end is approached, not reached.
     let low = if open_min { min + 1e-6 } else { min };
     let narrow = max - min <= 1000.0;
-    let speed = if whole { 0.2 } else if narrow { ((max - min) * 0.002).max(1e-4) } else { (v.abs() * 0.01).max(0.005) };
+    let speed = if whole {
+        0.2
+    } else if narrow {
+        ((max - min) * 0.002).max(1e-4)
+    } else {
+        (v.abs() * 0.01).max(0.005)
+    };
     let drag = DragValue::new(&mut v).range(low..=max).speed(speed).max_decimals(if whole { 0 } else { 5 });
     let response = ui.add(drag);
     name_number(&response, field.name, v);
@@ -167,7 +180,12 @@ fn vector(ui: &mut Ui, field: &Field, mut values: Vec<f64>) -> Option<Change> {
     changed.then(|| Change::Set(array(values)))
 }
 
-fn word(ui: &mut Ui, field: &Field, shown: Option<&Data>, words: &[(&'static str, &'static str)]) -> Option<Change> {
+fn word(
+    ui: &mut Ui,
+    field: &Field,
+    shown: Option<&Data>,
+    words: &[(&'static str, &'static str)],
+) -> Option<Change> {
     let now = if let Some(Data::String(word)) = shown { word.as_str() } else { "automatic" };
     let mut chosen = None;
     let combo = ComboBox::from_id_salt(field.name).selected_text(now).show_ui(ui, |ui| {
@@ -206,19 +224,20 @@ fn source(ui: &mut Ui, field: &Field, shown: Option<&Data>, around: &Around<'_>)
         }
         None => change = colour(ui, field, shown, around).map(Change::Set),
     }
-    let combo = ComboBox::from_id_salt((field.name, "texture")).selected_text("").width(20.0).show_ui(ui, |ui| {
-        if ui.selectable_label(texture.is_none(), "colour").clicked() && texture.is_some() {
-            change = Some(Change::Set(array([0.5; 3])));
-        }
-        for name in around.textures {
-            if ui.selectable_label(texture == Some(name), name).clicked() {
-                change = Some(Change::Set(Data::String(name.clone())));
+    let combo =
+        ComboBox::from_id_salt((field.name, "texture")).selected_text("").width(20.0).show_ui(ui, |ui| {
+            if ui.selectable_label(texture.is_none(), "colour").clicked() && texture.is_some() {
+                change = Some(Change::Set(array([0.5; 3])));
             }
-        }
-        if ui.selectable_label(false, "image file…").clicked() {
-            change = Some(Change::File);
-        }
-    });
+            for name in around.textures {
+                if ui.selectable_label(texture == Some(name), name).clicked() {
+                    change = Some(Change::Set(Data::String(name.clone())));
+                }
+            }
+            if ui.selectable_label(false, "image file…").clicked() {
+                change = Some(Change::File);
+            }
+        });
     super::name(&combo.response, egui::Role::ComboBox, &format!("{} texture", field.name));
     change
 }

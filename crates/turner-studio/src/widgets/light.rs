@@ -53,7 +53,8 @@ pub(crate) fn temperature(ui: &mut Ui) -> Option<[f64; 3]> {
     let mut kelvin: f64 = ui.data_mut(|d| d.get_temp(id)).unwrap_or(6500.0);
     let mut chosen = false;
     ui.horizontal(|ui| {
-        ui.label("Temperature").on_hover_text("Colour of a black body: 1900 K is a candle, 2700 K a lamp, 6500 K daylight");
+        ui.label("Temperature")
+            .on_hover_text("Colour of a black body: 1900 K is a candle, 2700 K a lamp, 6500 K daylight");
         let response = ui.add(DragValue::new(&mut kelvin).range(1667.0..=25000.0).speed(20.0).suffix(" K"));
         name_number(&response, "Temperature", kelvin);
         chosen = response.changed();
@@ -68,10 +69,15 @@ pub(crate) fn hour(ui: &mut Ui) -> Option<[f64; 2]> {
     let mut values: [f64; 3] = ui.data_mut(|d| d.get_temp(id)).unwrap_or([45.0, 172.0, 15.0]);
     let mut changed = false;
     Grid::new("sun").num_columns(2).show(ui, |ui| {
-        let rows = [("Hour", 0.0..=24.0, 0.02, " h"), ("Day of the year", 1.0..=365.0, 0.5, ""), ("Latitude", -90.0..=90.0, 0.2, "°")];
+        let rows = [
+            ("Hour", 0.0..=24.0, 0.02, " h"),
+            ("Day of the year", 1.0..=365.0, 0.5, ""),
+            ("Latitude", -90.0..=90.0, 0.2, "°"),
+        ];
         for (i, (name, range, speed, suffix)) in [(2, &rows[0]), (1, &rows[1]), (0, &rows[2])] {
             ui.label(*name);
-            let response = ui.add(DragValue::new(&mut values[i]).range(range.clone()).speed(*speed).suffix(*suffix));
+            let response =
+                ui.add(DragValue::new(&mut values[i]).range(range.clone()).speed(*speed).suffix(*suffix));
             name_number(&response, name, values[i]);
             changed |= response.changed();
             ui.end_row();

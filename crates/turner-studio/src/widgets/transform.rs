@@ -31,7 +31,8 @@ pub(crate) fn decompose(m: &DAffine3) -> Option<[DVec3; 3]> {
 
 /// The transform of position, rotation in degrees and scale.
 pub(crate) fn compose([position, degrees, scale]: [DVec3; 3]) -> DAffine3 {
-    let turned = rotation(DVec3::Z, degrees.z) * rotation(DVec3::Y, degrees.y) * rotation(DVec3::X, degrees.x);
+    let turned =
+        rotation(DVec3::Z, degrees.z) * rotation(DVec3::Y, degrees.y) * rotation(DVec3::X, degrees.x);
     DAffine3::from_translation(position) * DAffine3::from_mat3(turned) * DAffine3::from_scale(scale)
 }
 
@@ -47,7 +48,8 @@ pub(crate) fn edit(ui: &mut Ui, m: &DAffine3) -> Option<DAffine3> {
         ui.label(name);
         ui.horizontal(|ui| {
             for (value, axis) in [(&mut part.x, "x"), (&mut part.y, "y"), (&mut part.z, "z")] {
-                let speed = if name == "Rotation (degrees)" { speed } else { (value.abs() * speed).max(speed * 0.5) };
+                let speed =
+                    if name == "Rotation (degrees)" { speed } else { (value.abs() * speed).max(speed * 0.5) };
                 let response = ui.add(DragValue::new(&mut *value).speed(speed).max_decimals(4));
                 let label = format!("{name}, {axis}");
                 name_number(&response, &label, *value);

@@ -65,8 +65,12 @@ pub(crate) fn until(window: &mut Window, what: &str, ready: impl Fn(&Studio) -> 
 
 /// A scene from its text.
 pub(crate) fn scene(text: &str) -> SceneDesc {
-    let loaded =
-        turner_io::scene::load_text(text.to_owned(), "test.toml", &MemoryAssets::default(), &Default::default());
+    let loaded = turner_io::scene::load_text(
+        text.to_owned(),
+        "test.toml",
+        &MemoryAssets::default(),
+        &Default::default(),
+    );
     loaded.unwrap_or_else(|e| panic!("{}\n{text}", e.error.message)).desc
 }
 
@@ -184,7 +188,8 @@ pub(crate) fn click(window: &mut Window, role: Role, label: &str) {
 /// Opens a menu and chooses an entry of it. An entry shows its shortcut after its name.
 pub(crate) fn menu(window: &mut Window, menu: &str, entry: &str) {
     click(window, Role::Button, menu);
-    let found = entries(window).into_iter().find(|name| name == entry || name.starts_with(&format!("{entry} ")));
+    let found =
+        entries(window).into_iter().find(|name| name == entry || name.starts_with(&format!("{entry} ")));
     let found = found.unwrap_or_else(|| panic!("{menu} has no entry {entry:?}: {:?}", entries(window)));
     click(window, Role::Button, &found);
 }
@@ -192,19 +197,25 @@ pub(crate) fn menu(window: &mut Window, menu: &str, entry: &str) {
 /// The names of all buttons.
 pub(crate) fn entries(window: &Window) -> Vec<String> {
     let all = window.root().children_recursive();
-    all.filter(|n| n.accesskit_node().role() == Role::Button).filter_map(|n| n.accesskit_node().label()).collect()
+    all.filter(|n| n.accesskit_node().role() == Role::Button)
+        .filter_map(|n| n.accesskit_node().label())
+        .collect()
 }
 
 /// Role and name of all named nodes, for messages.
 pub(crate) fn names(window: &Window) -> Vec<String> {
     let all = window.root().children_recursive();
-    all.filter_map(|n| Some(format!("{:?} {:?}", n.accesskit_node().role(), n.accesskit_node().label()?))).collect()
+    all.filter_map(|n| Some(format!("{:?} {:?}", n.accesskit_node().role(), n.accesskit_node().label()?)))
+        .collect()
 }
 
 /// Whether any text of the window contains `text`.
 pub(crate) fn says(window: &Window, text: &str) -> bool {
     let has = |value: Option<String>| value.is_some_and(|value| value.contains(text));
-    window.root().children_recursive().any(|n| has(n.accesskit_node().label()) || has(n.accesskit_node().value()))
+    window
+        .root()
+        .children_recursive()
+        .any(|n| has(n.accesskit_node().label()) || has(n.accesskit_node().value()))
 }
 
 /// Presses and releases a key.

@@ -26,7 +26,12 @@ fn ratio(a: Color32, b: Color32) -> f32 {
 /// What was filled so far: rectangle and colour; `None` for pictures.
 type Fills = Vec<(egui::Rect, Option<Color32>)>;
 
-fn flatten(shape: &Shape, clip: egui::Rect, fills: &mut Fills, visit: &mut dyn FnMut(&TextShape, egui::Rect, &Fills)) {
+fn flatten(
+    shape: &Shape,
+    clip: egui::Rect,
+    fills: &mut Fills,
+    visit: &mut dyn FnMut(&TextShape, egui::Rect, &Fills),
+) {
     match shape {
         Shape::Vec(shapes) => shapes.iter().for_each(|shape| flatten(shape, clip, fills, visit)),
         Shape::Rect(rect) if rect.brush.is_some() => fills.push((rect.rect.intersect(clip), None)),
@@ -56,8 +61,10 @@ fn behind(at: Pos2, fills: &Fills) -> Vec<Color32> {
 /// Collects texts with too little contrast, each with its ratio.
 fn weak_texts(window: &Window, where_: &str, found: &mut BTreeMap<String, f32>) -> usize {
     let all = window.root().children_recursive();
-    let disabled: Vec<egui::Rect> =
-        all.filter(|n| n.accesskit_node().is_disabled() && n.accesskit_node().bounding_box().is_some()).map(|n| n.rect()).collect();
+    let disabled: Vec<egui::Rect> = all
+        .filter(|n| n.accesskit_node().is_disabled() && n.accesskit_node().bounding_box().is_some())
+        .map(|n| n.rect())
+        .collect();
     let mut fills = Fills::new();
     let mut count = 0;
     let mut visit = |text: &TextShape, clip: egui::Rect, fills: &Fills| {
@@ -65,7 +72,8 @@ fn weak_texts(window: &Window, where_: &str, found: &mut BTreeMap<String, f32>) 
             let rect = row.rect().translate(text.pos.to_vec2());
             let at = rect.center();
             let string = row.text();
-            if !clip.contains(at) || string.trim().is_empty() || disabled.iter().any(|rect| rect.contains(at)) {
+            if !clip.contains(at) || string.trim().is_empty() || disabled.iter().any(|rect| rect.contains(at))
+            {
                 continue;
             }
             count += 1;
@@ -104,7 +112,9 @@ fn text_is_readable_in_both_themes() {
         app(&mut window).settings.theme = theme;
         frames(&mut window, 3);
         let name = |what: &str| format!("{theme:?}, {what}");
-        for part in [None, Some(Node::Object(1)), Some(Node::Light(0)), Some(Node::Material(0)), Some(Node::Film)] {
+        for part in
+            [None, Some(Node::Object(1)), Some(Node::Light(0)), Some(Node::Material(0)), Some(Node::Film)]
+        {
             app(&mut window).selection = part;
             frames(&mut window, 3);
             count += weak_texts(&window, &name(&format!("{part:?}")), &mut found);
@@ -137,7 +147,8 @@ fn text_is_readable_in_both_themes() {
         app(&mut window).open(std::path::Path::new("no such file.toml"));
         until(&mut window, "an error", |studio| studio.problem.is_some());
         count += weak_texts(&window, &name("problem"), &mut found);
-        let error = turner::schema::SceneError::new(turner::schema::ErrorCode::Output, "a fault").help("a remedy");
+        let error =
+            turner::schema::SceneError::new(turner::schema::ErrorCode::Output, "a fault").help("a remedy");
         app(&mut window).fail(&error);
         frames(&mut window, 2);
         count += weak_texts(&window, &name("error"), &mut found);

@@ -12,7 +12,8 @@ use turner_studio::studio::{Dialog, Purpose};
 
 use super::common::*;
 
-const ONE: &str = "# A comment that stays.\n[film]\nwidth = 32\nheight = 24\n\n[[object]]\ntype = \"sphere\"\nradius = 1\n";
+const ONE: &str =
+    "# A comment that stays.\n[film]\nwidth = 32\nheight = 24\n\n[[object]]\ntype = \"sphere\"\nradius = 1\n";
 
 /// A window that shows a file.
 fn with_file(text: &str) -> (Window, tempfile::TempDir, PathBuf) {
@@ -161,7 +162,12 @@ fn a_broken_file_is_explained_and_the_last_scene_stays() {
     let last = seen(&window).document.desc().clone();
     let files = [
         ("typo.toml", "[[object]]\ntype = \"sphere\"\nradiu = 2\n", "radiu", Some((3, "radiu = 2"))),
-        ("range.toml", "\n\n[[object]]\ntype = \"sphere\"\nradius = -1\n", "radius", Some((5, "radius = -1"))),
+        (
+            "range.toml",
+            "\n\n[[object]]\ntype = \"sphere\"\nradius = -1\n",
+            "radius",
+            Some((5, "radius = -1")),
+        ),
         ("syntax.toml", "[film\nwidth = 3\n", "", Some((1, "[film"))),
         ("model.obj", "f 1 2 3\n", "", None),
         ("picture.png", "no scene", "", None),
@@ -192,12 +198,16 @@ fn a_broken_file_is_explained_and_the_last_scene_stays() {
 #[test]
 fn a_file_that_changes_on_disk_is_read_again() {
     let (mut window, _home, file) = with_file(ONE);
-    let radius = |studio: &turner_studio::studio::Studio| {
-        match studio.document.desc().value_at("object.0.radius").unwrap().map(|value| value.data) {
-            Some(Data::Number(v)) => v,
-            Some(Data::Integer(i)) => i as f64,
-            _ => 1.0,
-        }
+    let radius = |studio: &turner_studio::studio::Studio| match studio
+        .document
+        .desc()
+        .value_at("object.0.radius")
+        .unwrap()
+        .map(|value| value.data)
+    {
+        Some(Data::Number(v)) => v,
+        Some(Data::Integer(i)) => i as f64,
+        _ => 1.0,
     };
     std::fs::write(&file, ONE.replace("radius = 1", "radius = 4.5")).unwrap();
     until(&mut window, "the new radius", |studio| radius(studio) == 4.5);
@@ -227,7 +237,8 @@ fn unsaved_work_is_offered_again() {
     let folder = home.path().join("recovery/session-4294967295");
     std::fs::create_dir_all(&folder).unwrap();
     std::fs::write(folder.join("scene.toml"), ONE).unwrap();
-    std::fs::write(folder.join("about.json"), r#"{"name":"lost.toml","path":null,"process":4294967295}"#).unwrap();
+    std::fs::write(folder.join("about.json"), r#"{"name":"lost.toml","path":null,"process":4294967295}"#)
+        .unwrap();
     let at = home.path().to_owned();
     let show = move |ui: &mut egui::Ui, app: &mut Option<turner_studio::app::App>| {
         app.get_or_insert_with(|| turner_studio::app::App::new(ui.ctx(), at.clone())).show(ui);
@@ -247,7 +258,8 @@ fn unsaved_work_is_offered_again() {
 /// The finished picture is written with the bytes of the offline render.
 #[test]
 fn the_saved_picture_is_that_of_the_offline_render() {
-    let (mut window, home, _file) = with_file(&format!("{ONE}\n[integrator]\ntype = \"path\"\n\n[[light]]\ntype = \"directional\"\n"));
+    let (mut window, home, _file) =
+        with_file(&format!("{ONE}\n[integrator]\ntype = \"path\"\n\n[[light]]\ntype = \"directional\"\n"));
     app(&mut window).paused = false;
     until(&mut window, "the finished picture", |studio| {
         studio.frame.as_ref().is_some_and(|frame| frame.stage == turner_live::engine::Stage::Settled)
@@ -258,7 +270,9 @@ fn the_saved_picture_is_that_of_the_offline_render() {
     press(&mut window, Modifiers::COMMAND, Key::A);
     write(&mut window, &file.to_string_lossy());
     press(&mut window, Modifiers::NONE, Key::Enter);
-    until(&mut window, "the file", |studio| studio.message.as_ref().is_some_and(|m| m.text.starts_with("Saved ")));
+    until(&mut window, "the file", |studio| {
+        studio.message.as_ref().is_some_and(|m| m.text.starts_with("Saved "))
+    });
     let desc = seen(&window).document.desc().clone();
     let mut renderer = turner::Renderer::new(desc.prepare(&Default::default()).unwrap()).unwrap();
     let cancel = std::sync::atomic::AtomicBool::new(false);

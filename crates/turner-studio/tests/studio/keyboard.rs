@@ -135,10 +135,12 @@ fn tab_goes_through_all_widgets() {
     let (mut window, _home) = sample([1400.0, 1400.0]);
     app(&mut window).selection = Some(Node::Object(1));
     frames(&mut window, 3);
-    let inputs = [Role::Button, Role::CheckBox, Role::ComboBox, Role::SpinButton, Role::TextInput, Role::ColorWell];
+    let inputs =
+        [Role::Button, Role::CheckBox, Role::ComboBox, Role::SpinButton, Role::TextInput, Role::ColorWell];
     let of_input = |node: &egui_kittest::Node<'_>| {
         let node = node.accesskit_node();
-        (inputs.contains(&node.role()) && !node.is_disabled()).then(|| format!("{:?} {:?}", node.role(), node.label()))
+        (inputs.contains(&node.role()) && !node.is_disabled())
+            .then(|| format!("{:?} {:?}", node.role(), node.label()))
     };
     let wanted: BTreeSet<String> = window.root().children_recursive().filter_map(|n| of_input(&n)).collect();
     assert!(wanted.len() > 40, "{wanted:?}");
@@ -146,7 +148,9 @@ fn tab_goes_through_all_widgets() {
     for _ in 0..3 * wanted.len() {
         window.key_press(Key::Tab);
         frames(&mut window, 1);
-        reached.extend(window.root().children_recursive().filter(|n| n.is_focused()).filter_map(|n| of_input(&n)));
+        reached.extend(
+            window.root().children_recursive().filter(|n| n.is_focused()).filter_map(|n| of_input(&n)),
+        );
     }
     let missed: Vec<&String> = wanted.difference(&reached).collect();
     assert!(missed.is_empty(), "not reached by Tab: {missed:?}");

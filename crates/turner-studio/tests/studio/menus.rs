@@ -25,7 +25,8 @@ fn every_panel_opens_from_its_menu() {
 /// what was changed can be undone.
 #[test]
 fn every_action_of_every_menu() {
-    let selections = [None, Some(Node::Object(1)), Some(Node::Light(0)), Some(Node::Material(2)), Some(Node::View(0))];
+    let selections =
+        [None, Some(Node::Object(1)), Some(Node::Light(0)), Some(Node::Material(2)), Some(Node::View(0))];
     let (mut window, home) = sample([1400.0, 900.0]);
     let first = seen(&window).document.desc().clone();
     for action in Action::all() {
@@ -90,7 +91,11 @@ fn every_theme_size_and_density() {
                 for panel in Panel::ALL {
                     app(&mut window).reveal = Some(*panel);
                     frames(&mut window, 2);
-                    assert!(window.unnamed_widgets().is_empty(), "{size:?} x {density}: {:?}", window.unnamed_widgets());
+                    assert!(
+                        window.unnamed_widgets().is_empty(),
+                        "{size:?} x {density}: {:?}",
+                        window.unnamed_widgets()
+                    );
                 }
             }
         }
@@ -117,8 +122,18 @@ fn showing_every_part_of_every_scene_changes_nothing() {
             app(&mut window).selection = Some(part);
             frames(&mut window, 2);
             let studio = seen(&window);
-            assert!(!studio.document.is_changed(), "{}: {part:?}: {:?}", start.name, studio.document.steps().0);
-            assert!(window.unnamed_widgets().is_empty(), "{}: {part:?}: {:?}", start.name, window.unnamed_widgets());
+            assert!(
+                !studio.document.is_changed(),
+                "{}: {part:?}: {:?}",
+                start.name,
+                studio.document.steps().0
+            );
+            assert!(
+                window.unnamed_widgets().is_empty(),
+                "{}: {part:?}: {:?}",
+                start.name,
+                window.unnamed_widgets()
+            );
         }
     }
 }

@@ -73,7 +73,8 @@ impl Form<'_> {
     }
 
     fn value(&self, key: &str) -> Option<Data> {
-        let value = self.desc().value_at(&format!("{}.{key}", self.path)).unwrap_or_else(|e| panic!("{}", e.message));
+        let value =
+            self.desc().value_at(&format!("{}.{key}", self.path)).unwrap_or_else(|e| panic!("{}", e.message));
         value.map(|value| value.data)
     }
 
@@ -155,10 +156,13 @@ impl Form<'_> {
         let (key, label) = (field.name, field.name.replace('_', " "));
         let kind = (field.kind)();
         let words = (field.words)();
-        let near = |data: Option<Data>, v: f64| data.as_ref().and_then(number).is_none_or(|own| (own - v).abs() < 1e-9);
+        let near = |data: Option<Data>, v: f64| {
+            data.as_ref().and_then(number).is_none_or(|own| (own - v).abs() < 1e-9)
+        };
         if self.has(Role::ComboBox, &label) && !words.is_empty() {
             return Some(words.iter().any(|(word, _)| {
-                let chosen = |form: &Self| form.value(key).is_none_or(|v| v == Data::String((*word).to_owned()));
+                let chosen =
+                    |form: &Self| form.value(key).is_none_or(|v| v == Data::String((*word).to_owned()));
                 self.choose(&label, word, chosen)
             }));
         }
@@ -189,10 +193,14 @@ impl Form<'_> {
         if kind == "number" || kind == "integer" {
             // "automatic": a click gives it a value, and a field to change it.
             let act = |window: &mut Window| click(window, Role::Button, &label);
-            let right = |form: &Self| form.value(key).as_ref().and_then(number).is_some() && form.has(Role::SpinButton, &label);
+            let right = |form: &Self| {
+                form.value(key).as_ref().and_then(number).is_some() && form.has(Role::SpinButton, &label)
+            };
             return self.has(Role::Button, &label).then(|| self.step(key, act, right));
         }
-        for (first, index) in [(format!("{label}, red"), 0), (format!("{label}, y"), 1), (format!("{label}, x"), 0)] {
+        for (first, index) in
+            [(format!("{label}, red"), 0), (format!("{label}, y"), 1), (format!("{label}, x"), 0)]
+        {
             if !self.has(Role::SpinButton, &first) {
                 continue;
             }
@@ -354,7 +362,8 @@ fn what_all_objects_have() {
     let desc = with("");
     app(&mut window).show(Document::of(desc, "Sample".into(), textures()));
     let mut faults = Vec::new();
-    let mut form = Form { window: &mut window, part: Node::Object(1), path: "object.1".into(), faults: &mut faults };
+    let mut form =
+        Form { window: &mut window, part: Node::Object(1), path: "object.1".into(), faults: &mut faults };
     let mut missing = Vec::new();
     for what in ["Position", "Rotation (degrees)", "Scale"] {
         for axis in ["x", "y", "z"] {
@@ -378,7 +387,11 @@ fn what_all_objects_have() {
             frames(window, 2);
             write(window, "q");
         };
-        if !form.step(key, act, |form| matches!(form.value(key), Some(Data::String(text)) if text.contains('q'))) {
+        if !form.step(
+            key,
+            act,
+            |form| matches!(form.value(key), Some(Data::String(text)) if text.contains('q')),
+        ) {
             missing.push(label);
         }
     }
@@ -395,7 +408,8 @@ fn what_all_objects_have() {
 fn types_change_by_their_list() {
     let (mut window, _home) = window([1800.0, 2400.0], 1.0);
     let mut faults = Vec::new();
-    let parts = [Node::Object(1), Node::Light(0), Node::Material(0), Node::Texture(0), Node::Medium(0), Node::Camera];
+    let parts =
+        [Node::Object(1), Node::Light(0), Node::Material(0), Node::Texture(0), Node::Medium(0), Node::Camera];
     for part in parts.into_iter().chain([Node::View(0), Node::Integrator]) {
         let desc = with("");
         let path = part.path(&desc.names()).unwrap();
@@ -406,7 +420,8 @@ fn types_change_by_their_list() {
                 continue;
             }
             let mut form = Form { window: &mut window, part, path: path.clone(), faults: &mut faults };
-            let is_it = |form: &Form<'_>| form.value("type").is_none_or(|v| v == Data::String(entry.name.to_owned()));
+            let is_it =
+                |form: &Form<'_>| form.value("type").is_none_or(|v| v == Data::String(entry.name.to_owned()));
             let done = form.choose("Type", entry.name, is_it);
             let said = seen(&window).message.as_ref().is_some_and(|message| message.is_error);
             if !done && !said {

@@ -15,12 +15,21 @@ use super::common::*;
 fn is_left_out(label: &str) -> bool {
     let starts = turner_live::document::STARTS.iter().any(|start| start.name == label);
     let named = ["Quit", "New", "Open", "Open…", "Empty stage", "..", "Don't save", "System dialog…"];
-    starts || label.ends_with('/') || named.iter().any(|name| label == *name || label.starts_with(&format!("{name} Ctrl")))
+    starts
+        || label.ends_with('/')
+        || named.iter().any(|name| label == *name || label.starts_with(&format!("{name} Ctrl")))
 }
 
 fn widgets(window: &Window) -> Vec<Widget<'_>> {
-    let roles =
-        [Role::Button, Role::CheckBox, Role::ComboBox, Role::SpinButton, Role::TextInput, Role::ColorWell, Role::Image];
+    let roles = [
+        Role::Button,
+        Role::CheckBox,
+        Role::ComboBox,
+        Role::SpinButton,
+        Role::TextInput,
+        Role::ColorWell,
+        Role::Image,
+    ];
     let all = window.root().children_recursive();
     let usable = all.filter(|n| {
         let n = n.accesskit_node();
@@ -30,8 +39,24 @@ fn widgets(window: &Window) -> Vec<Widget<'_>> {
 }
 
 const PLAIN: &[Key] = &[
-    Key::Delete, Key::Escape, Key::Enter, Key::Tab, Key::ArrowUp, Key::ArrowDown, Key::ArrowLeft, Key::ArrowRight, Key::F,
-    Key::Home, Key::Q, Key::G, Key::R, Key::T, Key::C, Key::X, Key::Space, Key::Backspace,
+    Key::Delete,
+    Key::Escape,
+    Key::Enter,
+    Key::Tab,
+    Key::ArrowUp,
+    Key::ArrowDown,
+    Key::ArrowLeft,
+    Key::ArrowRight,
+    Key::F,
+    Key::Home,
+    Key::Q,
+    Key::G,
+    Key::R,
+    Key::T,
+    Key::C,
+    Key::X,
+    Key::Space,
+    Key::Backspace,
 ];
 const WITH_COMMAND: &[Key] = &[Key::Z, Key::D, Key::K, Key::B, Key::Plus, Key::Minus, Key::A];
 const TEXTS: &[&str] = &["1", "0.5", "-3", "frame", "add", "show", "e", "12", "", "ball", "…", "\u{1F600}"];
@@ -41,7 +66,12 @@ fn drag(window: &mut Window, rect: Rect, random: &mut Random) {
         let at = Vec2::new(random.below(1000) as f32, random.below(1000) as f32) / 1000.0;
         Pos2::new(rect.left() + rect.width() * at.x, rect.top() + rect.height() * at.y)
     };
-    let button = random.of(&[PointerButton::Primary, PointerButton::Primary, PointerButton::Middle, PointerButton::Secondary]);
+    let button = random.of(&[
+        PointerButton::Primary,
+        PointerButton::Primary,
+        PointerButton::Middle,
+        PointerButton::Secondary,
+    ]);
     let modifiers = if random.below(4) == 0 { Modifiers::SHIFT } else { Modifiers::NONE };
     let press = |pos, pressed| Event::PointerButton { pos, button, pressed, modifiers };
     let mut at = place(random);
@@ -72,9 +102,11 @@ fn act(window: &mut Window, random: &mut Random) -> String {
             }
         }
         6 => {
-            let numbers: Vec<&Widget<'_>> = list.iter().filter(|w| w.accesskit_node().role() == Role::SpinButton).collect();
+            let numbers: Vec<&Widget<'_>> =
+                list.iter().filter(|w| w.accesskit_node().role() == Role::SpinButton).collect();
             if !numbers.is_empty() {
-                numbers[random.below(numbers.len())].set_value_accesskit(random.of(&[-1.0, 0.0, 0.3, 1.0, 2.0, 17.0, 1e9]));
+                numbers[random.below(numbers.len())]
+                    .set_value_accesskit(random.of(&[-1.0, 0.0, 0.3, 1.0, 2.0, 17.0, 1e9]));
             }
         }
         7 => {

@@ -52,7 +52,8 @@ fn jobs_run_one_after_another_and_leave_only_their_pictures() {
     let folder = tempfile::tempdir().unwrap();
     let home = tempfile::tempdir().unwrap();
     let mut queue = queue(home.path());
-    let first = queue.add(scene(4), "box".into(), Spec { size: Some([24, 16]), ..spec(folder.path(), "a.png") });
+    let first =
+        queue.add(scene(4), "box".into(), Spec { size: Some([24, 16]), ..spec(folder.path(), "a.png") });
     let second = queue.add(scene(4), "box".into(), spec(folder.path(), "b.exr"));
     queue.poll();
     assert!(queue.is_running() && queue.pauses_view());
@@ -85,7 +86,8 @@ fn a_job_renders_the_scene_as_it_was_queued_like_the_offline_renderer() {
     let expected = renderer.develop();
     let found = picture(&folder.path().join("a.png"));
     let turner::image::Pixels::U8(bytes) = &found.pixels else { panic!("{:?}", found.channels) };
-    let expected: Vec<u8> = expected.display.iter().flat_map(|p| p[..found.channels as usize].to_vec()).collect();
+    let expected: Vec<u8> =
+        expected.display.iter().flat_map(|p| p[..found.channels as usize].to_vec()).collect();
     assert!(*bytes == expected, "the picture has the bytes of the library's");
 }
 

@@ -22,7 +22,8 @@ fn window(home: &std::path::Path) -> Harness<'static, App> {
     small.unwrap();
     app.studio.show(document);
     let size = egui::vec2(1400.0, 900.0);
-    let mut harness = Harness::builder().with_size(size).build_ui_state(|ui, app: &mut App| app.show(ui), app);
+    let mut harness =
+        Harness::builder().with_size(size).build_ui_state(|ui, app: &mut App| app.show(ui), app);
     harness.run_steps(2);
     harness.get_by_label("Panels").click();
     harness.run_steps(3);
@@ -36,7 +37,11 @@ fn window(home: &std::path::Path) -> Harness<'static, App> {
 fn until(harness: &mut Harness<'_, App>, what: impl Fn(&App) -> bool) {
     let start = Instant::now();
     while !what(harness.state()) {
-        assert!(start.elapsed() < Duration::from_secs(120), "{:?}", harness.state().studio.jobs.jobs()[0].report());
+        assert!(
+            start.elapsed() < Duration::from_secs(120),
+            "{:?}",
+            harness.state().studio.jobs.jobs()[0].report()
+        );
         harness.step();
         std::thread::sleep(Duration::from_millis(10));
     }

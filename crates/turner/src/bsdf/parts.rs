@@ -48,12 +48,15 @@ impl BsdfFromWo<'_> {
         let mut found = [None; MOST_DELTAS];
         let coat = self.bsdf.coat.as_ref().is_some_and(|c| c.smooth);
         let interface = self.bsdf.interface.as_ref().is_some_and(|i| i.smooth);
-        let chosen = [(COAT, 0.0, coat), (INTERFACE, 0.0, interface), (INTERFACE, 1.0, interface), (PASS, 0.0, true)];
+        let chosen =
+            [(COAT, 0.0, coat), (INTERFACE, 0.0, interface), (INTERFACE, 1.0, interface), (PASS, 0.0, true)];
         for (found, (lobe, side, applies)) in found.iter_mut().zip(chosen) {
             if !applies || self.p[lobe] <= 0.0 {
                 continue;
             }
-            let Some(s) = self.sample([self.place(lobe, side), 0.5, 0.5]).filter(|s| s.lobe.is_delta) else { continue };
+            let Some(s) = self.sample([self.place(lobe, side), 0.5, 0.5]).filter(|s| s.lobe.is_delta) else {
+                continue;
+            };
             *found = Some(BsdfSample { f: s.f * (1.0 / s.pdf) as f32, pdf: 1.0, ..s });
         }
         // The interface has one lobe if it reflects, or transmits, all light.

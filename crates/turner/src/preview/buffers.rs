@@ -139,7 +139,8 @@ impl Guides {
     pub(super) fn parts(&mut self, size: usize) -> impl Iterator<Item = GuidesPart<'_>> {
         let [x, y, z] = &mut self.normal;
         let normal = x.chunks_mut(size).zip(y.chunks_mut(size)).zip(z.chunks_mut(size));
-        let others = self.near.chunks_mut(size).zip(self.key.chunks_mut(size)).zip(self.roughness.chunks_mut(size));
+        let others =
+            self.near.chunks_mut(size).zip(self.key.chunks_mut(size)).zip(self.roughness.chunks_mut(size));
         normal.zip(others).map(|(((x, y), z), ((near, key), roughness))| GuidesPart {
             normal: [x, y, z],
             near,

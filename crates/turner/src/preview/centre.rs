@@ -55,7 +55,8 @@ impl Centre {
                 let (x, y) = place(i);
                 let at = y * width + x;
                 let ray = self.samples.rays.get(i).filter(|ray| ray.t_max >= 0.0);
-                let radiance = if ray.is_some() { *radiance } else { Radiance { color: Spectrum::BLACK, alpha: 0.0 } };
+                let radiance =
+                    if ray.is_some() { *radiance } else { Radiance { color: Spectrum::BLACK, alpha: 0.0 } };
                 (rows.color[at], rows.alpha[at]) = (radiance.color.to_array(), radiance.alpha);
                 (rows.object[at], rows.depth[at], rows.normal[at]) = (NO_OBJECT, f32::INFINITY, [0.0; 3]);
                 if let (Some(hit), Some(ray)) = (hit, ray) {

@@ -2,9 +2,9 @@
 
 use std::sync::Arc;
 
-use crate::film::{Antialias, FilmDesc};
 use crate::camera::Camera;
 use crate::color::Spectrum;
+use crate::film::{Antialias, FilmDesc};
 use crate::filter::Filter;
 use crate::integrator::Prepared;
 use crate::math::DVec2;
@@ -117,13 +117,28 @@ impl Drawing {
         let grid = self.indirect.parts(size_of_grid).zip(self.second.parts(size_of_grid));
         let seen = picture.object.chunks_mut(size).zip(picture.depth.chunks_mut(size));
         let seen = seen.zip(picture.normal.chunks_mut(size));
-        let tasks = guides.zip(full).zip(grid.zip(seen)).enumerate().map(|(index, ((guides, full), (grid, seen)))| {
-            let ((guides, still), count) = guides;
-            let ((direct, gloss), has_gloss) = full;
-            let ((object, depth), normal) = seen;
-            let (indirect, second) = grid;
-            Band { index, guides, still, count, direct, gloss, indirect, second, has_gloss, object, depth, normal }
-        });
+        let tasks = guides.zip(full).zip(grid.zip(seen)).enumerate().map(
+            |(index, ((guides, full), (grid, seen)))| {
+                let ((guides, still), count) = guides;
+                let ((direct, gloss), has_gloss) = full;
+                let ((object, depth), normal) = seen;
+                let (indirect, second) = grid;
+                Band {
+                    index,
+                    guides,
+                    still,
+                    count,
+                    direct,
+                    gloss,
+                    indirect,
+                    second,
+                    has_gloss,
+                    object,
+                    depth,
+                    normal,
+                }
+            },
+        );
         let tasks: Vec<Band<'_>> = tasks.collect();
         let done = work::run(workers, options.cancel, tasks, |worker, band| {
             trace_band(&frame, worker, band, first_frame, options);
@@ -193,7 +208,13 @@ fn within(view: &View, frame: u32) -> DVec2 {
 }
 
 /// Traces the pixels of a band.
-fn trace_band(frame: &Frame<'_>, worker: &mut Worker, band: Band<'_>, first_frame: bool, options: &PreviewOptions<'_>) {
+fn trace_band(
+    frame: &Frame<'_>,
+    worker: &mut Worker,
+    band: Band<'_>,
+    first_frame: bool,
+    options: &PreviewOptions<'_>,
+) {
     let Band { index, mut guides, still, count, mut direct, mut gloss, mut indirect, mut second, .. } = band;
     let width = frame.view.film.width as usize;
     let rows = still.len() / width;
@@ -222,9 +243,11 @@ fn trace_band(frame: &Frame<'_>, worker: &mut Worker, band: Band<'_>, first_fram
             }
         };
         walk.pixels.clear();
-        walk.pixels.extend(all.clone().map(|(x, y)| place(x, y)).filter(|&(x, y)| {
-            !frame.fills || frame.pattern.lights(x, y) || frame.pattern.gathers(x, y)
-        }));
+        walk.pixels.extend(
+            all.clone()
+                .map(|(x, y)| place(x, y))
+                .filter(|&(x, y)| !frame.fills || frame.pattern.lights(x, y) || frame.pattern.gathers(x, y)),
+        );
         trace(walk);
         if frame.fills {
             walk.pixels.clear();

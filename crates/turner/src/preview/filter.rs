@@ -56,7 +56,13 @@ const TOLERANCE: f32 = 0.02;
 
 impl Pass<'_> {
     /// Filters rows from `first` on.
-    pub(super) fn rows(&self, set: InstructionSet, first: usize, to: &mut LightPart<'_>, scratch: &mut FilterRow) {
+    pub(super) fn rows(
+        &self,
+        set: InstructionSet,
+        first: usize,
+        to: &mut LightPart<'_>,
+        scratch: &mut FilterRow,
+    ) {
         scratch.resize(self.width);
         dispatch(set, Rows { pass: self, first, to, scratch });
     }
@@ -195,7 +201,8 @@ fn finish_row(pass: &Pass<'_>, y: usize, i: usize, to: &mut LightPart<'_>, scrat
         let roughness = &pass.guides.roughness[at..][..width];
         for x in 0..width {
             // A pixel without a sample of its own takes those of its neighbours.
-            let keep = if own[x] > 0.0 { (1.0 - REACH * roughness[x] / pass.step as f32).max(0.0) } else { 0.0 };
+            let keep =
+                if own[x] > 0.0 { (1.0 - REACH * roughness[x] / pass.step as f32).max(0.0) } else { 0.0 };
             r[x] += (fr[x] - r[x]) * keep;
             g[x] += (fg[x] - g[x]) * keep;
             b[x] += (fb[x] - b[x]) * keep;

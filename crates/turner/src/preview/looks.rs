@@ -73,11 +73,16 @@ impl Looks {
 }
 
 /// Absorption coefficients inside a solid, from the colour that is left after its depth (Beer–Lambert law).
-pub(super) fn absorption(scene: &Scene, material: &OpenPbr, at: &crate::texture::TexturePoint<'_>) -> [f32; 3] {
+pub(super) fn absorption(
+    scene: &Scene,
+    material: &OpenPbr,
+    at: &crate::texture::TexturePoint<'_>,
+) -> [f32; 3] {
     let depth = material.desc.transmission_depth;
     if depth <= 0.0 {
         return [0.0; 3];
     }
     let left = scene.textures.color(material.desc.transmission_color, at);
-    left.to_array().map(|v| (-crate::math::elementary::ln(f64::from(v).clamp(1e-10, 1.0)) / depth).min(1e30) as f32)
+    left.to_array()
+        .map(|v| (-crate::math::elementary::ln(f64::from(v).clamp(1e-10, 1.0)) / depth).min(1e30) as f32)
 }

@@ -201,12 +201,19 @@ impl Walk {
         pixel.roughness = lobes.roughness;
     }
 
-    fn emission(&mut self, frame: &Frame<'_>, walker: &Walker, surface: &SurfaceInteraction, material: &OpenPbr) {
+    fn emission(
+        &mut self,
+        frame: &Frame<'_>,
+        walker: &Walker,
+        surface: &SurfaceInteraction,
+        material: &OpenPbr,
+    ) {
         let scene = frame.scene;
         let radiance = material
             .constant_emission()
             .unwrap_or_else(|| material.desc.emitted_color(scene, &scene.texture_point(surface)));
-        let pdf = if walker.is_specular { 0.0 } else { scene.emitters.pdf_hit(scene, walker.origin, surface) };
+        let pdf =
+            if walker.is_specular { 0.0 } else { scene.emitters.pdf_hit(scene, walker.origin, surface) };
         // Light sampling alone brings the light of emissive surfaces to diffuse ones.
         let weight = if walker.role == Role::Bounce && pdf > 0.0 { 0.0 } else { walker.weight_found(pdf) };
         self.add(walker, walker.beta * radiance * weight);
@@ -237,7 +244,10 @@ impl Walk {
             let mut taken: [Option<BsdfSample>; MOST_DELTAS] = [None; MOST_DELTAS];
             for (to, s) in taken.iter_mut().zip(&all) {
                 let w = weight(s);
-                if u >= before && u < before + w && let Some(s) = s {
+                if u >= before
+                    && u < before + w
+                    && let Some(s) = s
+                {
                     *to = Some(BsdfSample { f: s.f * (sum / w), ..*s });
                 }
                 before += w;
@@ -285,7 +295,11 @@ impl Walk {
             cone,
             length: walker.length + surface.hit.shape.t,
             absorption: absorbs,
-            key: walker.key.wrapping_mul(31).wrapping_add(2 * frame.scene.primitive_id(&surface.hit) + 1 + u32::from(crosses)) & !CATCHER,
+            key: walker
+                .key
+                .wrapping_mul(31)
+                .wrapping_add(2 * frame.scene.primitive_id(&surface.hit) + 1 + u32::from(crosses))
+                & !CATCHER,
             rounds: walker.rounds + 1,
             is_specular: walker.is_specular,
             ..*walker
@@ -332,7 +346,11 @@ impl Walk {
             if crosses == (side < 0.0) {
                 let pdf = local.z.abs() * FRAC_1_PI;
                 let cone = self.widened(frame, walker, pdf);
-                self.next.push(Walker { role: Role::Bounce, beta: Spectrum::WHITE, pdf, cone, ..next }, surface, wi);
+                self.next.push(
+                    Walker { role: Role::Bounce, beta: Spectrum::WHITE, pdf, cone, ..next },
+                    surface,
+                    wi,
+                );
             }
         }
         if lobes.has_gloss && is_lit {
@@ -369,7 +387,9 @@ impl Walk {
         let arrives = lit.radiance * (k * weight_sampled(lit, by_bounce)) as f32;
         let albedo = lobes.albedo();
         let over = |a: f32, b: f32| if b > 1e-6 { a / b } else { 0.0 };
-        let light = Spectrum::new(over(diffuse.r, albedo.r), over(diffuse.g, albedo.g), over(diffuse.b, albedo.b)) * arrives;
+        let light =
+            Spectrum::new(over(diffuse.r, albedo.r), over(diffuse.g, albedo.g), over(diffuse.b, albedo.b))
+                * arrives;
         let weight = weight_sampled(lit, gloss_pdf(met.pdf, met.wi_local.z, pick));
         let gloss = walker.beta * gloss * lit.radiance * (k * weight) as f32;
         if (light + gloss).is_black() || !(light + gloss).is_finite() {
@@ -427,7 +447,8 @@ impl Walk {
         let scene = frame.scene;
         let send = |walk: &mut Walk, to: DVec3, finite: bool, light: Spectrum| {
             if light.is_finite() && !light.is_black() {
-                let sent = Sent { pixel: walker.pixel, target: Target::Catcher, light, gloss: Spectrum::BLACK };
+                let sent =
+                    Sent { pixel: walker.pixel, target: Target::Catcher, light, gloss: Spectrum::BLACK };
                 walk.push_shadow(surface, to, finite, sent);
             }
         };
@@ -441,7 +462,12 @@ impl Walk {
             let by_sky = if lit.finite { 0.0 } else { cos * FRAC_1_PI };
             let weight = weight_sampled(&lit, by_sky);
             if cos > 0.0 {
-                send(self, lit.to_light, lit.finite, lit.radiance * (cos * weight * FRAC_1_PI / lit.pdf) as f32);
+                send(
+                    self,
+                    lit.to_light,
+                    lit.finite,
+                    lit.radiance * (cos * weight * FRAC_1_PI / lit.pdf) as f32,
+                );
             }
         }
         let [v0, v1, ..] = numbers.second();

@@ -150,9 +150,9 @@ impl Walk {
         found.clear();
         found.resize(pixels.len(), Sample::NOTHING);
         samples.clear();
-        let points = pixels.iter().map(|&(x, y)| {
-            (frame.pattern.id(x, y), DVec2::new(f64::from(x), f64::from(y)) + frame.within)
-        });
+        let points = pixels
+            .iter()
+            .map(|&(x, y)| (frame.pattern.id(x, y), DVec2::new(f64::from(x), f64::from(y)) + frame.within));
         take_points(frame.view, samples, points);
         queue.clear();
         queue.rays.copy(&samples.rays);
@@ -230,7 +230,13 @@ impl Walk {
     }
 
     /// Random numbers for all hits.
-    fn draw_numbers(&mut self, frame: &Frame<'_>, queue: &Queue, hits: &[Option<Hit>], to: &mut Vec<VertexNumbers>) {
+    fn draw_numbers(
+        &mut self,
+        frame: &Frame<'_>,
+        queue: &Queue,
+        hits: &[Option<Hit>],
+        to: &mut Vec<VertexNumbers>,
+    ) {
         self.requests.clear();
         for (walker, _) in queue.walkers.iter().zip(hits).filter(|(_, hit)| hit.is_some()) {
             let (x, y) = self.pixels[walker.pixel as usize];

@@ -85,7 +85,13 @@ pub(super) fn show(ui: &mut Ui, studio: &mut Studio) {
     let suggested = format!("{stem}.png");
     let folder = std::path::absolute(studio.document.folder()).unwrap_or_default();
     Grid::new("render form").num_columns(2).show(ui, |ui| {
-        rows(ui, &mut form, &suggested, studio.document.desc().film.width, studio.document.desc().film.height);
+        rows(
+            ui,
+            &mut form,
+            &suggested,
+            studio.document.desc().film.width,
+            studio.document.desc().film.height,
+        );
     });
     let spec = form.spec(&suggested, &folder);
     let problem = spec.problem();

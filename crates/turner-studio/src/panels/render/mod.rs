@@ -94,7 +94,9 @@ fn entry(ui: &mut Ui, job: &Job, wishes: &mut Vec<(u64, Wish)>) {
         // Rounded down: 100 % means complete.
         let percent = format!("{} %", (100.0 * fraction).floor());
         let bar = ui.add(ProgressBar::new(fraction as f32).text(percent.clone()));
-        bar.widget_info(|| WidgetInfo::labeled(egui::Role::ProgressIndicator, true, format!("{file}: {percent}")));
+        bar.widget_info(|| {
+            WidgetInfo::labeled(egui::Role::ProgressIndicator, true, format!("{file}: {percent}"))
+        });
         let mut words = Vec::new();
         if pictures > 1 {
             words.push(format!("picture {} of {pictures}", (report.picture + 1).min(pictures)));
