@@ -7,7 +7,8 @@
 #   FOLDER  gets a screenshot of each step, the saved scene and both pictures
 #   SCENE   a scene with an object in the middle of the picture that has a material; default scenes/hello.toml
 # PICTURES=docs/images makes the pictures of docs/studio.md as well.
-# Programs: STUDIO and TURNER, by default those of target/release, which are built if they are missing.
+# Programs: STUDIO, by default target/release/turner-studio, which is built if it is missing; TURNER, by default the command
+# line in the studio.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 
@@ -19,9 +20,8 @@ for program in Xvfb xdotool import convert cmp; do
     command -v "$program" >/dev/null || { echo "error: $program is needed" >&2; exit 2; }
 done
 studio=${STUDIO:-target/release/turner-studio}
-turner=${TURNER:-target/release/turner}
 [ -x "$studio" ] || cargo build --release --locked -p turner-studio
-[ -x "$turner" ] || cargo build --release --locked -p turner-cli
+turner() { if [ -n "${TURNER:-}" ]; then "$TURNER" "$@"; else "$studio" turner "$@"; fi; }
 
 work=$(mktemp -d)
 server= window_process=
@@ -134,7 +134,7 @@ grep -q '0\.21875' "$file" || fail "the saved file has no edited material"
 head -c 2000 "$scene" | cmp -s - <(head -c 2000 "$file") && fail "the camera has not moved"
 
 say "renders the saved file with turner"
-"$turner" render "$file" -o "$folder/turner.png" --quiet || fail "turner cannot render the saved file"
+turner render "$file" -o "$folder/turner.png" --quiet || fail "turner cannot render the saved file"
 # Both programs write the samples per pixel into the header.
 samples() { grep -aoP 'turner:samples\x00\K[0-9]+' "$1" | head -n 1; }
 wanted=$(samples "$folder/turner.png")

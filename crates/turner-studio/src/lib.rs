@@ -14,6 +14,7 @@
 
 pub mod actions;
 pub mod app;
+pub mod bench;
 mod cameras;
 mod changes;
 pub mod insight;

@@ -4,12 +4,13 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 
 use turner_studio::app::App;
-use turner_studio::settings;
+use turner_studio::{bench, settings};
 
 const HELP: &str = "\
 Turner Studio: see a scene, change it, understand it, at interactive rates
 
 Usage: turner-studio [SCENE]
+       turner-studio bench [OPTIONS] [SCENE…]
 
 Arguments:
   [SCENE]  A scene or a model to open: .toml, .glb, .gltf, .obj, .ply, .stl, .pbrt, Mitsuba's .xml
@@ -25,6 +26,9 @@ fn main() -> ExitCode {
     // The command line of Turner is in this program, so that the window renders files with processes of its own.
     if std::env::args_os().nth(1).is_some_and(|word| word == "turner") {
         return turner_cli::start_from(std::env::args_os().skip(1).collect());
+    }
+    if std::env::args_os().nth(1).is_some_and(|word| word == "bench") {
+        return measure();
     }
     let args: Vec<String> = std::env::args_os().skip(1).map(|a| a.to_string_lossy().into_owned()).collect();
     match args.first().map(String::as_str) {
@@ -77,6 +81,29 @@ fn main() -> ExitCode {
         Err(error) => {
             eprintln!("error: no window can be opened: {error}");
             eprintln!("{NO_WINDOW}");
+            ExitCode::FAILURE
+        }
+    }
+}
+
+/// Runs `turner-studio bench`.
+fn measure() -> ExitCode {
+    let args = || std::env::args_os().skip(2);
+    if args().any(|arg| arg == "-h" || arg == "--help") {
+        print!("{}", bench::HELP);
+        return ExitCode::SUCCESS;
+    }
+    let options = match bench::Options::parse(args()) {
+        Ok(options) => options,
+        Err(error) => {
+            eprintln!("error: {error}\n  help: turner-studio bench --help lists the options");
+            return ExitCode::from(2);
+        }
+    };
+    match bench::run(&options) {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            eprintln!("error: {error}");
             ExitCode::FAILURE
         }
     }

@@ -17,6 +17,8 @@ pub(super) struct Board {
     pub(super) stop: AtomicBool,
     /// Stops everything: the front end is gone.
     pub(super) closed: AtomicBool,
+    /// The number of the film that is being rendered.
+    film: AtomicU64,
     frame: Mutex<Option<Arc<Frame>>>,
     status: Mutex<Status>,
     wake: Box<dyn Fn() + Send + Sync>,
@@ -40,6 +42,7 @@ impl Board {
             newest: AtomicU64::new(0),
             stop: AtomicBool::new(false),
             closed: AtomicBool::new(false),
+            film: AtomicU64::new(0),
             frame: Mutex::default(),
             status: Mutex::default(),
             wake,
@@ -108,6 +111,28 @@ impl Board {
     pub(super) fn show(&self, frame: Frame) {
         *lock(&self.frame) = Some(Arc::new(frame));
         (self.wake)();
+    }
+
+    /// Another film begins. Returns its number.
+    pub(super) fn begin_film(&self) {
+        let _frame = lock(&self.frame);
+        self.film.fetch_add(1, Ordering::SeqCst);
+    }
+
+    /// The number of the film.
+    pub(super) fn film(&self) -> u64 {
+        self.film.load(Ordering::SeqCst)
+    }
+
+    /// Shows a frame of a film, unless another one has begun.
+    pub(super) fn show_of_film(&self, film: u64, frame: Frame) {
+        let mut shown = lock(&self.frame);
+        if self.film() == film && !self.is_closed() {
+            let order = self.newest.load(Ordering::SeqCst);
+            *shown = Some(Arc::new(Frame { order, ..frame }));
+            drop(shown);
+            (self.wake)();
+        }
     }
 
     /// The shown frame answers a later order, too, if it shows the same.

@@ -1,5 +1,6 @@
 //! The film that settles: exactly the samples of `turner render`, in slices short enough to be shown and stopped.
 
+use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
@@ -22,9 +23,6 @@ const MOMENTS: [f64; 4] = [0.5, 1.0, 1.5, 2.5];
 const LEAST: u32 = 4;
 const PATIENCE: f64 = 6.0;
 
-/// From this time on the thorough denoiser shows the picture, in seconds.
-const THOROUGH: f64 = 8.0;
-
 /// What a step is followed by.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Step {
@@ -36,7 +34,7 @@ pub(super) enum Step {
 
 /// A film while it settles.
 pub(super) struct Settle {
-    renderer: Renderer,
+    renderer: Arc<Renderer>,
     /// The denoiser of the description, which the settled picture has.
     wanted: Denoise,
     /// Time of all steps.
@@ -48,21 +46,24 @@ pub(super) struct Settle {
 impl Settle {
     pub(super) fn new(prepared: &Prepared, wanted: Denoise) -> Result<Settle, SceneError> {
         let renderer = Renderer::new(prepared.clone())?;
-        Ok(Settle { renderer, wanted, spent: Duration::ZERO, next: MOMENTS[0] })
+        Ok(Settle { renderer: Arc::new(renderer), wanted, spent: Duration::ZERO, next: MOMENTS[0] })
     }
 
     /// This film for another preparation, if only the display differs; `None` if its samples are those of another picture.
     pub(super) fn continued(self, to: &Prepared, wanted: Denoise) -> Option<Settle> {
         let from = self.renderer.prepared();
-        let same = std::sync::Arc::ptr_eq(&from.scene, &to.scene)
-            && std::sync::Arc::ptr_eq(&from.integrator, &to.integrator)
+        let same = Arc::ptr_eq(&from.scene, &to.scene)
+            && Arc::ptr_eq(&from.integrator, &to.integrator)
             && from.view.camera == to.view.camera
             && self.wanted == wanted;
         if !same || self.renderer.film.samples() == 0 {
             return None;
         }
-        let renderer = Renderer::resume(to.clone(), self.renderer.film).ok()?;
-        Some(Settle { renderer, ..self })
+        // While the finished picture is denoised, the film is not free.
+        let Settle { renderer, wanted, spent, next } = self;
+        let film = Arc::try_unwrap(renderer).ok()?.film;
+        let renderer = Arc::new(Renderer::resume(to.clone(), film).ok()?);
+        Some(Settle { renderer, wanted, spent, next })
     }
 
     pub(super) fn is_complete(&self) -> bool {
@@ -96,7 +97,7 @@ impl Settle {
         let started = Instant::now();
         // The photons of a sample index are traced before its camera samples, and lost if they are stopped: such a pass has
         // no slices. (Before the choice of the integrator nobody knows.)
-        let integrator = &self.renderer.prepared().integrator;
+        let integrator = Arc::clone(&self.renderer.prepared().integrator);
         let slices = integrator.has_chosen() && !integrator.finds_photons();
         let in_time = |_: usize, _: usize| {
             if slices && started.elapsed() >= SLICE {
@@ -104,7 +105,8 @@ impl Settle {
             }
         };
         let options = PassOptions { threads, cancel: stop, progress: Some(&in_time) };
-        self.renderer.pass(1, &options)?;
+        let Some(renderer) = Arc::get_mut(&mut self.renderer) else { return Ok(Step::More) };
+        renderer.pass(1, &options)?;
         self.spent += started.elapsed();
         // The preview is better than the first samples of a path tracer.
         let is_previewed = self.renderer.prepared().path().is_some();
@@ -123,15 +125,36 @@ impl Settle {
         self.renderer.light_layers()
     }
 
-    /// The picture so far. Until the film is complete, a denoiser removes its noise.
+    /// The thorough denoiser of a finished picture takes up to a second: this does it, in any thread. `None` if the picture
+    /// has no such denoiser, or shows something else.
+    pub(super) fn finish(&self, look: &Look) -> Option<impl FnOnce(usize) -> Shown + Send + 'static + use<>> {
+        let is_plain = look.display == Display::Picture && look.mix.iter().all(|(_, factor)| *factor == 1.0);
+        if !self.is_complete() || !self.is_thorough() || !is_plain {
+            return None;
+        }
+        let (renderer, wanted) = (Arc::clone(&self.renderer), self.wanted);
+        Some(move |threads| {
+            let picture = renderer.develop_as(wanted, threads);
+            let transform = picture.transform(&renderer.prepared().view.film);
+            let noise = renderer.film.noise(threads).map(|noise| noise.value);
+            Shown { picture, transform, stage: Stage::Settled, noise }
+        })
+    }
+
+    /// Whether the picture of the description is denoised thoroughly.
+    fn is_thorough(&self) -> bool {
+        matches!(self.wanted, Denoise::On | Denoise::Oidn) && self.renderer.denoises()
+    }
+
+    /// The picture so far. Until the film is complete, the fast denoiser removes its noise. See also [`Settle::finish`].
     pub(super) fn picture(&mut self, look: &Look, threads: usize) -> Shown {
         let complete = self.is_complete();
         let changed = look.mix.iter().any(|(_, factor)| *factor != 1.0);
+        let waits = complete && self.is_thorough();
         let mode = match () {
-            () if complete => self.wanted,
+            () if complete && !waits => self.wanted,
             () if !self.renderer.denoises() => Denoise::Off,
-            () if self.seconds() < THOROUGH => Denoise::Fast,
-            () => Denoise::On,
+            () => Denoise::Fast,
         };
         let layers = if changed { self.layers() } else { Vec::new() };
         let mut picture = if layers.is_empty() {
@@ -156,7 +179,8 @@ impl Settle {
         }
         let samples = self.samples().0;
         let denoised = mode != Denoise::Off && layers.is_empty();
-        let stage = match complete {
+        let is_plain = layers.is_empty() && look.display == Display::Picture;
+        let stage = match complete && !(waits && is_plain) {
             true => Stage::Settled,
             false => Stage::Film { samples, denoised },
         };

@@ -39,7 +39,7 @@ struct Worker {
 }
 
 /// Serves orders until the board is closed. A panic costs the order, not the thread.
-pub(super) fn run(board: &Board) {
+pub(super) fn run(board: &Arc<Board>) {
     let mut worker = Worker::default();
     while !board.is_closed() {
         let served = catch_unwind(AssertUnwindSafe(|| worker.serve(board)));
@@ -61,7 +61,7 @@ fn stop<'a>(order: &Order, board: &'a Board) -> &'a AtomicBool {
 
 impl Worker {
     /// One turn: a new order, or the next piece of work on the last one.
-    fn serve(&mut self, board: &Board) {
+    fn serve(&mut self, board: &Arc<Board>) {
         let patience = if self.is_idle() { None } else { Some(Duration::ZERO) };
         if let Some((number, order)) = board.take(patience) {
             self.number = number;
@@ -93,7 +93,7 @@ impl Worker {
     }
 
     /// Prepares an order and draws its first frame.
-    fn begin(&mut self, order: Order, board: &Board) {
+    fn begin(&mut self, order: Order, board: &Arc<Board>) {
         if let Some((last, stand)) = &mut self.last
             && order.has_film_of(last)
             && board.status().error.is_none()
@@ -101,13 +101,14 @@ impl Worker {
             // Another size, pause or mix: the film goes on.
             let shown = order.look != last.look;
             *last = order;
-            match &mut self.film {
+            let (order, stand) = (last.clone(), Arc::clone(stand));
+            match &self.film {
                 Some(film) if shown && film.is_covered() => {
-                    let picture = film.picture(&last.look, last.threads);
-                    let stand = Arc::clone(stand);
-                    self.show(board, picture, stand);
+                    // A finished picture that is being denoised would replace this one.
+                    board.begin_film();
+                    self.develop(board, &order, &stand);
                 }
-                _ => board.answer(self.number, stand),
+                _ => board.answer(self.number, &stand),
             }
             self.report(board);
             return;
@@ -128,6 +129,7 @@ impl Worker {
             }
         };
         let stand = Arc::new(Stand { prepared, desc: Arc::clone(&order.desc) });
+        board.begin_film();
         let kept = self.film.take().and_then(|film| film.continued(&stand.prepared, order.desc.film.denoise));
         board.say(|status| (status.doing, status.error) = ("rendering", None));
         self.frames = 0;
@@ -210,7 +212,7 @@ impl Worker {
     }
 
     /// The next piece of work on an order whose first frame is drawn.
-    fn work(&mut self, order: &Order, stand: &Arc<Stand>, board: &Board) {
+    fn work(&mut self, order: &Order, stand: &Arc<Stand>, board: &Arc<Board>) {
         if self.film.is_none() && self.draft.refines(&stand.prepared) && self.elapsed() < PREVIEW {
             self.preview(order, stand, board);
             return;
@@ -245,10 +247,25 @@ impl Worker {
     }
 
     /// Shows the film.
-    fn develop(&mut self, board: &Board, order: &Order, stand: &Arc<Stand>) {
+    fn develop(&mut self, board: &Arc<Board>, order: &Order, stand: &Arc<Stand>) {
         let Some(film) = &mut self.film else { return };
         let picture = film.picture(&order.look, order.threads);
+        let finish = film.finish(&order.look);
         self.show(board, picture, Arc::clone(stand));
+        let Some(finish) = finish else { return };
+        // With half of the threads: what the user does next is answered meanwhile.
+        let all = std::thread::available_parallelism().map_or(1, |n| n.get());
+        let threads = (if order.threads == 0 { all } else { order.threads } / 2).max(1);
+        let (board, stand, film) = (Arc::clone(board), Arc::clone(stand), board.film());
+        let (since, order) = (self.since, self.number);
+        let develop = move || {
+            let Shown { picture, transform, stage, noise } = finish(threads);
+            let picture = Arc::new(picture);
+            let after_ms = since.map_or(0.0, |since: Instant| since.elapsed().as_secs_f64() * 1e3);
+            board.show_of_film(film, Frame { order, stage, picture, transform, stand, noise, after_ms });
+        };
+        // Without a thread, the picture of the fast denoiser stays.
+        let _ = std::thread::Builder::new().name("denoise".into()).spawn(develop);
     }
 
     fn show(&self, board: &Board, shown: Shown, stand: Arc<Stand>) {

@@ -8,13 +8,26 @@ use egui_kittest::Node as Widget;
 use egui_kittest::kittest::NodeT;
 use turner::SceneDesc;
 use turner_live::document::Document;
+use turner_studio::studio::{Dialog, Purpose};
 
 use super::common::*;
 
 /// What would leave the scene, or the folder of the test.
 fn is_left_out(label: &str) -> bool {
     let starts = turner_live::document::STARTS.iter().any(|start| start.name == label);
-    let named = ["Quit", "New", "Open", "Open…", "Empty stage", "..", "Don't save", "System dialog…"];
+    let named = [
+        "Quit",
+        "New",
+        "Open",
+        "Open…",
+        "Empty stage",
+        "..",
+        "Don't save",
+        "System dialog…",
+        "Add to the queue",
+        "Open the folder",
+        "Resume",
+    ];
     starts
         || label.ends_with('/')
         || named.iter().any(|name| label == *name || label.starts_with(&format!("{name} Ctrl")))
@@ -134,6 +147,7 @@ fn act(window: &mut Window, random: &mut Random) -> String {
                 unit: egui::MouseWheelUnit::Point,
                 delta: Vec2::new(0.0, random.below(200) as f32 - 100.0),
                 phase: egui::TouchPhase::Move,
+                source: egui::MouseWheelSource::Wheel,
                 modifiers: Modifiers::NONE,
             };
             window.event(wheel);
@@ -177,6 +191,11 @@ fn run(seed: u64, actions: usize) {
         let studio = app(&mut window);
         studio.quit = false;
         studio.paused = true;
+        // By the palette, too, no other file is opened.
+        let opens = |purpose: &Purpose| matches!(purpose, Purpose::Open | Purpose::Model | Purpose::Key(..));
+        if matches!(&studio.dialog, Some(Dialog::File { purpose, .. }) if opens(purpose)) {
+            studio.dialog = None;
+        }
         let last = &done[done.len().saturating_sub(5)..];
         if studio.document.name() == "Untitled" {
             // The palette has run "New".

@@ -82,10 +82,11 @@ impl BsdfFromWo<'_> {
     /// Samples a lobe that is neither a delta lobe nor one of the diffuse base; `None` if there is none. The sample's pdf
     /// and f are those of all lobes.
     pub(crate) fn sample_gloss(&self, u: [f64; 3]) -> Option<BsdfSample> {
-        let is_gloss = |lobe: usize| {
-            !matches!(lobe, REFLECT | TRANSMIT | ENTER | PASS)
-                && !(lobe == COAT && self.bsdf.coat.as_ref().is_some_and(|c| c.smooth))
-                && !(lobe == INTERFACE && self.bsdf.interface.as_ref().is_some_and(|i| i.smooth))
+        let is_gloss = |lobe: usize| match lobe {
+            REFLECT | TRANSMIT | ENTER | PASS => false,
+            COAT => self.bsdf.coat.as_ref().is_some_and(|c| !c.smooth),
+            INTERFACE => self.bsdf.interface.as_ref().is_some_and(|i| !i.smooth),
+            _ => true,
         };
         let all: f64 = (0..self.p.len()).filter(|lobe| is_gloss(*lobe)).map(|lobe| self.p[lobe]).sum();
         let mut left = u[0] * all;

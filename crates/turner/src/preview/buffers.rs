@@ -30,13 +30,13 @@ pub(super) struct Sample {
     /// Indirect light over albedo, and the albedo of the surfaces that it comes from.
     pub(super) indirect: Spectrum,
     pub(super) second: Spectrum,
-    /// The pixel's surface: normal, path length, and a number that differs where surfaces must not be mixed.
+    /// The pixel's surface: normal, 1 / path length, and a number that differs where surfaces must not be mixed.
     pub(super) normal: [f32; 3],
-    pub(super) length: f32,
+    pub(super) near: f32,
     pub(super) key: u32,
-    /// What is hit first.
+    /// What is hit first, and 1 / its distance.
     pub(super) object: u32,
-    pub(super) depth: f32,
+    pub(super) first_near: f32,
     pub(super) first_normal: [f32; 3],
 }
 
@@ -54,10 +54,10 @@ impl Sample {
         indirect: Spectrum::BLACK,
         second: Spectrum::BLACK,
         normal: [0.0; 3],
-        length: f32::INFINITY,
+        near: 0.0,
         key: NO_KEY,
         object: NO_OBJECT,
-        depth: f32::INFINITY,
+        first_near: 0.0,
         first_normal: [0.0; 3],
     };
 }
@@ -103,6 +103,15 @@ pub(super) struct LightPart<'a> {
 }
 
 impl LightPart<'_> {
+    /// Continues from a mean of an earlier frame, of at most `most` samples.
+    #[inline]
+    pub(super) fn continue_from(&mut self, i: usize, past: &Light, from: usize, most: f32) {
+        self.count[i] = past.count[from].min(most);
+        for (plane, past) in self.rgb.iter_mut().zip(&past.rgb) {
+            plane[i] = past[from];
+        }
+    }
+
     /// Adds a sample to the mean of at most `most` samples.
     #[inline]
     pub(super) fn add(&mut self, i: usize, light: Spectrum, most: f32) {
@@ -164,9 +173,33 @@ impl GuidesPart<'_> {
         for (plane, v) in self.normal.iter_mut().zip(sample.normal) {
             plane[i] = v;
         }
-        self.near[i] = 1.0 / sample.length.max(1e-30);
+        self.near[i] = sample.near;
         self.key[i] = sample.key;
         self.roughness[i] = sample.roughness;
+    }
+}
+
+/// What is filtered, with its guides: the values that the next frame may continue from.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Layers {
+    pub(super) guides: Guides,
+    pub(super) direct: Light,
+    pub(super) gloss: Light,
+    /// On a grid of half the size.
+    pub(super) indirect: Light,
+    pub(super) second: Light,
+}
+
+impl Layers {
+    /// Forgets all samples.
+    pub(super) fn begin(&mut self, count: usize, on_grid: usize) {
+        self.guides.set_len(count);
+        for light in [&mut self.direct, &mut self.gloss] {
+            light.begin(count);
+        }
+        for light in [&mut self.indirect, &mut self.second] {
+            light.begin(on_grid);
+        }
     }
 }
 

@@ -38,7 +38,7 @@ pub(super) fn compose(of: &Composed<'_>, first: usize, color: &mut [[f32; 3]], a
             if light.g > 0.0 {
                 let left = (light.r / light.g).clamp(0.0, 1.0);
                 let off = (1.0 - left) * still.catcher;
-                sum = sum * (1.0 - off);
+                sum *= 1.0 - off;
                 *alpha += off * (1.0 - *alpha);
             }
         } else if key != NO_KEY {
@@ -46,7 +46,10 @@ pub(super) fn compose(of: &Composed<'_>, first: usize, color: &mut [[f32; 3]], a
             if !still.albedo.is_black() {
                 light += indirect(of, x, y, i, ambient);
             }
-            sum += still.albedo * light + of.gloss.map_or(Spectrum::BLACK, |gloss| at(gloss, i));
+            sum += still.albedo * light;
+            if let Some(gloss) = of.gloss.filter(|_| of.guides.roughness[i] < 1.0) {
+                sum += at(gloss, i);
+            }
         }
         *color = sum.to_array();
     }

@@ -7,6 +7,8 @@ use crate::preview::buffers::Sample;
 const COLOR: f32 = 0.03;
 /// The same for distances from a plane.
 const PLANE: f32 = 0.002;
+/// The same where the plane is unknown.
+const EDGE: f32 = 0.02;
 /// Least cosine between normals.
 const COSINE: f32 = 0.98;
 
@@ -20,41 +22,36 @@ fn same(a: &Sample, b: &Sample) -> bool {
     let cosine = a.normal[0] * b.normal[0] + a.normal[1] * b.normal[1] + a.normal[2] * b.normal[2];
     a.object == b.object
         && a.key == b.key
+        && (cosine >= COSINE || a.near == 0.0 && b.near == 0.0)
+        && a.roughness == b.roughness
         && a.alpha == b.alpha
         && a.is_catcher == b.is_catcher
-        && a.roughness == b.roughness
-        && (cosine >= COSINE || a.length == f32::INFINITY && b.length == f32::INFINITY)
         && alike(a.albedo, b.albedo)
         && alike(a.seen, b.seen)
         && alike(a.bounced, b.bounced)
 }
 
-/// Whether the middle of two points lies between two others in the same plane.
-fn is_flat(a: f32, b: f32, other: f32) -> bool {
-    let (middle, other) = (0.5 / a + 0.5 / b, 1.0 / other);
-    (middle - other).abs() <= PLANE * middle.abs().max(other)
-}
-
 /// The sample between neighbours to the left and right, above and below; `None` if it must be traced.
+#[inline]
 pub(super) fn between(neighbours: [Option<&Sample>; 4]) -> Option<Sample> {
     let [left, right, above, below] = neighbours;
     let (a, b) = match (left, right, above, below) {
         (Some(a), Some(b), ..) | (_, _, Some(a), Some(b)) => (a, b),
         _ => return None,
     };
-    for other in neighbours.into_iter().flatten() {
-        if !same(a, other) || !(is_flat(a.length, b.length, other.length) || is_end(a, b, other)) {
-            return None;
-        }
+    if !neighbours.into_iter().flatten().all(|other| same(a, other)) {
+        return None;
     }
-    if let [Some(l), Some(r), Some(u), Some(d)] = neighbours {
-        let (across, along) = (0.5 / l.length + 0.5 / r.length, 0.5 / u.length + 0.5 / d.length);
-        if (across - along).abs() > PLANE * across.max(along) {
-            return None;
-        }
+    let middle = 0.5 * (a.near + b.near);
+    let is_flat = match neighbours {
+        [Some(_), Some(_), Some(u), Some(d)] => (0.5 * (u.near + d.near) - middle).abs() <= PLANE * middle,
+        // At the edge of a group one neighbour is unknown.
+        _ => neighbours.into_iter().flatten().all(|other| (other.near - middle).abs() <= EDGE * middle),
+    };
+    if !is_flat {
+        return None;
     }
     let mix = |x: Spectrum, y: Spectrum| (x + y) * 0.5;
-    let length = 2.0 / (1.0 / a.length + 1.0 / b.length);
     Some(Sample {
         seen: mix(a.seen, b.seen),
         bounced: mix(a.bounced, b.bounced),
@@ -65,20 +62,9 @@ pub(super) fn between(neighbours: [Option<&Sample>; 4]) -> Option<Sample> {
         indirect: Spectrum::BLACK,
         second: Spectrum::BLACK,
         normal: std::array::from_fn(|i| 0.5 * (a.normal[i] + b.normal[i])),
-        length,
-        depth: 2.0 / (1.0 / a.depth + 1.0 / b.depth),
+        near: middle,
+        first_near: 0.5 * (a.first_near + b.first_near),
         first_normal: std::array::from_fn(|i| 0.5 * (a.first_normal[i] + b.first_normal[i])),
         ..*a
     })
-}
-
-/// Whether `other` is one of the two points, or no point has a distance.
-fn is_end(a: &Sample, b: &Sample, other: &Sample) -> bool {
-    std::ptr::eq(a, other) || std::ptr::eq(b, other) || a.length == f32::INFINITY || is_near(a, b, other)
-}
-
-/// Whether the distance of `other` is about that of the two points: where only three neighbours are known.
-fn is_near(a: &Sample, b: &Sample, other: &Sample) -> bool {
-    let middle = 0.5 / a.length + 0.5 / b.length;
-    (1.0 / other.length - middle).abs() <= 10.0 * PLANE * middle
 }

@@ -24,12 +24,14 @@
 //! The integrators `path` and `direct` are drawn so. All others trace one sample through the centre of each pixel
 //! (`centre`).
 
+mod band;
 mod buffers;
 mod centre;
 mod compose;
 mod draw;
 mod fill;
 mod filter;
+mod history;
 mod looks;
 mod pattern;
 mod picture;
@@ -119,8 +121,8 @@ impl Preview {
         Preview::default()
     }
 
-    /// Draws a frame. Returns false if it was cancelled; the picture is then that of the frame before, or black if the size
-    /// has changed.
+    /// Draws a frame. Returns false if it was cancelled: parts of the picture may then be those of the frame before, or
+    /// black if the size has changed.
     ///
     /// Errors: a fault of the program.
     pub fn frame(&mut self, prepared: &Prepared, options: &PreviewOptions<'_>) -> Result<bool, SceneError> {
@@ -153,12 +155,7 @@ impl Preview {
         view: &View,
         options: &PreviewOptions<'_>,
     ) -> Result<bool, SceneError> {
-        let mut next = std::mem::take(&mut self.picture);
-        let kept = if options.cancel.load(std::sync::atomic::Ordering::Relaxed) { None } else { Some(()) };
-        if kept.is_none() {
-            self.picture = next;
-            return Ok(false);
-        }
+        let next = &mut self.picture;
         let width = next.width as usize;
         let size = width * ROWS;
         let rows = next.color.chunks_mut(size).zip(next.alpha.chunks_mut(size));
@@ -173,11 +170,9 @@ impl Preview {
             normal,
         });
         let tasks = tasks.collect();
-        let done = work::run(&mut self.workers, options.cancel, tasks, |worker: &mut Worker, rows| {
+        work::run(&mut self.workers, options.cancel, tasks, |worker: &mut Worker, rows| {
             worker.centre.draw(prepared, view, rows);
-        });
-        self.picture = next;
-        done
+        })
     }
 }
 

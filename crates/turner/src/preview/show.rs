@@ -88,13 +88,14 @@ impl Drawing {
         let ambient = self.prepare_grid(width, height);
         let Some(drawn) = &self.drawn else { return Ok(false) };
         let steps = Steps::of(self.frames);
+        let layers = &self.layers;
         let [direct, gloss, indirect] = &mut self.shown;
         let set = drawn.scene.instruction_set;
         let mut passes = Passes { options, set, workers };
         let size = [width, height];
-        let direct = passes.run(&self.guides, size, steps.direct, false, &self.direct, direct)?;
+        let direct = passes.run(&layers.guides, size, steps.direct, false, &layers.direct, direct)?;
         let gloss = match self.has_gloss.contains(&true) {
-            true => Some(passes.run(&self.guides, size, steps.gloss, true, &self.gloss, gloss)?),
+            true => Some(passes.run(&layers.guides, size, steps.gloss, true, &layers.gloss, gloss)?),
             false => None,
         };
         let grid = grid_size(width, height);
@@ -104,7 +105,7 @@ impl Drawing {
         }
         let composed = Composed {
             size,
-            guides: &self.guides,
+            guides: &layers.guides,
             grid: &self.grid,
             still: &self.still,
             direct,
@@ -127,19 +128,19 @@ impl Drawing {
         for y in 0..grid_height {
             for x in 0..grid_width {
                 let (to, from) = (y * grid_width + x, 2 * y * width + 2 * x);
-                for (to_plane, plane) in self.grid.normal.iter_mut().zip(&self.guides.normal) {
+                for (to_plane, plane) in self.grid.normal.iter_mut().zip(&self.layers.guides.normal) {
                     to_plane[to] = plane[from];
                 }
-                self.grid.near[to] = self.guides.near[from];
-                self.grid.key[to] = self.guides.key[from];
+                self.grid.near[to] = self.layers.guides.near[from];
+                self.grid.key[to] = self.layers.guides.key[from];
             }
         }
-        self.gathered.count.clone_from(&self.indirect.count);
+        self.gathered.count.clone_from(&self.layers.indirect.count);
         let mut ambient = [0.0; 3];
         for (channel, ambient) in ambient.iter_mut().enumerate() {
             let (mut light, mut albedo, mut count) = (0.0, 0.0, 0.0);
-            let planes = self.indirect.rgb[channel].iter().zip(&self.second.rgb[channel]);
-            for ((l, a), n) in planes.zip(&self.indirect.count) {
+            let planes = self.layers.indirect.rgb[channel].iter().zip(&self.layers.second.rgb[channel]);
+            for ((l, a), n) in planes.zip(&self.layers.indirect.count) {
                 if *n > 0.0 {
                     light += f64::from(*l);
                     albedo += f64::from(*a);
@@ -152,7 +153,7 @@ impl Drawing {
             }
             let to = &mut self.gathered.rgb[channel];
             to.clear();
-            let planes = self.indirect.rgb[channel].iter().zip(&self.second.rgb[channel]);
+            let planes = self.layers.indirect.rgb[channel].iter().zip(&self.layers.second.rgb[channel]);
             to.extend(planes.map(|(light, albedo)| light + albedo * *ambient));
         }
         ambient

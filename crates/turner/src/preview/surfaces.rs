@@ -163,7 +163,7 @@ impl Walk {
             && d.bump().is_none()
             && d.normal_map.is_none()
         {
-            let (x, y) = self.pixels[walker.pixel as usize];
+            let (x, y) = self.place(walker.pixel);
             if !frame.pattern.lights(x, y) && !frame.pattern.gathers(x, y) {
                 return self.guide(&walker, surface, lobes, outside);
             }
@@ -184,10 +184,10 @@ impl Walk {
     fn see(&mut self, frame: &Frame<'_>, walker: &Walker, surface: &SurfaceInteraction, outside: bool) {
         let pixel = &mut self.found[walker.pixel as usize];
         pixel.object = frame.scene.primitive_id(&surface.hit);
-        pixel.depth = surface.hit.shape.t as f32;
+        pixel.first_near = (1.0 / surface.hit.shape.t.max(1e-30)) as f32;
         let side = if outside { 1.0 } else { -1.0 };
         pixel.first_normal = (surface.ns * side).as_vec3().to_array();
-        (pixel.normal, pixel.length, pixel.key) = (pixel.first_normal, pixel.depth, 0);
+        (pixel.normal, pixel.near, pixel.key) = (pixel.first_normal, pixel.first_near, 0);
     }
 
     /// Notes a surface that is not lit in this frame.
@@ -195,7 +195,7 @@ impl Walk {
         let pixel = &mut self.found[walker.pixel as usize];
         let side = if outside { 1.0 } else { -1.0 };
         pixel.normal = (surface.ns * side).as_vec3().to_array();
-        pixel.length = (walker.length + surface.hit.shape.t) as f32;
+        pixel.near = (1.0 / (walker.length + surface.hit.shape.t).max(1e-30)) as f32;
         pixel.key = walker.key;
         pixel.albedo = walker.beta * lobes.albedo();
         pixel.roughness = lobes.roughness;
@@ -310,12 +310,12 @@ impl Walk {
     /// The pixel's surface: its guides, sampled light, and rays for indirect light and gloss.
     fn light_main(&mut self, frame: &Frame<'_>, at: &At<'_>) {
         let &At { walker, vertex, lobes, numbers, .. } = at;
-        let (x, y) = self.pixels[walker.pixel as usize];
+        let (x, y) = self.place(walker.pixel);
         let surface = vertex.surface;
         let is_lit = frame.pattern.lights(x, y);
         let pixel = &mut self.found[walker.pixel as usize];
         pixel.normal = vertex.frame.z.as_vec3().to_array();
-        pixel.length = (walker.length + surface.hit.shape.t) as f32;
+        pixel.near = (1.0 / (walker.length + surface.hit.shape.t).max(1e-30)) as f32;
         pixel.key = walker.key;
         pixel.albedo = walker.beta * lobes.albedo();
         pixel.roughness = lobes.roughness;
@@ -429,7 +429,7 @@ impl Walk {
     ) {
         let is_main = walker.is_main;
         self.pass(&Walker { is_main: false, ..*walker }, surface, ray);
-        let (x, y) = self.pixels[walker.pixel as usize];
+        let (x, y) = self.place(walker.pixel);
         if !is_main {
             return;
         }
@@ -438,7 +438,7 @@ impl Walk {
         let pixel = &mut self.found[walker.pixel as usize];
         pixel.is_catcher = true;
         pixel.normal = n.as_vec3().to_array();
-        pixel.length = (walker.length + surface.hit.shape.t) as f32;
+        pixel.near = (1.0 / (walker.length + surface.hit.shape.t).max(1e-30)) as f32;
         pixel.key = CATCHER;
         pixel.is_lit = frame.pattern.lights(x, y);
         if !pixel.is_lit {

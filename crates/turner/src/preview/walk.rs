@@ -119,14 +119,24 @@ impl Queue {
     }
 }
 
+/// A rectangle of pixels.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(super) struct Group {
+    pub(super) left: u32,
+    pub(super) top: u32,
+    pub(super) columns: u32,
+    pub(super) rows: u32,
+}
+
 /// The state of one thread; its buffers are reused.
 #[derive(Default)]
 pub(super) struct Walk {
     samples: CameraSamples,
-    pub(super) pixels: Vec<(u32, u32)>,
+    pub(super) group: Group,
+    /// The samples of the group, in rows.
     pub(super) found: Vec<Sample>,
-    /// The samples of a group, in rows, for those that have one.
-    pub(super) group: Vec<Option<Sample>>,
+    /// The pixels to trace, by their index in the group.
+    pub(super) traced: Vec<u32>,
     queue: Queue,
     pub(super) next: Queue,
     hits: Vec<Option<Hit>>,
@@ -144,20 +154,33 @@ pub(super) struct Walk {
 const FIRST_SET: u32 = 2;
 
 impl Walk {
-    /// Samples the pixels in `pixels`; the results are in `found`.
+    /// The position of a pixel of the group.
+    #[inline]
+    pub(super) fn place(&self, pixel: u32) -> (u32, u32) {
+        (self.group.left + pixel % self.group.columns, self.group.top + pixel / self.group.columns)
+    }
+
+    /// Begins a group.
+    pub(super) fn begin(&mut self, group: Group) {
+        self.group = group;
+        self.found.clear();
+        self.found.resize((group.columns * group.rows) as usize, Sample::NOTHING);
+    }
+
+    /// Samples the pixels in `traced`.
     pub(super) fn trace(&mut self, frame: &Frame<'_>) {
-        let Walk { samples, pixels, found, queue, .. } = self;
-        found.clear();
-        found.resize(pixels.len(), Sample::NOTHING);
+        let mut samples = std::mem::take(&mut self.samples);
+        let mut queue = std::mem::take(&mut self.queue);
         samples.clear();
-        let points = pixels
-            .iter()
-            .map(|&(x, y)| (frame.pattern.id(x, y), DVec2::new(f64::from(x), f64::from(y)) + frame.within));
-        take_points(frame.view, samples, points);
+        let points = self.traced.iter().map(|&pixel| {
+            let (x, y) = self.place(pixel);
+            (frame.pattern.id(x, y), DVec2::new(f64::from(x), f64::from(y)) + frame.within)
+        });
+        take_points(frame.view, &mut samples, points);
         queue.clear();
         queue.rays.copy(&samples.rays);
-        queue.walkers.extend((0..pixels.len()).map(|i| Walker {
-            pixel: i as u32,
+        queue.walkers.extend(self.traced.iter().enumerate().map(|(i, &pixel)| Walker {
+            pixel,
             role: Role::Camera,
             is_main: true,
             is_specular: true,
@@ -166,12 +189,13 @@ impl Walk {
             beta: Spectrum::WHITE,
             pdf: 1.0,
             origin: Receiver::default(),
-            cone: camera_cone(frame.view.pixel_cone.as_ref(), samples, i),
+            cone: camera_cone(frame.view.pixel_cone.as_ref(), &samples, i),
             length: 0.0,
             absorption: [0.0; 3],
             key: 0,
             rounds: 0,
         }));
+        (self.samples, self.queue) = (samples, queue);
         while !self.queue.walkers.is_empty() {
             self.round(frame);
         }
@@ -187,7 +211,9 @@ impl Walk {
         let mut numbers = std::mem::take(&mut self.numbers);
         scene.intersect_batch(&mut queue.rays, &mut hits);
         self.draw_numbers(frame, &queue, &hits, &mut numbers);
-        (surfaces.clear(), lights.clear(), escaped.clear());
+        surfaces.clear();
+        lights.clear();
+        escaped.clear();
         let mut drawn = numbers.iter();
         for (i, (walker, hit)) in queue.walkers.iter_mut().zip(&hits).enumerate() {
             let Some(ray) = queue.rays.get(i) else { continue };
@@ -202,7 +228,7 @@ impl Walk {
                 surface.see(ray.direction, walker.cone.width);
             }
             let mut request = u32::MAX;
-            if self.may_light(frame, walker, &ray, hit) {
+            if self.may_light(frame, walker, hit) {
                 let at = scene.receiver(&surface, ray.direction);
                 let [u0, u1, u2, _] = numbers.first();
                 request = lights.ask(at, |_| [u0, u1, u2]) as u32;
@@ -237,28 +263,29 @@ impl Walk {
         hits: &[Option<Hit>],
         to: &mut Vec<VertexNumbers>,
     ) {
-        self.requests.clear();
+        let mut requests = std::mem::take(&mut self.requests);
+        requests.clear();
         for (walker, _) in queue.walkers.iter().zip(hits).filter(|(_, hit)| hit.is_some()) {
-            let (x, y) = self.pixels[walker.pixel as usize];
+            let (x, y) = self.place(walker.pixel);
             let sampler = match walker.role {
                 Role::Bounce => frame.pattern.of_cell(x, y),
                 _ => OwenSobol::new(&frame.pattern.id(x, y)),
             };
-            self.requests.push((sampler, FIRST_SET + 2 * walker.rounds));
+            requests.push((sampler, FIRST_SET + 2 * walker.rounds));
         }
-        OwenSobol::vertex_numbers(frame.scene.instruction_set, &self.requests, to);
+        OwenSobol::vertex_numbers(frame.scene.instruction_set, &requests, to);
+        self.requests = requests;
     }
 
     /// Whether to sample a light at a hit.
-    fn may_light(&self, frame: &Frame<'_>, walker: &Walker, ray: &Ray, hit: &Hit) -> bool {
-        let (x, y) = self.pixels[walker.pixel as usize];
+    fn may_light(&self, frame: &Frame<'_>, walker: &Walker, hit: &Hit) -> bool {
+        let (x, y) = self.place(walker.pixel);
         if walker.role == Role::Camera && walker.is_main && !frame.pattern.lights(x, y) {
             return false;
         }
         if walker.from_camera && frame.scene.is_shadow_catcher(hit) {
             return false;
         }
-        let _ = ray;
         match frame.scene.material_at(hit) {
             crate::material::Material::OpenPbr(m) => !m.desc.unlit && !m.boundary,
             crate::material::Material::Mix(_) => true,

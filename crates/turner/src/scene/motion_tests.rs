@@ -191,7 +191,10 @@ fn groups_move_with_what_is_in_them_and_all_bytes_stay() {
         .lit(LightDesc::Sky(SkyDesc::default()))
         .with_object(turning, light);
     let ball = ObjectDesc::new(ShapeDesc::Sphere(SphereDesc { center: v(2.0, 0.0, 0.0), radius: 1.0 }));
-    let two = GroupDesc { objects: [ball].into_iter().chain(desc.objects.drain(..)).collect() };
+    let two = GroupDesc {
+        objects: [ball].into_iter().chain(desc.objects.drain(..)).collect(),
+        ..GroupDesc::default()
+    };
     desc.groups.push(two.into());
     desc.objects.push(ObjectDesc {
         content: ObjectContent::Instance(GroupId(0)),

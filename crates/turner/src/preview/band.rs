@@ -1,0 +1,165 @@
+//! One task of a frame: the pixels of a band of rows.
+
+use std::sync::atomic::Ordering;
+
+use crate::color::Spectrum;
+use crate::preview::buffers::{GuidesPart, LightPart, Still};
+use crate::preview::draw::grid_size;
+use crate::preview::fill::between;
+use crate::preview::history::{MOST_MOVING, Past};
+use crate::preview::walk::{Frame, Group, Walk};
+use crate::preview::{PreviewOptions, ROWS, Worker};
+
+/// Columns of the groups of pixels that are traced together: a multiple of four.
+const GROUP: usize = 32;
+
+/// The most frames in a mean.
+const MOST_STILL: f32 = 4096.0;
+
+/// Indirect and glossy light of one sample is at most this multiple of what is shown as white.
+const MOST_INDIRECT: f32 = 4.0;
+const MOST_GLOSS: f32 = 6.0;
+
+/// Reflections on rougher surfaces move little with the camera.
+const BLURRED: f32 = 0.3;
+
+/// The rows of a task.
+pub(super) struct Band<'a> {
+    pub(super) index: usize,
+    pub(super) guides: GuidesPart<'a>,
+    pub(super) still: &'a mut [Still],
+    pub(super) count: &'a mut f32,
+    pub(super) direct: LightPart<'a>,
+    pub(super) gloss: LightPart<'a>,
+    pub(super) indirect: LightPart<'a>,
+    pub(super) second: LightPart<'a>,
+    pub(super) has_gloss: &'a mut bool,
+    pub(super) object: &'a mut [u32],
+    pub(super) depth: &'a mut [f32],
+    pub(super) normal: &'a mut [[f32; 3]],
+}
+
+/// Light of at most this luminance: rare bright samples would be spots.
+fn capped(light: Spectrum, most: f32) -> Spectrum {
+    let luminance = light.luminance();
+    if luminance > most { light * (most / luminance) } else { light }
+}
+
+/// Traces the pixels of a band.
+pub(super) fn trace_band(
+    frame: &Frame<'_>,
+    worker: &mut Worker,
+    mut band: Band<'_>,
+    past: Option<&Past<'_>>,
+    options: &PreviewOptions<'_>,
+) {
+    let width = frame.view.film.width as usize;
+    let rows = band.still.len() / width;
+    *band.count = (*band.count + 1.0).min(MOST_STILL);
+    for left in (0..width).step_by(GROUP) {
+        if options.cancel.load(Ordering::Relaxed) {
+            return;
+        }
+        let walk = &mut worker.walk;
+        walk.begin(Group {
+            left: left as u32,
+            top: (band.index * ROWS) as u32,
+            columns: GROUP.min(width - left) as u32,
+            rows: rows as u32,
+        });
+        trace_group(frame, walk);
+        keep_group(frame, walk, &mut band, past);
+    }
+}
+
+/// Traces the pixels of a group, or fills them.
+fn trace_group(frame: &Frame<'_>, walk: &mut Walk) {
+    let Group { columns, rows, .. } = walk.group;
+    let is_first = |walk: &Walk, pixel: u32| {
+        let (x, y) = walk.place(pixel);
+        !frame.fills || frame.pattern.lights(x, y) || frame.pattern.gathers(x, y)
+    };
+    walk.traced.clear();
+    // Squares of 4 x 4 pixels are coherent packets.
+    for top in (0..rows).step_by(4) {
+        for left in (0..columns).step_by(4) {
+            for y in top..rows.min(top + 4) {
+                for x in left..columns.min(left + 4) {
+                    if is_first(walk, y * columns + x) {
+                        walk.traced.push(y * columns + x);
+                    }
+                }
+            }
+        }
+    }
+    walk.trace(frame);
+    if !frame.fills {
+        return;
+    }
+    walk.traced.clear();
+    for y in 0..rows {
+        for x in 0..columns {
+            let at = y * columns + x;
+            if is_first(walk, at) {
+                continue;
+            }
+            let of = |inside: bool, at: u32| if inside { walk.found.get(at as usize) } else { None };
+            let neighbours = [
+                of(x > 0, at.wrapping_sub(1)),
+                of(x + 1 < columns, at + 1),
+                of(y > 0, at.wrapping_sub(columns)),
+                of(y + 1 < rows, at + columns),
+            ];
+            match between(neighbours) {
+                Some(sample) => walk.found[at as usize] = sample,
+                None => walk.traced.push(at),
+            }
+        }
+    }
+    walk.trace(frame);
+}
+
+/// Adds the samples of a group to the means.
+fn keep_group(frame: &Frame<'_>, walk: &Walk, band: &mut Band<'_>, past: Option<&Past<'_>>) {
+    let width = frame.view.film.width as usize;
+    let [grid_width, _] = grid_size(width, 0);
+    let Group { left, columns, .. } = walk.group;
+    let is_first_frame = frame.fills;
+    for (at, sample) in walk.found.iter().enumerate() {
+        let (x, y) = walk.place(at as u32);
+        let (column, row) = (at % columns as usize, at / columns as usize);
+        let i = row * width + left as usize + column;
+        let cell = row / 2 * grid_width + x as usize / 2;
+        let is_cell = (x | y) & 1 == 0;
+        if is_first_frame {
+            band.guides.set(i, sample);
+            (band.object[i], band.normal[i]) = (sample.object, sample.first_normal);
+            band.depth[i] = 1.0 / sample.first_near;
+            if let Some(past) = past
+                && let Some(from) = past.find(frame.view, x, y, sample)
+            {
+                let layers = past.layers;
+                band.direct.continue_from(i, &layers.direct, from.pixel, MOST_MOVING);
+                if sample.roughness > BLURRED && sample.roughness < 1.0 {
+                    band.gloss.continue_from(i, &layers.gloss, from.pixel, MOST_MOVING);
+                }
+                if is_cell {
+                    band.indirect.continue_from(cell, &layers.indirect, from.cell, MOST_MOVING);
+                    band.second.continue_from(cell, &layers.second, from.cell, MOST_MOVING);
+                }
+            }
+        }
+        band.still[i].add(&Still::of(sample), *band.count);
+        if sample.is_lit {
+            band.direct.add(i, sample.direct, MOST_STILL);
+            if sample.roughness < 1.0 {
+                band.gloss.add(i, capped(sample.gloss, MOST_GLOSS * frame.white), MOST_STILL);
+                *band.has_gloss = true;
+            }
+        }
+        if frame.pattern.gathers(x, y) && !sample.albedo.is_black() {
+            band.indirect.add(cell, capped(sample.indirect, MOST_INDIRECT * frame.white), MOST_STILL);
+            band.second.add(cell, sample.second, MOST_STILL);
+        }
+    }
+}
