@@ -61,7 +61,7 @@ until_true() {
 
 say "starts a display"
 mkfifo "$work/display"
-Xvfb -displayfd 3 -screen 0 1440x900x24 -nolisten tcp 3>"$work/display" 2>/dev/null &
+Xvfb -displayfd 3 -noreset -screen 0 1440x900x24 -nolisten tcp 3>"$work/display" 2>/dev/null &
 server=$!
 read -r display <"$work/display"
 export DISPLAY=:$display TURNER_STUDIO_HOME=$work/home LIBGL_ALWAYS_SOFTWARE=1
@@ -183,6 +183,9 @@ sleep "${PATIENCE:-60}"
 xdotool mousemove $x $y click 1
 sleep 3
 picture window
+close_studio
+open_studio scenes/classic/001-eight-steps.toml
+sleep 3
 key x
 xdotool mousemove $x $y click 1
 command_named "rays panel"

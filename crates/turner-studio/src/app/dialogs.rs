@@ -112,11 +112,11 @@ fn file(ui: &mut Ui, studio: &mut Studio, purpose: Purpose, mut name: String) ->
     let field = egui::TextEdit::singleline(&mut name).desired_width(f32::INFINITY);
     let response = ui.add(field);
     name_text(&response, "File name", &name);
+    let enter = response.lost_focus() && ui.input(|i| i.key_pressed(Key::Enter));
     // The keyboard writes the name at once.
-    if ui.memory(|memory| memory.focused().is_none()) {
+    if !enter && ui.memory(|memory| memory.focused().is_none()) {
         response.request_focus();
     }
-    let enter = response.lost_focus() && ui.input(|i| i.key_pressed(Key::Enter));
     let path = PathBuf::from(&name);
     let folder =
         if path.is_dir() { path.clone() } else { path.parent().map(Path::to_owned).unwrap_or_default() };
