@@ -111,7 +111,7 @@ actions! {
     FocusSelection, "View", "Focus on the selection", SHIFT, F;
     ExplainMiddle, "View", "Explain the pixel in the middle", SHIFT, X;
     Bookmark, "View", "Bookmark the camera", COMMAND, B;
-    Pause, "View", "Pause or go on rendering", NONE, Space;
+    Pause, "View", "Pause or continue rendering", NONE, Space;
     Dark, "View", "Dark or light";
     Larger, "View", "Larger", COMMAND, Plus;
     Smaller, "View", "Smaller", COMMAND, Minus;

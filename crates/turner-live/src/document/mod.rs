@@ -226,7 +226,7 @@ impl Document {
         self.history.labels()
     }
 
-    /// Replaces the scene by that of the same file read again; the history goes on, so that a reload can be undone.
+    /// Replaces the scene by that of the same file read again; the history continues, so that a reload can be undone.
     pub fn reloaded(&mut self, fresh: Document) {
         let before = std::mem::replace(&mut self.desc, Arc::clone(&fresh.desc));
         if !is_same(&before, &self.desc) {

@@ -97,7 +97,7 @@ impl Board {
         }
     }
 
-    /// Clears the stop of the last pass. Returns whether work on order `number` should go on.
+    /// Clears the stop of the last pass. Returns whether work on order `number` should continue.
     pub(super) fn go_on(&self, number: u64) -> bool {
         self.stop.store(false, Ordering::SeqCst);
         !self.is_closed() && self.newest.load(Ordering::SeqCst) == number

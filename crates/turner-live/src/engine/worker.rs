@@ -47,7 +47,7 @@ pub(super) fn run(board: &Arc<Board>) {
             let text = panic.downcast_ref::<String>().map(String::as_str);
             let text = text.or(panic.downcast_ref::<&str>().copied()).unwrap_or("no message");
             worker = Worker::default();
-            let help = "the last picture stays; save the scene, change it and go on".to_owned();
+            let help = "the last picture stays; save the scene, change it and try again".to_owned();
             board.fail(format!("the renderer stopped with a fault: {text}"), Some(help), true);
         }
     }
@@ -98,7 +98,7 @@ impl Worker {
             && order.has_film_of(last)
             && board.status().error.is_none()
         {
-            // Another size, pause or mix: the film goes on.
+            // Another size, pause or mix: the film continues.
             let shown = order.look != last.look;
             *last = order;
             let (order, stand) = (last.clone(), Arc::clone(stand));

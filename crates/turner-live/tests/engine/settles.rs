@@ -144,7 +144,7 @@ fn after_pauses() {
     assert_same("after pauses", &settled(&engine, number), &reference);
 }
 
-/// The exposure changes no sample: the film goes on, so the finished picture is there with the first frame.
+/// The exposure changes no sample: the film continues, so the finished picture is there with the first frame.
 #[test]
 fn a_change_of_the_display_continues_the_film() {
     let desc = balls("path", |desc| desc.film.samples = 48);

@@ -173,7 +173,7 @@ fn file(ui: &mut Ui, studio: &mut Studio, purpose: Purpose, mut name: String) ->
     (!done).then_some(Dialog::File { purpose, name })
 }
 
-/// Asks with the dialog of the desktop, in a thread: the window goes on.
+/// Asks with the dialog of the desktop, in a thread: the window continues.
 fn system(ctx: &egui::Context, studio: &mut Studio, purpose: &Purpose, folder: &Path) {
     let (purpose, folder) = (purpose.clone(), folder.to_owned());
     studio.asking = Some(Task::start(ctx, move |_| {

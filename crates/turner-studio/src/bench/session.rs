@@ -64,7 +64,7 @@ impl Session {
         Ok((started.elapsed().as_secs_f64() * 1e3, frame))
     }
 
-    /// Waits until the film is rendered, as a user who looks at a still picture.
+    /// Waits until the film is rendered, as a user does before a still picture.
     pub(super) fn rest(&self, time: Duration) {
         std::thread::sleep(time);
         while self.woken.try_recv().is_ok() {}

@@ -149,7 +149,7 @@ fn run(
     spec: &Spec,
 ) -> Result<(), String> {
     let scene = folder.join(SCENE);
-    // A job that goes on has its scene already.
+    // A job that continues has its scene already.
     if !scene.is_file() {
         std::fs::create_dir_all(folder).map_err(|e| format!("{}: {e}", folder.display()))?;
         let options = turner_io::convert::ConvertOptions { overwrite: true, ..Default::default() };

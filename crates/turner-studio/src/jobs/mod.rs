@@ -174,7 +174,7 @@ impl Queue {
         }
     }
 
-    /// Lets a job that was stopped or failed go on: from its checkpoint if it has one.
+    /// Continues a job that was stopped or failed: from its checkpoint if it has one.
     pub fn resume(&mut self, id: u64) {
         if let Some(i) = self.find(id) {
             self.jobs[i].shared.wait_again();

@@ -182,8 +182,8 @@ fn tools(ui: &mut egui::Ui, studio: &mut Studio) {
             }
         }
         ui.separator();
-        let pause = if studio.paused { "Go on" } else { "Pause" };
-        if ui.button(pause).on_hover_text("Pause or go on rendering (Space)").clicked() {
+        let pause = if studio.paused { "Continue" } else { "Pause" };
+        if ui.button(pause).on_hover_text("Pause or continue rendering (Space)").clicked() {
             studio.paused = !studio.paused;
         }
     });

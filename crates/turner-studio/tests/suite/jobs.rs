@@ -118,7 +118,7 @@ fn a_stopped_job_shows_its_checkpoint_and_goes_on_from_it() {
     let held = *samples;
     queue.resume(id);
     let report = until(&mut queue, id, |report| report.state == State::Rendering && report.samples > 0.0);
-    assert!(report.samples >= held.floor(), "goes on from {held}: {report:?}");
+    assert!(report.samples >= held.floor(), "continues from {held}: {report:?}");
     queue.stop(id);
     until(&mut queue, id, |report| report.state == State::Stopped);
     queue.remove(id);

@@ -30,7 +30,7 @@ pub(crate) fn show(ui: &mut Ui, studio: &mut Studio) {
         studio.jobs.with_view = both;
         if studio.jobs.held && studio.jobs.jobs().iter().any(|job| job.report().state == State::Waiting) {
             ui.label("The queue waits.");
-            if ui.button("Go on with the queue").clicked() {
+            if ui.button("Continue the queue").clicked() {
                 studio.jobs.held = false;
             }
         }
