@@ -67,7 +67,7 @@ impl Settings {
     /// Writes them. A failure costs nothing but the memory of recent files.
     pub fn save(&self, home: &Path) {
         let _ = std::fs::create_dir_all(home);
-        let file = turner_io::image::OutputFile::create(&home.join("settings.json"));
+        let file = turner_io::image::OutputFile::create(home.join("settings.json"));
         if let (Ok(file), Ok(text)) = (file, serde_json::to_string_pretty(self)) {
             let _ = file.commit(text.as_bytes());
         }

@@ -118,7 +118,7 @@ fn write(folder: &Path, desc: &SceneDesc, about: &About) -> Option<()> {
     };
     turner_io::convert::to_toml(desc, &folder.join("scene.toml"), &options).ok()?;
     let text = serde_json::to_string(about).ok()?;
-    let file = turner_io::image::OutputFile::create(&folder.join("about.json")).ok()?;
+    let file = turner_io::image::OutputFile::create(folder.join("about.json")).ok()?;
     file.commit(text.as_bytes()).ok()
 }
 

@@ -46,12 +46,11 @@ impl Document {
                 Err(SceneError::new(ErrorCode::Output, message).help("save under another name"))
             }
         };
-        Some(result.map(|saved| {
+        Some(result.inspect(|_| {
             self.saved = Arc::clone(&saving.desc);
             self.path = Some(saving.path.clone());
             let folder = saving.path.parent().filter(|p| !p.as_os_str().is_empty());
             self.folder = folder.unwrap_or(Path::new(".")).to_owned();
-            saved
         }))
     }
 }

@@ -23,7 +23,7 @@ fn an_order_with_an_error_keeps_the_last_frame_and_says_why() {
     let good = settled(&engine, number);
     for _ in 0..3 {
         let bad = balls("path", |desc| desc.camera = Some(broken().into()));
-        let wrong = bad.prepare(&Default::default()).err().expect("the offline render refuses it, too");
+        let wrong = bad.prepare(&Default::default()).expect_err("the offline render refuses it, too");
         engine.order(order(&bad));
         let error = wait(&engine, || engine.status().error);
         assert_eq!(error.message, wrong.message);

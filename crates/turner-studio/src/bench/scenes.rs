@@ -88,11 +88,7 @@ fn many() -> SceneDesc {
     let center = |i: u32| DVec3::new(f64::from(i % SIDE) - 49.5, 0.0, f64::from(i / SIDE) - 49.5);
     let ball = |i: u32| ObjectDesc {
         material: Some(MaterialId(i % 10)),
-        ..ObjectDesc::new(ShapeDesc::Sphere(SphereDesc {
-            center: center(i),
-            radius: 0.4,
-            ..SphereDesc::default()
-        }))
+        ..ObjectDesc::new(ShapeDesc::Sphere(SphereDesc { center: center(i), radius: 0.4 }))
     };
     desc.objects = (0..SIDE * SIDE).map(ball).collect();
     desc

@@ -7,6 +7,9 @@ use crate::node::Node;
 use crate::studio::Studio;
 use crate::widgets::name_text;
 
+/// A list of parts: heading, count, and the part of an index.
+type List = (&'static str, usize, fn(usize) -> Node);
+
 /// Entries that a list shows without a search.
 const MOST: usize = 400;
 
@@ -24,7 +27,7 @@ pub(crate) fn show(ui: &mut Ui, studio: &mut Studio) {
                 entry(ui, studio, node, &node.label(&desc));
             }
         }
-        let lists: [(&str, usize, fn(usize) -> Node); 6] = [
+        let lists: [List; 6] = [
             ("Objects", desc.objects.len(), Node::Object),
             ("Lights", desc.lights.len(), Node::Light),
             ("Materials", desc.materials.len(), Node::Material),

@@ -34,7 +34,7 @@ fn textures() -> PathBuf {
 
 /// The sample scene and text that follows, with pictures to read.
 fn with(text: &str) -> SceneDesc {
-    let assets = FolderAssets::new(&textures()).unwrap();
+    let assets = FolderAssets::new(textures()).unwrap();
     let loaded =
         turner_io::scene::load_text(format!("{SAMPLE}\n{text}"), "test.toml", &assets, &Default::default());
     loaded.unwrap_or_else(|e| panic!("{}\n{text}", e.error.message)).desc

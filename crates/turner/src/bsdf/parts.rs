@@ -57,7 +57,7 @@ impl BsdfFromWo<'_> {
             let Some(s) = self.sample([self.place(lobe, side), 0.5, 0.5]).filter(|s| s.lobe.is_delta) else {
                 continue;
             };
-            *found = Some(BsdfSample { f: s.f * (1.0 / s.pdf) as f32, pdf: 1.0, ..s });
+            *found = Some(BsdfSample { pdf: 1.0, ..s });
         }
         // The interface has one lobe if it reflects, or transmits, all light.
         if let [_, Some(a), Some(b), _] = &found
@@ -98,5 +98,35 @@ impl BsdfFromWo<'_> {
             left -= self.p[lobe];
         }
         None
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::bsdf::PrincipledPoint;
+    use crate::math::DVec3;
+
+    #[test]
+    fn delta_lobes_of_glass_carry_all_light() {
+        let p = PrincipledPoint {
+            transmission_weight: 1.0,
+            specular_roughness: 0.0,
+            ..PrincipledPoint::default()
+        };
+        let bsdf = Bsdf::new(&p);
+        let wo = DVec3::new(0.5, 0.0, 0.75f64.sqrt());
+        let fraction = |s: BsdfSample| f64::from(s.f.g) * s.wi.z.abs() * s.eta * s.eta;
+        let found = bsdf.towards(wo).deltas();
+        let [reflected, transmitted] = [false, true].map(|crosses| {
+            found
+                .iter()
+                .flatten()
+                .filter(|s| s.lobe.is_transmission == crosses)
+                .map(|s| fraction(*s))
+                .sum::<f64>()
+        });
+        assert!((reflected + transmitted - 1.0).abs() < 1e-6, "{reflected} {transmitted}");
+        assert!(reflected > 0.03 && reflected < 0.07, "{reflected}");
     }
 }

@@ -72,6 +72,37 @@ pub(super) fn trace_band(
     }
 }
 
+/// Columns and rows of the grid of pixels from which the mean of indirect light is estimated before the first frame.
+const PROBES: [u32; 2] = [24, 14];
+
+/// The mean of the indirect light of a picture, from a few pixels.
+pub(super) fn estimate_ambient(frame: &Frame<'_>, walk: &mut Walk) -> Spectrum {
+    let (width, height) = (frame.view.film.width, frame.view.film.height);
+    let (mut light, mut albedo, mut count) = (Spectrum::BLACK, Spectrum::BLACK, 0.0);
+    for row in 0..PROBES[1] {
+        for column in 0..PROBES[0] {
+            let (left, top) = (column * width / PROBES[0] / 4 * 4, row * height / PROBES[1] / 4 * 4);
+            let (columns, rows) = (4.min(width - left), 4.min(height - top));
+            walk.begin(Group { left, top, columns, rows });
+            walk.traced.clear();
+            let gathers = |pixel: &u32| frame.pattern.gathers(left + pixel % columns, top + pixel / columns);
+            walk.traced.extend((0..columns * rows).filter(gathers));
+            walk.trace(frame);
+            let found = walk.traced.iter().filter_map(|pixel| walk.found.get(*pixel as usize));
+            for sample in found.filter(|sample| !sample.albedo.is_black() && sample.indirect.is_finite()) {
+                light += capped(sample.indirect, MOST_INDIRECT * frame.white);
+                albedo += sample.second;
+                count += 1.0;
+            }
+        }
+    }
+    if count == 0.0 {
+        return Spectrum::BLACK;
+    }
+    let mean = |light: f32, albedo: f32| light / count / (1.0 - (albedo / count).min(0.9));
+    Spectrum::new(mean(light.r, albedo.r), mean(light.g, albedo.g), mean(light.b, albedo.b))
+}
+
 /// Traces the pixels of a group, or fills them.
 fn trace_group(frame: &Frame<'_>, walk: &mut Walk) {
     let Group { columns, rows, .. } = walk.group;

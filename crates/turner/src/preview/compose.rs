@@ -11,10 +11,19 @@ pub(super) struct Composed<'a> {
     pub(super) grid: &'a Guides,
     pub(super) still: &'a [Still],
     pub(super) direct: &'a Light,
+    /// The same without a filter.
+    pub(super) unfiltered: &'a Light,
     pub(super) gloss: Option<&'a Light>,
     pub(super) indirect: &'a Light,
     /// Light that arrives at a surface from others, over π, as the mean of the picture.
     pub(super) ambient: [f32; 3],
+}
+
+impl Composed<'_> {
+    /// Direct light without a filter.
+    fn unfiltered_direct(&self, i: usize) -> Spectrum {
+        if self.unfiltered.count[i] > 0.0 { at(self.unfiltered, i) } else { Spectrum::BLACK }
+    }
 }
 
 fn at(light: &Light, i: usize) -> Spectrum {
@@ -50,6 +59,10 @@ pub(super) fn compose(of: &Composed<'_>, first: usize, color: &mut [[f32; 3]], a
             if let Some(gloss) = of.gloss.filter(|_| of.guides.roughness[i] < 1.0) {
                 sum += at(gloss, i);
             }
+        }
+        if key == NO_KEY && !still.albedo.is_black() {
+            // A surface that some frames find within the pixel, but not the first one.
+            sum += still.albedo * (of.unfiltered_direct(i) + ambient);
         }
         *color = sum.to_array();
     }

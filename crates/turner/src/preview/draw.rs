@@ -3,11 +3,12 @@
 use std::sync::Arc;
 
 use crate::camera::Camera;
+use crate::color::Spectrum;
 use crate::film::{Antialias, FilmDesc};
 use crate::filter::Filter;
 use crate::integrator::Prepared;
 use crate::math::DVec2;
-use crate::preview::band::{Band, trace_band};
+use crate::preview::band::{Band, estimate_ambient, trace_band};
 use crate::preview::buffers::{Guides, Layers, Light, Still};
 use crate::preview::history::Past;
 use crate::preview::looks::Looks;
@@ -48,6 +49,8 @@ pub(super) struct Drawing {
     pub(super) grid: Guides,
     /// Filtered light: results of odd and even passes.
     pub(super) shown: [[Light; 2]; 3],
+    /// Light that arrives at a surface from others, over π, as the mean of the last frame of this scene.
+    pub(super) ambient: Option<Spectrum>,
     /// Rows that have gloss.
     pub(super) has_gloss: Vec<bool>,
 }
@@ -60,7 +63,7 @@ pub(super) fn grid_size(width: usize, height: usize) -> [usize; 2] {
 impl Drawing {
     /// Forgets all frames.
     pub(super) fn forget(&mut self) {
-        self.drawn = None;
+        (self.drawn, self.ambient) = (None, None);
     }
 
     /// Draws a frame.
@@ -88,8 +91,17 @@ impl Drawing {
             within: if self.frames == 0 { DVec2::splat(0.5) } else { within(&view, options.frame) },
             is_direct,
             fills: self.frames == 0,
+            ambient: self.ambient.unwrap_or(Spectrum::BLACK),
             white: white(&view.film),
         };
+        let mut frame = frame;
+        if self.ambient.is_none()
+            && !is_direct
+            && let [worker, ..] = &mut *workers
+        {
+            frame.ambient = estimate_ambient(&frame, &mut worker.walk);
+        }
+        let frame = frame;
         let (width, height) = (view.film.width as usize, view.film.height as usize);
         let [grid_width, _] = grid_size(width, height);
         let size = width * ROWS;
@@ -183,6 +195,7 @@ impl Drawing {
         }
         if !same_scene {
             self.looks = Looks::of(&prepared.scene);
+            self.ambient = None;
         }
         let (scene, camera, film) = (prepared.scene.clone(), view.camera, view.film.clone());
         self.drawn = Some(Drawn { scene, camera, film, is_direct });

@@ -26,6 +26,7 @@
 
 mod band;
 mod buffers;
+mod catcher;
 mod centre;
 mod compose;
 mod draw;

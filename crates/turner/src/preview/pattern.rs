@@ -2,7 +2,7 @@
 //!
 //! The sixteen pixels of a square of 4 x 4 share one Owen-scrambled Sobol sequence, so that their samples are as evenly
 //! distributed as those of one pixel with sixteen samples. A filter over the square then leaves little noise (Keller and
-//! Heidrich 2001, "Interleaved sampling"). A frame lights every second pixel, like the squares of one colour of a
+//! Heidrich 2001, "Interleaved sampling"). A frame lights every second pixel, like one colour of a
 //! checkerboard; the next frame lights the others.
 //!
 //! ```text

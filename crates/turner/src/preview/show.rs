@@ -86,6 +86,7 @@ impl Drawing {
     ) -> Result<bool, SceneError> {
         let (width, height) = (picture.width as usize, picture.height as usize);
         let ambient = self.prepare_grid(width, height);
+        self.ambient = Some(ambient.into());
         let Some(drawn) = &self.drawn else { return Ok(false) };
         let steps = Steps::of(self.frames);
         let layers = &self.layers;
@@ -109,6 +110,7 @@ impl Drawing {
             grid: &self.grid,
             still: &self.still,
             direct,
+            unfiltered: &layers.direct,
             gloss,
             indirect,
             ambient,

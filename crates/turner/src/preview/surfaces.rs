@@ -4,10 +4,9 @@ use std::f64::consts::FRAC_1_PI;
 
 use crate::bsdf::{Bsdf, BsdfSample, MOST_DELTAS, sample_cosine};
 use crate::color::Spectrum;
-use crate::light::Receiver;
 use crate::material::vertex::{Vertex, coated, prepare};
 use crate::material::{AlphaMode, Material, OpenPbr};
-use crate::math::{DVec3, Frame as LocalFrame, Ray};
+use crate::math::{DVec3, Ray};
 use crate::preview::buffers::CATCHER;
 use crate::preview::looks::{Lobes, absorption};
 use crate::preview::walk::{Frame, MOST_ROUNDS, Role, Sent, Target, Walk, Walker};
@@ -38,7 +37,7 @@ impl Walker {
 }
 
 /// A light sample's density per solid angle, and the weight of light sampling against rays of density `pdf`.
-fn weight_sampled(lit: &LightSample, pdf: f64) -> f64 {
+pub(super) fn weight_sampled(lit: &LightSample, pdf: f64) -> f64 {
     if lit.is_delta {
         return 1.0;
     }
@@ -93,7 +92,7 @@ impl Walk {
     }
 
     /// Sends a ray straight on.
-    fn pass(&mut self, walker: &Walker, surface: &SurfaceInteraction, ray: &Ray) {
+    pub(super) fn pass(&mut self, walker: &Walker, surface: &SurfaceInteraction, ray: &Ray) {
         if walker.rounds < MOST_ROUNDS {
             let length = walker.length + surface.hit.shape.t;
             self.next.push(Walker { rounds: walker.rounds + 1, length, ..*walker }, surface, ray.direction);
@@ -175,7 +174,7 @@ impl Walk {
         if lobes.is_smooth() {
             match walker.role {
                 Role::Camera if is_main => self.light_main(frame, &at),
-                _ => self.light_other(&at),
+                _ => self.light_other(frame, &at),
             }
         }
     }
@@ -400,13 +399,15 @@ impl Walk {
     }
 
     /// Sampled light at any other surface; further light there is estimated.
-    fn light_other(&mut self, at: &At<'_>) {
+    fn light_other(&mut self, frame: &Frame<'_>, at: &At<'_>) {
         let &At { walker, vertex, lobes, .. } = at;
         let albedo = walker.beta * (lobes.albedo() + lobes.specular);
         let pixel = &mut self.found[walker.pixel as usize];
         match walker.role {
             Role::Bounce => pixel.second += albedo,
-            Role::Camera | Role::Gloss => pixel.bounced += albedo,
+            Role::Camera => pixel.bounced += albedo,
+            // Only some pixels have gloss rays, so this is part of the light that is filtered.
+            Role::Gloss => pixel.gloss += albedo * frame.ambient,
         }
         let Some(lit) = &at.lit else { return };
         let Some(met) = vertex.met(lit.to_light).filter(|met| !met.f.is_black()) else { return };
@@ -416,74 +417,6 @@ impl Walk {
         }
         let sent = Sent { pixel: walker.pixel, target: walker.target(), light, gloss: Spectrum::BLACK };
         self.push_shadow(vertex.surface, lit.to_light, lit.finite, sent);
-    }
-
-    /// A shadow catcher: the light there, with and without what is in the way; the ray passes.
-    fn catch(
-        &mut self,
-        frame: &Frame<'_>,
-        walker: &Walker,
-        ray: &Ray,
-        surface: &SurfaceInteraction,
-        numbers: &VertexNumbers,
-    ) {
-        let is_main = walker.is_main;
-        self.pass(&Walker { is_main: false, ..*walker }, surface, ray);
-        let (x, y) = self.place(walker.pixel);
-        if !is_main {
-            return;
-        }
-        let side = if surface.ng.dot(ray.direction) > 0.0 { -1.0 } else { 1.0 };
-        let n = surface.ns * side;
-        let pixel = &mut self.found[walker.pixel as usize];
-        pixel.is_catcher = true;
-        pixel.normal = n.as_vec3().to_array();
-        pixel.near = (1.0 / (walker.length + surface.hit.shape.t).max(1e-30)) as f32;
-        pixel.key = CATCHER;
-        pixel.is_lit = frame.pattern.lights(x, y);
-        if !pixel.is_lit {
-            return;
-        }
-        let scene = frame.scene;
-        let send = |walk: &mut Walk, to: DVec3, finite: bool, light: Spectrum| {
-            if light.is_finite() && !light.is_black() {
-                let sent =
-                    Sent { pixel: walker.pixel, target: Target::Catcher, light, gloss: Spectrum::BLACK };
-                walk.push_shadow(surface, to, finite, sent);
-            }
-        };
-        let at = match scene.emitters.use_surface_sides() {
-            true => Receiver::facing(surface.p, n),
-            false => Receiver::from(surface.p),
-        };
-        let [u0, u1, u2, _] = numbers.first();
-        if let Some(lit) = scene.emitters.sample(scene, at, [u0, u1, u2]) {
-            let cos = lit.to_light.normalize().dot(n);
-            let by_sky = if lit.finite { 0.0 } else { cos * FRAC_1_PI };
-            let weight = weight_sampled(&lit, by_sky);
-            if cos > 0.0 {
-                send(
-                    self,
-                    lit.to_light,
-                    lit.finite,
-                    lit.radiance * (cos * weight * FRAC_1_PI / lit.pdf) as f32,
-                );
-            }
-        }
-        let [v0, v1, ..] = numbers.second();
-        let local = sample_cosine([v0, v1]);
-        let direction = LocalFrame::from_z(n).to_world(local);
-        let pdf = local.z * FRAC_1_PI;
-        let mut light = scene.ambient;
-        for &id in scene.emitters.infinite_ids() {
-            if let Some((radiance, other)) = scene.emitters.infinite_one(scene, id, direction) {
-                light += radiance * (pdf * pdf / (pdf * pdf + other * other)) as f32;
-            }
-        }
-        if !scene.emitters.has_infinite_lights() {
-            light += scene.background.color(direction);
-        }
-        send(self, direction, false, light);
     }
 }
 
