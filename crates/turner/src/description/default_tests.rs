@@ -105,7 +105,7 @@ fn check<T: Clone + Debug>(
         let value = of_type(entry.name).unwrap_or_else(|| panic!("{what} has no default"));
         let mut desc = scene();
         put(&mut desc, value.clone());
-        let mut lent = BorrowedAssets::default();
+        let mut lent = BorrowedAssets::of(&desc);
 
         let table = write(&value, &mut Writer::new(&desc, &mut lent)).unwrap();
         let keys: Vec<&str> = table.entries.iter().map(|e| e.key.as_str()).collect();
