@@ -19,6 +19,9 @@ use crate::node::Node;
 use crate::studio::Studio;
 use crate::task::Task;
 
+/// The name of the part while it is drawn.
+const NAME: &str = "part of the swatch";
+
 /// Columns and rows.
 const SIZE: u32 = 128;
 
@@ -32,13 +35,22 @@ pub struct Swatch {
 
 /// A scene that shows one part.
 fn scene(desc: &SceneDesc, node: Node) -> Result<Option<SceneDesc>, SceneError> {
-    let names = desc.names();
-    let Some(path) = node.path(&names) else { return Ok(None) };
-    let mut part = desc.extract(&[&path])?;
+    let mut named = desc.clone();
+    // Parts without a name are numbered, and the part alone has another number.
+    let name = match node {
+        Node::Texture(i) => named.textures.get_mut(i).map(|texture| &mut texture.name),
+        Node::Material(i) => named.materials.get_mut(i).map(|material| &mut material.name),
+        _ => None,
+    };
+    let Some(name) = name else { return Ok(None) };
+    *name = Some(NAME.to_owned());
+    let Some(path) = node.path(&named.names()) else { return Ok(None) };
+    let mut part = named.extract(&[&path])?;
+    let is_own = |name: &Option<String>| name.as_deref() == Some(NAME);
     (part.film.width, part.film.height) = (SIZE, SIZE);
     match node {
-        Node::Texture(i) => {
-            let own = part.names().textures.iter().position(|name| Some(name) == names.textures.get(i));
+        Node::Texture(_) => {
+            let own = part.textures.iter().position(|texture| is_own(&texture.name));
             let Some(own) = own else { return Ok(None) };
             let color = ColorSource::Texture(TextureId(own as u32));
             part.materials
@@ -52,8 +64,8 @@ fn scene(desc: &SceneDesc, node: Node) -> Result<Option<SceneDesc>, SceneError> 
             );
             part.integrator = IntegratorDesc::Albedo(AlbedoDesc::default());
         }
-        Node::Material(i) => {
-            let own = part.names().materials.iter().position(|name| Some(name) == names.materials.get(i));
+        Node::Material(_) => {
+            let own = part.materials.iter().position(|material| is_own(&material.name));
             let Some(own) = own else { return Ok(None) };
             let ball = ShapeDesc::Sphere(SphereDesc { center: DVec3::Y, radius: 1.0 });
             part.objects.push(ObjectDesc { material: Some(MaterialId(own as u32)), ..ObjectDesc::new(ball) });
