@@ -145,11 +145,11 @@ fn a_failed_job_says_why_and_the_next_one_runs() {
     let last = queue.add(scene(1), "box".into(), spec(folder.path(), "c.png"));
     queue.shift(last, -1);
     assert_eq!(queue.jobs().iter().map(|job| job.id).collect::<Vec<_>>(), [failed, last, next]);
+    queue.stop(last);
+    assert_eq!(queue.jobs()[1].report().state, State::Stopped, "a job that waits is stopped at once");
     let report = until(&mut queue, failed, |report| report.state == State::Failed);
     let error = report.error.unwrap();
     assert!(error.contains("xyz"), "{error}");
-    queue.stop(last);
-    assert_eq!(queue.jobs()[1].report().state, State::Stopped, "a job that waits is stopped at once");
     until(&mut queue, next, |report| report.state == State::Done);
     assert!(!folder.path().join("c.png").exists());
 }
