@@ -28,6 +28,7 @@ mod disk;
 pub(crate) mod extent;
 mod joined_mesh;
 pub mod mesh;
+mod mesh_attributes;
 mod mesh_cache;
 mod mesh_rays;
 mod mesh_search;
