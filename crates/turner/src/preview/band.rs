@@ -3,10 +3,10 @@
 use std::sync::atomic::Ordering;
 
 use crate::color::Spectrum;
-use crate::preview::buffers::{GuidesPart, LightPart, Still};
-use crate::preview::draw::grid_size;
+use crate::preview::buffers::{GuidesPart, LightPart, Still, grid_size};
 use crate::preview::fill::between;
 use crate::preview::history::{MOST_MOVING, Past};
+use crate::preview::pattern::is_head;
 use crate::preview::walk::{Frame, Group, Walk};
 use crate::preview::{PreviewOptions, ROWS, Worker};
 
@@ -27,6 +27,7 @@ const BLURRED: f32 = 0.3;
 pub(super) struct Band<'a> {
     pub(super) index: usize,
     pub(super) guides: GuidesPart<'a>,
+    pub(super) grid: GuidesPart<'a>,
     pub(super) still: &'a mut [Still],
     pub(super) count: &'a mut f32,
     pub(super) direct: LightPart<'a>,
@@ -106,9 +107,9 @@ pub(super) fn estimate_ambient(frame: &Frame<'_>, walk: &mut Walk) -> Spectrum {
 /// Traces the pixels of a group, or fills them.
 fn trace_group(frame: &Frame<'_>, walk: &mut Walk) {
     let Group { columns, rows, .. } = walk.group;
-    let is_first = |walk: &Walk, pixel: u32| {
+    let is_traced = |walk: &Walk, pixel: u32| {
         let (x, y) = walk.place(pixel);
-        !frame.fills || frame.pattern.lights(x, y) || frame.pattern.gathers(x, y)
+        frame.pattern.traces(x, y)
     };
     walk.traced.clear();
     // Squares of 4 x 4 pixels are coherent packets.
@@ -116,7 +117,7 @@ fn trace_group(frame: &Frame<'_>, walk: &mut Walk) {
         for left in (0..columns).step_by(4) {
             for y in top..rows.min(top + 4) {
                 for x in left..columns.min(left + 4) {
-                    if is_first(walk, y * columns + x) {
+                    if is_traced(walk, y * columns + x) {
                         walk.traced.push(y * columns + x);
                     }
                 }
@@ -124,14 +125,14 @@ fn trace_group(frame: &Frame<'_>, walk: &mut Walk) {
         }
     }
     walk.trace(frame);
-    if !frame.fills {
+    if !frame.pattern.is_first {
         return;
     }
     walk.traced.clear();
     for y in 0..rows {
         for x in 0..columns {
             let at = y * columns + x;
-            if is_first(walk, at) {
+            if is_traced(walk, at) {
                 continue;
             }
             let of = |inside: bool, at: u32| if inside { walk.found.get(at as usize) } else { None };
@@ -150,47 +151,60 @@ fn trace_group(frame: &Frame<'_>, walk: &mut Walk) {
     walk.trace(frame);
 }
 
-/// Adds the samples of a group to the means.
+/// Keeps what a group shows, and adds its light to the means.
 fn keep_group(frame: &Frame<'_>, walk: &Walk, band: &mut Band<'_>, past: Option<&Past<'_>>) {
     let width = frame.view.film.width as usize;
     let [grid_width, _] = grid_size(width, 0);
     let Group { left, columns, .. } = walk.group;
-    let is_first_frame = frame.fills;
-    for (at, sample) in walk.found.iter().enumerate() {
-        let (x, y) = walk.place(at as u32);
-        let (column, row) = (at % columns as usize, at / columns as usize);
-        let i = row * width + left as usize + column;
-        let cell = row / 2 * grid_width + x as usize / 2;
-        let is_cell = (x | y) & 1 == 0;
-        if is_first_frame {
-            band.guides.set(i, sample);
-            (band.object[i], band.normal[i]) = (sample.object, sample.first_normal);
-            band.depth[i] = 1.0 / sample.first_near;
-            if let Some(past) = past
-                && let Some(from) = past.find(frame.view, x, y, sample)
-            {
-                let layers = past.layers;
-                band.direct.continue_from(i, &layers.direct, from.pixel, MOST_MOVING);
-                if sample.roughness > BLURRED && sample.roughness < 1.0 {
-                    band.gloss.continue_from(i, &layers.gloss, from.pixel, MOST_MOVING);
-                }
-                if is_cell {
-                    band.indirect.continue_from(cell, &layers.indirect, from.cell, MOST_MOVING);
-                    band.second.continue_from(cell, &layers.second, from.cell, MOST_MOVING);
-                }
+    let is_first = frame.pattern.is_first;
+    for (row, samples) in walk.found.chunks_exact(columns as usize).enumerate() {
+        let first = row * width + left as usize;
+        if is_first {
+            for (sample, i) in samples.iter().zip(first..) {
+                band.guides.set(i, sample);
+                (band.object[i], band.normal[i]) = (sample.object, sample.first_normal);
+                band.depth[i] = 1.0 / sample.first_near;
+                band.still[i] = Still::of(sample);
+            }
+        } else {
+            for (sample, still) in samples.iter().zip(&mut band.still[first..]) {
+                still.add(&Still::of(sample), *band.count);
             }
         }
-        band.still[i].add(&Still::of(sample), *band.count);
-        if sample.is_lit {
-            band.direct.add(i, sample.direct, MOST_STILL);
-            if sample.roughness < 1.0 {
-                band.gloss.add(i, capped(sample.gloss, MOST_GLOSS * frame.white), MOST_STILL);
-                *band.has_gloss = true;
+        for (column, sample) in samples.iter().enumerate() {
+            let (x, y) = walk.place((row * columns as usize + column) as u32);
+            let cell = row / 2 * grid_width + x as usize / 2;
+            let mut i = first + column;
+            if is_first {
+                if !is_head(x, y) {
+                    continue;
+                }
+                i = cell;
+                band.grid.set(cell, sample);
+                if let Some(past) = past {
+                    let random = frame.pattern.random(x, y);
+                    if let Some(from) = past.find(frame.view, [x, y], sample, random) {
+                        let layers = past.layers;
+                        band.direct.continue_from(cell, &layers.direct, from, MOST_MOVING);
+                        if sample.roughness > BLURRED && sample.roughness < 1.0 {
+                            band.gloss.continue_from(cell, &layers.gloss, from, MOST_MOVING);
+                        }
+                        band.indirect.continue_from(cell, &layers.indirect, from, MOST_MOVING);
+                        band.second.continue_from(cell, &layers.second, from, MOST_MOVING);
+                    }
+                }
             }
-        }
-        if frame.pattern.gathers(x, y) && !sample.albedo.is_black() {
-            band.indirect.add(cell, capped(sample.indirect, MOST_INDIRECT * frame.white), MOST_STILL);
-            band.second.add(cell, sample.second, MOST_STILL);
+            if sample.is_lit {
+                band.direct.add(i, sample.direct, MOST_STILL);
+                if sample.roughness < 1.0 {
+                    band.gloss.add(i, capped(sample.gloss, MOST_GLOSS * frame.white), MOST_STILL);
+                    *band.has_gloss = true;
+                }
+            }
+            if frame.pattern.gathers(x, y) && !sample.albedo.is_black() {
+                band.indirect.add(cell, capped(sample.indirect, MOST_INDIRECT * frame.white), MOST_STILL);
+                band.second.add(cell, sample.second, MOST_STILL);
+            }
         }
     }
 }

@@ -183,24 +183,85 @@ impl GuidesPart<'_> {
 #[derive(Clone, Debug, Default)]
 pub(super) struct Layers {
     pub(super) guides: Guides,
+    /// The guides of the heads of cells.
+    pub(super) grid: Guides,
+    /// On the grid of cells after the first frame of a view, else of all pixels.
     pub(super) direct: Light,
     pub(super) gloss: Light,
-    /// On a grid of half the size.
+    /// On the grid.
     pub(super) indirect: Light,
     pub(super) second: Light,
 }
 
 impl Layers {
-    /// Forgets all samples.
+    /// Forgets all samples, for the first frame of a view.
     pub(super) fn begin(&mut self, count: usize, on_grid: usize) {
         self.guides.set_len(count);
-        for light in [&mut self.direct, &mut self.gloss] {
-            light.begin(count);
-        }
-        for light in [&mut self.indirect, &mut self.second] {
+        self.grid.set_len(on_grid);
+        for light in [&mut self.direct, &mut self.gloss, &mut self.indirect, &mut self.second] {
             light.begin(on_grid);
         }
     }
+
+    /// Whether direct light and gloss are on the grid.
+    pub(super) fn is_on_grid(&self) -> bool {
+        self.direct.count.len() < self.guides.key.len()
+    }
+
+    /// Moves direct light and gloss from the grid to the pixels, for the second frame of a view.
+    pub(super) fn spread(&mut self, width: usize) {
+        let [columns, _] = grid_size(width, 0);
+        for light in [&mut self.direct, &mut self.gloss] {
+            let cells = std::mem::take(light);
+            light.begin(self.guides.key.len());
+            for (cell, count) in cells.count.iter().enumerate().filter(|(_, count)| **count > 0.0) {
+                let i = cell / columns * 2 * width + cell % columns * 2;
+                light.count[i] = *count;
+                for (plane, from) in light.rgb.iter_mut().zip(&cells.rgb) {
+                    plane[i] = from[cell];
+                }
+            }
+        }
+    }
+
+    /// Moves direct light and gloss from the pixels to the grid, as means over each cell's pixels of one surface.
+    pub(super) fn gather(&mut self, width: usize) {
+        if self.is_on_grid() || width == 0 {
+            return;
+        }
+        let [columns, rows] = grid_size(width, self.guides.key.len() / width);
+        let keys = &self.guides.key;
+        for light in [&mut self.direct, &mut self.gloss] {
+            let pixels = std::mem::take(light);
+            light.begin(columns * rows);
+            for cell in 0..columns * rows {
+                let (x, y) = (cell % columns * 2, cell / columns * 2);
+                let head = y * width + x;
+                let (mut sum, mut count) = ([0.0; 3], 0.0);
+                for (dx, dy) in [(0, 0), (1, 0), (0, 1), (1, 1)] {
+                    let i = head + dy * width + dx;
+                    if x + dx >= width || i >= keys.len() || keys[i] != keys[head] {
+                        continue;
+                    }
+                    let n = pixels.count[i];
+                    count += n;
+                    for (sum, plane) in sum.iter_mut().zip(&pixels.rgb) {
+                        // A pixel without samples may hold any value.
+                        *sum += if n > 0.0 { n * plane[i] } else { 0.0 };
+                    }
+                }
+                light.count[cell] = count;
+                for (plane, sum) in light.rgb.iter_mut().zip(sum) {
+                    plane[cell] = if count > 0.0 { sum / count } else { 0.0 };
+                }
+            }
+        }
+    }
+}
+
+/// Columns and rows of the grid of cells of 2 x 2 pixels.
+pub(super) fn grid_size(width: usize, height: usize) -> [usize; 2] {
+    [width.div_ceil(2), height.div_ceil(2)]
 }
 
 /// What is not filtered: the mean over frames.

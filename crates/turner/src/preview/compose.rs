@@ -1,29 +1,30 @@
 //! The colour of each pixel from its light and albedo.
 
+use turner_bvh::InstructionSet;
+
 use crate::color::Spectrum;
-use crate::preview::buffers::{CATCHER, Guides, Light, NO_KEY, Still};
-use crate::preview::draw::grid_size;
+use crate::preview::buffers::{CATCHER, Light, NO_KEY, Still};
+use crate::preview::upsample::{UpsampleRow, Upsampled};
 
 /// The parts of a picture.
 pub(super) struct Composed<'a> {
-    pub(super) size: [usize; 2],
-    pub(super) guides: &'a Guides,
-    pub(super) grid: &'a Guides,
+    pub(super) set: InstructionSet,
+    /// The light that is on the grid.
+    pub(super) grid: Upsampled<'a>,
+    /// Direct light and gloss of all pixels, where they are not on the grid.
+    pub(super) full: Option<Full<'a>>,
     pub(super) still: &'a [Still],
-    pub(super) direct: &'a Light,
-    /// The same without a filter.
-    pub(super) unfiltered: &'a Light,
-    pub(super) gloss: Option<&'a Light>,
-    pub(super) indirect: &'a Light,
+    pub(super) has_gloss: bool,
     /// Light that arrives at a surface from others, over π, as the mean of the picture.
     pub(super) ambient: [f32; 3],
 }
 
-impl Composed<'_> {
-    /// Direct light without a filter.
-    fn unfiltered_direct(&self, i: usize) -> Spectrum {
-        if self.unfiltered.count[i] > 0.0 { at(self.unfiltered, i) } else { Spectrum::BLACK }
-    }
+/// Light of all pixels.
+pub(super) struct Full<'a> {
+    pub(super) direct: &'a Light,
+    /// The same without a filter.
+    pub(super) unfiltered: &'a Light,
+    pub(super) gloss: Option<&'a Light>,
 }
 
 fn at(light: &Light, i: usize) -> Spectrum {
@@ -31,68 +32,67 @@ fn at(light: &Light, i: usize) -> Spectrum {
     Spectrum::new(r[i], g[i], b[i])
 }
 
-/// Composes rows.
-pub(super) fn compose(of: &Composed<'_>, first: usize, color: &mut [[f32; 3]], alpha: &mut [f32]) {
-    let [width, _] = of.size;
-    let ambient = Spectrum::from(of.ambient);
-    for (j, (color, alpha)) in color.iter_mut().zip(alpha).enumerate() {
-        let (x, y) = (j % width, first + j / width);
-        let i = y * width + x;
-        let still = &of.still[i];
+impl Composed<'_> {
+    /// Direct light of a pixel, without a filter.
+    fn unfiltered(&self, i: usize) -> Spectrum {
+        let unfiltered = self.full.as_ref().map(|full| full.unfiltered);
+        unfiltered.filter(|light| light.count[i] > 0.0).map_or(Spectrum::BLACK, |light| at(light, i))
+    }
+
+    /// Composes rows.
+    pub(super) fn rows(
+        &self,
+        first: usize,
+        color: &mut [[f32; 3]],
+        alpha: &mut [f32],
+        scratch: &mut UpsampleRow,
+    ) {
+        let [width, _] = self.grid.size;
+        let rows = color.chunks_exact_mut(width).zip(alpha.chunks_exact_mut(width));
+        for (y, (color, alpha)) in (first..).zip(rows) {
+            self.grid.row(self.set, y, scratch);
+            for (x, (color, alpha)) in color.iter_mut().zip(alpha).enumerate() {
+                (*color, *alpha) = self.pixel(x, y, scratch);
+            }
+        }
+    }
+
+    #[inline]
+    fn pixel(&self, x: usize, y: usize, row: &UpsampleRow) -> ([f32; 3], f32) {
+        let i = y * self.grid.size[0] + x;
+        let (still, ambient) = (&self.still[i], Spectrum::from(self.ambient));
         let mut sum = still.seen + still.bounced * ambient;
-        *alpha = still.alpha;
-        let key = of.guides.key[i];
-        if key != NO_KEY && key & CATCHER != 0 {
-            let light = at(of.direct, i);
-            if light.g > 0.0 {
-                let left = (light.r / light.g).clamp(0.0, 1.0);
+        let mut alpha = still.alpha;
+        let key = self.grid.guides.key[i];
+        if key == NO_KEY {
+            if !still.albedo.is_black() {
+                // A surface that some frames find within the pixel, but not the first one.
+                sum += still.albedo * (self.unfiltered(i) + ambient);
+            }
+            return (sum.to_array(), alpha);
+        }
+        let direct = match &self.full {
+            Some(full) => at(full.direct, i),
+            None => self.grid.at(row, 0, x, y).unwrap_or(Spectrum::BLACK),
+        };
+        if key & CATCHER != 0 {
+            if direct.g > 0.0 {
+                let left = (direct.r / direct.g).clamp(0.0, 1.0);
                 let off = (1.0 - left) * still.catcher;
                 sum *= 1.0 - off;
-                *alpha += off * (1.0 - *alpha);
+                alpha += off * (1.0 - alpha);
             }
-        } else if key != NO_KEY {
-            let mut light = at(of.direct, i);
-            if !still.albedo.is_black() {
-                light += indirect(of, x, y, i, ambient);
-            }
-            sum += still.albedo * light;
-            if let Some(gloss) = of.gloss.filter(|_| of.guides.roughness[i] < 1.0) {
-                sum += at(gloss, i);
-            }
+            return (sum.to_array(), alpha);
         }
-        if key == NO_KEY && !still.albedo.is_black() {
-            // A surface that some frames find within the pixel, but not the first one.
-            sum += still.albedo * (of.unfiltered_direct(i) + ambient);
+        if !still.albedo.is_black() {
+            sum += still.albedo * (direct + self.grid.at(row, 2, x, y).unwrap_or(ambient));
         }
-        *color = sum.to_array();
+        if self.has_gloss && self.grid.guides.roughness[i] < 1.0 {
+            sum += match &self.full {
+                Some(full) => full.gloss.map_or(Spectrum::BLACK, |gloss| at(gloss, i)),
+                None => self.grid.at(row, 1, x, y).unwrap_or(Spectrum::BLACK),
+            };
+        }
+        (sum.to_array(), alpha)
     }
-}
-
-/// Indirect light, from the nearest cells of the grid that lie on the same surface.
-fn indirect(of: &Composed<'_>, x: usize, y: usize, i: usize, ambient: Spectrum) -> Spectrum {
-    let [width, height] = of.size;
-    let [grid_width, grid_height] = grid_size(width, height);
-    let (right, below) = ((x / 2 + x % 2).min(grid_width - 1), (y / 2 + y % 2).min(grid_height - 1));
-    let cells = [(x / 2, y / 2), (right, y / 2), (x / 2, below), (right, below)];
-    let used = match (x % 2, y % 2) {
-        (0, 0) => &cells[..1],
-        (1, 0) => &cells[..2],
-        (0, _) => &[cells[0], cells[2]],
-        _ => &cells[..],
-    };
-    let (guides, grid) = (of.guides, of.grid);
-    let mut sum = Spectrum::BLACK;
-    let mut weights = 0.0;
-    for &(cx, cy) in used {
-        let cell = cy * grid_width + cx;
-        if of.indirect.count[cell] <= 0.0 || grid.key[cell] != guides.key[i] {
-            continue;
-        }
-        let dot: f32 = (0..3).map(|a| guides.normal[a][i] * grid.normal[a][cell]).sum();
-        let off = (guides.near[i] - grid.near[cell]).abs() / (0.1 * guides.near[i]).max(1e-30);
-        let w = (dot.max(0.0) * dot.max(0.0)) * (1.0 - off).max(0.0) + 1e-4;
-        sum += at(of.indirect, cell) * w;
-        weights += w;
-    }
-    if weights > 0.0 { sum * (1.0 / weights) } else { ambient }
 }

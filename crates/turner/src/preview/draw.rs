@@ -9,7 +9,7 @@ use crate::filter::Filter;
 use crate::integrator::Prepared;
 use crate::math::DVec2;
 use crate::preview::band::{Band, estimate_ambient, trace_band};
-use crate::preview::buffers::{Guides, Layers, Light, Still};
+use crate::preview::buffers::{Layers, Light, Still, grid_size};
 use crate::preview::history::Past;
 use crate::preview::looks::Looks;
 use crate::preview::pattern::Pattern;
@@ -46,18 +46,12 @@ pub(super) struct Drawing {
     counts: Vec<f32>,
     /// Indirect light, with the light that is reflected more than twice.
     pub(super) gathered: Light,
-    pub(super) grid: Guides,
     /// Filtered light: results of odd and even passes.
     pub(super) shown: [[Light; 2]; 3],
     /// Light that arrives at a surface from others, over π, as the mean of the last frame of this scene.
     pub(super) ambient: Option<Spectrum>,
     /// Rows that have gloss.
     pub(super) has_gloss: Vec<bool>,
-}
-
-/// The size of the grid of indirect light.
-pub(super) fn grid_size(width: usize, height: usize) -> [usize; 2] {
-    [width.div_ceil(2), height.div_ceil(2)]
 }
 
 impl Drawing {
@@ -87,10 +81,13 @@ impl Drawing {
             scene: &prepared.scene,
             view: &view,
             looks: &self.looks,
-            pattern: Pattern { frame: options.frame, seed: u64::from(view.film.seed) },
+            pattern: Pattern {
+                frame: options.frame,
+                seed: u64::from(view.film.seed),
+                is_first: self.frames == 0,
+            },
             within: if self.frames == 0 { DVec2::splat(0.5) } else { within(&view, options.frame) },
             is_direct,
-            fills: self.frames == 0,
             ambient: self.ambient.unwrap_or(Spectrum::BLACK),
             white: white(&view.film),
         };
@@ -107,21 +104,28 @@ impl Drawing {
         let size = width * ROWS;
         let first_frame = self.frames == 0;
         let layers = &mut self.layers;
-        let guides = layers.guides.parts(size).zip(self.still.chunks_mut(size)).zip(self.counts.iter_mut());
-        let full = layers.direct.parts(size).zip(layers.gloss.parts(size)).zip(self.has_gloss.iter_mut());
+        if self.frames == 1 && layers.is_on_grid() {
+            layers.spread(width);
+        }
         let size_of_grid = grid_width * ROWS / 2;
+        let size_of_light = if layers.is_on_grid() { size_of_grid } else { size };
+        let guides = layers.guides.parts(size).zip(layers.grid.parts(size_of_grid));
+        let guides = guides.zip(self.still.chunks_mut(size)).zip(self.counts.iter_mut());
+        let full = layers.direct.parts(size_of_light).zip(layers.gloss.parts(size_of_light));
+        let full = full.zip(self.has_gloss.iter_mut());
         let grid = layers.indirect.parts(size_of_grid).zip(layers.second.parts(size_of_grid));
         let seen = picture.object.chunks_mut(size).zip(picture.depth.chunks_mut(size));
         let seen = seen.zip(picture.normal.chunks_mut(size));
         let tasks = guides.zip(full).zip(grid.zip(seen)).enumerate().map(
             |(index, ((guides, full), (grid, seen)))| {
-                let ((guides, still), count) = guides;
+                let (((guides, on_grid), still), count) = guides;
                 let ((direct, gloss), has_gloss) = full;
                 let ((object, depth), normal) = seen;
                 let (indirect, second) = grid;
                 Band {
                     index,
                     guides,
+                    grid: on_grid,
                     still,
                     count,
                     direct,
@@ -182,11 +186,11 @@ impl Drawing {
                 same_scene && same_size && self.frames > 0 && drawn.is_direct == is_direct
             }) {
                 std::mem::swap(&mut self.layers, &mut self.past);
+                self.past.gather(size[0]);
                 past = Some((drawn.camera, drawn.film));
             }
             let [grid_width, grid_height] = grid_size(size[0], size[1]);
             self.layers.begin(size[0] * size[1], grid_width * grid_height);
-            self.grid.set_len(grid_width * grid_height);
             self.still.resize(size[0] * size[1], Still::default());
             let bands = size[1].div_ceil(ROWS);
             self.counts = vec![0.0; bands];

@@ -40,6 +40,7 @@ mod show;
 mod surfaces;
 #[cfg(test)]
 mod tests;
+mod upsample;
 mod walk;
 mod work;
 
@@ -52,6 +53,7 @@ use crate::integrator::Prepared;
 use crate::preview::centre::{Centre, CentreRows};
 use crate::preview::draw::Drawing;
 use crate::preview::filter::FilterRow;
+use crate::preview::upsample::UpsampleRow;
 use crate::preview::walk::Walk;
 use crate::schema::SceneError;
 use crate::view::View;
@@ -107,6 +109,7 @@ pub struct Preview {
 struct Worker {
     walk: Walk,
     row: FilterRow,
+    upsample: UpsampleRow,
     centre: Centre,
 }
 

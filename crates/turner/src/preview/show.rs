@@ -4,11 +4,12 @@ use std::sync::atomic::Ordering;
 
 use turner_bvh::InstructionSet;
 
-use crate::preview::buffers::{Guides, Light, LightPart};
-use crate::preview::compose::{Composed, compose};
-use crate::preview::draw::{Drawing, grid_size};
+use crate::preview::buffers::{Guides, Light, LightPart, grid_size};
+use crate::preview::compose::{Composed, Full};
+use crate::preview::draw::Drawing;
 use crate::preview::filter::Pass;
 use crate::preview::picture::PreviewPicture;
+use crate::preview::upsample::Upsampled;
 use crate::preview::{PreviewOptions, ROWS, Worker, work};
 use crate::schema::SceneError;
 
@@ -23,7 +24,9 @@ impl Steps {
     /// For means over this many frames.
     fn of(frames: u32) -> Steps {
         let (direct, gloss, indirect): (&[usize], &[usize], &[usize]) = match frames {
-            0..=2 => (&[1, 2, 4], &[1, 2, 4], &[1, 2, 4, 8]),
+            // All on the grid.
+            0..=1 => (&[1, 2], &[1, 2], &[1, 2, 4, 8]),
+            2 => (&[1, 2, 4], &[1, 2, 4], &[1, 2, 4, 8]),
             3..=7 => (&[1, 2, 4], &[1, 2], &[1, 2, 4, 8]),
             8..=15 => (&[1, 2], &[1, 2], &[1, 2, 4]),
             16..=63 => (&[1, 2], &[1], &[1, 2, 4]),
@@ -85,7 +88,7 @@ impl Drawing {
         picture: &mut PreviewPicture,
     ) -> Result<bool, SceneError> {
         let (width, height) = (picture.width as usize, picture.height as usize);
-        let ambient = self.prepare_grid(width, height);
+        let ambient = self.estimate_further();
         self.ambient = Some(ambient.into());
         let Some(drawn) = &self.drawn else { return Ok(false) };
         let steps = Steps::of(self.frames);
@@ -93,50 +96,39 @@ impl Drawing {
         let [direct, gloss, indirect] = &mut self.shown;
         let set = drawn.scene.instruction_set;
         let mut passes = Passes { options, set, workers };
-        let size = [width, height];
-        let direct = passes.run(&layers.guides, size, steps.direct, false, &layers.direct, direct)?;
+        let (size, grid) = ([width, height], grid_size(width, height));
+        let on_grid = self.frames == 1;
+        let (lit, size_of_light) = if on_grid { (&layers.grid, grid) } else { (&layers.guides, size) };
+        let direct = passes.run(lit, size_of_light, steps.direct, false, &layers.direct, direct)?;
         let gloss = match self.has_gloss.contains(&true) {
-            true => Some(passes.run(&layers.guides, size, steps.gloss, true, &layers.gloss, gloss)?),
+            true => Some(passes.run(lit, size_of_light, steps.gloss, true, &layers.gloss, gloss)?),
             false => None,
         };
-        let grid = grid_size(width, height);
-        let indirect = passes.run(&self.grid, grid, steps.indirect, false, &self.gathered, indirect)?;
+        let indirect = passes.run(&layers.grid, grid, steps.indirect, false, &self.gathered, indirect)?;
         if options.cancel.load(Ordering::Relaxed) {
             return Ok(false);
         }
+        let full = Full { direct, unfiltered: &layers.direct, gloss };
+        let lights = if on_grid { [Some(direct), gloss, Some(indirect)] } else { [None, None, Some(indirect)] };
         let composed = Composed {
-            size,
-            guides: &layers.guides,
-            grid: &self.grid,
+            set,
+            grid: Upsampled { size, guides: &layers.guides, grid: &layers.grid, lights },
+            full: (!on_grid).then_some(full),
             still: &self.still,
-            direct,
-            unfiltered: &layers.direct,
-            gloss,
-            indirect,
+            has_gloss: gloss.is_some(),
             ambient,
         };
         let rows = width * ROWS;
         let tasks = picture.color.chunks_mut(rows).zip(picture.alpha.chunks_mut(rows)).enumerate().collect();
         // Too short to be worth a cancel.
         let never = std::sync::atomic::AtomicBool::new(false);
-        work::run(passes.workers, &never, tasks, |_: &mut Worker, (i, (color, alpha))| {
-            compose(&composed, i * ROWS, color, alpha);
+        work::run(passes.workers, &never, tasks, |worker: &mut Worker, (i, (color, alpha))| {
+            composed.rows(i * ROWS, color, alpha, &mut worker.upsample);
         })
     }
 
-    /// Adds the estimate of light that is reflected more than twice to the grid, and returns its mean.
-    fn prepare_grid(&mut self, width: usize, height: usize) -> [f32; 3] {
-        let [grid_width, grid_height] = grid_size(width, height);
-        for y in 0..grid_height {
-            for x in 0..grid_width {
-                let (to, from) = (y * grid_width + x, 2 * y * width + 2 * x);
-                for (to_plane, plane) in self.grid.normal.iter_mut().zip(&self.layers.guides.normal) {
-                    to_plane[to] = plane[from];
-                }
-                self.grid.near[to] = self.layers.guides.near[from];
-                self.grid.key[to] = self.layers.guides.key[from];
-            }
-        }
+    /// Adds the estimate of light that is reflected more than twice to indirect light, and returns its mean.
+    fn estimate_further(&mut self) -> [f32; 3] {
         self.gathered.count.clone_from(&self.layers.indirect.count);
         let mut ambient = [0.0; 3];
         for (channel, ambient) in ambient.iter_mut().enumerate() {

@@ -34,8 +34,6 @@ pub(super) struct Frame<'a> {
     pub(super) within: DVec2,
     /// Direct light only.
     pub(super) is_direct: bool,
-    /// Whether pixels between equal neighbours are filled instead of traced.
-    pub(super) fills: bool,
     /// Light that arrives at a surface from others, over π, as the mean of the picture.
     pub(super) ambient: Spectrum,
     /// The luminance that is shown as white.
