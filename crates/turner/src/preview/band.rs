@@ -3,10 +3,9 @@
 use std::sync::atomic::Ordering;
 
 use crate::color::Spectrum;
-use crate::preview::buffers::{GuidesPart, LightPart, Still, grid_size};
+use crate::preview::buffers::{Grid, GuidesPart, LightPart, Still};
 use crate::preview::fill::between;
 use crate::preview::history::{MOST_MOVING, Past};
-use crate::preview::pattern::is_head;
 use crate::preview::walk::{Frame, Group, Walk};
 use crate::preview::{PreviewOptions, ROWS, Worker};
 
@@ -27,7 +26,8 @@ const BLURRED: f32 = 0.3;
 pub(super) struct Band<'a> {
     pub(super) index: usize,
     pub(super) guides: GuidesPart<'a>,
-    pub(super) grid: GuidesPart<'a>,
+    pub(super) grid: Grid,
+    pub(super) heads: GuidesPart<'a>,
     pub(super) still: &'a mut [Still],
     pub(super) count: &'a mut f32,
     pub(super) direct: LightPart<'a>,
@@ -154,7 +154,7 @@ fn trace_group(frame: &Frame<'_>, walk: &mut Walk) {
 /// Keeps what a group shows, and adds its light to the means.
 fn keep_group(frame: &Frame<'_>, walk: &Walk, band: &mut Band<'_>, past: Option<&Past<'_>>) {
     let width = frame.view.film.width as usize;
-    let [grid_width, _] = grid_size(width, 0);
+    let grid = band.grid;
     let Group { left, columns, .. } = walk.group;
     let is_first = frame.pattern.is_first;
     for (row, samples) in walk.found.chunks_exact(columns as usize).enumerate() {
@@ -173,14 +173,14 @@ fn keep_group(frame: &Frame<'_>, walk: &Walk, band: &mut Band<'_>, past: Option<
         }
         for (column, sample) in samples.iter().enumerate() {
             let (x, y) = walk.place((row * columns as usize + column) as u32);
-            let cell = row / 2 * grid_width + x as usize / 2;
+            let cell = row / grid.cell * grid.columns + x as usize / grid.cell;
             let mut i = first + column;
             if is_first {
-                if !is_head(x, y) {
+                if !frame.pattern.is_head(x, y) {
                     continue;
                 }
                 i = cell;
-                band.grid.set(cell, sample);
+                band.heads.set(cell, sample);
                 if let Some(past) = past {
                     let random = frame.pattern.random(x, y);
                     if let Some(from) = past.find(frame.view, [x, y], sample, random) {

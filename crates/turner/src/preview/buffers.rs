@@ -183,8 +183,9 @@ impl GuidesPart<'_> {
 #[derive(Clone, Debug, Default)]
 pub(super) struct Layers {
     pub(super) guides: Guides,
+    pub(super) grid: Grid,
     /// The guides of the heads of cells.
-    pub(super) grid: Guides,
+    pub(super) heads: Guides,
     /// On the grid of cells after the first frame of a view, else of all pixels.
     pub(super) direct: Light,
     pub(super) gloss: Light,
@@ -195,11 +196,12 @@ pub(super) struct Layers {
 
 impl Layers {
     /// Forgets all samples, for the first frame of a view.
-    pub(super) fn begin(&mut self, count: usize, on_grid: usize) {
-        self.guides.set_len(count);
-        self.grid.set_len(on_grid);
+    pub(super) fn begin(&mut self, size: [usize; 2], grid: Grid) {
+        self.grid = grid;
+        self.guides.set_len(size[0] * size[1]);
+        self.heads.set_len(grid.count());
         for light in [&mut self.direct, &mut self.gloss, &mut self.indirect, &mut self.second] {
-            light.begin(on_grid);
+            light.begin(grid.count());
         }
     }
 
@@ -210,12 +212,13 @@ impl Layers {
 
     /// Moves direct light and gloss from the grid to the pixels, for the second frame of a view.
     pub(super) fn spread(&mut self, width: usize) {
-        let [columns, _] = grid_size(width, 0);
+        let grid = self.grid;
         for light in [&mut self.direct, &mut self.gloss] {
             let cells = std::mem::take(light);
             light.begin(self.guides.key.len());
             for (cell, count) in cells.count.iter().enumerate().filter(|(_, count)| **count > 0.0) {
-                let i = cell / columns * 2 * width + cell % columns * 2;
+                let [x, y] = grid.head(cell);
+                let i = y * width + x;
                 light.count[i] = *count;
                 for (plane, from) in light.rgb.iter_mut().zip(&cells.rgb) {
                     plane[i] = from[cell];
@@ -229,16 +232,17 @@ impl Layers {
         if self.is_on_grid() || width == 0 {
             return;
         }
-        let [columns, rows] = grid_size(width, self.guides.key.len() / width);
+        let grid = self.grid;
         let keys = &self.guides.key;
         for light in [&mut self.direct, &mut self.gloss] {
             let pixels = std::mem::take(light);
-            light.begin(columns * rows);
-            for cell in 0..columns * rows {
-                let (x, y) = (cell % columns * 2, cell / columns * 2);
+            light.begin(grid.count());
+            for cell in 0..grid.count() {
+                let [x, y] = grid.head(cell);
                 let head = y * width + x;
                 let (mut sum, mut count) = ([0.0; 3], 0.0);
-                for (dx, dy) in [(0, 0), (1, 0), (0, 1), (1, 1)] {
+                for j in 0..grid.cell * grid.cell {
+                    let (dx, dy) = (j % grid.cell, j / grid.cell);
                     let i = head + dy * width + dx;
                     if x + dx >= width || i >= keys.len() || keys[i] != keys[head] {
                         continue;
@@ -259,9 +263,35 @@ impl Layers {
     }
 }
 
-/// Columns and rows of the grid of cells of 2 x 2 pixels.
-pub(super) fn grid_size(width: usize, height: usize) -> [usize; 2] {
-    [width.div_ceil(2), height.div_ceil(2)]
+/// The grid of cells: squares of pixels that share sampled light. Their heads are the pixels at the top left.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Grid {
+    /// Pixels along a side of a cell: 2 or 4.
+    pub(super) cell: usize,
+    pub(super) columns: usize,
+    pub(super) rows: usize,
+}
+
+impl Default for Grid {
+    fn default() -> Grid {
+        Grid::new([0, 0], 2)
+    }
+}
+
+impl Grid {
+    pub(super) fn new(size: [usize; 2], cell: usize) -> Grid {
+        let [columns, rows] = size.map(|side| side.div_ceil(cell));
+        Grid { cell, columns, rows }
+    }
+
+    pub(super) fn count(self) -> usize {
+        self.columns * self.rows
+    }
+
+    /// Column and row of a cell's head.
+    pub(super) fn head(self, cell: usize) -> [usize; 2] {
+        [cell % self.columns, cell / self.columns].map(|side| side * self.cell)
+    }
 }
 
 /// What is not filtered: the mean over frames.

@@ -9,7 +9,7 @@ use crate::filter::Filter;
 use crate::integrator::Prepared;
 use crate::math::DVec2;
 use crate::preview::band::{Band, estimate_ambient, trace_band};
-use crate::preview::buffers::{Layers, Light, Still, grid_size};
+use crate::preview::buffers::{Grid, Layers, Light, Still};
 use crate::preview::history::Past;
 use crate::preview::looks::Looks;
 use crate::preview::pattern::Pattern;
@@ -85,6 +85,7 @@ impl Drawing {
                 frame: options.frame,
                 seed: u64::from(view.film.seed),
                 is_first: self.frames == 0,
+                cell: self.layers.grid.cell as u32,
             },
             within: if self.frames == 0 { DVec2::splat(0.5) } else { within(&view, options.frame) },
             is_direct,
@@ -99,17 +100,17 @@ impl Drawing {
             frame.ambient = estimate_ambient(&frame, &mut worker.walk);
         }
         let frame = frame;
-        let (width, height) = (view.film.width as usize, view.film.height as usize);
-        let [grid_width, _] = grid_size(width, height);
+        let width = view.film.width as usize;
         let size = width * ROWS;
         let first_frame = self.frames == 0;
         let layers = &mut self.layers;
         if self.frames == 1 && layers.is_on_grid() {
             layers.spread(width);
         }
-        let size_of_grid = grid_width * ROWS / 2;
+        let cells = layers.grid;
+        let size_of_grid = cells.columns * ROWS / cells.cell;
         let size_of_light = if layers.is_on_grid() { size_of_grid } else { size };
-        let guides = layers.guides.parts(size).zip(layers.grid.parts(size_of_grid));
+        let guides = layers.guides.parts(size).zip(layers.heads.parts(size_of_grid));
         let guides = guides.zip(self.still.chunks_mut(size)).zip(self.counts.iter_mut());
         let full = layers.direct.parts(size_of_light).zip(layers.gloss.parts(size_of_light));
         let full = full.zip(self.has_gloss.iter_mut());
@@ -118,14 +119,15 @@ impl Drawing {
         let seen = seen.zip(picture.normal.chunks_mut(size));
         let tasks = guides.zip(full).zip(grid.zip(seen)).enumerate().map(
             |(index, ((guides, full), (grid, seen)))| {
-                let (((guides, on_grid), still), count) = guides;
+                let (((guides, heads), still), count) = guides;
                 let ((direct, gloss), has_gloss) = full;
                 let ((object, depth), normal) = seen;
                 let (indirect, second) = grid;
                 Band {
                     index,
                     guides,
-                    grid: on_grid,
+                    grid: cells,
+                    heads,
                     still,
                     count,
                     direct,
@@ -176,7 +178,8 @@ impl Drawing {
                 && drawn.film == view.film
                 && drawn.is_direct == is_direct
         });
-        let continues = same && effort == Effort::Still && !self.is_history;
+        let is_fine = self.layers.grid.cell == Effort::Still.cell();
+        let continues = same && effort == Effort::Still && is_fine && !self.is_history;
         let same_scene = self.drawn.as_ref().is_some_and(|drawn| Arc::ptr_eq(&drawn.scene, &prepared.scene));
         let mut past = None;
         if !continues {
@@ -189,8 +192,7 @@ impl Drawing {
                 self.past.gather(size[0]);
                 past = Some((drawn.camera, drawn.film));
             }
-            let [grid_width, grid_height] = grid_size(size[0], size[1]);
-            self.layers.begin(size[0] * size[1], grid_width * grid_height);
+            self.layers.begin(size, Grid::new(size, effort.cell()));
             self.still.resize(size[0] * size[1], Still::default());
             let bands = size[1].div_ceil(ROWS);
             self.counts = vec![0.0; bands];

@@ -25,6 +25,8 @@ pub(super) struct Pass<'a> {
     pub(super) step: usize,
     /// Whether smooth surfaces are filtered less.
     pub(super) by_roughness: bool,
+    /// Pixels of the picture from one of these to the next.
+    pub(super) pixels: usize,
 }
 
 /// Scratch memory of one thread.
@@ -199,10 +201,11 @@ fn finish_row(pass: &Pass<'_>, y: usize, i: usize, to: &mut LightPart<'_>, scrat
         let (fr, fg, fb) = (&fr[at..][..width], &fg[at..][..width], &fb[at..][..width]);
         let own = &pass.from.count[at..][..width];
         let roughness = &pass.guides.roughness[at..][..width];
+        let step = (pass.step * pass.pixels) as f32;
         for x in 0..width {
             // A pixel without a sample of its own takes those of its neighbours.
             let keep =
-                if own[x] > 0.0 { (1.0 - REACH * roughness[x] / pass.step as f32).max(0.0) } else { 0.0 };
+                if own[x] > 0.0 { (1.0 - REACH * roughness[x] / step).max(0.0) } else { 0.0 };
             r[x] += (fr[x] - r[x]) * keep;
             g[x] += (fg[x] - g[x]) * keep;
             b[x] += (fb[x] - b[x]) * keep;

@@ -14,7 +14,7 @@
 use crate::camera::Camera;
 use crate::film::FilmDesc;
 use crate::math::DVec2;
-use crate::preview::buffers::{Guides, Layers, Sample, grid_size};
+use crate::preview::buffers::{Grid, Guides, Layers, Sample};
 use crate::view::View;
 
 /// The most frames of a moving camera in a mean, without the new one.
@@ -47,29 +47,26 @@ impl Past<'_> {
         if sample.key != 0 || sample.near <= 0.0 {
             return None;
         }
-        let (width, height) = (view.film.width as usize, view.film.height as usize);
-        let [columns, rows] = grid_size(width, height);
-        let guides = &self.layers.grid;
-        if !self.is_moved {
-            let cell = y as usize / 2 * columns + x as usize / 2;
-            return is_same(guides, cell, sample, 1.0 / sample.near).then_some(cell);
-        }
-        let (width, height) = (width as f64, height as f64);
+        let (width, height) = (f64::from(view.film.width), f64::from(view.film.height));
         let place = DVec2::new(f64::from(x) + 0.5, f64::from(y) + 0.5);
-        let screen = DVec2::new(2.0 * place.x / width - 1.0, 1.0 - 2.0 * place.y / height);
-        let ray = view.camera.ray(screen, DVec2::splat(0.5));
-        let p = ray.origin + ray.direction.normalize() * f64::from(1.0 / sample.near);
-        let projection = self.camera.project(self.film, p, DVec2::splat(0.5))?;
-        let (to, distance) = (projection.place, projection.to_camera.length() as f32);
+        let (mut to, mut distance) = (place, 1.0 / sample.near);
+        if self.is_moved {
+            let screen = DVec2::new(2.0 * place.x / width - 1.0, 1.0 - 2.0 * place.y / height);
+            let ray = view.camera.ray(screen, DVec2::splat(0.5));
+            let p = ray.origin + ray.direction.normalize() * f64::from(1.0 / sample.near);
+            let projection = self.camera.project(self.film, p, DVec2::splat(0.5))?;
+            (to, distance) = (projection.place, projection.to_camera.length() as f32);
+        }
         if !(to.x >= 0.0 && to.x < width && to.y >= 0.0 && to.y < height) {
             return None;
         }
+        let Grid { cell, columns, rows } = self.layers.grid;
         let draw = |at: f64, random: f64, count: usize| {
-            let at = ((at - 0.5) * 0.5 + random).floor().max(0.0) as usize;
+            let at = ((at - 0.5) / cell as f64 + random).floor().max(0.0) as usize;
             at.min(count - 1)
         };
         let cell = draw(to.y, random[1], rows) * columns + draw(to.x, random[0], columns);
-        is_same(guides, cell, sample, distance).then_some(cell)
+        is_same(&self.layers.heads, cell, sample, distance).then_some(cell)
     }
 }
 

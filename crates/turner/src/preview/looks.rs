@@ -2,8 +2,9 @@
 
 use crate::bsdf::Bsdf;
 use crate::color::Spectrum;
-use crate::material::{Material, OpenPbr};
+use crate::material::{AlphaMode, Material, OpenPbr};
 use crate::scene::Scene;
+use crate::schema::ColorSource;
 
 /// The lobes of a BSDF.
 #[derive(Clone, Copy, Debug, Default)]
@@ -45,6 +46,8 @@ impl Lobes {
 /// A material whose BSDF is the same everywhere, from outside and from inside.
 struct Look {
     sides: [(Bsdf, Lobes); 2],
+    /// Whether nothing is seen beside or behind the surface, and the shading normal is that of the shape.
+    is_plain: bool,
 }
 
 /// The materials of a scene, by id.
@@ -59,7 +62,14 @@ impl Looks {
                 let bsdf = m.constant_bsdf(outside)?.without_walk();
                 Some((bsdf, Lobes::of(&bsdf)))
             };
-            Some(Look { sides: [side(true)?, side(false)?] })
+            let sides = [side(true)?, side(false)?];
+            let d = &m.desc;
+            let is_plain = (d.alpha_mode != AlphaMode::Blend || d.opacity == ColorSource::Constant(Spectrum::WHITE))
+                && !(m.boundary || d.unlit || m.is_emissive())
+                && d.bump().is_none()
+                && d.normal_map.is_none()
+                && sides.iter().all(|(_, lobes)| !lobes.has_delta);
+            Some(Look { sides, is_plain })
         };
         Looks(scene.materials.iter().map(look).collect())
     }
@@ -69,6 +79,12 @@ impl Looks {
     pub(super) fn get(&self, material: usize, outside: bool) -> Option<&(Bsdf, Lobes)> {
         let look = self.0.get(material)?.as_ref()?;
         Some(&look.sides[usize::from(!outside)])
+    }
+
+    /// Both sides of a material that is the same everywhere, with nothing seen beside or behind it.
+    #[inline]
+    pub(super) fn plain(&self, material: usize) -> Option<&[(Bsdf, Lobes); 2]> {
+        self.0.get(material)?.as_ref().filter(|look| look.is_plain).map(|look| &look.sides)
     }
 }
 

@@ -5,13 +5,17 @@
 //! nothing but the sequence of calls: the number of threads does not change a bit.
 //!
 //! ```text
-//!  walk, surfaces   rays from pixel centres: first hits, mirrors and glass, cut-outs, sampled light at every second
-//!      │            pixel, one bounce at every sixteenth
+//!  walk, surfaces   rays from pixel centres: first hits, mirrors and glass, cut-outs, sampled light at one pixel
+//!      │            of four, one bounce at one of sixteen
 //!      ▼
 //!  buffers          light over albedo, accumulated over frames
 //!      │
 //!      ▼
-//!  filter           à-trous passes that stop at edges; the bounces on a grid of 2 x 2 pixels
+//!  filter           à-trous passes that stop at edges, on a grid of cells of 2 x 2 pixels; in still views direct light
+//!      │            at every pixel
+//!      │
+//!      ▼
+//!  upsample         the light of the grid at every pixel, by surface
 //!      │
 //!      ▼
 //!  compose          light x albedo + what is seen ──► PreviewPicture
@@ -61,10 +65,22 @@ use crate::view::View;
 /// What a frame of a preview is for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Effort {
+    /// As [`Effort::Moving`] with a quarter of the sampled light: some two thirds of the time.
+    Draft,
     /// The scene or the view has changed, or may change in the next frame.
     Moving,
     /// A further frame of the same scene and view: it adds to those before it.
     Still,
+}
+
+impl Effort {
+    /// Pixels along a side of the squares that share sampled light in the first frame of a view.
+    fn cell(self) -> usize {
+        match self {
+            Effort::Draft => 4,
+            Effort::Moving | Effort::Still => 2,
+        }
+    }
 }
 
 /// How a frame is drawn.

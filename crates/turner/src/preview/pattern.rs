@@ -4,8 +4,8 @@
 //! distributed as those of one pixel with sixteen samples. A filter over the square then leaves little noise (Keller and
 //! Heidrich 2001, "Interleaved sampling").
 //!
-//! The first frame of a view traces every second pixel, like one colour of a checkerboard, and lights one of four: the
-//! heads of the cells of 2 x 2 pixels. Further frames light every second pixel, and the next frame lights the others.
+//! The first frame of a view traces every second pixel, like one colour of a checkerboard, and lights the heads of the
+//! cells of 2 x 2 or 4 x 4 pixels. Further frames light every second pixel, and the next frame lights the others.
 //!
 //! ```text
 //!   first frame        frames 2, 4, …     numbers of the samples
@@ -30,13 +30,15 @@ pub(super) struct Pattern {
     pub(super) seed: u64,
     /// Whether the frame is the first of its view: only the heads of cells are lit.
     pub(super) is_first: bool,
+    /// Pixels along a side of a cell: 2 or 4.
+    pub(super) cell: u32,
 }
 
 impl Pattern {
     /// Whether a pixel is lit in this frame.
     #[inline]
     pub(super) fn lights(self, x: u32, y: u32) -> bool {
-        if self.is_first { is_head(x, y) } else { (x ^ y ^ self.frame) & 1 == 0 }
+        if self.is_first { self.is_head(x, y) } else { (x ^ y ^ self.frame) & 1 == 0 }
     }
 
     /// Whether a pixel is traced in this frame whatever its neighbours are.
@@ -45,20 +47,29 @@ impl Pattern {
         !self.is_first || (x ^ y) & 1 == 0
     }
 
-    /// Whether the cell of 2 x 2 pixels at these even coordinates gets indirect light in this frame.
+    /// Whether a pixel is the head of its cell.
+    #[inline]
+    pub(super) fn is_head(self, x: u32, y: u32) -> bool {
+        (x | y) & (self.cell - 1) == 0
+    }
+
+    /// Whether a pixel gets indirect light in this frame: one of each square of 4 x 4.
     #[inline]
     pub(super) fn gathers(self, x: u32, y: u32) -> bool {
-        /// Cells of 4 x 4 pixels in the order of the frames.
+        if self.cell == SQUARE {
+            return self.is_head(x, y);
+        }
+        /// The cells of a square in the order of the frames.
         const CELLS: [u32; 4] = [0, 3, 1, 2];
         let cell = (x >> 1 & 1) | (y & 2);
-        is_head(x, y) && CELLS[(self.frame & 3) as usize] == cell
+        self.is_head(x, y) && CELLS[(self.frame & 3) as usize] == cell
     }
 
     /// The id of a pixel's sample: that of its square and the number within it.
     #[inline]
     pub(super) fn id(self, x: u32, y: u32) -> SampleId {
         if self.is_first {
-            return self.id_of_cell(x / 2, y / 2, self.seed ^ 0x7f4a_7c15);
+            return self.id_of_cell(x / self.cell, y / self.cell, self.seed ^ 0x7f4a_7c15);
         }
         let odd = (x ^ y) & 1;
         let number = u32::from(ORDER[(x % SQUARE + SQUARE * (y % SQUARE)) as usize]);
@@ -85,10 +96,4 @@ impl Pattern {
         let number = u32::from(ORDER[(i % SQUARE + SQUARE * (j % SQUARE)) as usize]) * 2 + ((i ^ j) & 1);
         SampleId { x: i / SQUARE, y: j / SQUARE, index: number + 16 * self.frame, seed }
     }
-}
-
-/// Whether a pixel is the head of a cell of 2 x 2 pixels.
-#[inline]
-pub(super) fn is_head(x: u32, y: u32) -> bool {
-    (x | y) & 1 == 0
 }

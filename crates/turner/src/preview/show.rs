@@ -4,7 +4,7 @@ use std::sync::atomic::Ordering;
 
 use turner_bvh::InstructionSet;
 
-use crate::preview::buffers::{Guides, Light, LightPart, grid_size};
+use crate::preview::buffers::{Grid, Guides, Light, LightPart};
 use crate::preview::compose::{Composed, Full};
 use crate::preview::draw::Drawing;
 use crate::preview::filter::Pass;
@@ -21,10 +21,10 @@ struct Steps {
 }
 
 impl Steps {
-    /// For means over this many frames.
-    fn of(frames: u32) -> Steps {
+    /// For means over this many frames; those of the first frame are all on the grid.
+    fn of(frames: u32, grid: Grid) -> Steps {
         let (direct, gloss, indirect): (&[usize], &[usize], &[usize]) = match frames {
-            // All on the grid.
+            0..=1 if grid.cell > 2 => (&[1, 2], &[1, 2], &[1, 2, 4]),
             0..=1 => (&[1, 2], &[1, 2], &[1, 2, 4, 8]),
             2 => (&[1, 2, 4], &[1, 2, 4], &[1, 2, 4, 8]),
             3..=7 => (&[1, 2, 4], &[1, 2], &[1, 2, 4, 8]),
@@ -41,6 +41,8 @@ struct Passes<'a, 'b> {
     options: &'a PreviewOptions<'b>,
     set: InstructionSet,
     workers: &'a mut [Worker],
+    /// Pixels along a side of what is filtered.
+    pixels: usize,
 }
 
 impl Passes<'_, '_> {
@@ -64,7 +66,7 @@ impl Passes<'_, '_> {
                 i if i % 2 == 1 => (&*first, second),
                 _ => (&*second, first),
             };
-            let pass = Pass { width, height, guides, from: source, step, by_roughness };
+            let pass = Pass { width, height, guides, from: source, step, by_roughness, pixels: self.pixels };
             let tasks = target.parts(width * ROWS).enumerate().collect();
             let set = self.set;
             let rows = |worker: &mut Worker, (i, mut to): (usize, LightPart<'_>)| {
@@ -91,20 +93,22 @@ impl Drawing {
         let ambient = self.estimate_further();
         self.ambient = Some(ambient.into());
         let Some(drawn) = &self.drawn else { return Ok(false) };
-        let steps = Steps::of(self.frames);
+        let steps = Steps::of(self.frames, self.layers.grid);
         let layers = &self.layers;
         let [direct, gloss, indirect] = &mut self.shown;
         let set = drawn.scene.instruction_set;
-        let mut passes = Passes { options, set, workers };
-        let (size, grid) = ([width, height], grid_size(width, height));
+        let mut passes = Passes { options, set, workers, pixels: 1 };
+        let (size, grid) = ([width, height], layers.grid);
+        let cells = [grid.columns, grid.rows];
         let on_grid = self.frames == 1;
-        let (lit, size_of_light) = if on_grid { (&layers.grid, grid) } else { (&layers.guides, size) };
+        let (lit, size_of_light) = if on_grid { (&layers.heads, cells) } else { (&layers.guides, size) };
+        passes.pixels = if on_grid { grid.cell } else { 1 };
         let direct = passes.run(lit, size_of_light, steps.direct, false, &layers.direct, direct)?;
         let gloss = match self.has_gloss.contains(&true) {
             true => Some(passes.run(lit, size_of_light, steps.gloss, true, &layers.gloss, gloss)?),
             false => None,
         };
-        let indirect = passes.run(&layers.grid, grid, steps.indirect, false, &self.gathered, indirect)?;
+        let indirect = passes.run(&layers.heads, cells, steps.indirect, false, &self.gathered, indirect)?;
         if options.cancel.load(Ordering::Relaxed) {
             return Ok(false);
         }
@@ -112,7 +116,7 @@ impl Drawing {
         let lights = if on_grid { [Some(direct), gloss, Some(indirect)] } else { [None, None, Some(indirect)] };
         let composed = Composed {
             set,
-            grid: Upsampled { size, guides: &layers.guides, grid: &layers.grid, lights },
+            grid: Upsampled { size, guides: &layers.guides, grid, heads: &layers.heads, lights },
             full: (!on_grid).then_some(full),
             still: &self.still,
             has_gloss: gloss.is_some(),

@@ -11,7 +11,7 @@ use crate::preview::buffers::CATCHER;
 use crate::preview::looks::{Lobes, absorption};
 use crate::preview::walk::{Frame, MOST_ROUNDS, Role, Sent, Target, Walk, Walker};
 use crate::sampler::VertexNumbers;
-use crate::scene::SurfaceInteraction;
+use crate::scene::{Hit, SurfaceInteraction};
 use crate::scene::emitters::LightSample;
 
 /// Branches with less of the light are not followed.
@@ -177,6 +177,31 @@ impl Walk {
                 _ => self.light_other(frame, &at),
             }
         }
+    }
+
+    /// Notes a hit of a camera ray that is not lit in this frame, if its material needs no more than that: nothing is seen
+    /// beside or behind it, and it is the same everywhere.
+    pub(super) fn see_unlit(&mut self, frame: &Frame<'_>, pixel: u32, ray: &Ray, hit: &Hit) -> bool {
+        let (x, y) = self.place(pixel);
+        if frame.pattern.lights(x, y) || frame.pattern.gathers(x, y) {
+            return false;
+        }
+        let scene = frame.scene;
+        let Some(sides) = frame.looks.plain(scene.material_id_at(hit).index()) else { return false };
+        if scene.is_shadow_catcher(hit) {
+            return false;
+        }
+        let surface = scene.surface(ray, hit);
+        let outside = ray.direction.dot(surface.ng) < 0.0;
+        let (_, lobes) = &sides[usize::from(!outside)];
+        let near = (1.0 / hit.shape.t.max(1e-30)) as f32;
+        let normal = (surface.ns * if outside { 1.0 } else { -1.0 }).as_vec3().to_array();
+        let pixel = &mut self.found[pixel as usize];
+        pixel.object = scene.primitive_id(hit);
+        (pixel.first_near, pixel.near) = (near, near);
+        (pixel.first_normal, pixel.normal) = (normal, normal);
+        (pixel.key, pixel.albedo, pixel.roughness) = (0, lobes.albedo(), lobes.roughness);
+        true
     }
 
     /// Notes what the camera ray hits.

@@ -1,16 +1,16 @@
 //! Light of the grid at every pixel of a row: the mean over the nearest cells that lie on the pixel's surface.
 //!
 //! ```text
-//!   heads of cells   o   o          pixels between them take the light of the two or four nearest heads,
-//!                      x x          with the weights max(0, n·n')² · max(0, 1 − difference of 1 / length)
-//!                    o   o
+//!   heads of cells   o . o          pixels between them take the light of the two or four nearest heads, with the
+//!                    . . .          weights of bilinear interpolation
+//!                    o . o            · max(0, n·n')² · max(0, 1 − relative difference of 1 / length)
 //! ```
 
 use turner_bvh::InstructionSet;
 use turner_bvh::lanes::{Simd, Work, dispatch};
 
 use crate::color::Spectrum;
-use crate::preview::buffers::{Guides, Light, grid_size};
+use crate::preview::buffers::{Grid, Guides, Light};
 
 /// Lights that are on the grid: direct light, gloss, indirect light.
 pub(super) type Lights<'a> = [Option<&'a Light>; 3];
@@ -19,17 +19,19 @@ pub(super) type Lights<'a> = [Option<&'a Light>; 3];
 pub(super) struct Upsampled<'a> {
     pub(super) size: [usize; 2],
     pub(super) guides: &'a Guides,
-    pub(super) grid: &'a Guides,
+    pub(super) grid: Grid,
+    /// The guides of the heads.
+    pub(super) heads: &'a Guides,
     pub(super) lights: Lights<'a>,
 }
 
 /// Sums over the cells of one parity of columns: red, green, blue, weight.
 type Sums = [Vec<f32>; 4];
 
-/// Scratch memory of one thread: even and odd columns.
+/// Scratch memory of one thread: the columns of cells, one after another.
 #[derive(Default)]
 pub(super) struct UpsampleRow {
-    parity: [[Sums; 3]; 2],
+    columns: [[Sums; 3]; 4],
 }
 
 /// What a cell on another surface weighs: it counts only where there is no other.
@@ -50,9 +52,9 @@ impl Upsampled<'_> {
     /// The light of a pixel of the prepared row `y`; `None` if no cell near it has any.
     #[inline]
     pub(super) fn at(&self, row: &UpsampleRow, light: usize, x: usize, y: usize) -> Option<Spectrum> {
-        let [r, g, b, w] = &row.parity[x % 2][light];
-        let cell = x / 2;
-        if w[cell] > 8.0 * OTHER {
+        let [r, g, b, w] = &row.columns[x % self.grid.cell][light];
+        let cell = x / self.grid.cell;
+        if w[cell] > 2.0 * OTHER {
             let k = 1.0 / w[cell];
             return Some(Spectrum::new(r[cell] * k, g[cell] * k, b[cell] * k));
         }
@@ -62,14 +64,14 @@ impl Upsampled<'_> {
     #[cold]
     fn search(&self, light: usize, x: usize, y: usize) -> Option<Spectrum> {
         let light = self.lights[light]?;
-        let [columns, rows] = grid_size(self.size[0], self.size[1]);
-        let (cx, cy) = (x / 2, y / 2);
+        let Grid { cell, columns, rows } = self.grid;
+        let (cx, cy) = (x / cell, y / cell);
         let i = y * self.size[0] + x;
         let (mut sum, mut weights) = (Spectrum::BLACK, 0.0);
         for v in cy.saturating_sub(REACH)..rows.min(cy + REACH + 1) {
             for u in cx.saturating_sub(REACH)..columns.min(cx + REACH + 1) {
                 let cell = v * columns + u;
-                let (p, q) = (self.guides, self.grid);
+                let (p, q) = (self.guides, self.heads);
                 if light.count[cell] > 0.0 && p.key[i] == q.key[cell] {
                     let normals = std::array::from_fn(|a| (p.normal[a][i], q.normal[a][cell]));
                     let w = weight(normals, p.near[i], q.near[cell]);
@@ -103,18 +105,21 @@ impl Work for Row<'_, '_> {
     #[inline(always)]
     fn run<S: Simd>(self, _: S) {
         let Row { of, y, row } = self;
-        let [columns, rows] = grid_size(of.size[0], of.size[1]);
-        for (parity, sums) in row.parity.iter_mut().enumerate() {
+        let Grid { cell, columns, rows } = of.grid;
+        for (column, sums) in row.columns[..cell].iter_mut().enumerate() {
             for (sums, _) in sums.iter_mut().zip(&of.lights).filter(|(_, light)| light.is_some()) {
                 for sum in sums {
                     sum.clear();
                     sum.resize(columns, 0.0);
                 }
             }
-            for cy in y / 2..=y / 2 + y % 2 {
-                for dx in 0..=parity {
-                    if cy < rows && dx < columns {
-                        tap(of, y, parity, cy, dx, sums);
+            let share = |at: usize| at as f32 / cell as f32;
+            let (right, below) = (share(column), share(y % cell));
+            for (cy, vertical) in [(y / cell, 1.0 - below), (y / cell + 1, below)] {
+                for (dx, horizontal) in [(0, 1.0 - right), (1, right)] {
+                    let share = vertical * horizontal;
+                    if share > 0.0 && cy < rows && dx < columns {
+                        tap(of, [column, y], [dx, cy], share, sums);
                     }
                 }
             }
@@ -122,16 +127,21 @@ impl Work for Row<'_, '_> {
     }
 }
 
-/// Adds the cells `dx` to the right in a row of cells to all pixels of a parity.
+/// Adds the cells `dx` to the right in a row of cells to all pixels of a column of their cells.
 #[inline(always)]
-fn tap(of: &Upsampled<'_>, y: usize, parity: usize, cy: usize, dx: usize, sums: &mut [Sums; 3]) {
-    let width = of.size[0];
-    let [columns, _] = grid_size(width, 0);
-    // Pixels of this parity that have such a cell.
-    let count = (columns - dx).min((width + 1 - parity) / 2);
-    let at = |plane: &'_ Vec<f32>, x: usize| plane[y * width + 2 * x + parity];
+fn tap(
+    of: &Upsampled<'_>,
+    [column, y]: [usize; 2],
+    [dx, cy]: [usize; 2],
+    share: f32,
+    sums: &mut [Sums; 3],
+) {
+    let (width, Grid { cell, columns, .. }) = (of.size[0], of.grid);
+    // Pixels of this column that have such a cell.
+    let count = (columns - dx).min((width + cell - 1 - column) / cell);
+    let at = |plane: &'_ Vec<f32>, x: usize| plane[y * width + cell * x + column];
     let cells = cy * columns + dx;
-    let (p, q) = (of.guides, of.grid);
+    let (p, q) = (of.guides, of.heads);
     let [qx, qy, qz] = &q.normal;
     let (qx, qy, qz) = (&qx[cells..][..count], &qy[cells..][..count], &qz[cells..][..count]);
     let (near, keys) = (&q.near[cells..][..count], &q.key[cells..][..count]);
@@ -142,8 +152,8 @@ fn tap(of: &Upsampled<'_>, y: usize, parity: usize, cy: usize, dx: usize, sums: 
             let x = begin + k;
             let [nx, ny, nz] = &p.normal;
             let normals = [(at(nx, x), qx[x]), (at(ny, x), qy[x]), (at(nz, x), qz[x])];
-            let same = p.key[y * width + 2 * x + parity] == keys[x];
-            *w = if same { weight(normals, at(&p.near, x), near[x]) } else { 0.0 };
+            let same = p.key[y * width + cell * x + column] == keys[x];
+            *w = if same { share * weight(normals, at(&p.near, x), near[x]) } else { 0.0 };
         }
         for (light, sums) in of.lights.iter().zip(&mut *sums) {
             let Some(light) = light else { continue };

@@ -171,45 +171,63 @@ impl Walk {
     pub(super) fn trace(&mut self, frame: &Frame<'_>) {
         let mut samples = std::mem::take(&mut self.samples);
         let mut queue = std::mem::take(&mut self.queue);
+        let mut hits = std::mem::take(&mut self.hits);
         samples.clear();
         let points = self.traced.iter().map(|&pixel| {
             let (x, y) = self.place(pixel);
             (frame.pattern.id(x, y), DVec2::new(f64::from(x), f64::from(y)) + frame.within)
         });
         take_points(frame.view, &mut samples, points);
+        frame.scene.intersect_batch(&mut samples.rays, &mut hits);
         queue.clear();
-        queue.rays.copy(&samples.rays);
-        queue.walkers.extend(self.traced.iter().enumerate().map(|(i, &pixel)| Walker {
-            pixel,
-            role: Role::Camera,
-            is_main: true,
-            is_specular: true,
-            from_camera: true,
-            seen_through: true,
-            beta: Spectrum::WHITE,
-            pdf: 1.0,
-            origin: Receiver::default(),
-            cone: camera_cone(frame.view.pixel_cone.as_ref(), &samples, i),
-            length: 0.0,
-            absorption: [0.0; 3],
-            key: 0,
-            rounds: 0,
-        }));
-        (self.samples, self.queue) = (samples, queue);
+        let mut kept = 0;
+        for i in 0..self.traced.len() {
+            let (pixel, hit) = (self.traced[i], hits[i]);
+            let Some(ray) = samples.rays.get(i) else { continue };
+            if let Some(hit) = &hit
+                && self.see_unlit(frame, pixel, &ray, hit)
+            {
+                continue;
+            }
+            queue.rays.push(&ray);
+            queue.walkers.push(Walker {
+                pixel,
+                role: Role::Camera,
+                is_main: true,
+                is_specular: true,
+                from_camera: true,
+                seen_through: true,
+                beta: Spectrum::WHITE,
+                pdf: 1.0,
+                origin: Receiver::default(),
+                cone: camera_cone(frame.view.pixel_cone.as_ref(), &samples, i),
+                length: 0.0,
+                absorption: [0.0; 3],
+                key: 0,
+                rounds: 0,
+            });
+            hits[kept] = hit;
+            kept += 1;
+        }
+        hits.truncate(kept);
+        (self.samples, self.queue, self.hits) = (samples, queue, hits);
         while !self.queue.walkers.is_empty() {
             self.round(frame);
+            let mut hits = std::mem::take(&mut self.hits);
+            frame.scene.intersect_batch(&mut self.queue.rays, &mut hits);
+            self.hits = hits;
         }
     }
 
+    /// Continues from the hits of the queue's rays.
     fn round(&mut self, frame: &Frame<'_>) {
         let scene = frame.scene;
         let mut queue = std::mem::take(&mut self.queue);
-        let mut hits = std::mem::take(&mut self.hits);
+        let hits = std::mem::take(&mut self.hits);
         let mut surfaces = std::mem::take(&mut self.surfaces);
         let mut lights = std::mem::take(&mut self.lights);
         let mut escaped = std::mem::take(&mut self.escaped);
         let mut numbers = std::mem::take(&mut self.numbers);
-        scene.intersect_batch(&mut queue.rays, &mut hits);
         self.draw_numbers(frame, &queue, &hits, &mut numbers);
         surfaces.clear();
         lights.clear();

@@ -429,6 +429,12 @@ impl Scene {
         &self.materials[self.material_of(primitive, &hit.shape).index()]
     }
 
+    /// Id of the material at a hit.
+    #[inline]
+    pub fn material_id_at(&self, hit: &Hit) -> MaterialId {
+        self.material_of(&self.primitives[hit.primitive as usize], &hit.shape)
+    }
+
     /// The name of a material of the description, if it has one.
     pub fn material_name(&self, material: MaterialId) -> Option<&str> {
         self.material_names.get(material.index())?.as_deref()
