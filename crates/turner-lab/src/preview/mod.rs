@@ -35,9 +35,6 @@ pub(crate) struct PreviewArgs {
     /// Seconds for which the picture then stands still
     #[arg(long, value_name = "SECONDS", default_value_t = 1.5)]
     still: f64,
-    /// Draw drafts: a quarter of the sampled light
-    #[arg(long)]
-    draft: bool,
     /// Threads; 0 uses all
     #[arg(short = 'j', long, value_name = "N", default_value_t = 2)]
     threads: usize,
@@ -88,14 +85,13 @@ fn measure(args: &PreviewArgs, path: &Path) -> Result<(), Failure> {
         preview.frame(&scene.prepared, &options(effort, frame)).map_err(Failure::new)?;
         Ok::<Duration, Failure>(begin.elapsed())
     };
-    let moves = if args.draft { Effort::Draft } else { Effort::Moving };
-    let first = draw(&mut preview, moves, 0)?;
+    let first = draw(&mut preview, Effort::Moving, 0)?;
     let moving = preview.picture().clone();
     for frame in 0..args.frames {
-        times.push(draw(&mut preview, moves, frame)?);
+        times.push(draw(&mut preview, Effort::Moving, frame)?);
     }
     times.sort();
-    draw(&mut preview, moves, 0)?;
+    draw(&mut preview, Effort::Moving, 0)?;
     let begin = Instant::now();
     let mut frames = 0;
     while begin.elapsed().as_secs_f64() < args.still {

@@ -33,12 +33,14 @@ pub(super) struct Ask<'a> {
 pub(super) struct Draft {
     preview: Preview,
     frame: u32,
+    /// Whether the last frame was one of a moving view.
+    moved: bool,
 }
 
 impl Draft {
     /// Whether further frames of the same picture are better than the first.
     pub(super) fn refines(&self, prepared: &Prepared) -> bool {
-        prepared.path().is_some()
+        self.moved || prepared.path().is_some()
     }
 
     /// Draws a frame; `None` if it was stopped.
@@ -60,6 +62,7 @@ impl Draft {
         if !self.preview.frame(prepared, &options)? {
             return Ok(None);
         }
+        self.moved = ask.moving;
         let drawn = self.preview.picture();
         let values = drawn.color.iter().zip(&drawn.alpha);
         let linear = values.map(|(&[r, g, b], &alpha)| [r, g, b, alpha]).collect();

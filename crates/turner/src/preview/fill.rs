@@ -12,7 +12,11 @@ const EDGE: f32 = 0.02;
 /// Least cosine between normals.
 const COSINE: f32 = 0.98;
 
+#[inline]
 fn alike(a: Spectrum, b: Spectrum) -> bool {
+    if a == b {
+        return true;
+    }
     let near = |a: f32, b: f32| (a - b).abs() <= COLOR * a.abs().max(b.abs()) + 1e-4;
     near(a.r, b.r) && near(a.g, b.g) && near(a.b, b.b)
 }

@@ -204,8 +204,7 @@ fn finish_row(pass: &Pass<'_>, y: usize, i: usize, to: &mut LightPart<'_>, scrat
         let step = (pass.step * pass.pixels) as f32;
         for x in 0..width {
             // A pixel without a sample of its own takes those of its neighbours.
-            let keep =
-                if own[x] > 0.0 { (1.0 - REACH * roughness[x] / step).max(0.0) } else { 0.0 };
+            let keep = if own[x] > 0.0 { (1.0 - REACH * roughness[x] / step).max(0.0) } else { 0.0 };
             r[x] += (fr[x] - r[x]) * keep;
             g[x] += (fg[x] - g[x]) * keep;
             b[x] += (fb[x] - b[x]) * keep;

@@ -64,7 +64,8 @@ impl Looks {
             };
             let sides = [side(true)?, side(false)?];
             let d = &m.desc;
-            let is_plain = (d.alpha_mode != AlphaMode::Blend || d.opacity == ColorSource::Constant(Spectrum::WHITE))
+            let is_plain = (d.alpha_mode != AlphaMode::Blend
+                || d.opacity == ColorSource::Constant(Spectrum::WHITE))
                 && !(m.boundary || d.unlit || m.is_emissive())
                 && d.bump().is_none()
                 && d.normal_map.is_none()

@@ -5,15 +5,14 @@
 //! nothing but the sequence of calls: the number of threads does not change a bit.
 //!
 //! ```text
-//!  walk, surfaces   rays from pixel centres: first hits, mirrors and glass, cut-outs, sampled light at one pixel
-//!      │            of four, one bounce at one of sixteen
+//!  walk, surfaces   rays from pixel centres: first hits, mirrors and glass, cut-outs, sampled light and a bounce
+//!      │            at one pixel of sixteen
 //!      ▼
 //!  buffers          light over albedo, accumulated over frames
 //!      │
 //!      ▼
-//!  filter           à-trous passes that stop at edges, on a grid of cells of 2 x 2 pixels; in still views direct light
-//!      │            at every pixel
-//!      │
+//!  filter           à-trous passes that stop at edges, on a grid of cells of 4 x 4 pixels; in still views 2 x 2, and
+//!      │            direct light at every pixel
 //!      ▼
 //!  upsample         the light of the grid at every pixel, by surface
 //!      │
@@ -25,8 +24,8 @@
 //! the film, subsurface scattering is diffuse reflection, moving objects stand still, nested solids refract as if next to air, and
 //! participating media are not drawn.
 //!
-//! The integrators `path` and `direct` are drawn so. All others trace one sample through the centre of each pixel
-//! (`centre`).
+//! The integrators `path` and `direct` are drawn so. All others trace one sample through the centre of each pixel,
+//! or of one of four while the view moves (`centre`).
 
 mod band;
 mod buffers;
@@ -65,9 +64,8 @@ use crate::view::View;
 /// What a frame of a preview is for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Effort {
-    /// As [`Effort::Moving`] with a quarter of the sampled light: some two thirds of the time.
-    Draft,
-    /// The scene or the view has changed, or may change in the next frame.
+    /// The scene or the view has changed, or may change in the next frame: light is sampled at one pixel of sixteen, and
+    /// pixels between like ones are filled.
     Moving,
     /// A further frame of the same scene and view: it adds to those before it.
     Still,
@@ -77,8 +75,8 @@ impl Effort {
     /// Pixels along a side of the squares that share sampled light in the first frame of a view.
     fn cell(self) -> usize {
         match self {
-            Effort::Draft => 4,
-            Effort::Moving | Effort::Still => 2,
+            Effort::Moving => 4,
+            Effort::Still => 2,
         }
     }
 }
@@ -191,7 +189,7 @@ impl Preview {
         });
         let tasks = tasks.collect();
         work::run(&mut self.workers, options.cancel, tasks, |worker: &mut Worker, rows| {
-            worker.centre.draw(prepared, view, rows);
+            worker.centre.draw(prepared, view, options.effort, rows);
         })
     }
 }

@@ -113,7 +113,8 @@ impl Drawing {
             return Ok(false);
         }
         let full = Full { direct, unfiltered: &layers.direct, gloss };
-        let lights = if on_grid { [Some(direct), gloss, Some(indirect)] } else { [None, None, Some(indirect)] };
+        let lights =
+            if on_grid { [Some(direct), gloss, Some(indirect)] } else { [None, None, Some(indirect)] };
         let composed = Composed {
             set,
             grid: Upsampled { size, guides: &layers.guides, grid, heads: &layers.heads, lights },

@@ -11,8 +11,8 @@ use crate::preview::buffers::CATCHER;
 use crate::preview::looks::{Lobes, absorption};
 use crate::preview::walk::{Frame, MOST_ROUNDS, Role, Sent, Target, Walk, Walker};
 use crate::sampler::VertexNumbers;
-use crate::scene::{Hit, SurfaceInteraction};
 use crate::scene::emitters::LightSample;
+use crate::scene::{Hit, SurfaceInteraction};
 
 /// Branches with less of the light are not followed.
 const FAINT: f32 = 0.01;

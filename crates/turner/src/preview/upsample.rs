@@ -129,13 +129,7 @@ impl Work for Row<'_, '_> {
 
 /// Adds the cells `dx` to the right in a row of cells to all pixels of a column of their cells.
 #[inline(always)]
-fn tap(
-    of: &Upsampled<'_>,
-    [column, y]: [usize; 2],
-    [dx, cy]: [usize; 2],
-    share: f32,
-    sums: &mut [Sums; 3],
-) {
+fn tap(of: &Upsampled<'_>, [column, y]: [usize; 2], [dx, cy]: [usize; 2], share: f32, sums: &mut [Sums; 3]) {
     let (width, Grid { cell, columns, .. }) = (of.size[0], of.grid);
     // Pixels of this column that have such a cell.
     let count = (columns - dx).min((width + cell - 1 - column) / cell);
