@@ -205,8 +205,11 @@ fn shortcuts(ctx: &egui::Context, studio: &mut Studio) {
             }
         }
     }
-    for action in Action::all() {
-        let Some(shortcut) = action.shortcut() else { continue };
+    let mut all: Vec<(Action, egui::KeyboardShortcut)> =
+        Action::all().into_iter().filter_map(|action| Some((action, action.shortcut()?))).collect();
+    // A shortcut takes its keys with Shift as well, since some keyboards need Shift for plus: those with Shift come first.
+    all.sort_by_key(|(_, shortcut)| !shortcut.modifiers.shift);
+    for (action, shortcut) in all {
         let plain = shortcut.modifiers.is_none();
         if plain && (writes || flies) || has_dialog {
             continue;

@@ -123,6 +123,7 @@ intensity = 40
 
 [[light]]
 type = "directional"
+from = [1, 3, 2]
 
 [[object]]
 name = "floor"

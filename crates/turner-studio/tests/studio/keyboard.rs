@@ -13,7 +13,6 @@ use turner_studio::viewport::Tool;
 use super::common::*;
 
 #[test]
-#[ignore = "has not passed yet as a whole"]
 fn the_palette_adds_a_light_by_keyboard() {
     let (mut window, _home) = sample([1400.0, 900.0]);
     let lights = seen(&window).document.desc().lights.len();
@@ -28,7 +27,6 @@ fn the_palette_adds_a_light_by_keyboard() {
 
 /// Arrows choose another entry, Escape closes without doing anything, an unknown name does nothing.
 #[test]
-#[ignore = "has not passed yet as a whole"]
 fn the_palette_by_arrows_and_escape() {
     let (mut window, _home) = sample([1400.0, 900.0]);
     let first = seen(&window).document.desc().clone();
@@ -60,7 +58,6 @@ fn the_palette_by_arrows_and_escape() {
 
 /// Each shortcut of the table does its action, as the palette would.
 #[test]
-#[ignore = "has not passed yet as a whole"]
 fn tools_have_keys() {
     let (mut window, _home) = sample([1400.0, 900.0]);
     let tools = [
@@ -79,7 +76,6 @@ fn tools_have_keys() {
 
 /// Letters that are written into a field are no commands.
 #[test]
-#[ignore = "has not passed yet as a whole"]
 fn writing_does_not_run_commands() {
     let (mut window, _home) = sample([1400.0, 900.0]);
     app(&mut window).selection = Some(Node::Object(1));
@@ -97,7 +93,6 @@ fn writing_does_not_run_commands() {
 }
 
 #[test]
-#[ignore = "has not passed yet as a whole"]
 fn a_file_is_opened_by_keyboard() {
     let (mut window, home) = sample([1400.0, 900.0]);
     let file = home.path().join("other.toml");
@@ -119,7 +114,6 @@ fn a_file_is_opened_by_keyboard() {
 
 /// Delete, duplicate and select nothing, by their keys.
 #[test]
-#[ignore = "has not passed yet as a whole"]
 fn parts_are_edited_by_keys() {
     let (mut window, _home) = sample([1400.0, 900.0]);
     app(&mut window).selection = Some(Node::Object(1));
@@ -137,7 +131,6 @@ fn parts_are_edited_by_keys() {
 
 /// Tab reaches every widget that can be used.
 #[test]
-#[ignore = "has not passed yet as a whole"]
 fn tab_goes_through_all_widgets() {
     let (mut window, _home) = sample([1400.0, 1400.0]);
     app(&mut window).selection = Some(Node::Object(1));
@@ -166,7 +159,6 @@ fn tab_goes_through_all_widgets() {
 
 /// From an object to its material and to a value of it.
 #[test]
-#[ignore = "has not passed yet as a whole"]
 fn a_material_is_edited_by_keyboard() {
     let (mut window, _home) = sample([1400.0, 900.0]);
     app(&mut window).selection = Some(Node::Object(1));
