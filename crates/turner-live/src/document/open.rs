@@ -9,6 +9,7 @@ use turner_io::LoadOptions;
 use turner_io::edit::Opened;
 use turner_io::scene::{LoadError, SceneFormat};
 
+use super::watch::{Stamp, stamp, stamps};
 use super::{Document, Start};
 
 /// Why a file could not be opened.
@@ -22,6 +23,8 @@ pub struct OpenError {
     pub help: Option<String>,
     /// The line in the file, from 1, and its text.
     pub line: Option<(usize, String)>,
+    /// The file before it was read.
+    pub(super) stamp: Stamp,
 }
 
 impl OpenError {
@@ -33,6 +36,7 @@ impl OpenError {
             message: format!("{}{}", place.unwrap_or_default(), error.error.message),
             help: error.error.help.clone(),
             line,
+            stamp: None,
         }
     }
 
@@ -42,6 +46,7 @@ impl OpenError {
             message: error.message.clone(),
             help: error.help.clone(),
             line: None,
+            stamp: None,
         }
     }
 }
@@ -63,12 +68,13 @@ impl Opening {
         let (send, result) = channel();
         let file = path.clone();
         let read = move || {
+            let before = stamp(&file);
             let read = std::panic::catch_unwind(|| Document::open(&file)).unwrap_or_else(|_| {
                 let message = "reading the file stopped with a fault".to_owned();
                 let help = Some("please report it together with the file".to_owned());
-                Err(OpenError { path: file.clone(), message, help, line: None })
+                Err(OpenError { path: file.clone(), message, help, line: None, stamp: None })
             });
-            let _ = send.send(read);
+            let _ = send.send(read.map_err(|error| OpenError { stamp: before, ..error }));
             wake();
         };
         // Without a thread the sender is dropped, which `poll` reports.
@@ -88,7 +94,7 @@ impl Opening {
             Err(TryRecvError::Empty) => None,
             Err(TryRecvError::Disconnected) => {
                 let message = "no thread can be started to read it".to_owned();
-                Some(Err(OpenError { path: self.path.clone(), message, help: None, line: None }))
+                Some(Err(OpenError { path: self.path.clone(), message, help: None, line: None, stamp: None }))
             }
         }
     }
@@ -99,12 +105,14 @@ impl Document {
     ///
     /// Errors: those of [`turner_io::load`], with the line.
     pub fn open(path: &Path) -> Result<Document, OpenError> {
+        let before = stamp(path);
         let opened =
             Opened::load(path, &LoadOptions::default()).map_err(|error| OpenError::new(path, &error))?;
         let folder = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
         let mut document = Document::of(opened.desc.clone(), String::new(), folder.to_owned());
         document.path = Some(path.to_owned());
         document.sources = Arc::new(opened.sources.clone());
+        document.stamps = Arc::new(stamps(path, before, &opened.sources, &opened.desc));
         document.opened = Some(Arc::new(opened));
         Ok(document)
     }
@@ -119,6 +127,7 @@ impl Document {
             message: format!("its files cannot be written for reading: {error}"),
             help: Some("free some space in the folder for temporary files".into()),
             line: None,
+            stamp: None,
         };
         let folder = tempfile::Builder::new().prefix("turner-start-").tempdir().map_err(failed)?;
         for (file, bytes) in start.files {

@@ -2,6 +2,7 @@
 //! its documentation is the tooltip.
 
 use egui::{ComboBox, DragValue, TextEdit, Ui};
+use turner::color::Transfer;
 use turner::schema::value::{Data, Value};
 use turner::schema::{Field, Range};
 
@@ -235,6 +236,15 @@ fn colour(
     color::edit(ui, &mut rgb, around.encoded, range, &label).then(|| array(rgb))
 }
 
+/// A colour that is written as `#rrggbb`, as numbers.
+fn display_color(data: &Data, encoded: bool) -> Option<Data> {
+    let Data::String(text) = data else { return None };
+    let rgb = u32::from_str_radix(text.strip_prefix('#').filter(|hex| hex.len() == 6)?, 16).ok()?;
+    let [_, r, g, b] = rgb.to_be_bytes().map(|byte| f32::from(byte) / 255.0);
+    let transfer = if encoded { Transfer::None } else { Transfer::Srgb };
+    Some(array([r, g, b].map(|v| f64::from(transfer.decode(v)))))
+}
+
 /// A colour or a texture; with `files`, also a picture that becomes one.
 pub(crate) fn source(
     ui: &mut Ui,
@@ -245,6 +255,8 @@ pub(crate) fn source(
     around: &Around<'_>,
 ) -> Option<Change> {
     let mut change = None;
+    let hex = shown.and_then(|data| display_color(data, around.encoded));
+    let shown = hex.as_ref().or(shown);
     let texture = if let Some(Data::String(name)) = shown { Some(name.as_str()) } else { None };
     match texture {
         Some(texture) => {

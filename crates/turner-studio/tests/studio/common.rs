@@ -186,9 +186,15 @@ pub(crate) fn click(window: &mut Window, role: Role, label: &str) {
     frames(window, 2);
 }
 
+/// Opens a menu of the bar at the top, or closes it. A tab may have the same name.
+pub(crate) fn open_menu(window: &mut Window, menu: &str) {
+    nodes(window, Role::Button, menu)[0].click_accesskit();
+    frames(window, 2);
+}
+
 /// Opens a menu and chooses an entry of it. An entry shows its shortcut after its name.
 pub(crate) fn menu(window: &mut Window, menu: &str, entry: &str) {
-    click(window, Role::Button, menu);
+    open_menu(window, menu);
     let found =
         entries(window).into_iter().find(|name| name == entry || name.starts_with(&format!("{entry} ")));
     let found = found.unwrap_or_else(|| panic!("{menu} has no entry {entry:?}: {:?}", entries(window)));

@@ -3,7 +3,6 @@
 
 use std::collections::BTreeMap;
 
-use egui::accesskit::Role;
 use egui::epaint::TextShape;
 use egui::{Color32, Key, Modifiers, Pos2, Shape};
 use egui_kittest::kittest::NodeT;
@@ -125,7 +124,7 @@ fn text_is_readable_in_both_themes() {
             count += weak_texts(&window, &name(panel.title()), &mut found);
         }
         for menu in turner_studio::actions::MENUS {
-            click(&mut window, Role::Button, menu);
+            open_menu(&mut window, menu);
             count += weak_texts(&window, &name(menu), &mut found);
             press(&mut window, Modifiers::NONE, Key::Escape);
         }

@@ -185,7 +185,7 @@ fn a_broken_file_is_explained_and_the_last_scene_stays() {
         }
         assert!(says(&window, "Not shown:"));
         assert!(Arc::ptr_eq(seen(&window).document.desc(), &last), "{name}");
-        click(&mut window, Role::Button, "Close");
+        click(&mut window, Role::Button, "Close the problem");
         assert!(seen(&window).problem.is_none());
     }
     let missing = home.path().join("missing.toml");

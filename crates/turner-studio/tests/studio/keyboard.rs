@@ -48,8 +48,8 @@ fn the_palette_by_arrows_and_escape() {
     press(&mut window, Modifiers::NONE, Key::ArrowDown);
     press(&mut window, Modifiers::NONE, Key::ArrowUp);
     press(&mut window, Modifiers::NONE, Key::Enter);
-    let shown: Vec<Action> =
-        Action::all().into_iter().filter(|a| a.label().to_lowercase().contains("show")).collect();
+    let mut shown = Action::all();
+    shown.retain(|a| a.is_possible(seen(&window)) && a.label().to_lowercase().contains("show"));
     let Action::Show(expected) = shown[1] else { panic!("{:?}", shown[1]) };
     let integrator = seen(&window).look.integrator.as_ref().map(|integrator| integrator.type_name());
     assert_eq!(integrator, expected);
@@ -168,10 +168,13 @@ fn a_material_is_edited_by_keyboard() {
     let gold = desc.materials.iter().position(|material| material.name.as_deref() == Some("gold")).unwrap();
     assert_eq!(seen(&window).selection, Some(Node::Material(gold)));
     press(&mut window, Modifiers::NONE, Key::E);
-    press(&mut window, Modifiers::NONE, Key::Tab);
-    press(&mut window, Modifiers::NONE, Key::Tab);
+    // The type, the picker of the first colour, its red part.
+    for _ in 0..3 {
+        press(&mut window, Modifiers::NONE, Key::Tab);
+    }
     write(&mut window, "0.5");
     press(&mut window, Modifiers::NONE, Key::Enter);
     let value = seen(&window).document.desc().value_at("material.gold.base_weight").unwrap();
-    assert_eq!(value.map(|value| value.data), Some(turner::schema::value::Data::Number(0.5)));
+    let Some(turner::schema::value::Data::Array(parts)) = value.map(|value| value.data) else { panic!("no colour") };
+    assert_eq!(parts[0].data, turner::schema::value::Data::Number(0.5));
 }

@@ -171,6 +171,9 @@ impl Form<'_> {
         let near = |data: Option<Data>, v: f64| {
             data.as_ref().and_then(number).is_none_or(|own| (own - v).abs() < 1e-9)
         };
+        if let Some(done) = self.list(field, &kind, &label) {
+            return Some(done);
+        }
         if self.has(Role::ComboBox, &label) && !words.is_empty() {
             return Some(words.iter().any(|(word, _)| {
                 let chosen =
@@ -199,11 +202,9 @@ impl Form<'_> {
             return Some(self.step(key, act, |form| typed(form.value(key))));
         }
         if self.has(Role::SpinButton, &label) {
-            let values = candidates(field.range, kind == "integer");
+            let range = if kind == "[width, height] | height" { Some(Range::POSITIVE) } else { field.range };
+            let values = candidates(range, kind == "integer");
             return Some(self.set_number(&label, &values, |form, v| near(form.value(key), v)));
-        }
-        if let Some(done) = self.list(field, &kind, &label) {
-            return Some(done);
         }
         let first = format!("{label}, x");
         if self.has(Role::Button, &label) && !kind.contains("file") && field.name != "file" {
@@ -257,7 +258,7 @@ impl Form<'_> {
             };
             return Some(axes.iter().all(|axis| set(self, axis)));
         }
-        if kind.starts_with("\"none\" | ") {
+        if kind == "\"none\" | \"inverse-square\" | [constant, linear, quadratic]" {
             let done = ["inverse-square", "coefficients", "none"].iter().filter(|word| {
                 let is = |form: &Self| match (form.value(key), **word) {
                     (Some(Data::Array(items)), "coefficients") => items.len() == 3,
