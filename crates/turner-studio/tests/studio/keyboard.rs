@@ -56,7 +56,66 @@ fn the_palette_by_arrows_and_escape() {
     assert_eq!(seen(&window).settings.theme, theme);
 }
 
-/// Each shortcut of the table does its action, as the palette would.
+/// What an action can change.
+fn state(window: &Window) -> String {
+    let studio = seen(window);
+    let (view, settings) = (&studio.viewport, &studio.settings);
+    let camera = studio.document.desc().camera.as_ref().map(|camera| &camera.value);
+    format!(
+        "{:?} {:?} {:?} {camera:?} {:?} {:?} {:?} {:?} {:?} {:?} {} {} {}",
+        studio.document.steps(),
+        studio.selection,
+        studio.dialog,
+        view.tool,
+        view.palette,
+        view.explained,
+        studio.message,
+        settings.theme,
+        studio.look,
+        settings.zoom,
+        studio.paused,
+        studio.quit,
+    )
+}
+
+/// Each shortcut of the table does its action and no other, as the menu would.
+#[test]
+fn every_shortcut_does_its_action() {
+    let (mut window, _home) = sample([1400.0, 900.0]);
+    let with_shortcut: Vec<Action> = Action::all().into_iter().filter(|a| a.shortcut().is_some()).collect();
+    for action in with_shortcut {
+        let start = |window: &mut Window| {
+            show(window, scene(SAMPLE));
+            has_picture(window);
+            let studio = app(window);
+            (studio.paused, studio.quit, studio.dialog) = (true, false, None);
+            (studio.settings.zoom, studio.settings.theme) = (1.0, turner_studio::settings::Theme::Dark);
+            // Steps to undo and to redo.
+            for samples in [2, 3] {
+                let data = turner::schema::value::Data::Integer(samples);
+                studio.document.set("Samples", None, &[("film.samples".into(), data)]).unwrap();
+            }
+            studio.document.undo();
+            studio.selection = Some(Node::Object(1));
+            frames(window, 3);
+            has_picture(window);
+        };
+        start(&mut window);
+        let before = state(&window);
+        app(&mut window).queue.push(action);
+        frames(&mut window, 3);
+        let wanted = state(&window);
+        start(&mut window);
+        assert_eq!(state(&window), before, "{action:?}: the start is another one");
+        let shortcut = action.shortcut().unwrap();
+        press(&mut window, shortcut.modifiers, shortcut.logical_key);
+        frames(&mut window, 1);
+        assert_eq!(state(&window), wanted, "{action:?}");
+        let quiet = [Action::Reload, Action::GoToProperties, Action::Ungroup, Action::ToolSelect];
+        assert!(wanted != before || quiet.contains(&action), "{action:?} changes nothing");
+    }
+}
+
 #[test]
 fn tools_have_keys() {
     let (mut window, _home) = sample([1400.0, 900.0]);

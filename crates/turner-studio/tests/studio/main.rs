@@ -3,8 +3,10 @@
 mod common;
 mod contrast;
 mod docs;
+mod faults;
 mod files;
 mod keyboard;
 mod menus;
+mod panels;
 mod parameters;
 mod random;

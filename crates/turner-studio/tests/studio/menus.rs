@@ -49,8 +49,19 @@ fn every_action_of_every_menu() {
             studio.dialog = None;
             studio.viewport.palette = None;
             if action != Action::New && action != Action::Undo && action != Action::Redo {
-                while studio.document.undo().is_some() {}
+                let changed = studio.document.desc().clone();
+                let prepared = changed.prepare(&Default::default());
+                assert!(prepared.is_ok(), "{action:?} {selection:?}: {:?}", prepared.err());
+                let mut count = 0;
+                while studio.document.undo().is_some() {
+                    count += 1;
+                }
                 assert!(std::sync::Arc::ptr_eq(studio.document.desc(), &first), "{action:?} {selection:?}");
+                for _ in 0..count {
+                    studio.document.redo();
+                }
+                assert!(std::sync::Arc::ptr_eq(studio.document.desc(), &changed), "{action:?} {selection:?}");
+                while studio.document.undo().is_some() {}
             }
             frames(&mut window, 1);
             if !std::sync::Arc::ptr_eq(seen(&window).document.desc(), &first) {

@@ -129,7 +129,20 @@ impl Form<'_> {
         if !Arc::ptr_eq(&self.desc(), &after) {
             self.faults.push(format!("{name}: redo gives another scene"));
         }
+        // The button for the default.
+        let label = what.split(", ").next().unwrap_or(what).replace('_', " ");
+        let reset = format!("Default of {label}");
+        if self.has(Role::Button, &reset) {
+            click(self.window, Role::Button, &reset);
+            let key = label.replace(' ', "_");
+            if self.value(&key).is_some() {
+                self.faults.push(format!("{name}: the button for the default leaves {:?}", self.value(&key)));
+            }
+        }
         while app(self.window).document.undo().is_some() {}
+        if !Arc::ptr_eq(&self.desc(), &before) {
+            self.faults.push(format!("{name}: undo of all steps gives another scene"));
+        }
         self.select();
         true
     }
