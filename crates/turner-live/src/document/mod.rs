@@ -231,7 +231,7 @@ impl Document {
 
     /// The scene's file was read again, without success: it is watched for the next change.
     pub fn not_reloaded(&mut self, error: &OpenError) {
-        self.stamps = Arc::new(vec![(error.path.clone(), error.stamp)]);
+        self.stamps = Arc::new(vec![(error.path.clone(), error.stamp.as_deref().copied())]);
     }
 
     /// Replaces the scene by that of the same file read again; the history continues, so that a reload can be undone.

@@ -3,13 +3,14 @@
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::mpsc::{Receiver, TryRecvError, channel};
+use std::time::SystemTime;
 
 use turner::schema::SceneError;
 use turner_io::LoadOptions;
 use turner_io::edit::Opened;
 use turner_io::scene::{LoadError, SceneFormat};
 
-use super::watch::{Stamp, stamp, stamps};
+use super::watch::{stamp, stamps};
 use super::{Document, Start};
 
 /// Why a file could not be opened.
@@ -24,7 +25,7 @@ pub struct OpenError {
     /// The line in the file, from 1, and its text.
     pub line: Option<(usize, String)>,
     /// The file before it was read.
-    pub(super) stamp: Stamp,
+    pub(super) stamp: Option<Box<(SystemTime, u64)>>,
 }
 
 impl OpenError {
@@ -74,7 +75,7 @@ impl Opening {
                 let help = Some("please report it together with the file".to_owned());
                 Err(OpenError { path: file.clone(), message, help, line: None, stamp: None })
             });
-            let _ = send.send(read.map_err(|error| OpenError { stamp: before, ..error }));
+            let _ = send.send(read.map_err(|error| OpenError { stamp: before.map(Box::new), ..error }));
             wake();
         };
         // Without a thread the sender is dropped, which `poll` reports.

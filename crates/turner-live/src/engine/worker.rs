@@ -91,10 +91,8 @@ impl Worker {
     }
 
     fn is_idle(&self) -> bool {
-        let paused = self
-            .last
-            .as_ref()
-            .is_none_or(|(order, _)| order.paused && !order.moving && !self.owes_frame);
+        let paused =
+            self.last.as_ref().is_none_or(|(order, _)| order.paused && !order.moving && !self.owes_frame);
         paused || self.film.as_ref().is_some_and(Settle::is_complete)
     }
 

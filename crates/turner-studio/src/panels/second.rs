@@ -18,7 +18,7 @@ pub struct Second {
     /// The bookmark that it looks through; `None` for the scene's camera.
     view: Option<usize>,
     texture: Option<(TextureHandle, Arc<Frame>)>,
-    ordered: Option<(Arc<turner::SceneDesc>, Look, [u32; 2], bool, bool)>,
+    ordered: Option<Order>,
     is_shown: bool,
 }
 
@@ -49,15 +49,11 @@ pub(crate) fn show(ui: &mut Ui, studio: &mut Studio) {
     second.is_shown = true;
     second.look.camera = second.view.and_then(|i| desc.cameras.get(i)).map(|camera| camera.value.clone());
     let engine = second.engine.get_or_insert_with(|| Engine::new(move || context.request_repaint()));
-    let is_same = second.ordered.as_ref().is_some_and(|(of, look, at, moved, waits)| {
-        Arc::ptr_eq(of, &desc) && (look, at, moved, waits) == (&second.look, &size, &moving, &paused)
-    });
-    if !is_same {
-        let mut order = Order::new(Arc::clone(&desc));
-        (order.look, order.size) = (second.look.clone(), size);
-        (order.moving, order.paused, order.threads) = (moving, paused, threads);
-        engine.order(order);
-        second.ordered = Some((desc, second.look.clone(), size, moving, paused));
+    let look = second.look.clone();
+    let order = Order { look, size, moving, paused, threads, ..Order::new(desc) };
+    if !second.ordered.as_ref().is_some_and(|last| is_same(last, &order)) {
+        engine.order(order.clone());
+        second.ordered = Some(order);
     }
     let painter = ui.painter_at(area);
     painter.rect_filled(area, 0.0, ui.visuals().extreme_bg_color);
@@ -77,6 +73,13 @@ pub(crate) fn show(ui: &mut Ui, studio: &mut Studio) {
     if let Some(error) = engine.status().error {
         ui.label(error.message);
     }
+}
+
+/// Whether both orders ask for the same.
+fn is_same(a: &Order, b: &Order) -> bool {
+    Arc::ptr_eq(&a.desc, &b.desc)
+        && (&a.look, a.size, a.threads) == (&b.look, b.size, b.threads)
+        && (a.moving, a.paused) == (b.moving, b.paused)
 }
 
 fn choices(ui: &mut Ui, studio: &mut Studio) {

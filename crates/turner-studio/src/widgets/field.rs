@@ -137,7 +137,9 @@ fn widget(
         "color" => colour(ui, field.name, field.range, shown, around).map(Change::Set),
         "color | texture" => source(ui, field.name, field.range, shown, true, around),
         "[width, height] | height" => lists::viewport(ui, field, shown),
-        "\"none\" | \"inverse-square\" | [constant, linear, quadratic]" => lists::attenuation(ui, field, shown),
+        "\"none\" | \"inverse-square\" | [constant, linear, quadratic]" => {
+            lists::attenuation(ui, field, shown)
+        }
         "[[position, color | texture], …]" => lists::stops(ui, field, shown, around),
         "[color | texture, …]" => lists::weights(ui, field, shown, around),
         "[material, …]" => lists::materials(ui, field, shown, around),
@@ -268,20 +270,19 @@ pub(crate) fn source(
         }
         None => change = colour(ui, name, range, shown, around).map(Change::Set),
     }
-    let combo =
-        ComboBox::from_id_salt((name, "texture")).selected_text("").width(20.0).show_ui(ui, |ui| {
-            if entry(ui, texture.is_none(), "colour").clicked() && texture.is_some() {
-                change = Some(Change::Set(array([0.5; 3])));
+    let combo = ComboBox::from_id_salt((name, "texture")).selected_text("").width(20.0).show_ui(ui, |ui| {
+        if entry(ui, texture.is_none(), "colour").clicked() && texture.is_some() {
+            change = Some(Change::Set(array([0.5; 3])));
+        }
+        for other in around.textures {
+            if entry(ui, texture == Some(other), other).clicked() {
+                change = Some(Change::Set(Data::String(other.clone())));
             }
-            for other in around.textures {
-                if entry(ui, texture == Some(other), other).clicked() {
-                    change = Some(Change::Set(Data::String(other.clone())));
-                }
-            }
-            if files && entry(ui, false, "image file…").clicked() {
-                change = Some(Change::File(true));
-            }
-        });
+        }
+        if files && entry(ui, false, "image file…").clicked() {
+            change = Some(Change::File(true));
+        }
+    });
     super::name(&combo.response, egui::Role::ComboBox, &format!("{name} texture"));
     change
 }

@@ -222,14 +222,20 @@ pub(crate) fn weights(
     shown: Option<&Data>,
     around: &Around<'_>,
 ) -> Option<Change> {
-    list(ui, field, shown, |_| Some(Data::Number(1.0)), |ui, label, data| {
-        let Some(mut weight) = number(data) else { return paint(ui, label, data, field.range, around) };
-        let drag = DragValue::new(&mut weight).range(0.0..=f64::INFINITY).speed(0.01).max_decimals(4);
-        let response = ui.add(drag);
-        name_number(&response, label, weight);
-        let texture = color::texture(ui, label, around.textures);
-        response.changed().then_some(Data::Number(weight)).or(texture.map(Data::String))
-    })
+    list(
+        ui,
+        field,
+        shown,
+        |_| Some(Data::Number(1.0)),
+        |ui, label, data| {
+            let Some(mut weight) = number(data) else { return paint(ui, label, data, field.range, around) };
+            let drag = DragValue::new(&mut weight).range(0.0..=f64::INFINITY).speed(0.01).max_decimals(4);
+            let response = ui.add(drag);
+            name_number(&response, label, weight);
+            let texture = color::texture(ui, label, around.textures);
+            response.changed().then_some(Data::Number(weight)).or(texture.map(Data::String))
+        },
+    )
 }
 
 /// Materials by their names.
@@ -307,7 +313,8 @@ mod tests {
 
     #[test]
     fn transforms_are_read_as_they_are_written() {
-        let m = transform::compose([DVec3::new(4.0, 5.0, 6.0), DVec3::new(30.0, 0.0, 10.0), DVec3::splat(3.0)]);
+        let m =
+            transform::compose([DVec3::new(4.0, 5.0, 6.0), DVec3::new(30.0, 0.0, 10.0), DVec3::splat(3.0)]);
         let row = |i: usize| Value::new(array(m.to_cols_array().into_iter().skip(i).step_by(3)));
         let mut table = Table::default();
         table.set("matrix", Span::NONE, Value::new(Data::Array([0, 1, 2].map(row).to_vec())));

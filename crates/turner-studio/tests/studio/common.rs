@@ -290,7 +290,12 @@ pub(crate) fn one_step(window: &mut Window, what: &str, act: impl FnOnce(&mut Wi
     let after = seen(window).document.desc().clone();
     let said = seen(window).message.as_ref().map(|message| message.text.clone());
     assert!(!Arc::ptr_eq(&before, &after), "{what}: nothing has changed; {said:?}");
-    assert_eq!(seen(window).document.steps().0.len(), count + 1, "{what}: {:?}", seen(window).document.steps().0);
+    assert_eq!(
+        seen(window).document.steps().0.len(),
+        count + 1,
+        "{what}: {:?}",
+        seen(window).document.steps().0
+    );
     press(window, Modifiers::COMMAND, Key::Z);
     assert!(Arc::ptr_eq(seen(window).document.desc(), &before), "{what}: undo gives another scene");
     press(window, Modifiers::COMMAND.plus(Modifiers::SHIFT), Key::Z);

@@ -258,8 +258,9 @@ fn unsaved_work_is_offered_again() {
 /// The finished picture is written with the bytes of the offline render.
 #[test]
 fn the_saved_picture_is_that_of_the_offline_render() {
-    let (mut window, home, _file) =
-        with_file(&format!("{ONE}\n[integrator]\ntype = \"path\"\n\n[[light]]\ntype = \"directional\"\nfrom = [1, 3, 2]\n"));
+    let (mut window, home, _file) = with_file(&format!(
+        "{ONE}\n[integrator]\ntype = \"path\"\n\n[[light]]\ntype = \"directional\"\nfrom = [1, 3, 2]\n"
+    ));
     app(&mut window).paused = false;
     until(&mut window, "the finished picture", |studio| {
         studio.frame.as_ref().is_some_and(|frame| frame.stage == turner_live::engine::Stage::Settled)

@@ -234,6 +234,8 @@ fn a_material_is_edited_by_keyboard() {
     write(&mut window, "0.5");
     press(&mut window, Modifiers::NONE, Key::Enter);
     let value = seen(&window).document.desc().value_at("material.gold.base_weight").unwrap();
-    let Some(turner::schema::value::Data::Array(parts)) = value.map(|value| value.data) else { panic!("no colour") };
+    let Some(turner::schema::value::Data::Array(parts)) = value.map(|value| value.data) else {
+        panic!("no colour")
+    };
     assert_eq!(parts[0].data, turner::schema::value::Data::Number(0.5));
 }
