@@ -1,5 +1,6 @@
 //! Saving in the background.
 
+use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::mpsc::{Receiver, TryRecvError, channel};
@@ -29,8 +30,12 @@ impl Document {
         let write = move || {
             // Every save starts from the text that was opened: the positions in all descriptions of the history are those
             // of that text.
-            let saved = save_scene(&scene, opened.as_deref(), &file);
-            let _ = send.send(saved.map(|saved| (saved, stamp(&file))));
+            let save = || save_scene(&scene, opened.as_deref(), &file);
+            // After a fault the sender is gone, which `saved` reports.
+            match catch_unwind(AssertUnwindSafe(save)) {
+                Ok(saved) => drop(send.send(saved.map(|saved| (saved, stamp(&file))))),
+                Err(_) => drop(send),
+            }
             wake();
         };
         let _ = std::thread::Builder::new().name("save".into()).spawn(write);

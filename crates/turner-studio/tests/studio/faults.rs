@@ -32,6 +32,9 @@ fn a_fault_of_the_renderer_keeps_picture_and_work() {
     };
     radius(&mut window, 1.5);
     has_picture(&mut window);
+    // The engine's last call of the function is over.
+    until(&mut window, "a waiting engine", |studio| studio.status.doing.is_empty());
+    std::thread::sleep(std::time::Duration::from_millis(20));
     let last = seen(&window).frame.clone().unwrap();
     armed.store(true, Ordering::SeqCst);
     radius(&mut window, 2.0);
@@ -67,6 +70,7 @@ fn a_scene_without_a_picture_is_explained() {
     assert!(says(&window, "Not rendered:") && seen(&window).frame.is_some());
     assert!(!seen(&window).status.error.as_ref().unwrap().is_fault);
     press(&mut window, egui::Modifiers::COMMAND, egui::Key::Z);
+    until(&mut window, "the end of the error", |studio| studio.status.error.is_none());
     has_picture(&mut window);
     frames(&mut window, 2);
     assert!(!says(&window, "Not rendered:"));

@@ -132,26 +132,24 @@ fn handles_move_rotate_and_scale() {
         (Tool::Scale, "Scale", Node::Object(1)),
         (Tool::Move, "Move", Node::Light(0)),
     ] {
-        // Everything is seen.
-        app(&mut window).selection = None;
-        app(&mut window).viewport.tool = tool;
-        app(&mut window).selection = Some(part);
-        frames(&mut window, 2);
-        if part == Node::Light(0) {
-            app(&mut window).queue.push(turner_studio::actions::Action::Frame);
-            frames(&mut window, 2);
-            has_picture(&mut window);
-            frames(&mut window, 2);
-        }
-        let from = handle(&window);
         for modifiers in [Modifiers::NONE, Modifiers::SHIFT] {
+            // Another scene, so that its picture is not mistaken for that of the last one.
+            show(&mut window, scene(SAMPLE));
+            app(&mut window).viewport.tool = tool;
+            app(&mut window).selection = Some(part);
+            has_picture(&mut window);
+            if part == Node::Light(0) {
+                app(&mut window).queue.push(turner_studio::actions::Action::Frame);
+                frames(&mut window, 2);
+                has_picture(&mut window);
+            }
+            frames(&mut window, 2);
+            let from = handle(&window);
             one_step(&mut window, label, |window| {
                 drag(window, from, Vec2::new(30.0, 12.0), PointerButton::Primary, modifiers);
                 assert_eq!(last_step(seen(window)), label);
                 assert_eq!(seen(window).selection, Some(part));
             });
-            has_picture(&mut window);
-            frames(&mut window, 2);
         }
     }
 }
