@@ -71,7 +71,7 @@ pub(crate) struct Form<'a> {
 }
 
 impl Form<'_> {
-    fn desc(&self) -> Arc<SceneDesc> {
+    pub(crate) fn desc(&self) -> Arc<SceneDesc> {
         Arc::clone(seen(self.window).document.desc())
     }
 
@@ -189,11 +189,22 @@ impl Form<'_> {
             return Some(done);
         }
         if self.has(Role::ComboBox, &label) && !words.is_empty() {
-            return Some(words.iter().any(|(word, _)| {
+            let mut done = 0;
+            let mut silent = Vec::new();
+            for (word, _) in words {
                 let chosen =
                     |form: &Self| form.value(key).is_none_or(|v| v == Data::String((*word).to_owned()));
-                self.choose(&label, word, chosen)
-            }));
+                if self.choose(&label, word, chosen) {
+                    done += 1;
+                } else if seen(self.window).message.is_none() {
+                    silent.push(*word);
+                }
+            }
+            // The present word stays without a message.
+            if silent.len() > 1 {
+                self.faults.push(format!("{} {key}: neither chosen nor refused: {silent:?}", self.path));
+            }
+            return Some(done > 0);
         }
         if self.has(Role::CheckBox, &label) {
             let before = self.value(key);

@@ -213,9 +213,15 @@ fn types_change_by_their_list() {
                 continue;
             }
             let mut form = Form { window: &mut window, part, path: path.clone(), faults: &mut faults };
-            let is_it =
-                |form: &Form<'_>| form.value("type").is_none_or(|v| v == Data::String(entry.name.to_owned()));
+            let problem = std::cell::Cell::new(None);
+            let is_it = |form: &Form<'_>| {
+                problem.set(form.desc().prepare(&Default::default()).err());
+                form.value("type").is_none_or(|v| v == Data::String(entry.name.to_owned()))
+            };
             let done = form.choose("Type", entry.name, is_it);
+            if let Some(problem) = problem.take() {
+                faults.push(format!("{path}: {} cannot be rendered: {}", entry.name, problem.message));
+            }
             let said = seen(&window).message.as_ref().is_some_and(|message| message.is_error);
             if !done && !said {
                 faults.push(format!("{path}: {} neither chosen nor refused", entry.name));
@@ -270,5 +276,44 @@ fn files_are_chosen() {
         let desc = seen(window).document.desc();
         let file = desc.value_at("object.0.file").unwrap().map(|value| value.data);
         assert_eq!(file, Some(Data::String("b.obj".into())), "{:?}", seen(window).message);
+    });
+}
+
+/// Buttons beside references lead to the parts that they name; a colour takes the place of a texture again.
+#[test]
+fn references_lead_to_their_parts() {
+    let (mut window, _home) = window([1800.0, 2400.0], 1.0);
+    app(&mut window).show(Document::of(with(""), "Sample".into(), textures()));
+    let desc = seen(&window).document.desc().clone();
+    let material = |name: &str| {
+        let found = desc.materials.iter().position(|material| material.name.as_deref() == Some(name));
+        Node::Material(found.unwrap())
+    };
+    app(&mut window).selection = Some(Node::Object(1));
+    frames(&mut window, 2);
+    click(&mut window, Role::Button, "Show");
+    assert_eq!(seen(&window).selection, Some(material("gold")));
+    app(&mut window).selection = Some(material("chalk"));
+    frames(&mut window, 2);
+    choose(&mut window, "color texture", "squares");
+    let color = |window: &Window| {
+        seen(window).document.desc().value_at("material.chalk.color").unwrap().unwrap().data
+    };
+    assert_eq!(color(&window), Data::String("squares".into()));
+    one_step(&mut window, "another texture", |window| choose(window, "color texture", "dots"));
+    one_step(&mut window, "a colour again", |window| {
+        choose(window, "color texture", "colour");
+        // A grey is one number.
+        assert!(matches!(color(window), Data::Array(_) | Data::Number(_)), "{:?}", color(window));
+    });
+    click(&mut window, Role::Button, "color");
+    let Some(Node::Texture(shown)) = seen(&window).selection else { panic!("{:?}", seen(&window).selection) };
+    assert_eq!(desc.textures[shown].name.as_deref(), Some("squares"));
+    // An object without its material.
+    app(&mut window).selection = Some(Node::Object(1));
+    frames(&mut window, 2);
+    one_step(&mut window, "no material", |window| {
+        choose(window, "material", "none");
+        assert!(seen(window).document.desc().objects[1].material.is_none());
     });
 }
