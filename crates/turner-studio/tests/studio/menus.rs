@@ -50,8 +50,10 @@ fn every_action_of_every_menu() {
             studio.viewport.palette = None;
             if action != Action::New && action != Action::Undo && action != Action::Redo {
                 let changed = studio.document.desc().clone();
-                let prepared = changed.prepare(&Default::default());
-                assert!(prepared.is_ok(), "{action:?} {selection:?}: {:?}", prepared.err());
+                if !std::sync::Arc::ptr_eq(&changed, &first) {
+                    let problem = changed.prepare(&Default::default()).err();
+                    assert!(problem.is_none(), "{action:?} {selection:?}: {problem:?}");
+                }
                 let mut count = 0;
                 while studio.document.undo().is_some() {
                     count += 1;

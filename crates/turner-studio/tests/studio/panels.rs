@@ -312,6 +312,31 @@ fn lights_have_names_temperatures_and_hours() {
     }
 }
 
+/// The swatch of a material has its place before it is drawn: what is written below it stays in its field.
+#[test]
+fn a_swatch_moves_nothing() {
+    let (mut window, _home) = with("path", Panel::Properties);
+    let place = |window: &Window| node(window, Role::SpinButton, "base metalness, red").unwrap().rect();
+    for _ in 0..5 {
+        // Another scene has another swatch.
+        show(&mut window, scene(SAMPLE));
+        let materials = &seen(&window).document.desc().materials;
+        let gold = materials.iter().position(|material| material.name.as_deref() == Some("gold")).unwrap();
+        app(&mut window).selection = Some(Node::Material(gold));
+        frames(&mut window, 2);
+        node(&window, Role::SpinButton, "base metalness, red").unwrap().focus();
+        frames(&mut window, 2);
+        // While it is written in, a field is a little larger.
+        let first = place(&window);
+        let begun = std::time::Instant::now();
+        while begun.elapsed() < std::time::Duration::from_millis(100) {
+            frames(&mut window, 1);
+            let number = node(&window, Role::SpinButton, "base metalness, red").unwrap();
+            assert_eq!((number.rect(), number.is_focused()), (first, true));
+        }
+    }
+}
+
 /// Each choice of the form for renders to files.
 #[test]
 fn the_form_of_renders() {
