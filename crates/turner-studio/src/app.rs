@@ -3,13 +3,14 @@
 mod dialogs;
 mod palette;
 
-use egui::{Button, Panel as Edge, RichText, Ui};
+use egui::{Button, Color32, Panel as Edge, Popup, RichText, Role, Ui};
 use egui_tiles::Tree;
 
 use crate::actions::{Action, MENUS};
 use crate::layout::{self, Panel};
 use crate::settings::Theme;
 use crate::studio::{After, Studio};
+use crate::widgets::name;
 
 /// The program in its window.
 pub struct App {
@@ -70,6 +71,16 @@ impl App {
             Theme::System => egui::ThemePreference::System,
         };
         ctx.set_theme(theme);
+        // Text is readable on panels, fields and buttons: a contrast of 4.5 at least.
+        ctx.style_mut_of(egui::Theme::Dark, |style| {
+            style.visuals.weak_text_color = Some(Color32::from_gray(0x94));
+            style.visuals.error_fg_color = Color32::from_rgb(255, 110, 100);
+        });
+        ctx.style_mut_of(egui::Theme::Light, |style| {
+            style.visuals.weak_text_color = Some(Color32::from_gray(0x60));
+            style.visuals.error_fg_color = Color32::from_rgb(190, 0, 0);
+            style.visuals.warn_fg_color = Color32::from_rgb(140, 70, 0);
+        });
         ctx.set_zoom_factor(self.studio.settings.zoom);
     }
 
@@ -107,7 +118,9 @@ impl App {
                 if let Some(help) = &problem.help {
                     ui.weak(help);
                 }
-                if ui.small_button("Close").clicked() {
+                let close = ui.small_button("Close");
+                name(&close, Role::Button, "Close the problem");
+                if close.clicked() {
                     studio.problem = None;
                 }
             });
@@ -132,7 +145,9 @@ impl App {
                 if let Some(help) = &message.help {
                     ui.weak(help);
                 }
-                if ui.small_button("×").on_hover_text("Close the message").clicked() {
+                let close = ui.small_button("×").on_hover_text("Close the message");
+                name(&close, Role::Button, "Close the message");
+                if close.clicked() {
                     studio.message = None;
                 }
             } else {
@@ -164,9 +179,9 @@ impl App {
 impl eframe::App for App {
     fn ui(&mut self, ui: &mut Ui, _: &mut eframe::Frame) {
         self.show(ui);
-        let name = self.studio.document.name();
+        let title = self.studio.document.name();
         let changed = if self.studio.document.is_changed() { "*" } else { "" };
-        let title = format!("{name}{changed} - Turner Studio");
+        let title = format!("{title}{changed} - Turner Studio");
         if self.shown.1 != title {
             ui.ctx().send_viewport_cmd(egui::ViewportCommand::Title(title.clone()));
             self.shown.1 = title;
@@ -190,9 +205,10 @@ fn item(ui: &mut Ui, action: Action, studio: &mut Studio) {
     }
 }
 
-/// Runs the actions whose shortcuts are pressed. Keys without Ctrl belong to the text field that has the focus.
+/// Runs the actions whose shortcuts are pressed. Keys without Ctrl belong to the text field that has the focus, and to a
+/// menu or a list that is open: Escape closes it.
 fn shortcuts(ctx: &egui::Context, studio: &mut Studio) {
-    let writes = ctx.egui_wants_keyboard_input();
+    let writes = ctx.egui_wants_keyboard_input() || Popup::is_any_open(ctx);
     let has_dialog = studio.dialog.is_some() || studio.viewport.palette.is_some();
     let flies = ctx.input(|i| i.pointer.secondary_down());
     if !writes && !has_dialog {
@@ -205,8 +221,11 @@ fn shortcuts(ctx: &egui::Context, studio: &mut Studio) {
             }
         }
     }
-    for action in Action::all() {
-        let Some(shortcut) = action.shortcut() else { continue };
+    let mut all: Vec<(Action, egui::KeyboardShortcut)> =
+        Action::all().into_iter().filter_map(|action| Some((action, action.shortcut()?))).collect();
+    // A shortcut takes its keys with Shift as well, since some keyboards need Shift for plus: those with Shift come first.
+    all.sort_by_key(|(_, shortcut)| !shortcut.modifiers.shift);
+    for (action, shortcut) in all {
         let plain = shortcut.modifiers.is_none();
         if plain && (writes || flies) || has_dialog {
             continue;

@@ -126,12 +126,16 @@ pub(crate) fn free_name<'a>(kind: &str, taken: impl Iterator<Item = &'a Option<S
     std::iter::once(kind.to_owned()).chain(numbered).find(is_free).unwrap_or_default()
 }
 
+/// Where a new directional light comes from.
+pub(crate) const DIRECTION: DVec3 = DVec3::new(1.0, 3.0, 2.0);
+
 pub(crate) fn add_light(studio: &mut Studio, kind: &'static str) {
     let Some(mut light) = LightDesc::of_type(kind) else { return };
     let at = place(studio) + DVec3::new(1.0, 3.0, 1.0);
     match &mut light {
         LightDesc::Point(l) => l.position = at,
         LightDesc::Spot(l) => l.position = at,
+        LightDesc::Directional(l) => l.from = Some(DIRECTION),
         _ => {}
     }
     change(studio, &format!("Add {kind} light"), |desc| {

@@ -10,6 +10,15 @@ pub struct Task<T> {
     result: Receiver<T>,
 }
 
+/// Shows another frame when it is dropped: after a fault, too.
+struct Wake(egui::Context);
+
+impl Drop for Wake {
+    fn drop(&mut self) {
+        self.0.request_repaint();
+    }
+}
+
 impl<T: Send + 'static> Task<T> {
     /// Starts work. It is given a flag that is set when nobody waits for it. `wake` is called at the end.
     pub fn start(wake: &egui::Context, work: impl FnOnce(&AtomicBool) -> T + Send + 'static) -> Task<T> {
@@ -17,9 +26,10 @@ impl<T: Send + 'static> Task<T> {
         let stop = Arc::new(AtomicBool::new(false));
         let (of_thread, context) = (Arc::clone(&stop), wake.clone());
         let run = move || {
-            // After a panic the sender is gone, which `poll` reports.
+            let _wake = Wake(context);
+            // Dropped before the window wakes. After a panic the sender is gone, which `poll` reports.
+            let send = send;
             let _ = send.send(work(&of_thread));
-            context.request_repaint();
         };
         let _ = std::thread::Builder::new().name("task".into()).spawn(run);
         Task { stop, result }
@@ -38,5 +48,30 @@ impl<T: Send + 'static> Task<T> {
 impl<T> Drop for Task<T> {
     fn drop(&mut self) {
         self.stop.store(true, Ordering::Relaxed);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::time::Duration;
+
+    use super::*;
+
+    /// Waits for the call that shows another frame; then the result is there.
+    fn result(work: fn() -> u32) -> Result<u32, &'static str> {
+        let context = egui::Context::default();
+        let (send, woken) = channel();
+        context.set_request_repaint_callback(move |_| {
+            let _ = send.send(());
+        });
+        let task = Task::start(&context, move |_| work());
+        woken.recv_timeout(Duration::from_secs(60)).expect("the window wakes");
+        task.poll().expect("the result is there when the window wakes")
+    }
+
+    #[test]
+    fn the_window_wakes_with_the_result_or_the_fault() {
+        assert_eq!(result(|| 7), Ok(7));
+        assert!(result(|| panic!("a fault for the test")).is_err());
     }
 }

@@ -46,6 +46,8 @@ pub struct Document {
     _temporary: Option<Arc<TempDir>>,
     opened: Option<Arc<turner_io::edit::Opened>>,
     sources: Arc<Sources>,
+    /// Its files as they were when they were read or written.
+    stamps: Arc<Vec<(PathBuf, watch::Stamp)>>,
     revision: u64,
 }
 
@@ -74,6 +76,7 @@ impl Document {
             _temporary: None,
             opened: None,
             sources: Arc::default(),
+            stamps: Arc::default(),
             revision: 0,
         }
     }
@@ -226,6 +229,11 @@ impl Document {
         self.history.labels()
     }
 
+    /// The scene's file was read again, without success: it is watched for the next change.
+    pub fn not_reloaded(&mut self, error: &OpenError) {
+        self.stamps = Arc::new(vec![(error.path.clone(), error.stamp.as_deref().copied())]);
+    }
+
     /// Replaces the scene by that of the same file read again; the history continues, so that a reload can be undone.
     pub fn reloaded(&mut self, fresh: Document) {
         let before = std::mem::replace(&mut self.desc, Arc::clone(&fresh.desc));
@@ -233,6 +241,7 @@ impl Document {
             self.history.push("Reload", None, before);
         }
         (self.saved, self.sources, self.opened) = (fresh.saved, fresh.sources, fresh.opened);
+        self.stamps = fresh.stamps;
         self.revision += 1;
     }
 }

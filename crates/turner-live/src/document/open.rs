@@ -3,12 +3,14 @@
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::mpsc::{Receiver, TryRecvError, channel};
+use std::time::SystemTime;
 
 use turner::schema::SceneError;
 use turner_io::LoadOptions;
 use turner_io::edit::Opened;
 use turner_io::scene::{LoadError, SceneFormat};
 
+use super::watch::{stamp, stamps};
 use super::{Document, Start};
 
 /// Why a file could not be opened.
@@ -22,6 +24,8 @@ pub struct OpenError {
     pub help: Option<String>,
     /// The line in the file, from 1, and its text.
     pub line: Option<(usize, String)>,
+    /// The file before it was read.
+    pub(super) stamp: Option<Box<(SystemTime, u64)>>,
 }
 
 impl OpenError {
@@ -33,6 +37,7 @@ impl OpenError {
             message: format!("{}{}", place.unwrap_or_default(), error.error.message),
             help: error.error.help.clone(),
             line,
+            stamp: None,
         }
     }
 
@@ -42,6 +47,7 @@ impl OpenError {
             message: error.message.clone(),
             help: error.help.clone(),
             line: None,
+            stamp: None,
         }
     }
 }
@@ -63,12 +69,13 @@ impl Opening {
         let (send, result) = channel();
         let file = path.clone();
         let read = move || {
+            let before = stamp(&file);
             let read = std::panic::catch_unwind(|| Document::open(&file)).unwrap_or_else(|_| {
                 let message = "reading the file stopped with a fault".to_owned();
                 let help = Some("please report it together with the file".to_owned());
-                Err(OpenError { path: file.clone(), message, help, line: None })
+                Err(OpenError { path: file.clone(), message, help, line: None, stamp: None })
             });
-            let _ = send.send(read);
+            let _ = send.send(read.map_err(|error| OpenError { stamp: before.map(Box::new), ..error }));
             wake();
         };
         // Without a thread the sender is dropped, which `poll` reports.
@@ -88,7 +95,7 @@ impl Opening {
             Err(TryRecvError::Empty) => None,
             Err(TryRecvError::Disconnected) => {
                 let message = "no thread can be started to read it".to_owned();
-                Some(Err(OpenError { path: self.path.clone(), message, help: None, line: None }))
+                Some(Err(OpenError { path: self.path.clone(), message, help: None, line: None, stamp: None }))
             }
         }
     }
@@ -99,12 +106,14 @@ impl Document {
     ///
     /// Errors: those of [`turner_io::load`], with the line.
     pub fn open(path: &Path) -> Result<Document, OpenError> {
+        let before = stamp(path);
         let opened =
             Opened::load(path, &LoadOptions::default()).map_err(|error| OpenError::new(path, &error))?;
         let folder = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
         let mut document = Document::of(opened.desc.clone(), String::new(), folder.to_owned());
         document.path = Some(path.to_owned());
         document.sources = Arc::new(opened.sources.clone());
+        document.stamps = Arc::new(stamps(path, before, &opened.sources, &opened.desc));
         document.opened = Some(Arc::new(opened));
         Ok(document)
     }
@@ -119,6 +128,7 @@ impl Document {
             message: format!("its files cannot be written for reading: {error}"),
             help: Some("free some space in the folder for temporary files".into()),
             line: None,
+            stamp: None,
         };
         let folder = tempfile::Builder::new().prefix("turner-start-").tempdir().map_err(failed)?;
         for (file, bytes) in start.files {

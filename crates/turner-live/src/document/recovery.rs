@@ -128,6 +128,7 @@ impl Document {
         self.path.clone_from(&work.path);
         self.title.clone_from(&work.name);
         self.opened = None;
+        self.stamps = Arc::default();
         // Nothing on disk is this scene.
         self.saved = Arc::default();
         self

@@ -1,5 +1,6 @@
 //! Saving in the background.
 
+use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::mpsc::{Receiver, TryRecvError, channel};
@@ -9,13 +10,14 @@ use turner::schema::{ErrorCode, SceneError};
 use turner_io::edit::{Saved, save_scene};
 
 use super::Document;
+use super::watch::{Stamp, stamp};
 
 /// A save that runs in a thread of its own.
 pub struct Saving {
     /// The file.
     pub path: PathBuf,
     desc: Arc<SceneDesc>,
-    result: Receiver<Result<Saved, SceneError>>,
+    result: Receiver<Result<(Saved, Stamp), SceneError>>,
 }
 
 impl Document {
@@ -28,7 +30,12 @@ impl Document {
         let write = move || {
             // Every save starts from the text that was opened: the positions in all descriptions of the history are those
             // of that text.
-            let _ = send.send(save_scene(&scene, opened.as_deref(), &file));
+            let save = || save_scene(&scene, opened.as_deref(), &file);
+            // After a fault the sender is gone, which `saved` reports.
+            match catch_unwind(AssertUnwindSafe(save)) {
+                Ok(saved) => drop(send.send(saved.map(|saved| (saved, stamp(&file))))),
+                Err(_) => drop(send),
+            }
             wake();
         };
         let _ = std::thread::Builder::new().name("save".into()).spawn(write);
@@ -46,11 +53,13 @@ impl Document {
                 Err(SceneError::new(ErrorCode::Output, message).help("save under another name"))
             }
         };
-        Some(result.inspect(|_| {
+        Some(result.map(|(saved, stamp)| {
+            self.stamps = Arc::new(vec![(saving.path.clone(), stamp)]);
             self.saved = Arc::clone(&saving.desc);
             self.path = Some(saving.path.clone());
             let folder = saving.path.parent().filter(|p| !p.as_os_str().is_empty());
             self.folder = folder.unwrap_or(Path::new(".")).to_owned();
+            saved
         }))
     }
 }

@@ -33,6 +33,9 @@ struct Worker {
     film: Option<Settle>,
     /// Number of preview frames since the last order.
     frames: u32,
+    /// Whether the last order still lacks a frame that shows it, such as one that a newer order of the same picture
+    /// stopped. A pause does not wait with it.
+    owes_frame: bool,
     since: Option<Instant>,
     /// The number of the order.
     number: u64,
@@ -88,7 +91,8 @@ impl Worker {
     }
 
     fn is_idle(&self) -> bool {
-        let paused = self.last.as_ref().is_none_or(|(order, _)| order.paused && !order.moving);
+        let paused =
+            self.last.as_ref().is_none_or(|(order, _)| order.paused && !order.moving && !self.owes_frame);
         paused || self.film.as_ref().is_some_and(Settle::is_complete)
     }
 
@@ -100,6 +104,9 @@ impl Worker {
         {
             // Another size, pause or mix: the film continues.
             let shown = order.look != last.look;
+            // Only previews have the window's size.
+            let is_preview = self.film.as_ref().is_none_or(|film| !film.is_covered());
+            self.owes_frame |= is_preview && (shown || order.size != last.size);
             *last = order;
             let (order, stand) = (last.clone(), Arc::clone(stand));
             match &self.film {
@@ -132,7 +139,7 @@ impl Worker {
         board.begin_film();
         let kept = self.film.take().and_then(|film| film.continued(&stand.prepared, order.desc.film.denoise));
         board.say(|status| (status.doing, status.error) = ("rendering", None));
-        self.frames = 0;
+        (self.frames, self.owes_frame) = (0, true);
         let has_picture = kept.as_ref().is_some_and(Settle::is_covered);
         self.film = kept;
         self.last = Some((order.clone(), Arc::clone(&stand)));
@@ -194,6 +201,7 @@ impl Worker {
         let drawn = match self.draft.draw(&stand.prepared, &ask, order.look.display) {
             Ok(drawn) => drawn,
             Err(error) => {
+                self.owes_frame = false;
                 board.fail(error.message.clone(), error.help.clone(), false);
                 return false;
             }
@@ -213,6 +221,11 @@ impl Worker {
 
     /// The next piece of work on an order whose first frame is drawn.
     fn work(&mut self, order: &Order, stand: &Arc<Stand>, board: &Arc<Board>) {
+        if self.owes_frame {
+            self.preview(order, stand, board);
+            self.report(board);
+            return;
+        }
         if self.film.is_none() && self.draft.refines(&stand.prepared) && self.elapsed() < PREVIEW {
             self.preview(order, stand, board);
             return;
@@ -268,7 +281,8 @@ impl Worker {
         let _ = std::thread::Builder::new().name("denoise".into()).spawn(develop);
     }
 
-    fn show(&self, board: &Board, shown: Shown, stand: Arc<Stand>) {
+    fn show(&mut self, board: &Board, shown: Shown, stand: Arc<Stand>) {
+        self.owes_frame = false;
         let Shown { picture, transform, stage, noise } = shown;
         board.show(Frame {
             order: self.number,

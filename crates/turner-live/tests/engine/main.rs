@@ -3,5 +3,6 @@
 mod common;
 mod errors;
 mod mix;
+mod paused;
 mod settles;
 mod stops;

@@ -49,10 +49,15 @@ pub(super) fn show(ctx: &egui::Context, studio: &mut Studio) {
         if response.changed() {
             at = 0;
         }
+        let weak = ui.visuals().weak_text_color;
         for (i, action) in list.iter().enumerate() {
+            // Weak text is too weak on the colour of the selection.
+            let on_selection = Some(ui.visuals().selection.stroke.color);
+            ui.visuals_mut().weak_text_color = if i == at { on_selection } else { weak };
             let mut button = egui::Button::selectable(i == at, action.label());
             if let Some(shortcut) = action.shortcut() {
-                button = button.shortcut_text(ui.ctx().format_shortcut(&shortcut));
+                let text = ui.ctx().format_shortcut(&shortcut);
+                button = button.shortcut_text(text);
             }
             if ui.add_sized([ui.available_width(), 22.0], button).clicked() {
                 chosen = Some(*action);

@@ -1,18 +1,21 @@
 //! The keys of the selected part, as a form made from the schema.
 
 use egui::{ComboBox, Grid, Ui};
+use turner::SceneDesc;
 use turner::color::Transfer;
 use turner::description::{ObjectContent, SceneLight};
+use turner::film::FilmDesc;
 use turner::light::LightDesc;
 use turner::schema::value::{Data, Table, Value};
 use turner::schema::{EntryDoc, Field};
 
+use crate::changes::DIRECTION;
 use crate::node::Node;
 use crate::panels::swatch;
 use crate::studio::{Dialog, Purpose, Studio};
 use crate::widgets::field::{self, Around, Change};
 use crate::widgets::light::{hour, temperature};
-use crate::widgets::{name, name_text, transform};
+use crate::widgets::{entry, name, name_text, transform};
 
 pub(crate) fn show(ui: &mut Ui, studio: &mut Studio) {
     let desc = studio.document.desc().clone();
@@ -44,6 +47,9 @@ pub(crate) fn show(ui: &mut Ui, studio: &mut Studio) {
         materials: &names.materials,
         media: &names.media,
         encoded: desc.film.transfer == Transfer::None,
+        film: [desc.film.width, desc.film.height],
+        is_directional: matches!(node, Node::Light(i) if is_directional(&desc, i)),
+        defaults: &defaults(node, &desc),
     };
     let mut changes: Vec<(&'static str, Change)> = Vec::new();
     egui::ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
@@ -68,12 +74,30 @@ pub(crate) fn show(ui: &mut Ui, studio: &mut Studio) {
     }
 }
 
+fn is_directional(desc: &SceneDesc, light: usize) -> bool {
+    matches!(desc.lights.get(light).map(|light| &light.value), Some(LightDesc::Directional(_)))
+}
+
+/// The defaults of the film depend on the integrator.
+fn defaults(node: Node, desc: &SceneDesc) -> Vec<(&'static str, Data)> {
+    if node != Node::Film {
+        return Vec::new();
+    }
+    let film = FilmDesc::default_for(desc.integrator.type_name());
+    let word = |word: &str| Data::String(word.to_owned());
+    vec![
+        ("antialias", word(film.antialias.word())),
+        ("samples", Data::Integer(i64::from(film.samples))),
+        ("transfer", word(film.transfer.word())),
+    ]
+}
+
 /// The type, where there is a choice. Returns its name.
 fn types(
     ui: &mut Ui,
     node: Node,
     table: &Table,
-    desc: &turner::SceneDesc,
+    desc: &SceneDesc,
     changes: &mut Vec<(&'static str, Change)>,
 ) -> String {
     let Some(family) = node.family() else { return String::new() };
@@ -90,11 +114,11 @@ fn types(
     ui.horizontal(|ui| {
         ui.label("Type");
         let combo = ComboBox::from_id_salt("type").selected_text(&own).show_ui(ui, |ui| {
-            for entry in family.entries {
-                let doc = entry.doc.iter().map(|line| line.trim()).collect::<Vec<_>>().join(" ");
-                let chosen = ui.selectable_label(own == entry.name, entry.name).on_hover_text(doc).clicked();
-                if chosen && own != entry.name {
-                    changes.push(("type", Change::Set(Data::String(entry.name.to_owned()))));
+            for kind in family.entries {
+                let doc = kind.doc.iter().map(|line| line.trim()).collect::<Vec<_>>().join(" ");
+                let chosen = entry(ui, own == kind.name, kind.name).on_hover_text(doc).clicked();
+                if chosen && own != kind.name {
+                    changes.push(("type", Change::Set(Data::String(kind.name.to_owned()))));
                 }
             }
         });
@@ -230,7 +254,13 @@ fn apply(studio: &mut Studio, node: Node, path: &str, table: &Table, key: &'stat
     match change {
         Change::Set(data) => {
             studio.moving();
-            let result = studio.document.set(&label, Some(&label), &[(format!("{path}.{key}"), data)]);
+            let mut edits = vec![(format!("{path}.{key}"), data)];
+            if key == "type" && edits[0].1 == Data::String("directional".into()) {
+                // Without a direction it is no light yet.
+                let from = DIRECTION.to_array().map(|v| Value::new(Data::Number(v)));
+                edits.push((format!("{path}.from"), Data::Array(from.to_vec())));
+            }
+            let result = studio.document.set(&label, Some(&label), &edits);
             studio.check(result);
         }
         Change::Unset => {
@@ -239,9 +269,9 @@ fn apply(studio: &mut Studio, node: Node, path: &str, table: &Table, key: &'stat
             let result = studio.document.set(&label, None, &[(path.to_owned(), Data::Table(rest))]);
             studio.check(result);
         }
-        Change::File => {
+        Change::File(is_texture) => {
             let name = format!("{}{}", studio.document.folder().display(), std::path::MAIN_SEPARATOR);
-            let purpose = Purpose::Key(format!("{path}.{key}"), matches!(node, Node::Material(_)));
+            let purpose = Purpose::Key(format!("{path}.{key}"), is_texture);
             studio.dialog = Some(Dialog::File { purpose, name });
         }
         Change::Follow(kind, name) => {

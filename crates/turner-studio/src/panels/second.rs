@@ -8,7 +8,7 @@ use turner_live::engine::{Engine, Frame, Look, Order};
 
 use crate::studio::Studio;
 use crate::viewport;
-use crate::widgets::name;
+use crate::widgets::{entry, name};
 
 /// The second view, while it is open.
 #[derive(Default)]
@@ -18,7 +18,7 @@ pub struct Second {
     /// The bookmark that it looks through; `None` for the scene's camera.
     view: Option<usize>,
     texture: Option<(TextureHandle, Arc<Frame>)>,
-    ordered: Option<(Arc<turner::SceneDesc>, Look, [u32; 2], bool)>,
+    ordered: Option<Order>,
     is_shown: bool,
 }
 
@@ -42,21 +42,18 @@ pub(crate) fn show(ui: &mut Ui, studio: &mut Studio) {
     let scale = ui.pixels_per_point();
     let size = [area.width(), area.height()].map(|side| (side * scale).max(1.0) as u32);
     let (moving, threads) = (studio.is_moving(), studio.threads());
+    let paused = studio.paused || studio.jobs.pauses_view();
     let desc = Arc::clone(studio.document.desc());
     let context = studio.wake().clone();
     let second = &mut studio.second;
     second.is_shown = true;
     second.look.camera = second.view.and_then(|i| desc.cameras.get(i)).map(|camera| camera.value.clone());
     let engine = second.engine.get_or_insert_with(|| Engine::new(move || context.request_repaint()));
-    let is_same = second.ordered.as_ref().is_some_and(|(of, look, at, moved)| {
-        Arc::ptr_eq(of, &desc) && (look, at, moved) == (&second.look, &size, &moving)
-    });
-    if !is_same {
-        let mut order = Order::new(Arc::clone(&desc));
-        (order.look, order.size) = (second.look.clone(), size);
-        (order.moving, order.threads) = (moving, threads);
-        engine.order(order);
-        second.ordered = Some((desc, second.look.clone(), size, moving));
+    let look = second.look.clone();
+    let order = Order { look, size, moving, paused, threads, ..Order::new(desc) };
+    if !second.ordered.as_ref().is_some_and(|last| is_same(last, &order)) {
+        engine.order(order.clone());
+        second.ordered = Some(order);
     }
     let painter = ui.painter_at(area);
     painter.rect_filled(area, 0.0, ui.visuals().extreme_bg_color);
@@ -78,6 +75,13 @@ pub(crate) fn show(ui: &mut Ui, studio: &mut Studio) {
     }
 }
 
+/// Whether both orders ask for the same.
+fn is_same(a: &Order, b: &Order) -> bool {
+    Arc::ptr_eq(&a.desc, &b.desc)
+        && (&a.look, a.size, a.threads) == (&b.look, b.size, b.threads)
+        && (a.moving, a.paused) == (b.moving, b.paused)
+}
+
 fn choices(ui: &mut Ui, studio: &mut Studio) {
     let names: Vec<String> = {
         let desc = studio.document.desc();
@@ -87,12 +91,12 @@ fn choices(ui: &mut Ui, studio: &mut Studio) {
     ui.horizontal(|ui| {
         let now = second.look.integrator.as_ref().map_or("the scene's integrator", IntegratorDesc::type_name);
         let combo = ComboBox::from_id_salt("second integrator").selected_text(now).show_ui(ui, |ui| {
-            if ui.selectable_label(second.look.integrator.is_none(), "the scene's integrator").clicked() {
+            if entry(ui, second.look.integrator.is_none(), "the scene's integrator").clicked() {
                 second.look.integrator = None;
             }
-            for entry in IntegratorDesc::DOC.entries {
-                if ui.selectable_label(now == entry.name, entry.name).clicked() {
-                    second.look.integrator = IntegratorDesc::of_type(entry.name);
+            for kind in IntegratorDesc::DOC.entries {
+                if entry(ui, now == kind.name, kind.name).clicked() {
+                    second.look.integrator = IntegratorDesc::of_type(kind.name);
                 }
             }
         });
@@ -101,11 +105,11 @@ fn choices(ui: &mut Ui, studio: &mut Studio) {
         let combo = ComboBox::from_id_salt("second camera")
             .selected_text(second.view.map_or("the scene's camera", of_view))
             .show_ui(ui, |ui| {
-                if ui.selectable_label(second.view.is_none(), "the scene's camera").clicked() {
+                if entry(ui, second.view.is_none(), "the scene's camera").clicked() {
                     second.view = None;
                 }
                 for (i, name) in names.iter().enumerate() {
-                    if ui.push_id(i, |ui| ui.selectable_label(second.view == Some(i), name)).inner.clicked() {
+                    if ui.push_id(i, |ui| entry(ui, second.view == Some(i), name)).inner.clicked() {
                         second.view = Some(i);
                     }
                 }

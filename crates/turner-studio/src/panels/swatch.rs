@@ -117,9 +117,12 @@ pub(crate) fn show(ui: &mut Ui, studio: &mut Studio, node: Node) {
         swatch.of = Some((Arc::clone(&desc), node));
         swatch.task = Some(Task::start(ui.ctx(), move |stop| draw(&desc, node, stop)));
     }
+    // It has its place before it is drawn: the form below does not jump, and keeps the keyboard.
+    let (rect, response) = ui.allocate_exact_size(egui::Vec2::splat(SIZE as f32), egui::Sense::hover());
+    crate::widgets::name(&response, egui::Role::Image, "Swatch");
     if let Some(texture) = &swatch.texture {
-        let response = ui.image((texture.id(), egui::Vec2::splat(SIZE as f32)));
-        crate::widgets::name(&response, egui::Role::Image, "Swatch");
+        let whole = egui::Rect::from_min_max(egui::pos2(0.0, 0.0), egui::pos2(1.0, 1.0));
+        ui.painter().image(texture.id(), rect, whole, egui::Color32::WHITE);
     }
 }
 

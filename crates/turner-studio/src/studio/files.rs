@@ -143,8 +143,7 @@ impl Studio {
     pub(super) fn watch(&mut self) {
         let context = self.wake.clone();
         let wake = move || context.request_repaint();
-        let document = &self.document;
-        self.watch = document.path().map(|path| Watch::new(path, document.sources(), document.desc(), wake));
+        self.watch = Watch::new(&self.document, wake);
     }
 
     /// Starts saving to a file, and does `after` once it is saved.
@@ -189,10 +188,11 @@ impl Studio {
             Some(Ok(document)) => self.show(document),
             // The last good scene stays.
             Some(Err(error)) => {
-                self.problem = Some(error);
                 if is_reload {
+                    self.document.not_reloaded(&error);
                     self.watch();
                 }
+                self.problem = Some(error);
             }
         }
     }

@@ -2,10 +2,11 @@
 //! its documentation is the tooltip.
 
 use egui::{ComboBox, DragValue, TextEdit, Ui};
+use turner::color::Transfer;
 use turner::schema::value::{Data, Value};
 use turner::schema::{Field, Range};
 
-use super::{color, name_number, name_switch, name_text};
+use super::{color, entry, lists, name_number, name_switch, name_text};
 
 /// What a row asks for.
 pub(crate) enum Change {
@@ -13,8 +14,8 @@ pub(crate) enum Change {
     Set(Data),
     /// Remove the key, so that it has its default.
     Unset,
-    /// Choose a file for the key.
-    File,
+    /// Choose a file for the key; with `true`, a picture that becomes a texture.
+    File(bool),
     /// Select the part of this name: a texture, material or medium.
     Follow(&'static str, String),
 }
@@ -29,18 +30,25 @@ pub(crate) struct Around<'a> {
     pub(crate) media: &'a [String],
     /// Whether colours are display values.
     pub(crate) encoded: bool,
+    /// Columns and rows of the film.
+    pub(crate) film: [u32; 2],
+    /// Whether the part is a directional light.
+    pub(crate) is_directional: bool,
+    /// Defaults that depend on other parts of the scene.
+    pub(crate) defaults: &'a [(&'static str, Data)],
 }
 
 /// Shows name and value of a key in a grid of two columns.
 pub(crate) fn row(ui: &mut Ui, field: &Field, value: Option<&Data>, around: &Around<'_>) -> Option<Change> {
     let doc = field.doc.iter().map(|line| line.trim()).collect::<Vec<_>>().join(" ");
-    let default = field.default.map(|default| default());
+    let own = around.defaults.iter().find(|(name, _)| *name == field.name).map(|(_, data)| data);
+    let default = own.map(shown_default).or_else(|| field.default.map(|default| default()));
     let hover = match &default {
         Some(default) => format!("{doc}\n\nDefault: {default}"),
         None => doc,
     };
     let label = ui.label(field.name.replace('_', " ")).on_hover_text(&hover);
-    let standard = default.as_deref().and_then(parse);
+    let standard = own.cloned().or_else(|| default.as_deref().and_then(parse));
     let mut change = None;
     ui.horizontal(|ui| {
         change = widget(ui, field, value, standard.as_ref(), around);
@@ -56,6 +64,15 @@ pub(crate) fn row(ui: &mut Ui, field: &Field, value: Option<&Data>, around: &Aro
     let _ = label;
     ui.end_row();
     change
+}
+
+/// A default as a scene has it.
+fn shown_default(data: &Data) -> String {
+    match data {
+        Data::String(word) => format!("\"{word}\""),
+        Data::Integer(i) => i.to_string(),
+        _ => "a value".to_owned(),
+    }
 }
 
 /// A default as the documentation shows it.
@@ -77,7 +94,7 @@ fn parse(text: &str) -> Option<Data> {
     }
 }
 
-fn number(data: &Data) -> Option<f64> {
+pub(crate) fn number(data: &Data) -> Option<f64> {
     match data {
         Data::Integer(i) => Some(*i as f64),
         Data::Number(v) => Some(*v),
@@ -85,14 +102,14 @@ fn number(data: &Data) -> Option<f64> {
     }
 }
 
-fn numbers(data: &Data) -> Option<Vec<f64>> {
+pub(crate) fn numbers(data: &Data) -> Option<Vec<f64>> {
     match data {
         Data::Array(items) => items.iter().map(|item| number(&item.data)).collect(),
         _ => None,
     }
 }
 
-fn array(values: impl IntoIterator<Item = f64>) -> Data {
+pub(crate) fn array(values: impl IntoIterator<Item = f64>) -> Data {
     Data::Array(values.into_iter().map(|v| Value::new(Data::Number(v))).collect())
 }
 
@@ -117,37 +134,55 @@ fn widget(
             response.changed().then_some(Change::Set(Data::Bool(on)))
         }
         "number" | "integer" => scalar(ui, field, shown, kind == "integer"),
-        "color" => colour(ui, field, shown, around).map(Change::Set),
-        "color | texture" => source(ui, field, shown, around),
+        "color" => colour(ui, field.name, field.range, shown, around).map(Change::Set),
+        "color | texture" => source(ui, field.name, field.range, shown, true, around),
+        "[width, height] | height" => lists::viewport(ui, field, shown),
+        "\"none\" | \"inverse-square\" | [constant, linear, quadratic]" => {
+            lists::attenuation(ui, field, shown)
+        }
+        "[[position, color | texture], …]" => lists::stops(ui, field, shown, around),
+        "[color | texture, …]" => lists::weights(ui, field, shown, around),
+        "[material, …]" => lists::materials(ui, field, shown, around),
+        "transform" => lists::placement(ui, shown),
         "material" => reference(ui, field, shown, "material", around.materials),
         "medium" => reference(ui, field, shown, "medium", around.media),
-        "\"text\"" => text(ui, field, shown),
-        "\"image file\"" | "\"IES file\"" | "\"grid file\"" => {
+        // The name of a file is no file until its last letter.
+        "\"text\"" if field.name != "file" => text(ui, field, shown),
+        "\"text\"" | "\"image file\"" | "\"IES file\"" | "\"grid file\"" => {
             let name = if let Some(Data::String(name)) = shown { name.clone() } else { "none".into() };
             let button = ui.button(name).on_hover_text("Choose a file");
             super::name(&button, egui::Role::Button, field.name);
-            button.clicked().then_some(Change::File)
+            button.clicked().then_some(Change::File(false))
         }
-        _ => match shown.and_then(numbers) {
-            Some(values) if (1..=4).contains(&values.len()) => vector(ui, field, values),
-            _ => plain(ui, shown),
+        kind => match lists::parts(kind) {
+            Some((count, whole)) => match shown.and_then(numbers).filter(|values| values.len() == count) {
+                Some(values) => lists::vector(ui, field, values, whole),
+                None => automatic(ui, field, || lists::start(field, count, whole, around)),
+            },
+            None if !words.is_empty() => lists::words(ui, field, shown),
+            None => plain(ui, shown),
         },
     }
 }
 
-fn limits(field: &Field) -> Range {
+pub(crate) fn limits(field: &Field) -> Range {
     field.range.unwrap_or(Range::FINITE)
+}
+
+/// A key without a value. A click gives it one.
+fn automatic(ui: &mut Ui, field: &Field, start: impl FnOnce() -> Data) -> Option<Change> {
+    let button = ui.button("automatic").on_hover_text("Choose a value");
+    super::name(&button, egui::Role::Button, field.name);
+    button.clicked().then(|| Change::Set(start()))
 }
 
 fn scalar(ui: &mut Ui, field: &Field, shown: Option<&Data>, whole: bool) -> Option<Change> {
     let Some(mut v) = shown.and_then(number) else {
-        // No value: "automatic". A click gives it one.
-        let button = ui.button("automatic").on_hover_text("Choose a value");
-        super::name(&button, egui::Role::Button, field.name);
-        let Range { min, max, .. } = limits(field);
-        let start = if (min..=max).contains(&1.0) { 1.0 } else { (0.5 * (min + max)).clamp(min, max) };
-        let data = if whole { Data::Integer(start as i64) } else { Data::Number(start) };
-        return button.clicked().then_some(Change::Set(data));
+        return automatic(ui, field, || {
+            let Range { min, max, .. } = limits(field);
+            let start = if (min..=max).contains(&1.0) { 1.0 } else { (0.5 * (min + max)).clamp(min, max) };
+            if whole { Data::Integer(start as i64) } else { Data::Number(start) }
+        });
     };
     let Range { min, open_min, max, .. } = limits(field);
     // An excluded end is approached, not reached.
@@ -167,19 +202,6 @@ fn scalar(ui: &mut Ui, field: &Field, shown: Option<&Data>, whole: bool) -> Opti
     response.changed().then_some(Change::Set(data))
 }
 
-fn vector(ui: &mut Ui, field: &Field, mut values: Vec<f64>) -> Option<Change> {
-    let mut changed = false;
-    let Range { min, max, .. } = limits(field);
-    for (i, value) in values.iter_mut().enumerate() {
-        let speed = (value.abs() * 0.01).max(0.005);
-        let response = ui.add(DragValue::new(&mut *value).speed(speed).range(min..=max).max_decimals(4));
-        let axis = ["x", "y", "z", "w"].get(i).copied().unwrap_or("");
-        name_number(&response, &format!("{}, {axis}", field.name), *value);
-        changed |= response.changed();
-    }
-    changed.then(|| Change::Set(array(values)))
-}
-
 fn word(
     ui: &mut Ui,
     field: &Field,
@@ -190,7 +212,7 @@ fn word(
     let mut chosen = None;
     let combo = ComboBox::from_id_salt(field.name).selected_text(now).show_ui(ui, |ui| {
         for (word, meaning) in words {
-            let response = ui.selectable_label(now == *word, *word).on_hover_text(*meaning);
+            let response = entry(ui, now == *word, *word).on_hover_text(*meaning);
             if response.clicked() && now != *word {
                 chosen = Some(Change::Set(Data::String((*word).to_owned())));
             }
@@ -200,45 +222,68 @@ fn word(
     chosen
 }
 
-fn colour(ui: &mut Ui, field: &Field, shown: Option<&Data>, around: &Around<'_>) -> Option<Data> {
+fn colour(
+    ui: &mut Ui,
+    name: &str,
+    range: Option<Range>,
+    shown: Option<&Data>,
+    around: &Around<'_>,
+) -> Option<Data> {
     let mut rgb = match shown {
         Some(Data::Array(_)) => <[f64; 3]>::try_from(shown.and_then(numbers)?).ok()?,
         Some(data) => [number(data)?; 3],
         None => [0.0; 3],
     };
-    let label = field.name.replace('_', " ");
-    color::edit(ui, &mut rgb, around.encoded, field.range, &label).then(|| array(rgb))
+    let label = name.replace('_', " ");
+    color::edit(ui, &mut rgb, around.encoded, range, &label).then(|| array(rgb))
 }
 
-/// A colour or a texture.
-fn source(ui: &mut Ui, field: &Field, shown: Option<&Data>, around: &Around<'_>) -> Option<Change> {
+/// A colour that is written as `#rrggbb`, as numbers.
+fn display_color(data: &Data, encoded: bool) -> Option<Data> {
+    let Data::String(text) = data else { return None };
+    let rgb = u32::from_str_radix(text.strip_prefix('#').filter(|hex| hex.len() == 6)?, 16).ok()?;
+    let [_, r, g, b] = rgb.to_be_bytes().map(|byte| f32::from(byte) / 255.0);
+    let transfer = if encoded { Transfer::None } else { Transfer::Srgb };
+    Some(array([r, g, b].map(|v| f64::from(transfer.decode(v)))))
+}
+
+/// A colour or a texture; with `files`, also a picture that becomes one.
+pub(crate) fn source(
+    ui: &mut Ui,
+    name: &str,
+    range: Option<Range>,
+    shown: Option<&Data>,
+    files: bool,
+    around: &Around<'_>,
+) -> Option<Change> {
     let mut change = None;
+    let hex = shown.and_then(|data| display_color(data, around.encoded));
+    let shown = hex.as_ref().or(shown);
     let texture = if let Some(Data::String(name)) = shown { Some(name.as_str()) } else { None };
     match texture {
-        Some(name) => {
-            let button = ui.button(name).on_hover_text("Show the texture");
-            super::name(&button, egui::Role::Button, field.name);
+        Some(texture) => {
+            let button = ui.button(texture).on_hover_text("Show the texture");
+            super::name(&button, egui::Role::Button, name);
             if button.clicked() {
-                change = Some(Change::Follow("texture", name.to_owned()));
+                change = Some(Change::Follow("texture", texture.to_owned()));
             }
         }
-        None => change = colour(ui, field, shown, around).map(Change::Set),
+        None => change = colour(ui, name, range, shown, around).map(Change::Set),
     }
-    let combo =
-        ComboBox::from_id_salt((field.name, "texture")).selected_text("").width(20.0).show_ui(ui, |ui| {
-            if ui.selectable_label(texture.is_none(), "colour").clicked() && texture.is_some() {
-                change = Some(Change::Set(array([0.5; 3])));
+    let combo = ComboBox::from_id_salt((name, "texture")).selected_text("").width(20.0).show_ui(ui, |ui| {
+        if entry(ui, texture.is_none(), "colour").clicked() && texture.is_some() {
+            change = Some(Change::Set(array([0.5; 3])));
+        }
+        for other in around.textures {
+            if entry(ui, texture == Some(other), other).clicked() {
+                change = Some(Change::Set(Data::String(other.clone())));
             }
-            for name in around.textures {
-                if ui.selectable_label(texture == Some(name), name).clicked() {
-                    change = Some(Change::Set(Data::String(name.clone())));
-                }
-            }
-            if ui.selectable_label(false, "image file…").clicked() {
-                change = Some(Change::File);
-            }
-        });
-    super::name(&combo.response, egui::Role::ComboBox, &format!("{} texture", field.name));
+        }
+        if files && entry(ui, false, "image file…").clicked() {
+            change = Some(Change::File(true));
+        }
+    });
+    super::name(&combo.response, egui::Role::ComboBox, &format!("{name} texture"));
     change
 }
 
@@ -253,11 +298,11 @@ pub(crate) fn reference(
     let now = if let Some(Data::String(name)) = shown { Some(name.as_str()) } else { None };
     let mut change = None;
     let combo = ComboBox::from_id_salt(field.name).selected_text(now.unwrap_or("none")).show_ui(ui, |ui| {
-        if ui.selectable_label(now.is_none(), "none").clicked() && now.is_some() {
+        if entry(ui, now.is_none(), "none").clicked() && now.is_some() {
             change = Some(Change::Unset);
         }
         for name in names {
-            if ui.selectable_label(now == Some(name), name).clicked() && now != Some(name) {
+            if entry(ui, now == Some(name), name).clicked() && now != Some(name) {
                 change = Some(Change::Set(Data::String(name.clone())));
             }
         }

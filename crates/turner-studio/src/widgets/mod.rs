@@ -3,9 +3,23 @@
 pub(crate) mod color;
 pub(crate) mod field;
 pub(crate) mod light;
+pub(crate) mod lists;
 pub(crate) mod transform;
 
-use egui::{Response, Role, WidgetInfo};
+use egui::{Response, Role, Ui, WidgetInfo, WidgetText};
+
+/// An entry of a list that opens. Choosing it closes the list, also for those who choose without a pointer.
+pub(crate) fn entry<'a>(
+    ui: &mut Ui,
+    is_chosen: bool,
+    text: impl Into<WidgetText> + egui::IntoAtoms<'a>,
+) -> Response {
+    let response = ui.selectable_label(is_chosen, text);
+    if response.clicked() {
+        ui.close();
+    }
+    response
+}
 
 /// Names a widget for screen readers and tests.
 pub(crate) fn name(response: &Response, role: Role, name: &str) {

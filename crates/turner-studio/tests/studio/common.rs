@@ -58,7 +58,13 @@ pub(crate) fn until(window: &mut Window, what: &str, ready: impl Fn(&Studio) -> 
         if ready(seen(window)) {
             return;
         }
-        assert!(begun.elapsed() < Duration::from_secs(60), "waited for: {what}");
+        assert!(
+            begun.elapsed() < Duration::from_secs(60),
+            "waited for: {what}; {:?}, {:?}, {:?}",
+            seen(window).status,
+            seen(window).problem,
+            seen(window).message
+        );
         std::thread::sleep(Duration::from_millis(2));
     }
 }
@@ -123,6 +129,7 @@ intensity = 40
 
 [[light]]
 type = "directional"
+from = [1, 3, 2]
 
 [[object]]
 name = "floor"
@@ -147,13 +154,18 @@ pub(crate) fn show(window: &mut Window, desc: SceneDesc) {
     frames(window, 2);
 }
 
+/// Waits for a picture of the present scene.
+pub(crate) fn has_picture(window: &mut Window) {
+    until(window, "a picture", |studio| {
+        studio.frame.as_ref().is_some_and(|frame| Arc::ptr_eq(&frame.stand.desc, studio.document.desc()))
+    });
+}
+
 /// A window with the sample scene and its first picture.
 pub(crate) fn sample(size: [f32; 2]) -> (Window, TempDir) {
     let (mut window, home) = window(size, 1.0);
     show(&mut window, scene(SAMPLE));
-    until(&mut window, "a picture", |studio| {
-        studio.frame.as_ref().is_some_and(|frame| Arc::ptr_eq(&frame.stand.desc, studio.document.desc()))
-    });
+    has_picture(&mut window);
     (window, home)
 }
 
@@ -185,9 +197,15 @@ pub(crate) fn click(window: &mut Window, role: Role, label: &str) {
     frames(window, 2);
 }
 
+/// Opens a menu of the bar at the top, or closes it. A tab may have the same name.
+pub(crate) fn open_menu(window: &mut Window, menu: &str) {
+    nodes(window, Role::Button, menu)[0].click_accesskit();
+    frames(window, 2);
+}
+
 /// Opens a menu and chooses an entry of it. An entry shows its shortcut after its name.
 pub(crate) fn menu(window: &mut Window, menu: &str, entry: &str) {
-    click(window, Role::Button, menu);
+    open_menu(window, menu);
     let found =
         entries(window).into_iter().find(|name| name == entry || name.starts_with(&format!("{entry} ")));
     let found = found.unwrap_or_else(|| panic!("{menu} has no entry {entry:?}: {:?}", entries(window)));
@@ -261,4 +279,42 @@ impl Random {
     pub(crate) fn of<T: Copy>(&mut self, list: &[T]) -> T {
         list[self.below(list.len())]
     }
+}
+
+/// Does something that is one step of the history, takes it back, does it again, and takes it back again.
+pub(crate) fn one_step(window: &mut Window, what: &str, act: impl FnOnce(&mut Window)) {
+    app(window).document.end_gesture();
+    let (before, count) = (seen(window).document.desc().clone(), seen(window).document.steps().0.len());
+    act(window);
+    frames(window, 2);
+    let after = seen(window).document.desc().clone();
+    let said = seen(window).message.as_ref().map(|message| message.text.clone());
+    assert!(!Arc::ptr_eq(&before, &after), "{what}: nothing has changed; {said:?}");
+    assert_eq!(
+        seen(window).document.steps().0.len(),
+        count + 1,
+        "{what}: {:?}",
+        seen(window).document.steps().0
+    );
+    press(window, Modifiers::COMMAND, Key::Z);
+    assert!(Arc::ptr_eq(seen(window).document.desc(), &before), "{what}: undo gives another scene");
+    press(window, Modifiers::COMMAND.plus(Modifiers::SHIFT), Key::Z);
+    assert!(Arc::ptr_eq(seen(window).document.desc(), &after), "{what}: redo gives another scene");
+    press(window, Modifiers::COMMAND, Key::Z);
+    assert!(Arc::ptr_eq(seen(window).document.desc(), &before), "{what}: undo gives another scene");
+}
+
+/// Sets a number by its name.
+pub(crate) fn set(window: &mut Window, label: &str, value: f64) {
+    match node(window, Role::SpinButton, label) {
+        Some(node) => node.set_value_accesskit(value),
+        None => panic!("no number {label:?}; there are {:?}", names(window)),
+    }
+    frames(window, 2);
+}
+
+/// Opens a list and chooses an entry.
+pub(crate) fn choose(window: &mut Window, list: &str, entry: &str) {
+    click(window, Role::ComboBox, list);
+    click(window, Role::Button, entry);
 }

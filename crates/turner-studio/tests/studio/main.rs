@@ -3,8 +3,12 @@
 mod common;
 mod contrast;
 mod docs;
+mod faults;
 mod files;
+mod forms;
 mod keyboard;
 mod menus;
+mod panels;
 mod parameters;
+mod picture;
 mod random;

@@ -223,13 +223,11 @@ fn run(seed: u64, actions: usize) {
 }
 
 #[test]
-#[ignore = "has not passed yet as a whole"]
 fn a_thousand_random_actions() {
     run(1, 1000);
 }
 
 #[test]
-#[ignore = "has not passed yet as a whole"]
 fn other_thousand_random_actions() {
     run(2, 1000);
 }

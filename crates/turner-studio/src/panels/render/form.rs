@@ -7,7 +7,7 @@ use turner::film::Denoise;
 
 use crate::jobs::{End, Sequence, Spec};
 use crate::studio::Studio;
-use crate::widgets::{name, name_number, name_switch, name_text};
+use crate::widgets::{entry, name, name_number, name_switch, name_text};
 
 /// The form between frames. Values of choices that are not chosen stay.
 #[derive(Clone)]
@@ -142,12 +142,13 @@ fn rows(ui: &mut Ui, form: &mut Form, suggested: &str, width: u32, height: u32) 
     });
     ui.end_row();
     ui.label("Noise removal");
-    let words = Denoise::WORDS.iter().copied();
+    let words = Denoise::WORDS.iter().map(|word| (Some(*word), *word));
     let combo = ComboBox::from_id_salt("denoise").selected_text(form.denoise.unwrap_or("as in the scene"));
     let combo = combo.show_ui(ui, |ui| {
-        ui.selectable_value(&mut form.denoise, None, "as in the scene");
-        for word in words {
-            ui.selectable_value(&mut form.denoise, Some(word), word);
+        for (value, text) in std::iter::once((None, "as in the scene")).chain(words) {
+            if entry(ui, form.denoise == value, text).clicked() {
+                form.denoise = value;
+            }
         }
     });
     name(&combo.response, Role::ComboBox, "Noise removal");
@@ -179,7 +180,9 @@ fn rows(ui: &mut Ui, form: &mut Form, suggested: &str, width: u32, height: u32) 
 fn choice(ui: &mut Ui, label: &str, words: &[&str], chosen: &mut usize) {
     let combo = ComboBox::from_id_salt(label).selected_text(words[*chosen]).show_ui(ui, |ui| {
         for (i, word) in words.iter().enumerate() {
-            ui.selectable_value(chosen, i, *word);
+            if entry(ui, *chosen == i, *word).clicked() {
+                *chosen = i;
+            }
         }
     });
     name(&combo.response, Role::ComboBox, label);
