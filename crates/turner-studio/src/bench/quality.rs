@@ -68,13 +68,18 @@ pub(super) fn measure(
     let begun = Instant::now();
     let (_, first) = session.first(session.order(false), begun)?;
     orbit(&mut session.document, Some(&first), 0.15)?;
+    let moved = session.document.desc().camera.clone();
     let reference = reference(scene, session.document.desc(), size, references)?;
     let mut values: [Vec<f64>; 4] = Default::default();
     for _ in 0..REPEAT {
         orbit(&mut session.document, None, -0.15)?;
         session.first(session.order(false), begun)?;
         session.rest(Duration::from_millis(1500));
-        session.document.undo().ok_or("the move was not kept")?;
+        let back = session.document.edit("Camera", Some("camera"), |desc| {
+            desc.camera.clone_from(&moved);
+            Ok(())
+        });
+        back.map_err(|e| e.message)?;
         let started = Instant::now();
         session.order(true);
         let mut is_still = false;
