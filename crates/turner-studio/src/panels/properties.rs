@@ -7,8 +7,9 @@ use turner::light::LightDesc;
 use turner::schema::value::{Data, Table, Value};
 use turner::schema::{EntryDoc, Field};
 
+use crate::actions::Action;
 use crate::node::Node;
-use crate::panels::swatch;
+use crate::panels::{model, swatch};
 use crate::studio::{Dialog, Purpose, Studio};
 use crate::widgets::field::{self, Around, Change};
 use crate::widgets::light::{hour, temperature};
@@ -25,6 +26,13 @@ pub(crate) fn show(ui: &mut Ui, studio: &mut Studio) {
     // The keyboard goes through the form from here.
     let title = egui::Label::new(egui::RichText::new(node.label(&desc)).strong());
     let title = ui.add(title.sense(egui::Sense::focusable_noninteractive()));
+    if crate::changes::name_of(studio, node).is_some() {
+        let button =
+            ui.small_button("Rename…").on_hover_text("Another name for it, wherever it is used (F2)");
+        if button.clicked() {
+            studio.queue.push(Action::Rename);
+        }
+    }
     if std::mem::take(&mut studio.focus_properties) {
         title.request_focus();
     }
@@ -43,6 +51,7 @@ pub(crate) fn show(ui: &mut Ui, studio: &mut Studio) {
         textures: &names.textures,
         materials: &names.materials,
         media: &names.media,
+        groups: &names.groups,
         encoded: desc.film.transfer == Transfer::None,
     };
     let mut changes: Vec<(&'static str, Change)> = Vec::new();
@@ -59,7 +68,11 @@ pub(crate) fn show(ui: &mut Ui, studio: &mut Studio) {
             Some(family) => family.entries.iter().find(|entry| entry.name == kind).copied(),
             None => node.entry(),
         };
-        if let Some(entry) = entry {
+        if let Node::Object(i) = node
+            && desc.model_of(i).is_some()
+        {
+            model::show(ui, studio, i, &around);
+        } else if let Some(entry) = entry {
             keys(ui, entry, &table, &around, &mut changes);
         }
     });
@@ -84,7 +97,6 @@ fn types(
     if let Node::Object(i) = node
         && !matches!(desc.objects.get(i).map(|o| &o.content), Some(ObjectContent::Shape(_)))
     {
-        ui.label("An instance of a group");
         return own;
     }
     ui.horizontal(|ui| {
@@ -136,7 +148,15 @@ const COMMON: &[Field] = &[
         &["Whether the camera sees nothing of it but the shadow on it."],
     ),
     common("hidden", || "true | false".into(), &["Whether it is left out of the picture."]),
+    common(
+        "motion",
+        || "transform".into(),
+        &["Its transform at the end of the shutter interval: motion blur."],
+    ),
 ];
+
+/// The group of an instance.
+const GROUP: Field = common("group", || "group".into(), &["The group that it places in the scene."]);
 
 fn object(
     ui: &mut Ui,
@@ -153,7 +173,12 @@ fn object(
                 changes.push((field.name, change));
             }
         }
-        let Some(object) = studio.document.desc().objects.get(index) else { return };
+        let desc = studio.document.desc();
+        let Some(object) = desc.objects.get(index) else { return };
+        if matches!(object.content, ObjectContent::Instance(_)) && desc.model_of(index).is_none() {
+            let value = table.get(GROUP.name).map(|value| &value.data);
+            changes.extend(field::row(ui, &GROUP, value, around).map(|change| (GROUP.name, change)));
+        }
         if let Some(moved) = transform::edit(ui, &object.transform.0) {
             studio.moving();
             let result = studio.document.edit("Transform", Some("transform"), |desc| {

@@ -28,7 +28,13 @@ pub(crate) fn show(ui: &mut Ui, studio: &mut Studio) {
     });
     let explanation = match &studio.insight.explanation {
         None => {
-            ui.spinner();
+            ui.horizontal(|ui| {
+                ui.spinner();
+                ui.label(studio.insight.waits_for());
+            });
+            if ui.button("Cancel").clicked() {
+                studio.viewport.explained = None;
+            }
             return;
         }
         Some(Err(message)) => {

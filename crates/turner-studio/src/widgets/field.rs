@@ -5,7 +5,8 @@ use egui::{ComboBox, DragValue, TextEdit, Ui};
 use turner::schema::value::{Data, Value};
 use turner::schema::{Field, Range};
 
-use super::{color, name_number, name_switch, name_text};
+use super::kind::numbers as array;
+use super::{color, compound, name_number, name_switch, name_text};
 
 /// What a row asks for.
 pub(crate) enum Change {
@@ -27,8 +28,23 @@ pub(crate) struct Around<'a> {
     pub(crate) materials: &'a [String],
     /// Names of media.
     pub(crate) media: &'a [String],
+    /// Names of groups.
+    pub(crate) groups: &'a [String],
     /// Whether colours are display values.
     pub(crate) encoded: bool,
+}
+
+impl Around<'_> {
+    /// The names of all parts of a kind.
+    pub(crate) fn names(&self, part: &str) -> Vec<String> {
+        match part {
+            "material" => self.materials,
+            "medium" => self.media,
+            "group" => self.groups,
+            _ => self.textures,
+        }
+        .to_vec()
+    }
 }
 
 /// Shows name and value of a key in a grid of two columns.
@@ -92,10 +108,6 @@ fn numbers(data: &Data) -> Option<Vec<f64>> {
     }
 }
 
-fn array(values: impl IntoIterator<Item = f64>) -> Data {
-    Data::Array(values.into_iter().map(|v| Value::new(Data::Number(v))).collect())
-}
-
 fn widget(
     ui: &mut Ui,
     field: &Field,
@@ -128,11 +140,28 @@ fn widget(
             super::name(&button, egui::Role::Button, field.name);
             button.clicked().then_some(Change::File)
         }
-        _ => match shown.and_then(numbers) {
-            Some(values) if (1..=4).contains(&values.len()) => vector(ui, field, values),
-            _ => plain(ui, shown),
-        },
+        "group" => reference(ui, field, shown, "group", around.groups),
+        _ => compound::row(ui, field, shown, around).map(Change::Set),
     }
+}
+
+/// A row for a text that has its effect once it is written: with Enter, or when the keyboard leaves it.
+pub(crate) fn written(ui: &mut Ui, field: &Field, value: Option<&Data>) -> Option<Change> {
+    let doc = field.doc.iter().map(|line| line.trim()).collect::<Vec<_>>().join(" ");
+    ui.label(field.name.replace('_', " ")).on_hover_text(doc);
+    let own = if let Some(Data::String(text)) = value { text.as_str() } else { "" };
+    let id = ui.scope_id().with((field.name, "written"));
+    let mut now: String = ui.data(|d| d.get_temp(id)).unwrap_or_else(|| own.to_owned());
+    let response = ui.add(TextEdit::singleline(&mut now).desired_width(140.0));
+    name_text(&response, field.name, &now);
+    ui.end_row();
+    if response.has_focus() {
+        ui.data_mut(|d| d.insert_temp(id, now));
+        return None;
+    }
+    ui.data_mut(|d| d.remove::<String>(id));
+    let is_new = response.lost_focus() && now != own;
+    is_new.then_some(if now.is_empty() { Change::Unset } else { Change::Set(Data::String(now)) })
 }
 
 fn limits(field: &Field) -> Range {
@@ -165,19 +194,6 @@ fn scalar(ui: &mut Ui, field: &Field, shown: Option<&Data>, whole: bool) -> Opti
     name_number(&response, field.name, v);
     let data = if whole { Data::Integer(v.round() as i64) } else { Data::Number(v) };
     response.changed().then_some(Change::Set(data))
-}
-
-fn vector(ui: &mut Ui, field: &Field, mut values: Vec<f64>) -> Option<Change> {
-    let mut changed = false;
-    let Range { min, max, .. } = limits(field);
-    for (i, value) in values.iter_mut().enumerate() {
-        let speed = (value.abs() * 0.01).max(0.005);
-        let response = ui.add(DragValue::new(&mut *value).speed(speed).range(min..=max).max_decimals(4));
-        let axis = ["x", "y", "z", "w"].get(i).copied().unwrap_or("");
-        name_number(&response, &format!("{}, {axis}", field.name), *value);
-        changed |= response.changed();
-    }
-    changed.then(|| Change::Set(array(values)))
 }
 
 fn word(
@@ -264,6 +280,7 @@ pub(crate) fn reference(
     });
     super::name(&combo.response, egui::Role::ComboBox, field.name);
     if let Some(name) = now
+        && kind != "group"
         && ui.small_button("Show").on_hover_text(format!("Show the {kind}")).clicked()
     {
         change = Some(Change::Follow(kind, name.to_owned()));
@@ -276,16 +293,4 @@ fn text(ui: &mut Ui, field: &Field, shown: Option<&Data>) -> Option<Change> {
     let response = ui.add(TextEdit::singleline(&mut now).desired_width(140.0));
     name_text(&response, field.name, &now);
     response.changed().then_some(if now.is_empty() { Change::Unset } else { Change::Set(Data::String(now)) })
-}
-
-/// A value that has no widget: shown, and edited in the file.
-fn plain(ui: &mut Ui, shown: Option<&Data>) -> Option<Change> {
-    let text = match shown {
-        None => "none".to_owned(),
-        Some(Data::Array(items)) => format!("a list of {}", items.len()),
-        Some(Data::Table(table)) => format!("a table of {}", table.entries.len()),
-        Some(_) => "a value".to_owned(),
-    };
-    ui.weak(text).on_hover_text("Edit it in the file");
-    None
 }
