@@ -39,14 +39,14 @@ pub(crate) fn show(ui: &mut Ui, studio: &mut Studio) {
     let may_trace = !studio.is_moving();
     let wake = studio.wake().clone();
     let found = studio.pixel.of(&wake, &frame.stand, [x, y], samples, may_trace);
-    egui::ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
+    egui::ScrollArea::both().auto_shrink(false).show(ui, |ui| {
         rows(ui, "pixel", &colors(&frame, [x, y], size));
         match found {
             Some(Ok(found)) => {
                 if let Some(fault) = &found.fault {
                     ui.label(fault);
                 }
-                section(ui, "Light", &light(found));
+                section(ui, "Light", &light(found, &frame));
                 surface(ui, &frame, [x, y]);
                 section(ui, "AOVs", &aovs(found, &frame));
                 section(ui, "Samples", &of_samples(found));
@@ -119,9 +119,16 @@ fn numbers(values: &[f64]) -> String {
     values.iter().map(|v| number::number(*v)).collect::<Vec<_>>().join(" ")
 }
 
-fn light(found: &Found) -> Vec<Row> {
-    let of_light = found.aovs.iter().filter(|own| own.aov.is_light() || own.aov == Aov::Shadow);
-    of_light.map(|own| (words(&own.layer), numbers(&own.values), meaning(own.aov))).collect()
+/// The parts of the light, and the shadow where the scene has shadow catchers.
+fn light(found: &Found, frame: &Frame) -> Vec<Row> {
+    let catches = frame.stand.prepared.view.film.aovs.catches_shadows();
+    let is_light = |aov: Aov| aov.is_light() || catches && aov == Aov::Shadow;
+    let name = |layer: &str| match layer.strip_prefix("light.") {
+        Some(group) => format!("Light group {group}"),
+        None => words(layer),
+    };
+    let of_light = found.aovs.iter().filter(|own| is_light(own.aov));
+    of_light.map(|own| (name(&own.layer), numbers(&own.values), meaning(own.aov))).collect()
 }
 
 /// AOVs of the first hit: means over the samples of the pixel.
@@ -189,9 +196,9 @@ fn of_surface(p: Probe) -> Vec<Row> {
         row("Object", p.object),
         row("Shape", format!("{}, number {}", p.shape, p.primitive)),
         row("Material", p.material),
-        row("Position", number::vector(p.position)),
-        row("Shading normal", number::vector(p.normal)),
-        row("Geometric normal", number::vector(p.geometric_normal)),
+        row("Position", numbers(&p.position.to_array())),
+        row("Shading normal", numbers(&p.normal.to_array())),
+        row("Geometric normal", numbers(&p.geometric_normal.to_array())),
         row("uv", format!("{:.4} {:.4}", p.uv[0], p.uv[1])),
         row("Distance", number::number(p.distance)),
         row("Depth", number::number(p.depth)),

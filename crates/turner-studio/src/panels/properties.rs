@@ -25,14 +25,20 @@ pub(crate) fn show(ui: &mut Ui, studio: &mut Studio) {
     let Some(path) = node.path(&names) else { return };
     // The keyboard goes through the form from here.
     let title = egui::Label::new(egui::RichText::new(node.label(&desc)).strong());
-    let title = ui.add(title.sense(egui::Sense::focusable_noninteractive()));
-    if crate::changes::name_of(studio, node).is_some() {
-        let button =
-            ui.small_button("Rename…").on_hover_text("Another name for it, wherever it is used (F2)");
-        if button.clicked() {
-            studio.queue.push(Action::Rename);
-        }
-    }
+    let title = ui
+        .horizontal(|ui| {
+            let title = ui.add(title.sense(egui::Sense::focusable_noninteractive()));
+            if crate::changes::name_of(studio, node).is_some()
+                && ui
+                    .small_button("Rename…")
+                    .on_hover_text("Another name, wherever it is used (F2)")
+                    .clicked()
+            {
+                studio.queue.push(Action::Rename);
+            }
+            title
+        })
+        .inner;
     if std::mem::take(&mut studio.focus_properties) {
         title.request_focus();
     }
@@ -55,7 +61,7 @@ pub(crate) fn show(ui: &mut Ui, studio: &mut Studio) {
         encoded: desc.film.transfer == Transfer::None,
     };
     let mut changes: Vec<(&'static str, Change)> = Vec::new();
-    egui::ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
+    egui::ScrollArea::both().auto_shrink(false).show(ui, |ui| {
         if let Node::Object(i) = node {
             object(ui, studio, i, &table, &around, &mut changes);
         }

@@ -1,5 +1,6 @@
 //! The new name of a part.
 
+use egui::text::{CCursor, CCursorRange};
 use egui::{Key, TextEdit, Ui};
 
 use crate::changes::rename;
@@ -21,6 +22,11 @@ pub(super) fn show(
     // The keyboard writes the name at once.
     if !enter && ui.memory(|memory| memory.focused().is_none()) {
         response.request_focus();
+        // Writing replaces the old name.
+        let mut state = egui::text_edit::TextEditState::load(ui.ctx(), response.id).unwrap_or_default();
+        let all = CCursorRange::two(CCursor::new(0), CCursor::new(name.chars().count()));
+        state.cursor.set_char_range(Some(all));
+        state.store(ui.ctx(), response.id);
     }
     if response.changed() {
         fault = None;
