@@ -2,7 +2,7 @@
 
 use egui::{ComboBox, Grid, Ui};
 use turner::color::Transfer;
-use turner::description::{ObjectContent, SceneLight};
+use turner::description::{ObjectContent, ObjectDesc, SceneLight};
 use turner::light::LightDesc;
 use turner::schema::value::{Data, Table, Value};
 use turner::schema::{EntryDoc, Field};
@@ -11,6 +11,7 @@ use crate::actions::Action;
 use crate::node::Node;
 use crate::panels::{model, swatch};
 use crate::studio::{Dialog, Purpose, Studio};
+use crate::widgets::compound;
 use crate::widgets::field::{self, Around, Change};
 use crate::widgets::light::{hour, temperature};
 use crate::widgets::{name, name_text, transform};
@@ -154,12 +155,14 @@ const COMMON: &[Field] = &[
         &["Whether the camera sees nothing of it but the shadow on it."],
     ),
     common("hidden", || "true | false".into(), &["Whether it is left out of the picture."]),
-    common(
-        "motion",
-        || "transform".into(),
-        &["Its transform at the end of the shutter interval: motion blur."],
-    ),
 ];
+
+/// The transform of an object that moves.
+const MOTION: Field = common(
+    "motion",
+    || "transform".into(),
+    &["Its transform at the end of the shutter interval: motion blur."],
+);
 
 /// The group of an instance.
 const GROUP: Field = common("group", || "group".into(), &["The group that it places in the scene."]);
@@ -185,6 +188,7 @@ fn object(
             let value = table.get(GROUP.name).map(|value| &value.data);
             changes.extend(field::row(ui, &GROUP, value, around).map(|change| (GROUP.name, change)));
         }
+        motion(ui, object, table, around, changes);
         if let Some(moved) = transform::edit(ui, &object.transform.0) {
             studio.moving();
             let result = studio.document.edit("Transform", Some("transform"), |desc| {
@@ -195,6 +199,28 @@ fn object(
         }
     });
     ui.separator();
+}
+
+/// The motion of an object: none, or a transform.
+fn motion(
+    ui: &mut Ui,
+    object: &ObjectDesc,
+    table: &Table,
+    around: &Around<'_>,
+    changes: &mut Vec<(&'static str, Change)>,
+) {
+    if object.motion.is_some() {
+        let value = table.get(MOTION.name).map(|value| &value.data);
+        changes.extend(field::row(ui, &MOTION, value, around).map(|change| (MOTION.name, change)));
+        return;
+    }
+    ui.label(MOTION.name).on_hover_text(MOTION.doc.join(" "));
+    let button = ui.button("none").on_hover_text("Let it move while the shutter is open, from here");
+    name(&button, egui::Role::Button, MOTION.name);
+    if button.clicked() {
+        changes.push((MOTION.name, Change::Set(compound::of_transform(&object.transform.0))));
+    }
+    ui.end_row();
 }
 
 /// Name, group and helpers of a light.

@@ -183,7 +183,7 @@ impl Form<'_> {
             {
                 let own = format!("{label} {}", i + 1);
                 ui.push_id(i, |ui| {
-                    ui.horizontal(|ui| {
+                    ui.horizontal_top(|ui| {
                         if let Some(new) = self.edit(ui, kind, &own, &item.data) {
                             let mut items = items.clone();
                             items[i].data = new;
@@ -346,7 +346,7 @@ fn as_transform(table: &Table) -> Option<DAffine3> {
     Some(DAffine3 { matrix3: scale, translation: DVec3::from(translation) })
 }
 
-fn of_transform(m: &DAffine3) -> Data {
+pub(crate) fn of_transform(m: &DAffine3) -> Data {
     let rows = (0..3).map(|row| {
         let columns = m.to_cols_array_2d();
         Value::new(numbers((0..4).map(|column| columns[column][row])))
@@ -374,11 +374,10 @@ mod tests {
 
     #[test]
     fn transforms_survive_as_matrices() {
-        let m = DAffine3::from_scale_rotation_translation(
-            DVec3::new(1.0, 2.0, 3.0),
-            turner::math::DQuat::from_rotation_y(0.7),
-            DVec3::new(4.0, 5.0, 6.0),
-        );
+        let turned = turner::schema::transform::rotation(DVec3::Y, 40.0);
+        let m = DAffine3::from_translation(DVec3::new(4.0, 5.0, 6.0))
+            * DAffine3::from_mat3(turned)
+            * DAffine3::from_scale(DVec3::new(1.0, 2.0, 3.0));
         let Data::Table(table) = of_transform(&m) else { panic!() };
         assert!(as_transform(&table).unwrap().abs_diff_eq(m, 1e-12));
         let mut table = Table::default();

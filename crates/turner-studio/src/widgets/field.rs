@@ -5,7 +5,7 @@ use egui::{ComboBox, DragValue, TextEdit, Ui};
 use turner::schema::value::{Data, Value};
 use turner::schema::{Field, Range};
 
-use super::kind::numbers as array;
+use super::kind::{Kind, numbers as array};
 use super::{color, compound, name_number, name_switch, name_text};
 
 /// What a row asks for.
@@ -58,7 +58,7 @@ pub(crate) fn row(ui: &mut Ui, field: &Field, value: Option<&Data>, around: &Aro
     let label = ui.label(field.name.replace('_', " ")).on_hover_text(&hover);
     let standard = default.as_deref().and_then(parse);
     let mut change = None;
-    ui.horizontal(|ui| {
+    let show = |ui: &mut Ui| {
         change = widget(ui, field, value, standard.as_ref(), around);
         if value.is_some() && field.default.is_some() {
             let reset =
@@ -68,7 +68,12 @@ pub(crate) fn row(ui: &mut Ui, field: &Field, value: Option<&Data>, around: &Aro
                 change = Some(Change::Unset);
             }
         }
-    });
+    };
+    // Values of several lines begin at the upper edge of their row.
+    match Kind::of(field).has_lines() {
+        true => ui.horizontal_top(show),
+        false => ui.horizontal(show),
+    };
     let _ = label;
     ui.end_row();
     change

@@ -128,6 +128,15 @@ impl Kind {
         }
     }
 
+    /// Whether its widgets may take several lines.
+    pub(crate) fn has_lines(&self) -> bool {
+        match self {
+            Kind::List(item) => !matches!(**item, Kind::Word(_)),
+            Kind::ByName(_) | Kind::Transform | Kind::OneOf(_) => true,
+            _ => false,
+        }
+    }
+
     /// A value to start from. `names` are the names of parts of a kind.
     pub(crate) fn start(&self, names: &dyn Fn(&str) -> Vec<String>) -> Option<Data> {
         Some(match self {

@@ -26,7 +26,9 @@ pub(crate) fn decompose(m: &DAffine3) -> Option<[DVec3; 3]> {
     } else {
         DVec3::new(atan2(-z.y, y.y), asin(sin_y), 0.0)
     };
-    Some([m.translation, DVec3::from_array(angles.to_array().map(f64::to_degrees)), scale])
+    // No angle of -0.
+    let degrees = angles.to_array().map(|angle| angle.to_degrees() + 0.0);
+    Some([m.translation, DVec3::from_array(degrees), scale])
 }
 
 /// The transform of position, rotation in degrees and scale.

@@ -174,6 +174,22 @@ fn lists_grow_and_shrink() {
     );
 }
 
+#[test]
+fn motion_is_given_and_taken() {
+    let (mut window, _home) = window([1400.0, 1400.0], 1.0);
+    show(&mut window, scene(SAMPLE));
+    app(&mut window).selection = Some(Node::Object(1));
+    frames(&mut window, 2);
+    click(&mut window, Role::Button, "motion");
+    let motion = |window: &Window| seen(window).document.desc().objects[1].motion;
+    assert!(motion(&window).is_some());
+    node(&window, Role::SpinButton, "motion, Position, x").unwrap().set_value_accesskit(2.0);
+    frames(&mut window, 2);
+    assert_eq!(motion(&window).map(|motion| motion.0.translation.x), Some(2.0));
+    click(&mut window, Role::Button, "Default of motion");
+    assert!(motion(&window).is_none());
+}
+
 /// A placed model: its keys have widgets, and a change reads the file again.
 #[test]
 fn keys_of_models_are_edited() {
