@@ -187,12 +187,12 @@ fn layers(ui: &mut Ui, studio: &mut Studio) {
         return;
     }
     ui.weak("The factors apply to the film: nothing is rendered again.");
-    for layer in studio.status.layers.clone() {
-        let place = studio.look.mix.iter().position(|(name, _)| *name == layer);
-        let mut factor = place.map_or(1.0, |i| studio.look.mix[i].1);
-        let mut on = factor != 0.0;
-        let name = layer.replace('_', " ");
-        ui.horizontal(|ui| {
+    let layers = studio.status.layers.clone();
+    Grid::new("layers").num_columns(3).spacing([8.0, 4.0]).show(ui, |ui| {
+        for layer in &layers {
+            let name = layer.replace('_', " ");
+            let mut factor = factor_of(studio, layer);
+            let mut on = factor != 0.0;
             let switched = ui.checkbox(&mut on, &name).changed();
             let slider = ui.add(egui::Slider::new(&mut factor, 0.0..=4.0));
             crate::widgets::name_number(&slider, &format!("{name} factor"), f64::from(factor));
@@ -200,11 +200,28 @@ fn layers(ui: &mut Ui, studio: &mut Studio) {
                 factor = if on { 1.0 } else { 0.0 };
             }
             if switched || slider.changed() {
-                match place {
-                    Some(i) => studio.look.mix[i].1 = factor,
-                    None => studio.look.mix.push((layer.clone(), factor)),
+                set_factor(studio, layer, factor);
+            }
+            let alone = ui.small_button("Only").on_hover_text(format!("Only {name}"));
+            crate::widgets::name(&alone, egui::Role::Button, &format!("Only {name}"));
+            if alone.clicked() {
+                for other in &layers {
+                    set_factor(studio, other, if other == layer { 1.0 } else { 0.0 });
                 }
             }
-        });
+            ui.end_row();
+        }
+    });
+    if !layers.is_empty() && ui.button("All").on_hover_text("All layers as they are").clicked() {
+        studio.look.mix.clear();
     }
+}
+
+fn factor_of(studio: &Studio, layer: &str) -> f32 {
+    studio.look.mix.iter().find(|(name, _)| name == layer).map_or(1.0, |(_, factor)| *factor)
+}
+
+fn set_factor(studio: &mut Studio, layer: &str, factor: f32) {
+    studio.look.mix.retain(|(name, _)| name != layer);
+    studio.look.mix.push((layer.to_owned(), factor));
 }

@@ -50,7 +50,7 @@ pub(crate) fn show(ui: &mut Ui, studio: &mut Studio) {
     for remark in &tree.remarks {
         ui.weak(remark);
     }
-    egui::ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
+    egui::ScrollArea::both().auto_shrink(false).show(ui, |ui| {
         if !tree.nodes.is_empty() {
             let mut left = MOST;
             node(ui, &mut studio.insight, &explanation, 0, 0, &mut left);

@@ -123,7 +123,8 @@ impl Form<'_> {
                 let axis = ["x", "y", "z", "w"].get(i).copied();
                 let name = match name.as_str() {
                     "" if *kind == Kind::Source => "color".to_owned(),
-                    "" => axis.map_or_else(|| (i + 1).to_string(), str::to_owned),
+                    // Coordinates have the names of axes, whatever the space.
+                    name if name.len() < 2 => axis.map_or_else(|| (i + 1).to_string(), str::to_owned),
                     name => name.to_owned(),
                 };
                 if let Some(new) = self.edit(ui, kind, &format!("{label}, {name}"), &item.data) {

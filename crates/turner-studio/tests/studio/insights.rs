@@ -140,6 +140,12 @@ fn the_mixer_weights_diffuse_and_specular_light_without_rendering() {
         }
     }
     assert_eq!(seen(&window).status.seconds, samples, "nothing is rendered again");
+    click(&mut window, Role::Button, "Only direct diffuse");
+    let factor = |studio: &turner_studio::studio::Studio, name: &str| {
+        studio.look.mix.iter().find(|(layer, _)| layer == name).map(|(_, factor)| *factor)
+    };
+    assert_eq!(factor(seen(&window), "direct_diffuse"), Some(1.0));
+    assert_eq!(factor(seen(&window), "emission"), Some(0.0));
 }
 
 #[test]
