@@ -114,7 +114,7 @@ fn a_matte_wall_is_direct_and_diffuse() {
     }
 }
 
-/// Between two white walls a path goes on until it is ended; towards the open it has one bounce.
+/// Between two white walls a path continues until it is ended; towards the open it has one bounce.
 #[test]
 fn bounces_are_counted() {
     let wall = |z: f64| rectangle(v(0.0, 0.0, z), v(2000.0, 0.0, 0.0), v(0.0, 2000.0, 0.0));
