@@ -1,6 +1,7 @@
 //! Everything the user can do, as one table: menus, shortcuts and the command palette are made from it.
 
 use egui::{Key, KeyboardShortcut, Modifiers};
+use turner::color::Vision;
 use turner::description::ObjectContent;
 use turner::integrator::IntegratorDesc;
 use turner::light::LightDesc;
@@ -32,6 +33,8 @@ macro_rules! actions {
             AddLight(&'static str),
             /// Show another integrator's picture, by its name; `None` for the scene's own.
             Show(Option<&'static str>),
+            /// Show colours as a kind of colour vision sees them.
+            See(Vision),
             /// Open a panel, or bring it to the front.
             Panel(Panel),
         }
@@ -46,6 +49,7 @@ macro_rules! actions {
                     $(Action::$variant => $menu,)*
                     Action::AddShape(_) | Action::AddLight(_) => "Add",
                     Action::Show(_) => "Show",
+                    Action::See(_) => "View",
                     Action::Panel(_) => "Panels",
                 }
             }
@@ -58,6 +62,7 @@ macro_rules! actions {
                     Action::AddLight(kind) => format!("Add {kind} light"),
                     Action::Show(None) => "Show picture".to_owned(),
                     Action::Show(Some(name)) => format!("Show {}", name.replace(['-', '_'], " ")),
+                    Action::See(vision) => format!("As seen with {}", vision.name()),
                     Action::Panel(panel) => format!("{} panel", panel.title()),
                 }
             }
@@ -88,6 +93,7 @@ actions! {
     Duplicate, "Edit", "Duplicate", COMMAND, D;
     Delete, "Edit", "Delete", NONE, Delete;
     Hide, "Edit", "Hide or show", NONE, H;
+    Rename, "Edit", "Rename…", NONE, F2;
     Group, "Edit", "Group", COMMAND, G;
     Ungroup, "Edit", "Ungroup", COMMAND.plus(SHIFT), G;
     SelectNone, "Edit", "Select nothing", NONE, Escape;
@@ -139,6 +145,7 @@ impl Action {
             .chain(lights.map(|entry| Action::AddLight(entry.name)))
             .chain([Action::Show(None)])
             .chain(shown.map(|entry| Action::Show(Some(entry.name))))
+            .chain(Vision::ALL.map(Action::See))
             .chain(Panel::ALL.iter().copied().map(Action::Panel))
             .collect()
     }
@@ -162,6 +169,7 @@ impl Action {
                     )
                 )
             }
+            Action::Rename => studio.selection.is_some_and(|node| name_of(studio, node).is_some()),
             Action::Hide => matches!(studio.selection, Some(Node::Object(_) | Node::Light(_))),
             Action::Group => matches!(studio.selection, Some(Node::Object(_))),
             Action::GoToMaterial => material_of(studio).is_some(),
@@ -223,6 +231,7 @@ impl Action {
             }
             Action::Duplicate => duplicate(studio),
             Action::Delete => delete(studio),
+            Action::Rename => ask_name(studio),
             Action::Hide => hide(studio),
             Action::Group => group(studio),
             Action::Ungroup => ungroup(studio),
@@ -236,6 +245,7 @@ impl Action {
                 studio.reveal = Some(Panel::Properties);
                 studio.focus_properties = true;
             }
+            Action::See(vision) => studio.viewport.vision = vision,
             Action::Panel(panel) => studio.reveal = Some(panel),
             Action::AddMaterial => add_material(studio),
             Action::AddShape(kind) => add_shape(studio, kind),

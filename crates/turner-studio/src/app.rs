@@ -139,9 +139,11 @@ impl App {
                     ui.weak(help);
                 }
             } else if let Some(message) = studio.message.clone() {
-                let color =
-                    if message.is_error { ui.visuals().error_fg_color } else { ui.visuals().text_color() };
-                ui.colored_label(color, &message.text);
+                // A word says it, not only the colour.
+                if message.is_error {
+                    ui.colored_label(ui.visuals().error_fg_color, "Error:");
+                }
+                ui.label(&message.text);
                 if let Some(help) = &message.help {
                     ui.weak(help);
                 }

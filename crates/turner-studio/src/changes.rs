@@ -10,7 +10,7 @@ use turner::shape::ShapeDesc;
 
 use crate::cameras::camera_of;
 use crate::node::Node;
-use crate::studio::Studio;
+use crate::studio::{Dialog, Studio};
 
 /// Changes the scene by a function that gives the key path of the part to select.
 pub(crate) fn change(
@@ -158,4 +158,37 @@ pub(crate) fn add_material(studio: &mut Studio) {
         }
         Ok(path)
     });
+}
+
+/// The name that a part has, if it is one that can be renamed.
+pub(crate) fn name_of(studio: &Studio, node: Node) -> Option<String> {
+    let desc = studio.document.desc();
+    let names = desc.names();
+    match node {
+        Node::Object(i) => desc.objects.get(i).map(|o| o.name.clone().unwrap_or_default()),
+        Node::Light(i) => desc.lights.get(i).map(|l| l.name.clone().unwrap_or_default()),
+        Node::View(i) => desc.cameras.get(i).map(|c| c.name.clone().unwrap_or_default()),
+        Node::Material(i) => names.materials.get(i).cloned(),
+        Node::Texture(i) => names.textures.get(i).cloned(),
+        Node::Medium(i) => names.media.get(i).cloned(),
+        Node::Camera | Node::Film | Node::Integrator | Node::Background | Node::Studio => None,
+    }
+}
+
+/// Asks for the new name of the selected part.
+pub(crate) fn ask_name(studio: &mut Studio) {
+    let Some(node) = studio.selection else { return };
+    if let Some(name) = name_of(studio, node) {
+        studio.dialog = Some(Dialog::Rename { node, name, fault: None });
+    }
+}
+
+/// Gives a part another name. It stays selected.
+pub(crate) fn rename(studio: &mut Studio, node: Node, name: &str) -> Result<(), SceneError> {
+    let path = node.path(&studio.document.desc().names());
+    studio.document.end_gesture();
+    match path {
+        Some(path) => studio.document.rename(&path, name).map(|_| ()),
+        None => Ok(()),
+    }
 }

@@ -24,6 +24,7 @@ pub struct Insight {
     /// The ray of the tree that is marked.
     pub marked: Option<usize>,
     explained: Option<(Arc<Stand>, [u32; 2], Option<u32>)>,
+    traces_photons: bool,
     explaining: Option<Task<Result<Arc<Explanation>, String>>>,
     /// The doctor's findings, with the scene that they are about.
     pub examination: Option<(Arc<Examination>, Arc<turner::SceneDesc>)>,
@@ -82,11 +83,20 @@ impl Insight {
         // Each sample with photons takes the light paths of its index.
         let finds_photons = stand.prepared.integrator.finds_photons();
         let most = if finds_photons { 1 } else { stand.prepared.view.film.samples_per_pixel().min(SAMPLES) };
+        self.traces_photons = finds_photons;
         let which = self.sample.map_or(Which::Largest(most), Which::Index);
         self.explaining = Some(Task::start(wake, move |_| {
             let Stand { prepared, desc } = &*stand;
             explain(prepared, desc, x, y, which).map(Arc::new).map_err(|error| error.message)
         }));
+    }
+
+    /// What an explanation that is not there yet waits for.
+    pub fn waits_for(&self) -> &'static str {
+        match self.explaining.is_some() && self.traces_photons {
+            true => "Tracing the photons of this sample. They are kept for further pixels.",
+            false => "Tracing the sample",
+        }
     }
 
     /// Starts the doctor.

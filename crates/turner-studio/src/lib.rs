@@ -22,6 +22,7 @@ pub mod jobs;
 pub mod layout;
 pub mod node;
 pub mod panels;
+mod pixel;
 pub mod settings;
 pub mod studio;
 pub mod task;

@@ -20,6 +20,7 @@ use crate::layout::Panel;
 use crate::node::Node;
 use crate::panels::second::Second;
 use crate::panels::swatch::Swatch;
+use crate::pixel::PixelValues;
 use crate::settings::Settings;
 use crate::task::Task;
 use crate::viewport::ViewportState;
@@ -51,6 +52,15 @@ pub enum Dialog {
     Recovered(Vec<Recovered>),
     /// Renders that run, before the window closes.
     Jobs,
+    /// The new name of a part.
+    Rename {
+        /// The part.
+        node: Node,
+        /// The name so far.
+        name: String,
+        /// Why the name cannot be taken.
+        fault: Option<String>,
+    },
 }
 
 /// What a file is chosen for.
@@ -140,6 +150,8 @@ pub struct Studio {
     pub swatch: Swatch,
     /// What was found out about the picture.
     pub insight: Insight,
+    /// AOVs of the pixel under the pointer.
+    pub(crate) pixel: PixelValues,
     /// The desktop's file dialog while it is open.
     pub asking: Option<Task<Option<(Purpose, PathBuf)>>>,
     /// Actions to run at the end of the frame.
@@ -188,6 +200,7 @@ impl Studio {
             second: Second::default(),
             swatch: Swatch::default(),
             insight: Insight::default(),
+            pixel: PixelValues::default(),
             asking: None,
             queue: Vec::new(),
             reveal: None,

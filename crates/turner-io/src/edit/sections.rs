@@ -179,7 +179,10 @@ impl<'a> Diff<'a> {
         for entry in &after.entries {
             let old = match by_name.get_key_value(entry.key.as_str()) {
                 Some((name, _)) => Some(*name),
-                None => by_span.get(&entry.value.span).copied().filter(|name| after.get(name).is_none()),
+                None => by_span.get(&entry.value.span).copied().filter(|name| {
+                    // A part that was written in place and has a name now gets a section of its own.
+                    after.get(name).is_none() && name.starts_with(IN_PLACE) == entry.key.starts_with(IN_PLACE)
+                }),
             };
             let Some(old) = old else {
                 if !entry.key.starts_with(IN_PLACE) {

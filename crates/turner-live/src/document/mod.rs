@@ -203,6 +203,25 @@ impl Document {
         })
     }
 
+    /// Sets a key of a model that is placed in the scene, and reads its file again: see [`SceneDesc::set_model_key`].
+    ///
+    /// Errors: those of reading the model. The scene then stays the same.
+    pub fn set_model_key(&mut self, object: usize, key: &str, value: Option<Data>) -> Result<(), SceneError> {
+        let assets = FolderAssets::new(&self.folder).map_err(|e| e.to_scene_error())?.allow_outside(true);
+        let label = format!("Model: {}", key.replace('_', " "));
+        self.edit(&label, Some(&label), |desc| {
+            let sources = Sources::default();
+            desc.set_model_key(object, key, value, &mut SceneFiles::new(&assets, &sources))
+        })
+    }
+
+    /// Gives a part another name and returns its key path: see [`SceneDesc::rename`].
+    ///
+    /// Errors: a name that is taken, or that a scene file cannot have. The scene then stays the same.
+    pub fn rename(&mut self, path: &str, name: &str) -> Result<String, SceneError> {
+        self.edit(&format!("Rename to {name}"), None, |desc| desc.rename(path, name))
+    }
+
     /// Ends a gesture: the next change with the same `merge` is a step of its own.
     pub fn end_gesture(&mut self) {
         self.history.end_gesture();

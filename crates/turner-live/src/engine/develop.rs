@@ -3,7 +3,7 @@
 use std::sync::atomic::AtomicBool;
 
 use turner::Picture;
-use turner::color::{Spectrum, heat};
+use turner::color::{ColorScale, Spectrum, heat};
 use turner::film::{DisplayTransform, ErrorEstimate, auto_exposure};
 use turner::integrator::Prepared;
 use turner::math::elementary::ln;
@@ -18,6 +18,7 @@ pub(super) struct Shown {
     pub(super) transform: DisplayTransform,
     pub(super) stage: Stage,
     pub(super) noise: Option<f64>,
+    pub(super) scale: Option<ColorScale>,
 }
 
 /// How a preview frame is wanted.
@@ -67,10 +68,12 @@ impl Draft {
         let values = drawn.color.iter().zip(&drawn.alpha);
         let linear = values.map(|(&[r, g, b], &alpha)| [r, g, b, alpha]).collect();
         let (mut picture, transform) = picture(prepared, [drawn.width, drawn.height], linear, ask.threads);
+        let mut scale = prepared.integrator.scale(&picture);
         if display == Display::FalseColor {
             show_stops(&mut picture);
+            scale = Some(scale_of_stops());
         }
-        Ok(Some(Shown { picture, transform, stage: Stage::Preview, noise: None }))
+        Ok(Some(Shown { picture, transform, stage: Stage::Preview, noise: None, scale }))
     }
 }
 
@@ -101,6 +104,16 @@ pub(super) fn picture(
 
 /// Stops of false colours, on each side of middle grey.
 const STOPS: f64 = 5.0;
+
+/// The scale of false colours.
+pub(super) fn scale_of_stops() -> ColorScale {
+    ColorScale::linear(-STOPS, STOPS, "stops around middle grey")
+}
+
+/// The scale of noise.
+pub(super) fn scale_of_noise() -> ColorScale {
+    ColorScale::linear(0.0, 100.0, "% error")
+}
 
 /// The colour map for values from 0 to 1, in 256 steps.
 fn heats() -> Vec<[u8; 4]> {

@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use turner::color::ColorScale;
 use turner::film::DisplayTransform;
 use turner::integrator::Prepared;
 use turner::{Picture, SceneDesc};
@@ -46,6 +47,8 @@ pub struct Frame {
     pub stand: Arc<Stand>,
     /// The noise of the film: the relative error that 95 % of the pixels do not exceed, estimated from its samples.
     pub noise: Option<f64>,
+    /// What the colours of the picture stand for, if they stand for numbers.
+    pub scale: Option<ColorScale>,
     /// Milliseconds from the order to this frame.
     pub after_ms: f64,
 }

@@ -17,6 +17,21 @@ pub enum Layers {
     Groups,
     /// `emission`, `direct` and `indirect` light, and `caustics`.
     Parts,
+    /// `emission`, and light by how the first surface scatters it: `direct_diffuse`, `direct_specular`,
+    /// `indirect_diffuse`, `indirect_specular`, `transmission`, `volume`; and `caustics`.
+    Lobes,
+}
+
+impl Layers {
+    /// The AOVs that hold the layers in the film.
+    pub fn aovs(self) -> Vec<Aov> {
+        match self {
+            Layers::None => Vec::new(),
+            Layers::Groups => vec![Aov::LightGroups],
+            Layers::Parts => vec![Aov::Emission, Aov::Direct, Aov::Indirect],
+            Layers::Lobes => [Aov::Emission].into_iter().chain(Aov::LOBES).collect(),
+        }
+    }
 }
 
 /// What the display values of the picture are.
@@ -92,13 +107,9 @@ impl Order {
         if desc.integrator.capabilities().splits_light && desc.film.denoise == Denoise::Off {
             desc.film.denoise = Denoise::Fast;
         }
-        let layers: &[Aov] = match self.look.layers {
-            Layers::None => &[],
-            Layers::Groups => &[Aov::LightGroups],
-            Layers::Parts => &[Aov::Emission, Aov::Direct, Aov::Indirect],
-        };
+        let layers = self.look.layers.aovs();
         if !layers.is_empty() {
-            let aovs: Vec<Aov> = desc.film.aovs.iter().chain(layers.iter().copied()).collect();
+            let aovs: Vec<Aov> = desc.film.aovs.iter().chain(layers).collect();
             desc.film.aovs = Aovs::new(&aovs);
         }
         desc

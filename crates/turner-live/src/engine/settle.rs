@@ -120,9 +120,10 @@ impl Settle {
         Ok(if due || self.is_complete() { Step::Show } else { Step::More })
     }
 
-    /// The names of the layers of light that the film holds apart.
-    pub(super) fn layers(&self) -> Vec<String> {
-        self.renderer.light_layers()
+    /// The names of the layers of light that the film holds apart for the mixer. The scene may ask for other AOVs of light,
+    /// too, which hold the same light once more.
+    pub(super) fn layers(&self, look: &Look) -> Vec<String> {
+        self.renderer.light_layers_of(&look.layers.aovs())
     }
 
     /// The thorough denoiser of a finished picture takes up to a second: this does it, in any thread. `None` if the picture
@@ -137,7 +138,7 @@ impl Settle {
             let picture = renderer.develop_as(wanted, threads);
             let transform = picture.transform(&renderer.prepared().view.film);
             let noise = renderer.film.noise(threads).map(|noise| noise.value);
-            Shown { picture, transform, stage: Stage::Settled, noise }
+            Shown { picture, transform, stage: Stage::Settled, noise, scale: None }
         })
     }
 
@@ -156,7 +157,7 @@ impl Settle {
             () if !self.renderer.denoises() => Denoise::Off,
             () => Denoise::Fast,
         };
-        let layers = if changed { self.layers() } else { Vec::new() };
+        let layers = if changed { self.layers(look) } else { Vec::new() };
         let mut picture = if layers.is_empty() {
             self.renderer.develop_as(mode, threads)
         } else {
@@ -168,12 +169,17 @@ impl Settle {
         };
         let transform = picture.transform(&self.renderer.prepared().view.film);
         let noise = self.renderer.film.noise(threads).map(|noise| noise.value);
+        let mut scale = self.renderer.prepared().integrator.scale(&picture);
         match look.display {
             Display::Picture => {}
-            Display::FalseColor => develop::show_stops(&mut picture),
+            Display::FalseColor => {
+                develop::show_stops(&mut picture);
+                scale = Some(develop::scale_of_stops());
+            }
             Display::Noise => {
                 if let Some(error) = self.renderer.film.error(threads) {
                     develop::show_noise(&mut picture, &error);
+                    scale = Some(develop::scale_of_noise());
                 }
             }
         }
@@ -184,6 +190,6 @@ impl Settle {
             true => Stage::Settled,
             false => Stage::Film { samples, denoised },
         };
-        Shown { picture, transform, stage, noise }
+        Shown { picture, transform, stage, noise, scale }
     }
 }

@@ -157,9 +157,9 @@ impl Worker {
         let settled = film.is_some_and(Settle::is_complete);
         let waits = settled || self.is_idle();
         board.say(|status| {
-            if let Some(film) = film {
+            if let (Some(film), Some((order, _))) = (film, &self.last) {
                 (status.samples, status.left, status.seconds) = (film.samples(), film.left(), film.seconds());
-                status.layers = film.layers();
+                status.layers = film.layers(&order.look);
             }
             status.settled = settled && status.error.is_none();
             status.doing = if waits { "" } else { "rendering" };
@@ -272,10 +272,11 @@ impl Worker {
         let (board, stand, film) = (Arc::clone(board), Arc::clone(stand), board.film());
         let (since, order) = (self.since, self.number);
         let develop = move || {
-            let Shown { picture, transform, stage, noise } = finish(threads);
+            let Shown { picture, transform, stage, noise, scale } = finish(threads);
             let picture = Arc::new(picture);
             let after_ms = since.map_or(0.0, |since: Instant| since.elapsed().as_secs_f64() * 1e3);
-            board.show_of_film(film, Frame { order, stage, picture, transform, stand, noise, after_ms });
+            let frame = Frame { order, stage, picture, transform, stand, noise, scale, after_ms };
+            board.show_of_film(film, frame);
         };
         // Without a thread, the picture of the fast denoiser stays.
         let _ = std::thread::Builder::new().name("denoise".into()).spawn(develop);
@@ -283,7 +284,7 @@ impl Worker {
 
     fn show(&mut self, board: &Board, shown: Shown, stand: Arc<Stand>) {
         self.owes_frame = false;
-        let Shown { picture, transform, stage, noise } = shown;
+        let Shown { picture, transform, stage, noise, scale } = shown;
         board.show(Frame {
             order: self.number,
             stage,
@@ -291,6 +292,7 @@ impl Worker {
             transform,
             stand,
             noise,
+            scale,
             after_ms: self.elapsed().as_secs_f64() * 1e3,
         });
     }

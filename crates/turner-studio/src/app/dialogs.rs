@@ -1,5 +1,7 @@
 //! Questions: unsaved changes, names of files, recovered work.
 
+mod rename;
+
 use std::path::{Path, PathBuf};
 
 use egui::{Id, Key, Modal, Ui};
@@ -32,6 +34,7 @@ pub(super) fn show(ctx: &egui::Context, studio: &mut Studio) {
             Some(Dialog::File { purpose, name }) => file(ui, studio, purpose, name),
             Some(Dialog::Recovered(found)) => recovered(ui, studio, found),
             Some(Dialog::Jobs) => jobs(ui, studio),
+            Some(Dialog::Rename { node, name, fault }) => rename::show(ui, studio, node, name, fault),
             None => None,
         };
     });

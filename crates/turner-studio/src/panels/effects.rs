@@ -6,6 +6,7 @@ use turner::integrator::IntegratorDesc;
 use turner::schema::value::Data;
 use turner_live::engine::{Display, Layers};
 
+use crate::actions::Action;
 use crate::studio::Studio;
 
 /// The effects of the classic integrator: key, name.
@@ -107,6 +108,20 @@ fn antialiasing(ui: &mut Ui, studio: &mut Studio) {
     }
 }
 
+/// Debug views that are heat maps of what the picture costs: name, label, help.
+const HEAT: &[(&str, &str, &str)] = &[
+    ("cost", "Cost", "Boxes and tests that the camera ray takes to find its first hit"),
+    ("bounces", "Bounces", "How deep paths go: the mean number of bounces of each pixel"),
+];
+
+fn shown_integrator(studio: &Studio) -> Option<&'static str> {
+    studio.look.integrator.as_ref().map(IntegratorDesc::type_name)
+}
+
+fn shows_heat(studio: &Studio) -> bool {
+    HEAT.iter().any(|(name, ..)| shown_integrator(studio) == Some(name))
+}
+
 fn shown(ui: &mut Ui, studio: &mut Studio) {
     ui.add_space(8.0);
     ui.strong("Show");
@@ -119,8 +134,19 @@ fn shown(ui: &mut Ui, studio: &mut Studio) {
         ),
         (Display::Noise, "Noise", "The estimated error of each pixel: pale yellow is 100 %"),
     ] {
-        if ui.radio(studio.look.display == display, name).on_hover_text(help).clicked() {
+        let is_shown = studio.look.display == display && !shows_heat(studio);
+        if ui.radio(is_shown, name).on_hover_text(help).clicked() {
             studio.look.display = display;
+            if shows_heat(studio) {
+                studio.look.integrator = None;
+            }
+        }
+    }
+    for (name, label, help) in HEAT {
+        let is_shown = shown_integrator(studio) == Some(name);
+        if ui.radio(is_shown, *label).on_hover_text(*help).clicked() {
+            studio.look.display = Display::Picture;
+            studio.queue.push(Action::Show(Some(name)));
         }
     }
     Grid::new("exposure").num_columns(2).show(ui, |ui| {
@@ -140,11 +166,16 @@ fn shown(ui: &mut Ui, studio: &mut Studio) {
 fn layers(ui: &mut Ui, studio: &mut Studio) {
     ui.add_space(8.0);
     ui.strong("Light mixer");
-    ui.horizontal(|ui| {
+    ui.horizontal_wrapped(|ui| {
         for (layers, name, help) in [
             (Layers::None, "Off", "The picture as it is"),
             (Layers::Groups, "Light groups", "A factor for each light group"),
             (Layers::Parts, "Direct and indirect", "Emission, direct and indirect light"),
+            (
+                Layers::Lobes,
+                "Diffuse and specular",
+                "Emission, and direct and indirect light by how the first surface scatters it",
+            ),
         ] {
             if ui.radio(studio.look.layers == layers, name).on_hover_text(help).clicked() {
                 studio.look.layers = layers;
@@ -156,23 +187,41 @@ fn layers(ui: &mut Ui, studio: &mut Studio) {
         return;
     }
     ui.weak("The factors apply to the film: nothing is rendered again.");
-    for layer in studio.status.layers.clone() {
-        let place = studio.look.mix.iter().position(|(name, _)| *name == layer);
-        let mut factor = place.map_or(1.0, |i| studio.look.mix[i].1);
-        let mut on = factor != 0.0;
-        ui.horizontal(|ui| {
-            let switched = ui.checkbox(&mut on, &layer).changed();
+    let layers = studio.status.layers.clone();
+    Grid::new("layers").num_columns(3).spacing([8.0, 4.0]).show(ui, |ui| {
+        for layer in &layers {
+            let name = layer.replace('_', " ");
+            let mut factor = factor_of(studio, layer);
+            let mut on = factor != 0.0;
+            let switched = ui.checkbox(&mut on, &name).changed();
             let slider = ui.add(egui::Slider::new(&mut factor, 0.0..=4.0));
-            crate::widgets::name_number(&slider, &format!("{layer} factor"), f64::from(factor));
+            crate::widgets::name_number(&slider, &format!("{name} factor"), f64::from(factor));
             if switched {
                 factor = if on { 1.0 } else { 0.0 };
             }
             if switched || slider.changed() {
-                match place {
-                    Some(i) => studio.look.mix[i].1 = factor,
-                    None => studio.look.mix.push((layer.clone(), factor)),
+                set_factor(studio, layer, factor);
+            }
+            let alone = ui.small_button("Only").on_hover_text(format!("Only {name}"));
+            crate::widgets::name(&alone, egui::Role::Button, &format!("Only {name}"));
+            if alone.clicked() {
+                for other in &layers {
+                    set_factor(studio, other, if other == layer { 1.0 } else { 0.0 });
                 }
             }
-        });
+            ui.end_row();
+        }
+    });
+    if !layers.is_empty() && ui.button("All").on_hover_text("All layers as they are").clicked() {
+        studio.look.mix.clear();
     }
+}
+
+fn factor_of(studio: &Studio, layer: &str) -> f32 {
+    studio.look.mix.iter().find(|(name, _)| name == layer).map_or(1.0, |(_, factor)| *factor)
+}
+
+fn set_factor(studio: &mut Studio, layer: &str, factor: f32) {
+    studio.look.mix.retain(|(name, _)| name != layer);
+    studio.look.mix.push((layer.to_owned(), factor));
 }

@@ -6,6 +6,7 @@ pub(crate) mod effects;
 pub(crate) mod gallery;
 pub(crate) mod history;
 pub(crate) mod inspector;
+pub(crate) mod model;
 pub(crate) mod outliner;
 pub(crate) mod properties;
 pub(crate) mod rays;

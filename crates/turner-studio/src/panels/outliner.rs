@@ -86,6 +86,7 @@ fn entry(ui: &mut Ui, studio: &mut Studio, node: Node, label: &str) {
         }
         for action in [
             Action::Frame,
+            Action::Rename,
             Action::Duplicate,
             Action::Hide,
             Action::Group,

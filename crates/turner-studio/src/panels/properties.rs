@@ -3,16 +3,18 @@
 use egui::{ComboBox, Grid, Ui};
 use turner::SceneDesc;
 use turner::color::Transfer;
-use turner::description::{ObjectContent, SceneLight};
+use turner::description::{ObjectContent, ObjectDesc, SceneLight};
 use turner::film::FilmDesc;
 use turner::light::LightDesc;
 use turner::schema::value::{Data, Table, Value};
 use turner::schema::{EntryDoc, Field};
 
+use crate::actions::Action;
 use crate::changes::DIRECTION;
 use crate::node::Node;
-use crate::panels::swatch;
+use crate::panels::{model, swatch};
 use crate::studio::{Dialog, Purpose, Studio};
+use crate::widgets::compound;
 use crate::widgets::field::{self, Around, Change};
 use crate::widgets::light::{hour, temperature};
 use crate::widgets::{entry, name, name_text, transform};
@@ -27,7 +29,20 @@ pub(crate) fn show(ui: &mut Ui, studio: &mut Studio) {
     let Some(path) = node.path(&names) else { return };
     // The keyboard goes through the form from here.
     let title = egui::Label::new(egui::RichText::new(node.label(&desc)).strong());
-    let title = ui.add(title.sense(egui::Sense::focusable_noninteractive()));
+    let title = ui
+        .horizontal(|ui| {
+            let title = ui.add(title.sense(egui::Sense::focusable_noninteractive()));
+            if crate::changes::name_of(studio, node).is_some()
+                && ui
+                    .small_button("Rename…")
+                    .on_hover_text("Another name, wherever it is used (F2)")
+                    .clicked()
+            {
+                studio.queue.push(Action::Rename);
+            }
+            title
+        })
+        .inner;
     if std::mem::take(&mut studio.focus_properties) {
         title.request_focus();
     }
@@ -46,13 +61,14 @@ pub(crate) fn show(ui: &mut Ui, studio: &mut Studio) {
         textures: &names.textures,
         materials: &names.materials,
         media: &names.media,
+        groups: &names.groups,
         encoded: desc.film.transfer == Transfer::None,
         film: [desc.film.width, desc.film.height],
         is_directional: matches!(node, Node::Light(i) if is_directional(&desc, i)),
         defaults: &defaults(node, &desc),
     };
     let mut changes: Vec<(&'static str, Change)> = Vec::new();
-    egui::ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
+    egui::ScrollArea::both().auto_shrink(false).show(ui, |ui| {
         if let Node::Object(i) = node {
             object(ui, studio, i, &table, &around, &mut changes);
         }
@@ -65,7 +81,11 @@ pub(crate) fn show(ui: &mut Ui, studio: &mut Studio) {
             Some(family) => family.entries.iter().find(|entry| entry.name == kind).copied(),
             None => node.entry(),
         };
-        if let Some(entry) = entry {
+        if let Node::Object(i) = node
+            && desc.model_of(i).is_some()
+        {
+            model::show(ui, studio, i, &around);
+        } else if let Some(entry) = entry {
             keys(ui, entry, &table, &around, &mut changes);
         }
     });
@@ -108,7 +128,6 @@ fn types(
     if let Node::Object(i) = node
         && !matches!(desc.objects.get(i).map(|o| &o.content), Some(ObjectContent::Shape(_)))
     {
-        ui.label("An instance of a group");
         return own;
     }
     ui.horizontal(|ui| {
@@ -162,6 +181,16 @@ const COMMON: &[Field] = &[
     common("hidden", || "true | false".into(), &["Whether it is left out of the picture."]),
 ];
 
+/// The transform of an object that moves.
+const MOTION: Field = common(
+    "motion",
+    || "transform".into(),
+    &["Its transform at the end of the shutter interval: motion blur."],
+);
+
+/// The group of an instance.
+const GROUP: Field = common("group", || "group".into(), &["The group that it places in the scene."]);
+
 fn object(
     ui: &mut Ui,
     studio: &mut Studio,
@@ -177,7 +206,13 @@ fn object(
                 changes.push((field.name, change));
             }
         }
-        let Some(object) = studio.document.desc().objects.get(index) else { return };
+        let desc = studio.document.desc();
+        let Some(object) = desc.objects.get(index) else { return };
+        if matches!(object.content, ObjectContent::Instance(_)) && desc.model_of(index).is_none() {
+            let value = table.get(GROUP.name).map(|value| &value.data);
+            changes.extend(field::row(ui, &GROUP, value, around).map(|change| (GROUP.name, change)));
+        }
+        motion(ui, object, table, around, changes);
         if let Some(moved) = transform::edit(ui, &object.transform.0) {
             studio.moving();
             let result = studio.document.edit("Transform", Some("transform"), |desc| {
@@ -188,6 +223,28 @@ fn object(
         }
     });
     ui.separator();
+}
+
+/// The motion of an object: none, or a transform.
+fn motion(
+    ui: &mut Ui,
+    object: &ObjectDesc,
+    table: &Table,
+    around: &Around<'_>,
+    changes: &mut Vec<(&'static str, Change)>,
+) {
+    if object.motion.is_some() {
+        let value = table.get(MOTION.name).map(|value| &value.data);
+        changes.extend(field::row(ui, &MOTION, value, around).map(|change| (MOTION.name, change)));
+        return;
+    }
+    ui.label(MOTION.name).on_hover_text(MOTION.doc.join(" "));
+    let button = ui.button("none").on_hover_text("Let it move while the shutter is open, from here");
+    name(&button, egui::Role::Button, MOTION.name);
+    if button.clicked() {
+        changes.push((MOTION.name, Change::Set(compound::of_transform(&object.transform.0))));
+    }
+    ui.end_row();
 }
 
 /// Name, group and helpers of a light.

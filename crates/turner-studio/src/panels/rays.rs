@@ -28,7 +28,13 @@ pub(crate) fn show(ui: &mut Ui, studio: &mut Studio) {
     });
     let explanation = match &studio.insight.explanation {
         None => {
-            ui.spinner();
+            ui.horizontal(|ui| {
+                ui.spinner();
+                ui.label(studio.insight.waits_for());
+            });
+            if ui.button("Cancel").clicked() {
+                studio.viewport.explained = None;
+            }
             return;
         }
         Some(Err(message)) => {
@@ -44,7 +50,7 @@ pub(crate) fn show(ui: &mut Ui, studio: &mut Studio) {
     for remark in &tree.remarks {
         ui.weak(remark);
     }
-    egui::ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
+    egui::ScrollArea::both().auto_shrink(false).show(ui, |ui| {
         if !tree.nodes.is_empty() {
             let mut left = MOST;
             node(ui, &mut studio.insight, &explanation, 0, 0, &mut left);

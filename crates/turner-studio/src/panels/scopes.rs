@@ -49,19 +49,32 @@ fn histogram(ui: &mut Ui, picture: &Picture) {
     let (rect, painter) = area(ui, "Histogram");
     // The ends, where clipped values are, would flatten the rest.
     let most = counts.iter().flat_map(|c| &c[1..63]).copied().max().unwrap_or(1).max(1);
-    for (counts, color) in counts.iter().zip(CHANNELS) {
+    for (channel, (counts, color)) in counts.iter().zip(CHANNELS).enumerate() {
         let at = |(i, n): (usize, &u32)| {
             let height = (*n as f32 / most as f32).min(1.0);
             pos2(rect.left() + rect.width() * i as f32 / 63.0, rect.bottom() - rect.height() * height)
         };
         let line: Vec<Pos2> = counts.iter().enumerate().map(at).collect();
-        painter.add(Shape::line(line, Stroke::new(1.5, color)));
+        let stroke = Stroke::new(1.5, color);
+        // Lines differ in form, too.
+        match channel {
+            0 => _ = painter.add(Shape::line(line, stroke)),
+            1 => painter.extend(Shape::dashed_line(&line, stroke, 7.0, 4.0)),
+            _ => painter.extend(Shape::dotted_line(&line, color, 5.0, 1.3)),
+        }
     }
+    ui.weak("Red is solid, green dashed, blue dotted.");
 }
 
+/// Red, green and blue side by side, each from the left to the right of the picture.
 fn waveform(ui: &mut Ui, picture: &Picture) {
-    let (rect, painter) = area(ui, "Waveform");
-    let (columns, width) = (96usize, picture.width.max(1) as usize);
+    let (whole, painter) = area(ui, "Waveform");
+    let (columns, width) = (48usize, picture.width.max(1) as usize);
+    let third = whole.width() / 3.0;
+    let part = |channel: usize| {
+        let left = whole.left() + third * channel as f32;
+        Rect::from_min_max(pos2(left + 1.0, whole.top()), pos2(left + third - 1.0, whole.bottom()))
+    };
     let mut counts = vec![[[0u16; 64]; 3]; columns];
     for (i, pixel) in picture.display.iter().enumerate().step_by(step(picture) | 1) {
         let column = (i % width) * columns / width;
@@ -71,9 +84,10 @@ fn waveform(ui: &mut Ui, picture: &Picture) {
         }
     }
     let most = f32::from(counts.iter().flatten().flatten().copied().max().unwrap_or(1).max(1));
-    let cell = Vec2::new(rect.width() / columns as f32, rect.height() / 64.0);
+    let cell = Vec2::new(part(0).width() / columns as f32, whole.height() / 64.0);
     for (x, column) in counts.iter().enumerate() {
-        for (channel, color) in column.iter().zip(CHANNELS) {
+        for (i, (channel, color)) in column.iter().zip(CHANNELS).enumerate() {
+            let rect = part(i);
             for (y, n) in channel.iter().enumerate().filter(|(_, n)| **n > 0) {
                 let alpha = (60.0 + 195.0 * (f32::from(*n) / most).sqrt()) as u8;
                 let at = pos2(rect.left() + cell.x * x as f32, rect.bottom() - cell.y * (y + 1) as f32);
@@ -85,5 +99,10 @@ fn waveform(ui: &mut Ui, picture: &Picture) {
                 );
             }
         }
+    }
+    let font = egui::TextStyle::Small.resolve(ui.style());
+    for (i, letter) in ["R", "G", "B"].into_iter().enumerate() {
+        let at = part(i).left_top() + Vec2::new(4.0, 2.0);
+        painter.text(at, egui::Align2::LEFT_TOP, letter, font.clone(), ui.visuals().text_color());
     }
 }

@@ -9,6 +9,7 @@ use turner_live::engine::{Look, Stage};
 use super::{After, Dialog, Purpose, Studio};
 use crate::insight::Insight;
 use crate::node::Node;
+use crate::pixel::PixelValues;
 use crate::task::Task;
 use crate::viewport::ViewportState;
 
@@ -127,6 +128,7 @@ impl Studio {
         self.message = None;
         self.viewport = ViewportState::default();
         self.insight = Insight::default();
+        self.pixel = PixelValues::default();
         self.watch();
         if let Some(path) = self.document.path() {
             self.settings.add_recent(path);

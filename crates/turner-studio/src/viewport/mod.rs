@@ -3,12 +3,15 @@
 mod compared;
 pub(crate) use compared::image;
 pub(crate) mod gizmo;
+pub(crate) mod legend;
 mod navigate;
 pub(crate) mod overlay;
+mod vision;
 
 use std::sync::Arc;
 
 use egui::{Color32, Rect, Sense, TextureHandle, TextureOptions, Vec2, pos2};
+use turner::color::Vision;
 use turner::light::LightDesc;
 use turner_live::engine::{Frame, Stage};
 use turner_live::{camera, pick};
@@ -46,9 +49,13 @@ pub struct ViewportState {
     pub palette: Option<String>,
     /// The pixel under the pointer, in pixels of the film.
     pub under_pointer: Option<[f64; 2]>,
+    /// The pixel that was under the pointer last.
+    pub last_pixel: Option<[u32; 2]>,
+    /// How colours are seen.
+    pub vision: Vision,
     /// The pixel that is explained.
     pub explained: Option<[u32; 2]>,
-    texture: Option<(TextureHandle, Arc<Frame>)>,
+    texture: Option<(TextureHandle, Arc<Frame>, Vision)>,
     gizmo: gizmo::GizmoState,
     compared: compared::Compared,
     boxes: overlay::Boxes,
@@ -129,32 +136,38 @@ pub(crate) fn show(ui: &mut egui::Ui, studio: &mut Studio) {
         click(&response, placed, studio);
     }
     caption(ui, &painter, area, studio);
+    if let Some(scale) = studio.frame.as_ref().and_then(|frame| frame.scale.as_ref()) {
+        legend::show(ui, &painter, area, scale);
+    }
 }
 
 /// The newest frame as a texture.
 fn texture(ctx: &egui::Context, studio: &mut Studio, frame: Arc<Frame>) -> egui::TextureId {
     let state = &mut studio.viewport;
-    if let Some((texture, shown)) = &state.texture
+    let vision = state.vision;
+    if let Some((texture, shown, seen)) = &state.texture
         && Arc::ptr_eq(&shown.picture, &frame.picture)
+        && *seen == vision
     {
         return texture.id();
     }
-    let image = compared::image(&frame.picture);
+    let mut image = compared::image(&frame.picture);
+    vision::apply(&mut image, vision);
     // A preview may be smaller than the window's part; pixels of the film are shown as they are.
     let options = match frame.stage {
         Stage::Preview => TextureOptions::LINEAR,
         _ => TextureOptions { magnification: egui::TextureFilter::Nearest, ..TextureOptions::LINEAR },
     };
     match &mut state.texture {
-        Some((texture, shown)) => {
+        Some((texture, shown, seen)) => {
             texture.set(image, options);
-            *shown = frame;
+            (*shown, *seen) = (frame, vision);
             texture.id()
         }
         none => {
             let texture = ctx.load_texture("picture", image, options);
             let id = texture.id();
-            *none = Some((texture, frame));
+            *none = Some((texture, frame, vision));
             id
         }
     }
@@ -256,7 +269,11 @@ fn caption(ui: &egui::Ui, painter: &egui::Painter, area: Rect, studio: &Studio) 
     let left = status.left.filter(|left| *left > 0.5 && !status.settled);
     let left = left.map_or_else(String::new, |left| format!(" · about {} left", duration(left)));
     let paused = if studio.paused { " · paused" } else { "" };
-    let text = format!("{kind}{noise}{left}{paused}");
+    let seen = match studio.viewport.vision {
+        Vision::Normal => String::new(),
+        vision => format!(" · as seen with {}", vision.name()),
+    };
+    let text = format!("{kind}{noise}{left}{paused}{seen}");
     let font = egui::TextStyle::Small.resolve(ui.style());
     let galley = painter.layout_no_wrap(text, font, Color32::WHITE);
     let at = area.left_bottom() + Vec2::new(6.0, -6.0 - galley.size().y);

@@ -86,6 +86,10 @@ pub(super) fn show(painter: &Painter, placed: Placed, studio: &mut Studio) {
         let color = if is_selected { SELECTED } else { Color32::from_rgb(255, 240, 150) };
         painter.circle_stroke(at, 6.0, Stroke::new(3.5, Color32::from_black_alpha(150)));
         painter.circle_stroke(at, 6.0, Stroke::new(1.5, color));
+        // What is selected differs in its form, too.
+        if is_selected {
+            painter.circle_filled(at, 3.0, color);
+        }
     }
     if let Some([x, y]) = studio.viewport.explained {
         let at = placed.to_window([f64::from(x) + 0.5, f64::from(y) + 0.5]);

@@ -6,7 +6,8 @@ use turner::color::Transfer;
 use turner::schema::value::{Data, Value};
 use turner::schema::{Field, Range};
 
-use super::{color, entry, lists, name_number, name_switch, name_text};
+use super::kind::{Kind, numbers as array};
+use super::{color, compound, entry, lists, name_number, name_switch, name_text};
 
 /// What a row asks for.
 pub(crate) enum Change {
@@ -28,6 +29,8 @@ pub(crate) struct Around<'a> {
     pub(crate) materials: &'a [String],
     /// Names of media.
     pub(crate) media: &'a [String],
+    /// Names of groups.
+    pub(crate) groups: &'a [String],
     /// Whether colours are display values.
     pub(crate) encoded: bool,
     /// Columns and rows of the film.
@@ -36,6 +39,19 @@ pub(crate) struct Around<'a> {
     pub(crate) is_directional: bool,
     /// Defaults that depend on other parts of the scene.
     pub(crate) defaults: &'a [(&'static str, Data)],
+}
+
+impl Around<'_> {
+    /// The names of all parts of a kind.
+    pub(crate) fn names(&self, part: &str) -> Vec<String> {
+        match part {
+            "material" => self.materials,
+            "medium" => self.media,
+            "group" => self.groups,
+            _ => self.textures,
+        }
+        .to_vec()
+    }
 }
 
 /// Shows name and value of a key in a grid of two columns.
@@ -50,7 +66,7 @@ pub(crate) fn row(ui: &mut Ui, field: &Field, value: Option<&Data>, around: &Aro
     let label = ui.label(field.name.replace('_', " ")).on_hover_text(&hover);
     let standard = own.cloned().or_else(|| default.as_deref().and_then(parse));
     let mut change = None;
-    ui.horizontal(|ui| {
+    let show = |ui: &mut Ui| {
         change = widget(ui, field, value, standard.as_ref(), around);
         if value.is_some() && field.default.is_some() {
             let reset =
@@ -60,7 +76,12 @@ pub(crate) fn row(ui: &mut Ui, field: &Field, value: Option<&Data>, around: &Aro
                 change = Some(Change::Unset);
             }
         }
-    });
+    };
+    // Values of several lines begin at the upper edge of their row.
+    match Kind::of(field).has_lines() {
+        true => ui.horizontal_top(show),
+        false => ui.horizontal(show),
+    };
     let _ = label;
     ui.end_row();
     change
@@ -109,10 +130,6 @@ pub(crate) fn numbers(data: &Data) -> Option<Vec<f64>> {
     }
 }
 
-pub(crate) fn array(values: impl IntoIterator<Item = f64>) -> Data {
-    Data::Array(values.into_iter().map(|v| Value::new(Data::Number(v))).collect())
-}
-
 fn widget(
     ui: &mut Ui,
     field: &Field,
@@ -154,15 +171,35 @@ fn widget(
             super::name(&button, egui::Role::Button, field.name);
             button.clicked().then_some(Change::File(false))
         }
+        "group" => reference(ui, field, shown, "group", around.groups),
         kind => match lists::parts(kind) {
             Some((count, whole)) => match shown.and_then(numbers).filter(|values| values.len() == count) {
                 Some(values) => lists::vector(ui, field, values, whole),
                 None => automatic(ui, field, || lists::start(field, count, whole, around)),
             },
             None if !words.is_empty() => lists::words(ui, field, shown),
-            None => plain(ui, shown),
+            None => compound::row(ui, field, shown, around).map(Change::Set),
         },
     }
+}
+
+/// A row for a text that has its effect once it is written: with Enter, or when the keyboard leaves it.
+pub(crate) fn written(ui: &mut Ui, field: &Field, value: Option<&Data>) -> Option<Change> {
+    let doc = field.doc.iter().map(|line| line.trim()).collect::<Vec<_>>().join(" ");
+    ui.label(field.name.replace('_', " ")).on_hover_text(doc);
+    let own = if let Some(Data::String(text)) = value { text.as_str() } else { "" };
+    let id = ui.scope_id().with((field.name, "written"));
+    let mut now: String = ui.data(|d| d.get_temp(id)).unwrap_or_else(|| own.to_owned());
+    let response = ui.add(TextEdit::singleline(&mut now).desired_width(140.0));
+    name_text(&response, field.name, &now);
+    ui.end_row();
+    if response.has_focus() {
+        ui.data_mut(|d| d.insert_temp(id, now));
+        return None;
+    }
+    ui.data_mut(|d| d.remove::<String>(id));
+    let is_new = response.lost_focus() && now != own;
+    is_new.then_some(if now.is_empty() { Change::Unset } else { Change::Set(Data::String(now)) })
 }
 
 pub(crate) fn limits(field: &Field) -> Range {
@@ -309,6 +346,7 @@ pub(crate) fn reference(
     });
     super::name(&combo.response, egui::Role::ComboBox, field.name);
     if let Some(name) = now
+        && kind != "group"
         && ui.small_button("Show").on_hover_text(format!("Show the {kind}")).clicked()
     {
         change = Some(Change::Follow(kind, name.to_owned()));
@@ -321,16 +359,4 @@ fn text(ui: &mut Ui, field: &Field, shown: Option<&Data>) -> Option<Change> {
     let response = ui.add(TextEdit::singleline(&mut now).desired_width(140.0));
     name_text(&response, field.name, &now);
     response.changed().then_some(if now.is_empty() { Change::Unset } else { Change::Set(Data::String(now)) })
-}
-
-/// A value that has no widget: shown, and edited in the file.
-fn plain(ui: &mut Ui, shown: Option<&Data>) -> Option<Change> {
-    let text = match shown {
-        None => "none".to_owned(),
-        Some(Data::Array(items)) => format!("a list of {}", items.len()),
-        Some(Data::Table(table)) => format!("a table of {}", table.entries.len()),
-        Some(_) => "a value".to_owned(),
-    };
-    ui.weak(text).on_hover_text("Edit it in the file");
-    None
 }

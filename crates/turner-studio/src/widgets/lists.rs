@@ -5,7 +5,8 @@ use turner::math::{DAffine3, DMat3, DVec3};
 use turner::schema::value::{Data, Span, Table, Value};
 use turner::schema::{Field, Range};
 
-use super::field::{Around, Change, array, limits, number, numbers, source};
+use super::field::{Around, Change, limits, number, numbers, source};
+use super::kind::numbers as array;
 use super::{color, entry, name, name_number, transform};
 
 /// The number of parts of `[x, y, z]` and the like, and whether they are whole numbers. `None` for other types.

@@ -1,7 +1,9 @@
 //! Widgets for the values of a scene.
 
 pub(crate) mod color;
+pub(crate) mod compound;
 pub(crate) mod field;
+pub(crate) mod kind;
 pub(crate) mod light;
 pub(crate) mod lists;
 pub(crate) mod transform;

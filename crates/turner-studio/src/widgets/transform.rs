@@ -26,7 +26,9 @@ pub(crate) fn decompose(m: &DAffine3) -> Option<[DVec3; 3]> {
     } else {
         DVec3::new(atan2(-z.y, y.y), asin(sin_y), 0.0)
     };
-    Some([m.translation, DVec3::from_array(angles.to_array().map(f64::to_degrees)), scale])
+    // No angle of -0.
+    let degrees = angles.to_array().map(|angle| angle.to_degrees() + 0.0);
+    Some([m.translation, DVec3::from_array(degrees), scale])
 }
 
 /// The transform of position, rotation in degrees and scale.
@@ -36,12 +38,15 @@ pub(crate) fn compose([position, degrees, scale]: [DVec3; 3]) -> DAffine3 {
     DAffine3::from_translation(position) * DAffine3::from_mat3(turned) * DAffine3::from_scale(scale)
 }
 
-/// Edits a transform. Returns the new one if it changed.
+/// Edits the transform of an object. Returns the new one if it changed.
 pub(crate) fn edit(ui: &mut Ui, m: &DAffine3) -> Option<DAffine3> {
-    let Some(mut parts) = decompose(m) else {
-        ui.label("a matrix with shear: edit it in the file");
-        return None;
-    };
+    edit_named(ui, m, "")
+}
+
+/// The same for a transform whose widgets have the name of its key, too.
+pub(crate) fn edit_named(ui: &mut Ui, m: &DAffine3, key: &str) -> Option<DAffine3> {
+    let key = if key.is_empty() { String::new() } else { format!("{key}, ") };
+    let Some(mut parts) = decompose(m) else { return matrix(ui, m, &key) };
     let mut changed = false;
     let rows = [("Position", 0.01), ("Rotation (degrees)", 0.5), ("Scale", 0.01)];
     for (part, (name, speed)) in parts.iter_mut().zip(rows) {
@@ -51,7 +56,7 @@ pub(crate) fn edit(ui: &mut Ui, m: &DAffine3) -> Option<DAffine3> {
                 let speed =
                     if name == "Rotation (degrees)" { speed } else { (value.abs() * speed).max(speed * 0.5) };
                 let response = ui.add(DragValue::new(&mut *value).speed(speed).max_decimals(4));
-                let label = format!("{name}, {axis}");
+                let label = format!("{key}{name}, {axis}");
                 name_number(&response, &label, *value);
                 changed |= response.changed();
             }
@@ -60,6 +65,25 @@ pub(crate) fn edit(ui: &mut Ui, m: &DAffine3) -> Option<DAffine3> {
     }
     let smallest = parts[2].abs().min_element();
     (changed && smallest > 1e-9).then(|| compose(parts))
+}
+
+/// A transform with shear, as the rows of its matrix.
+fn matrix(ui: &mut Ui, m: &DAffine3, key: &str) -> Option<DAffine3> {
+    let mut columns = m.to_cols_array_2d();
+    let mut changed = false;
+    for row in 0..3 {
+        ui.label(format!("Row {}", row + 1));
+        ui.horizontal(|ui| {
+            for (column, values) in columns.iter_mut().enumerate() {
+                let response = ui.add(DragValue::new(&mut values[row]).speed(0.005).max_decimals(4));
+                name_number(&response, &format!("{key}row {}, column {}", row + 1, column + 1), values[row]);
+                changed |= response.changed();
+            }
+        });
+        ui.end_row();
+    }
+    let new = DAffine3::from_cols_array_2d(&columns);
+    (changed && new.matrix3.determinant().abs() > 1e-12).then_some(new)
 }
 
 #[cfg(test)]

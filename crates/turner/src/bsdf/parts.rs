@@ -3,6 +3,7 @@
 use super::mixture::{COAT, ENTER, INTERFACE, PASS, REFLECT, TRANSMIT};
 use super::{Bsdf, BsdfFromWo, BsdfSample, Rgb, spectrum};
 use crate::color::Spectrum;
+use crate::math::DVec3;
 
 impl Bsdf {
     /// The BSDF with the light that would enter for a subsurface random walk reflected diffusely instead.
@@ -43,6 +44,26 @@ impl Bsdf {
 pub(crate) const MOST_DELTAS: usize = 4;
 
 impl BsdfFromWo<'_> {
+    /// The fraction of the BSDF for light from `wi`, on the side of wo, that is the diffuse base, band by band. Delta lobes do
+    /// not count; 0 where the BSDF is 0.
+    pub(crate) fn diffuse_fraction(&self, wi: DVec3) -> Spectrum {
+        let bsdf = self.bsdf;
+        if bsdf.lambert || bsdf.exits {
+            return Spectrum::WHITE;
+        }
+        if bsdf.diffuse.reflect == Rgb::ZERO {
+            return Spectrum::BLACK;
+        }
+        let wi = bsdf.in_aniso_frame(wi);
+        let (whole, _) = bsdf.mixture(self.wo, wi, &self.above, &self.p);
+        let mut other = *bsdf;
+        (other.diffuse.reflect, other.diffuse.transmit) = (Rgb::ZERO, Rgb::ZERO);
+        let (other, _) = other.mixture(self.wo, wi, &self.above, &self.p);
+        let fraction =
+            |c: usize| if whole[c] > 0.0 { (1.0 - other[c] / whole[c]).clamp(0.0, 1.0) } else { 0.0 };
+        spectrum(Rgb::new(fraction(0), fraction(1), fraction(2)))
+    }
+
     /// All delta lobes with pdf 1: f·|wi.z| is the fraction of light that each carries.
     pub(crate) fn deltas(&self) -> [Option<BsdfSample>; MOST_DELTAS] {
         let mut found = [None; MOST_DELTAS];
@@ -105,7 +126,23 @@ impl BsdfFromWo<'_> {
 mod tests {
     use super::*;
     use crate::bsdf::PrincipledPoint;
-    use crate::math::DVec3;
+
+    #[test]
+    fn the_diffuse_fraction_is_that_of_the_base() {
+        let wo = DVec3::new(0.6, 0.0, 0.8);
+        let base = PrincipledPoint { specular_roughness: 0.2, ..PrincipledPoint::default() };
+        let fraction = |p: &PrincipledPoint, wi: DVec3| Bsdf::new(p).towards(wo).diffuse_fraction(wi).g;
+        let (mirrored, aside) = (DVec3::new(-0.6, 0.0, 0.8), DVec3::new(0.8, 0.0, 0.6));
+        // Plastic is glossy around the mirrored direction and diffuse aside.
+        assert!(fraction(&base, mirrored) < 0.5 && fraction(&base, aside) > 0.9);
+        let metal = PrincipledPoint { base_metalness: 1.0, ..base };
+        assert_eq!(fraction(&metal, mirrored), 0.0);
+        assert_eq!(Bsdf::lambert(Spectrum::WHITE).towards(wo).diffuse_fraction(aside), Spectrum::WHITE);
+        // What is not diffuse is the surface with a black base, up to the light that the layers keep from it.
+        let black = PrincipledPoint { base_color: Spectrum::BLACK, ..base };
+        let (whole, other) = (Bsdf::new(&base).eval(wo, mirrored).g, Bsdf::new(&black).eval(wo, mirrored).g);
+        assert!((fraction(&base, mirrored) - (1.0 - other / whole)).abs() < 0.01);
+    }
 
     #[test]
     fn delta_lobes_of_glass_carry_all_light() {

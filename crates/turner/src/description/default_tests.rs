@@ -201,6 +201,7 @@ fn film_defaults_follow_the_integrator() {
         let (antialias, transfer, samples) = match entry.name {
             "path" => (Antialias::MonteCarlo, Transfer::Srgb, 64),
             "direct" => (Antialias::MonteCarlo, Transfer::Srgb, 16),
+            "bounces" => (Antialias::MonteCarlo, Transfer::None, 16),
             _ => (Antialias::None, Transfer::None, 16),
         };
         let expected = FilmDesc { antialias, transfer, samples, ..FilmDesc::default() };

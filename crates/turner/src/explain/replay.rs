@@ -69,7 +69,8 @@ impl Replay {
             | IntegratorDesc::Ids(_)
             | IntegratorDesc::Wireframe(_)
             | IntegratorDesc::AmbientOcclusion(_)
-            | IntegratorDesc::Cost(_) => Replay::FirstHit(Box::new(FirstHit::new(prepared, sample))),
+            | IntegratorDesc::Cost(_)
+            | IntegratorDesc::Bounces(_) => Replay::FirstHit(Box::new(FirstHit::new(prepared, sample))),
         })
     }
 

@@ -58,11 +58,29 @@ choice! {
         LightGroups = "light_groups",
         /// Light that light paths bring, with `caustics` of the integrator "path".
         Caustics = "caustics",
+        /// Light that the first surface reflects diffusely, directly from an emitter. The six layers from `direct_diffuse`
+        /// to `volume`, `emission` and `caustics` add up to the picture. Integrators "path" and "direct".
+        DirectDiffuse = "direct_diffuse",
+        /// Light that the first surface reflects in any other way, directly from an emitter: specular reflection, coat,
+        /// fuzz. Integrators "path" and "direct".
+        DirectSpecular = "direct_specular",
+        /// Light of other surfaces and media that the first surface reflects diffusely, with light of photons and of
+        /// subsurface scattering. Integrators "path" and "direct".
+        IndirectDiffuse = "indirect_diffuse",
+        /// Light of other surfaces and media that the first surface reflects in any other way, as mirrors do. Integrators
+        /// "path" and "direct".
+        IndirectSpecular = "indirect_specular",
+        /// Light that the first surface transmits. Integrators "path" and "direct".
+        Transmission = "transmission",
+        /// Light that a participating medium in front of the first surface scatters. Integrators "path" and "direct".
+        Volume = "volume",
         /// Number of samples of the pixel.
         SampleCount = "sample_count",
         /// Number of rays per sample: camera rays, the rays that continue paths, and shadow rays. Integrators "path" and
         /// "direct".
         Cost = "cost",
+        /// Number of bounces of the paths of the pixel, on average. Integrators "path" and "direct".
+        Bounces = "bounces",
         /// The fraction of the direct light that objects keep from the shadow catchers in the pixel, times their
         /// coverage.
         Shadow = "shadow",
@@ -179,8 +197,27 @@ impl Aov {
             Aov::Indirect => row(&["indirect.R", "indirect.G", "indirect.B"], Samples, "radiance"),
             Aov::LightGroups => row(&["light.NAME.R", "light.NAME.G", "light.NAME.B"], Samples, "radiance"),
             Aov::Caustics => row(&["caustics.R", "caustics.G", "caustics.B"], Film, "radiance"),
+            Aov::DirectDiffuse => {
+                row(&["direct_diffuse.R", "direct_diffuse.G", "direct_diffuse.B"], Samples, "radiance")
+            }
+            Aov::DirectSpecular => {
+                row(&["direct_specular.R", "direct_specular.G", "direct_specular.B"], Samples, "radiance")
+            }
+            Aov::IndirectDiffuse => {
+                row(&["indirect_diffuse.R", "indirect_diffuse.G", "indirect_diffuse.B"], Samples, "radiance")
+            }
+            Aov::IndirectSpecular => row(
+                &["indirect_specular.R", "indirect_specular.G", "indirect_specular.B"],
+                Samples,
+                "radiance",
+            ),
+            Aov::Transmission => {
+                row(&["transmission.R", "transmission.G", "transmission.B"], Samples, "radiance")
+            }
+            Aov::Volume => row(&["volume.R", "volume.G", "volume.B"], Samples, "radiance"),
             Aov::SampleCount => row(&["sample_count"], Film, "samples"),
             Aov::Cost => row(&["cost"], Samples, "rays"),
+            Aov::Bounces => row(&["bounces"], Samples, "bounces"),
             Aov::Shadow => row(&["shadow"], Film, "fraction"),
             Aov::Denoising => row(&DENOISING_CHANNELS, Samples, "see `denoise`"),
             Aov::Variance => row(&["variance"], Film, "radiance squared"),
@@ -208,8 +245,15 @@ impl Aov {
             | Aov::Indirect
             | Aov::LightGroups
             | Aov::Caustics
+            | Aov::DirectDiffuse
+            | Aov::DirectSpecular
+            | Aov::IndirectDiffuse
+            | Aov::IndirectSpecular
+            | Aov::Transmission
+            | Aov::Volume
             | Aov::SampleCount
             | Aov::Cost
+            | Aov::Bounces
             | Aov::Shadow
             | Aov::Variance
             | Aov::Denoising
@@ -220,7 +264,24 @@ impl Aov {
     /// Whether it is a part of the light, so that the integrator must tell its kinds of light apart.
     pub fn is_light(self) -> bool {
         matches!(self, Aov::Emission | Aov::Direct | Aov::Indirect | Aov::LightGroups | Aov::Denoising)
+            || self.is_lobe()
     }
+
+    /// Whether it is the light of one lobe of the first surface.
+    pub fn is_lobe(self) -> bool {
+        Aov::LOBES.contains(&self)
+    }
+
+    /// The light by the lobe of the first surface that scatters it: with [`Aov::Emission`] and [`Aov::Caustics`] the whole
+    /// picture.
+    pub const LOBES: [Aov; 6] = [
+        Aov::DirectDiffuse,
+        Aov::DirectSpecular,
+        Aov::IndirectDiffuse,
+        Aov::IndirectSpecular,
+        Aov::Transmission,
+        Aov::Volume,
+    ];
 
     /// Whether the samples have a value for each of its channels.
     pub(crate) fn has_sums(self) -> bool {

@@ -14,13 +14,16 @@ const KEYS: [&str; 3] = ["antialias", "samples", "transfer"];
 impl FilmDesc {
     /// The film of a scene file that gives no key of `[film]`; `integrator` is the type of its integrator, e.g. `path`.
     ///
-    /// With `path` and `direct` the picture has stochastic samples, 64 or 16 per pixel, and the sRGB curve. Other integrators have [`FilmDesc::default`].
+    /// With `path` and `direct` the picture has stochastic samples, 64 or 16 per pixel, and the sRGB curve. The debug view `bounces`
+    /// has 16 stochastic samples. Other integrators have [`FilmDesc::default`].
     pub fn default_for(integrator: &str) -> FilmDesc {
         let stochastic =
             FilmDesc { antialias: Antialias::MonteCarlo, transfer: Transfer::Srgb, ..FilmDesc::default() };
         match integrator {
             "path" => FilmDesc { samples: 64, ..stochastic },
             "direct" => FilmDesc { samples: 16, ..stochastic },
+            // A mean over random paths, but no colour.
+            "bounces" => FilmDesc { antialias: Antialias::MonteCarlo, samples: 16, ..FilmDesc::default() },
             _ => FilmDesc::default(),
         }
     }

@@ -32,8 +32,8 @@ pub mod path;
 pub use crate::view::CameraSamples;
 pub use classic::{AtDepth, ClassicDesc, Combine, Facing, Highlight, Miss};
 pub use debug_views::{
-    AlbedoDesc, AmbientOcclusionDesc, CostDesc, DepthDesc, DepthMeasure, IdsDesc, NormalKind, NormalsDesc,
-    PositionDesc, UvDesc, WireframeDesc,
+    AlbedoDesc, AmbientOcclusionDesc, BouncesDesc, CostDesc, DepthDesc, DepthMeasure, IdsDesc, NormalKind,
+    NormalsDesc, PositionDesc, UvDesc, WireframeDesc,
 };
 pub use path::{
     Caustics, DirectDesc, LightSampling, PathDesc, PathIntegrator, Photon, PhotonMap, SharedPathsMode,
@@ -43,7 +43,7 @@ use std::ops::Range;
 use std::sync::Arc;
 
 use crate::camera::CameraDesc;
-use crate::color::Spectrum;
+use crate::color::{ColorScale, Spectrum};
 use crate::film::{Antialias, Picture, Splat};
 use crate::scene::{Hit, Scene};
 use crate::schema::{SceneError, Warning, family};
@@ -64,6 +64,7 @@ family! {
         Wireframe(WireframeDesc),
         AmbientOcclusion(AmbientOcclusionDesc),
         Cost(CostDesc),
+        Bounces(BouncesDesc),
     }
 }
 
@@ -85,6 +86,22 @@ pub struct LightParts {
     pub direct: Spectrum,
 }
 
+/// Parts of the radiance along a camera ray, times coverage, by the lobe of the first surface that scatters it on its way
+/// to the camera. What remains besides [`LightParts::emission`] is indirect light that is reflected diffusely.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct LobeParts {
+    /// Scattered once, by a diffuse reflection.
+    pub direct_diffuse: Spectrum,
+    /// Scattered once, by any other reflection: specular, coat, fuzz.
+    pub direct_specular: Spectrum,
+    /// Scattered more than once, at last by a reflection that is not diffuse.
+    pub indirect_specular: Spectrum,
+    /// Transmitted by the first surface.
+    pub transmission: Spectrum,
+    /// Scattered by a participating medium before any surface.
+    pub volume: Spectrum,
+}
+
 /// Details of samples that a [`Tracer`] may be asked for.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct AskedDetails {
@@ -94,6 +111,10 @@ pub struct AskedDetails {
     pub groups: bool,
     /// [`SampleDetails::rays`].
     pub rays: bool,
+    /// [`SampleDetails::bounces`].
+    pub bounces: bool,
+    /// [`SampleDetails::lobes`].
+    pub lobes: bool,
     /// [`SampleDetails::hits`].
     pub hits: bool,
     /// [`SampleDetails::denoising`].
@@ -110,6 +131,10 @@ pub struct SampleDetails<'a> {
     pub groups: &'a [Spectrum],
     /// For each sample the number of its rays: the camera ray, those that continue its path, and shadow rays.
     pub rays: &'a [u32],
+    /// For each sample the number of bounces of its path.
+    pub bounces: &'a [u32],
+    /// Parts of the radiance by the first surface that scatters it, one entry for each sample.
+    pub lobes: &'a [LobeParts],
     /// For each sample what a shadow catcher received; empty without shadow catchers.
     pub caught: &'a [CaughtLight],
     /// For each sample what its camera ray hits first, whatever its opacity.
@@ -249,6 +274,11 @@ pub trait PreparedIntegrator: std::any::Any + Send + Sync {
     /// film's values stay.
     fn show(&self, _: &mut Picture) {}
 
+    /// The scale of the colours of [`PreparedIntegrator::show`], if they stand for numbers.
+    fn scale(&self, _: &Picture) -> Option<ColorScale> {
+        None
+    }
+
     /// Decides, by tracing some rays, what is efficient in this scene and view: whether pixels share paths, and
     /// how many light paths are traced. It is called before the first sample is traced. The choice is
     /// deterministic. Later calls return at once.
@@ -284,8 +314,9 @@ pub trait PreparedIntegrator: std::any::Any + Send + Sync {
         false
     }
 
-    /// Traces the photons of a sample index in this thread; `None` without photons.
-    fn photons(&self, _: &Scene, _: &View, _: u32) -> Option<PhotonMap> {
+    /// The photons of a sample index, traced in this thread for a sample on its own; `None` without photons. Those of the
+    /// last such sample are kept.
+    fn photons(&self, _: &Scene, _: &View, _: u32) -> Option<Arc<PhotonMap>> {
         None
     }
 
@@ -439,6 +470,7 @@ impl IntegratorDesc {
             IntegratorDesc::Wireframe(i) => i,
             IntegratorDesc::AmbientOcclusion(i) => i,
             IntegratorDesc::Cost(i) => i,
+            IntegratorDesc::Bounces(i) => i,
         }
     }
 

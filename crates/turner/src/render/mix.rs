@@ -3,7 +3,7 @@
 use super::Renderer;
 use super::aovs::each;
 use crate::color::Spectrum;
-use crate::film::Picture;
+use crate::film::{Aov, Picture};
 
 /// The layer of light that light paths bring.
 const CAUSTICS: &str = "caustics";
@@ -11,10 +11,17 @@ const CAUSTICS: &str = "caustics";
 impl Renderer {
     /// The names of the layers of light that [`Renderer::mixed`] can weight: "emission", "direct" and "indirect" if the film has
     /// these AOVs; `light.NAME` for each light group and `light.default` with the AOV "light_groups"; "caustics" if there
-    /// are light paths. The picture is the sum of the first three, or of the light groups, and of "caustics".
+    /// are light paths; those of [`Aov::LOBES`]. See [`Renderer::light_layers_of`] for what adds up to the picture.
     pub fn light_layers(&self) -> Vec<String> {
+        self.light_layers_of(&Aov::all().collect::<Vec<_>>())
+    }
+
+    /// Those of some AOVs. The picture is the sum of "caustics" and one of these sets: "emission", "direct" and "indirect";
+    /// "emission" and [`Aov::LOBES`]; "light_groups".
+    pub fn light_layers_of(&self, some: &[Aov]) -> Vec<String> {
         let aovs = &self.prepared.view.film.aovs;
-        let names = aovs.iter().filter(|aov| aov.is_light()).flat_map(|aov| aovs.channels_of(aov));
+        let of_light = aovs.iter().filter(|aov| aov.is_light() && some.contains(aov));
+        let names = of_light.flat_map(|aov| aovs.channels_of(aov));
         let mut out: Vec<String> =
             names.filter_map(|name| Some(name.strip_suffix(".R")?.to_owned())).collect();
         out.retain(|name| name != CAUSTICS && !self.film.channel_values(&format!("{name}.R"), 1).is_empty());
@@ -54,7 +61,7 @@ mod tests {
     use std::sync::atomic::AtomicBool;
 
     use super::*;
-    use crate::film::{Antialias, Aov, Aovs};
+    use crate::film::{Antialias, Aovs};
     use crate::integrator::{IntegratorDesc, PathDesc};
     use crate::light::{LightDesc, PointDesc};
     use crate::math::DVec3;

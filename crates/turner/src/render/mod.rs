@@ -29,6 +29,7 @@ mod order;
 mod part_tests;
 mod pass;
 mod pixel;
+mod pixel_aovs;
 #[cfg(test)]
 mod pixel_tests;
 #[cfg(test)]
@@ -46,6 +47,7 @@ mod work;
 
 pub use aovs::{AovChannel, AovValues, label_name};
 pub use pixel::{MAX_LISTED, PixelRecord, SampleRecord, Square, pixel};
+pub use pixel_aovs::{PixelAov, pixel_aovs};
 pub use schedule::{PassRange, TileSet};
 pub use single::{pixel_samples, sample};
 

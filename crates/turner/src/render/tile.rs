@@ -127,7 +127,7 @@ impl<'a> TileBuffers<'a> {
         if self.finds_photons && self.photons.as_ref().is_none_or(|p| p.index != index) {
             let photons = self.p.integrator.photons(&self.p.scene, &self.p.view, index);
             if let Some(photons) = photons {
-                self.find_photons(Arc::new(photons));
+                self.find_photons(photons);
             }
         }
     }

@@ -40,12 +40,19 @@ impl Stop<'_> {
     }
 }
 
+/// Work that has not failed.
+static NO: AtomicBool = AtomicBool::new(false);
+
 impl Stop<'static> {
     /// Never stops.
-    pub(super) const NEVER: Stop<'static> = {
-        static NO: AtomicBool = AtomicBool::new(false);
-        Stop { cancel: &NO, failed: &NO }
-    };
+    pub(super) const NEVER: Stop<'static> = Stop { cancel: &NO, failed: &NO };
+}
+
+impl<'a> Stop<'a> {
+    /// Stops when it is cancelled.
+    pub(super) fn when(cancel: &'a AtomicBool) -> Stop<'a> {
+        Stop { cancel, failed: &NO }
+    }
 }
 
 impl<'a> Tasks<'a> {

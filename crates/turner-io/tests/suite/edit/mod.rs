@@ -3,6 +3,7 @@
 mod clipboard;
 mod hidden;
 mod parts;
+mod rename;
 mod save;
 mod save_random;
 mod values;

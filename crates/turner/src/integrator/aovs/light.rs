@@ -2,7 +2,7 @@
 
 use crate::color::Spectrum;
 use crate::film::{Aov, FilmDesc, layers};
-use crate::integrator::{CaughtLight, DenoisingSample, Radiance, SampleDetails};
+use crate::integrator::{CaughtLight, DenoisingSample, LobeParts, Radiance, SampleDetails};
 
 /// Less light than this fraction of the sample, which remains for "default" after all groups, is rounding.
 const ROUNDING: f32 = 1e-6;
@@ -20,6 +20,8 @@ pub(super) struct SampleLight<'a> {
     groups: &'a [Spectrum],
     names: &'a [String],
     rays: u32,
+    bounces: u32,
+    lobes: LobeParts,
     denoising: DenoisingSample,
 }
 
@@ -34,9 +36,10 @@ impl<'a> SampleLight<'a> {
         names: &'a [String],
     ) -> SampleLight<'a> {
         let rays = details.rays.get(sample).copied().unwrap_or(0);
+        let bounces = details.bounces.get(sample).copied().unwrap_or(0);
         let denoising = details.denoising.get(sample).copied().unwrap_or_default();
         let Some(part) = details.parts.get(sample) else {
-            return SampleLight { rays, denoising, ..SampleLight::default() };
+            return SampleLight { rays, bounces, denoising, ..SampleLight::default() };
         };
         let by = film.clamp_factor(radiance.color);
         let indirect = radiance.color - part.emission - part.direct;
@@ -50,6 +53,8 @@ impl<'a> SampleLight<'a> {
             groups: groups.unwrap_or_default(),
             names,
             rays,
+            bounces,
+            lobes: details.lobes.get(sample).copied().unwrap_or_default(),
             denoising,
         }
     }
@@ -61,7 +66,14 @@ impl<'a> SampleLight<'a> {
             Aov::Direct => append(values, self.direct),
             Aov::Indirect => append(values, self.indirect),
             Aov::LightGroups => self.append_groups(values),
+            Aov::DirectDiffuse => append(values, self.lobes.direct_diffuse * self.by),
+            Aov::DirectSpecular => append(values, self.lobes.direct_specular * self.by),
+            Aov::IndirectDiffuse => append(values, self.indirect_diffuse()),
+            Aov::IndirectSpecular => append(values, self.lobes.indirect_specular * self.by),
+            Aov::Transmission => append(values, self.lobes.transmission * self.by),
+            Aov::Volume => append(values, self.lobes.volume * self.by),
             Aov::Cost => values.push(self.rays as f32),
+            Aov::Bounces => values.push(self.bounces as f32),
             Aov::Denoising => {
                 values.extend(self.denoising.values(self.color, self.by).map(finite));
             }
@@ -77,8 +89,21 @@ impl<'a> SampleLight<'a> {
             append(values, light);
             rest = rest - light;
         }
+        append(values, self.without_rounding(rest));
+    }
+
+    /// What remains for indirect light that is reflected diffusely.
+    fn indirect_diffuse(&self) -> Spectrum {
+        let LobeParts { direct_diffuse, direct_specular, indirect_specular, transmission, volume } =
+            self.lobes;
+        let known = direct_diffuse + direct_specular + indirect_specular + transmission + volume;
+        self.without_rounding(self.color - self.emission - known * self.by)
+    }
+
+    /// A remainder of the colour, without what is only rounding.
+    fn without_rounding(&self, rest: Spectrum) -> Spectrum {
         let least = ROUNDING * self.color.max_component();
-        append(values, Spectrum::from(rest.to_array().map(|v| if v.abs() > least { v } else { 0.0 })));
+        Spectrum::from(rest.to_array().map(|v| if v.abs() > least { v } else { 0.0 }))
     }
 }
 

@@ -14,6 +14,8 @@ mod light;
 #[cfg(test)]
 mod light_tests;
 #[cfg(test)]
+mod lobe_tests;
+#[cfg(test)]
 mod tests;
 
 use crate::camera::CameraFrame;
@@ -69,6 +71,8 @@ impl<'a> SampleAovs<'a> {
             parts: self.aovs.iter().any(|aov| aov.is_light()),
             groups: self.aovs.contains(&Aov::LightGroups),
             rays: self.aovs.contains(&Aov::Cost),
+            bounces: self.aovs.contains(&Aov::Bounces),
+            lobes: self.aovs.iter().any(|aov| aov.is_lobe()),
             hits: true,
             denoising: self.aovs.contains(&Aov::Denoising),
         });
@@ -196,8 +200,15 @@ fn value(aov: Aov, at: &AovHit<'_>) -> [f64; 3] {
         | Aov::Indirect
         | Aov::LightGroups
         | Aov::Caustics
+        | Aov::DirectDiffuse
+        | Aov::DirectSpecular
+        | Aov::IndirectDiffuse
+        | Aov::IndirectSpecular
+        | Aov::Transmission
+        | Aov::Volume
         | Aov::SampleCount
         | Aov::Cost
+        | Aov::Bounces
         | Aov::Shadow
         | Aov::Variance
         | Aov::Denoising

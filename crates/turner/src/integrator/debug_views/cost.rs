@@ -1,6 +1,7 @@
 //! The cost of finding the first hit.
 
 use super::{DebugView, FirstHit, display, values};
+use crate::color::ColorScale;
 use crate::film::Picture;
 use crate::integrator::{Radiance, RayStats};
 use crate::math::Ray;
@@ -26,7 +27,11 @@ impl DebugView for CostDesc {
     }
 
     fn set_display(&self, picture: &mut Picture) {
-        display::cost(picture);
+        display::heat_from_0(picture);
+    }
+
+    fn scale(&self, picture: &Picture) -> Option<ColorScale> {
+        Some(display::scale_from_0(picture, "boxes and tests"))
     }
 
     fn shows_search(&self) -> bool {

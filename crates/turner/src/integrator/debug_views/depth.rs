@@ -1,6 +1,7 @@
 //! Depth of the first hit.
 
 use super::{DebugView, FirstHit, display, values};
+use crate::color::ColorScale;
 use crate::film::Picture;
 use crate::integrator::{Radiance, RayStats};
 use crate::math::DVec2;
@@ -37,6 +38,10 @@ impl DebugView for DepthDesc {
 
     fn set_display(&self, picture: &mut Picture) {
         display::depth(picture);
+    }
+
+    fn scale(&self, picture: &Picture) -> Option<ColorScale> {
+        display::scale_of_depth(picture)
     }
 
     fn at_hit(&self, hit: &FirstHit<'_>, _: &mut RayStats) -> Radiance {

@@ -1,6 +1,6 @@
 //! Display colours for values that are not colours, as in PNG and JPEG files. EXR and HDR files keep the values.
 
-use crate::color::heat;
+use crate::color::{ColorScale, heat};
 use crate::film::Picture;
 
 /// The values of a pixel that hit something, divided by alpha.
@@ -72,7 +72,27 @@ pub(super) fn ids(picture: &mut Picture) {
     });
 }
 
-pub(super) fn cost(picture: &mut Picture) {
+/// The first value as a heat map from 0 to the largest in the picture.
+pub(super) fn heat_from_0(picture: &mut Picture) {
     let (_, most) = range(picture, 0);
     each(picture, |p| heat_bytes(between(p[0], (0.0, most))));
+}
+
+/// The scale of [`heat_from_0`].
+pub(super) fn scale_from_0(picture: &Picture, unit: &'static str) -> ColorScale {
+    let (_, most) = range(picture, 0);
+    ColorScale::linear(0.0, f64::from(most.max(0.0)), unit)
+}
+
+/// The scale of [`depth`], whose colours are even in 1 / depth.
+pub(super) fn scale_of_depth(picture: &Picture) -> Option<ColorScale> {
+    let (near, far) = range(picture, 0);
+    let near = f64::from(near.max(far * 1e-6));
+    let far = f64::from(far);
+    if !(near > 0.0 && far >= near && far.is_finite()) {
+        return None;
+    }
+    let at = |place: f64| 1.0 / (1.0 / far + (1.0 / near - 1.0 / far) * place);
+    let marks = [0.0, 0.25, 0.5, 0.75, 1.0].map(|place| (place as f32, at(place)));
+    Some(ColorScale { unit: "scene units", marks: marks.into() })
 }

@@ -6,6 +6,7 @@
 
 mod albedo;
 mod ambient_occlusion;
+mod bounces;
 mod cost;
 mod depth;
 pub(super) mod display;
@@ -19,6 +20,7 @@ mod wireframe;
 
 pub use albedo::AlbedoDesc;
 pub use ambient_occlusion::AmbientOcclusionDesc;
+pub use bounces::BouncesDesc;
 pub use cost::CostDesc;
 pub use depth::{DepthDesc, DepthMeasure};
 pub use ids::IdsDesc;
@@ -29,7 +31,7 @@ pub use wireframe::WireframeDesc;
 
 use std::sync::Arc;
 
-use crate::color::Spectrum;
+use crate::color::{ColorScale, Spectrum};
 use crate::film::Picture;
 use crate::integrator::{
     CameraSamples, Capabilities, Integrator, PreparedIntegrator, Radiance, RayStats, Tracer,
@@ -64,6 +66,11 @@ pub(super) trait DebugView: Clone + Send + Sync + 'static {
 
     /// Replaces the display values of a picture whose values are not colours.
     fn set_display(&self, _: &mut Picture) {}
+
+    /// The scale of its display colours, if they stand for numbers.
+    fn scale(&self, _: &Picture) -> Option<ColorScale> {
+        None
+    }
 
     /// Whether it shows the cost of traversal.
     fn shows_search(&self) -> bool {
@@ -132,6 +139,10 @@ impl<D: DebugView> PreparedIntegrator for DebugViewIntegrator<D> {
 
     fn show(&self, picture: &mut Picture) {
         self.0.set_display(picture);
+    }
+
+    fn scale(&self, picture: &Picture) -> Option<ColorScale> {
+        self.0.scale(picture)
     }
 
     fn tracer<'a>(&'a self, scene: &'a Scene, view: &'a View) -> Box<dyn Tracer + 'a> {

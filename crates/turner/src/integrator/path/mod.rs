@@ -29,6 +29,7 @@ mod group_split;
 mod guides;
 mod light_resampling;
 mod light_split;
+mod lobe_split;
 mod media;
 mod notes;
 mod pane;
@@ -59,7 +60,7 @@ pub(crate) use shared_paths::{CELL, cluster as group};
 
 pub use caustics::{Caustics, CausticsStrategy, Gathered, Photon, PhotonMap};
 
-use std::sync::{Arc, OnceLock};
+use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 
 use settings::Settings;
 
@@ -204,6 +205,8 @@ pub struct PathIntegrator {
     /// Settings that choose the strategies; `None` for the integrator "direct", which has no choice.
     desc: Option<PathDesc>,
     choice: OnceLock<Choice>,
+    /// The photons of the last sample that was traced on its own, such as one that is explained.
+    photons: Arc<Mutex<Option<Arc<PhotonMap>>>>,
 }
 
 /// The strategies for a scene and a view.
@@ -221,7 +224,7 @@ impl PathIntegrator {
         if desc.is_none() {
             let _ = choice.set(Choice::default());
         }
-        PathIntegrator { settings, desc, choice }
+        PathIntegrator { settings, desc, choice, photons: Arc::default() }
     }
 
     /// The light paths that complement camera paths; `None` without, and before [`PreparedIntegrator::choose`].
@@ -295,9 +298,15 @@ impl PreparedIntegrator for PathIntegrator {
         self.caustics().is_some_and(|strategy| strategy.merges)
     }
 
-    fn photons(&self, scene: &Scene, view: &View, index: u32) -> Option<PhotonMap> {
+    fn photons(&self, scene: &Scene, view: &View, index: u32) -> Option<Arc<PhotonMap>> {
         let strategy = self.caustics().filter(|strategy| strategy.merges)?;
-        Some(PhotonMap::of_sample(self.context(scene, view), strategy, index))
+        let kept = || self.photons.lock().unwrap_or_else(PoisonError::into_inner);
+        let found = kept().clone().filter(|photons| photons.index == index);
+        found.or_else(|| {
+            let photons = Arc::new(PhotonMap::of_sample(self.context(scene, view), strategy, index));
+            *kept() = Some(Arc::clone(&photons));
+            Some(photons)
+        })
     }
 
     fn photon_map(&self, index: u32, photons: Vec<Photon>) -> Option<PhotonMap> {

@@ -31,6 +31,7 @@ use super::first_hits::FirstHits;
 use super::group_split::GroupSplit;
 use super::guides::Guides;
 use super::light_split::LightSplit;
+use super::lobe_split::LobeSplit;
 use super::media::Media;
 use super::ray_counts::RayCounts;
 use super::record::{Off, Record};
@@ -203,9 +204,11 @@ pub(super) struct PathBatch<'a, R = Off> {
     pub(super) photon_variance: f64,
     /// Emission and direct light of each sample, if they are asked for.
     pub(super) split: LightSplit,
+    /// The light of each sample by the lobe of its first surface, if it is asked for.
+    pub(super) lobes: LobeSplit,
     /// The light of each light group, if it is asked for.
     pub(super) groups: GroupSplit,
-    /// The number of rays of each sample, if it is asked for.
+    /// The number of rays and of bounces of each sample, if they are asked for.
     pub(super) counts: RayCounts,
     /// The hits of camera rays, if they are asked for.
     first_hits: FirstHits,
@@ -242,6 +245,7 @@ impl<'a, R> PathBatch<'a, R> {
             by_photons: 0.0,
             photon_variance: 0.0,
             split: LightSplit::default(),
+            lobes: LobeSplit::default(),
             groups: GroupSplit::default(),
             counts: RayCounts::default(),
             first_hits: FirstHits::default(),
@@ -264,7 +268,10 @@ impl<R: Record> Tracer for PathBatch<'_, R> {
         if asked.groups {
             self.groups.turn_on(self.scene);
         }
-        self.counts.turn_on(asked.rays);
+        if asked.lobes {
+            self.lobes.turn_on();
+        }
+        self.counts.turn_on(asked.rays, asked.bounces);
         self.first_hits.turn_on(asked.hits);
         self.guides.turn_on(asked.denoising);
     }
@@ -274,6 +281,8 @@ impl<R: Record> Tracer for PathBatch<'_, R> {
             parts: self.split.parts(),
             groups: self.groups.light(),
             rays: self.counts.rays(),
+            bounces: self.counts.bounces(),
+            lobes: self.lobes.parts(),
             caught: self.catcher.caught(),
             hits: self.first_hits.hits(),
             denoising: self.guides.samples(),
@@ -299,6 +308,7 @@ impl<R: Record> Tracer for PathBatch<'_, R> {
             self.begin_in_media(volumes, samples);
         }
         self.split.begin(count);
+        self.lobes.begin(count);
         self.groups.begin(count);
         self.counts.begin(count);
         self.first_hits.begin();
@@ -328,8 +338,9 @@ impl<R: Record> PathBatch<'_, R> {
         self.scene.intersect_batch(&mut queue.rays, &mut hits);
         self.first_hits.found(&hits);
         self.split.begin_round(&queue.samples, &self.paths, out);
+        self.lobes.begin_round(&queue.samples, &self.paths, out);
         self.guides.begin_round(&queue.samples, out);
-        self.counts.add_all(&queue.samples);
+        self.counts.begin_round(&queue.samples, &self.paths);
         if let Some(volumes) = &self.scene.volumes {
             self.sample_media(volumes, &mut queue, &mut hits, out, stats);
         }
@@ -370,6 +381,7 @@ impl<R: Record> PathBatch<'_, R> {
         self.trace_catcher_rays(stats);
         self.guides.shaded(&queue.samples, out, &self.split);
         self.split.shaded(&queue.samples, out);
+        self.lobes.shaded(&queue.samples, out);
         self.trace_shadow_rays(out, stats);
         self.split.lit(&queue.samples, out);
         queue.clear();
@@ -458,6 +470,7 @@ impl<R: Record> PathBatch<'_, R> {
                 };
                 to[*sample as usize].color += arrives;
                 self.groups.arrived(i, *sample, &self.paths[*sample as usize], arrives);
+                self.lobes.arrived(i, *sample, &self.paths[*sample as usize], arrives);
                 self.record.note(|r| r.light_arrived(through, arrives));
             } else {
                 self.record.note(|r| r.light_arrived(through, Spectrum::BLACK));
@@ -467,5 +480,6 @@ impl<R: Record> PathBatch<'_, R> {
         shadows.light.clear();
         shadows.media.clear();
         self.groups.end_round();
+        self.lobes.end_round();
     }
 }

@@ -1,29 +1,42 @@
-//! The number of rays of each sample.
+//! The number of rays and of bounces of each sample.
+
+use super::path_batch::Path;
 
 /// The number of rays of each sample of a batch, for the AOV `cost`: the camera ray, the rays that continue its path, its
-/// shadow rays, and the rays that join its path to those of other samples.
+/// shadow rays, and the rays that join its path to those of other samples. And the number of bounces of its path.
 #[derive(Default)]
 pub(super) struct RayCounts {
-    on: bool,
+    counts_rays: bool,
+    counts_bounces: bool,
     rays: Vec<u32>,
+    bounces: Vec<u32>,
 }
 
 impl RayCounts {
-    /// Counts the rays of the following batches.
-    pub(super) fn turn_on(&mut self, on: bool) {
-        self.on |= on;
+    /// Counts rays, bounces or both of the following batches.
+    pub(super) fn turn_on(&mut self, rays: bool, bounces: bool) {
+        self.counts_rays |= rays;
+        self.counts_bounces |= bounces;
     }
 
-    /// The counts of the last batch.
+    /// The numbers of rays of the last batch.
     pub(super) fn rays(&self) -> &[u32] {
         &self.rays
     }
 
+    /// The numbers of bounces of the last batch.
+    pub(super) fn bounces(&self) -> &[u32] {
+        &self.bounces
+    }
+
     /// Begins a batch.
     pub(super) fn begin(&mut self, samples: usize) {
-        if self.on {
-            self.rays.clear();
-            self.rays.resize(samples, 0);
+        for (list, _) in [(&mut self.rays, self.counts_rays), (&mut self.bounces, self.counts_bounces)]
+            .into_iter()
+            .filter(|(_, on)| *on)
+        {
+            list.clear();
+            list.resize(samples, 0);
         }
     }
 
@@ -41,10 +54,16 @@ impl RayCounts {
         }
     }
 
-    /// Counts one ray of each of these samples.
-    pub(super) fn add_all(&mut self, samples: &[u32]) {
-        if self.on {
+    /// Counts one ray of each of these samples, whose paths are continued by it.
+    pub(super) fn begin_round(&mut self, samples: &[u32], paths: &[Path]) {
+        if self.counts_rays {
             samples.iter().for_each(|sample| self.add(*sample));
+        }
+        if self.counts_bounces {
+            for &sample in samples {
+                let i = sample as usize;
+                self.bounces[i] = paths[i].bounces.total;
+            }
         }
     }
 }

@@ -1,7 +1,5 @@
 //! Replay: one sample traced again with a record.
 
-use std::sync::Arc;
-
 use super::path_batch::PathBatch;
 use super::record::{DonorRecord, End, Off, PathRecord, SharedRecord};
 use super::shared_paths::cluster;
@@ -75,7 +73,7 @@ pub fn replay_at(p: &Prepared, id: SampleId, place: [f64; 2]) -> Result<PathReco
     let shared = in_cluster(context, id);
     let mut batch = PathBatch::new(context, record);
     if let Some(photons) = integrator.photons(scene, view, id.index) {
-        batch.find_photons(Arc::new(photons));
+        batch.find_photons(photons);
     }
     let mut out = Vec::new();
     batch.radiance(&samples, &mut out, &mut RayStats::default());

@@ -3,6 +3,7 @@
 use super::LightSampling;
 use super::dispersion::DispersiveHit;
 use super::light_resampling::{CANDIDATES, resample};
+use super::lobe_split::Share;
 use super::media::Boundary;
 use super::path_batch::{Path, PathBatch, VertexInput};
 use super::record::{End, InfiniteLightRecord, Passage, Record, Roulette};
@@ -382,6 +383,7 @@ impl<R: Record> PathBatch<'_, R> {
             self.push_media(sample, media);
         }
         self.groups.push_shadow_ray(self.groups.of_sample(self.scene, lit));
+        self.lobes.push_shadow_ray(sample, || Share::of_vertex(v, wi_local, crosses));
         self.shadows.push(&ray, v.surface, sample, light);
     }
 
@@ -436,6 +438,10 @@ impl<R: Record> PathBatch<'_, R> {
             path.beta *= terminator as f32;
         }
         self.record.note(|r| r.scattered(wi, &s, terminator, path.beta));
+        self.lobes.leaves(sample, || match s.lobe.is_delta && !crosses {
+            true => Share::lobe(false),
+            false => Share::of_vertex(v, s.wi, crosses),
+        });
         path.bounces = bounces;
         path.from_camera = false;
         path.seen_through &= crosses && !s.lobe.is_diffuse;

@@ -25,6 +25,7 @@
 
 use super::LightSampling;
 use super::dispersion::BAND_SET;
+use super::lobe_split::Share;
 use super::path_batch::{Path, PathBatch, RayQueue};
 use super::record::{End, Record, Roulette};
 use super::shade::MAX_VERTICES;
@@ -265,6 +266,7 @@ impl<R: Record> PathBatch<'_, R> {
         let [u0, u1, ..] = path.sampler.four(path.segment_set(Purpose::Direction));
         let (wi, pdf) = phase.sample(ray.direction, [u0, u1]);
         let p = ray.at(t);
+        self.lobes.leaves(sample, || Share::Volume);
         path.vertex += 1;
         path.bounces.total += 1;
         path.from_camera = false;

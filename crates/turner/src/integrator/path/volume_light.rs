@@ -9,6 +9,7 @@
 //! Each factor is exact in homogeneous media (Beer–Lambert law) and an unbiased ratio-tracking estimate in others.
 
 use super::LightSampling;
+use super::lobe_split::Share;
 use super::media::Media;
 use super::path_batch::PathBatch;
 use super::record::Record;
@@ -83,6 +84,7 @@ impl<R: Record> PathBatch<'_, R> {
         let stream = path.sampler.stream(c.stream);
         let media = ShadowRayMedia { media: path.media, stream, equiangular: c.equiangular };
         self.groups.push_shadow_ray(self.groups.of_sample(self.scene, lit));
+        self.lobes.push_shadow_ray(c.sample, || Share::Volume);
         self.shadows.push_from_medium(&ray, c.sample, light, media);
     }
 

@@ -256,6 +256,7 @@ impl<R: Record> PathBatch<'_, R> {
         let luminance = f64::from(added.luminance());
         self.by_photons += luminance;
         self.split.gathered(sample, added);
+        self.lobes.gathered(sample, added);
         self.photon_variance += luminance * luminance / f64::from(gathered.count.max(1));
         self.record.note(|r| r.gathered(photons.radius, gathered, added));
     }

@@ -20,6 +20,7 @@ use turner_bvh::lanes::{Block, Block32, LANES, Simd, Work, dispatch};
 use super::LightSampling;
 use super::caustics::NextVertex;
 use super::light_resampling::{CANDIDATES, resample};
+use super::lobe_split::Share;
 use super::path_batch::PathBatch;
 use super::record::Record;
 use super::shade::MAX_VERTICES;
@@ -350,13 +351,14 @@ impl<R: Record> PathBatch<'_, R> {
 
     /// Traces the shadow ray of a lane.
     #[inline]
-    fn connect_lane<K>(&mut self, block: &VertexBlock<K>, shading: &Shading, lane: usize) {
+    fn connect_lane<K: shade::Kind>(&mut self, block: &VertexBlock<K>, shading: &Shading, lane: usize) {
         let sample = block.samples[lane];
         let indirect = self.paths[sample as usize].bounces.total > 0;
         let light = self.settings.clamped(get32(&shading.light, lane), indirect);
         let t_max = if shading.finite >> lane & 1 == 1 { 1.0 } else { f64::INFINITY };
         let ray = Ray { t_max, ..Ray::new(get(&shading.origin, lane), get(&shading.shadow, lane)) };
         self.groups.push_shadow_ray(shading.groups[lane]);
+        self.lobes.push_shadow_ray(sample, || Share::lobe(K::LOBE.is_diffuse));
         self.shadows.push_ray(&ray, block.from[lane], sample, light);
     }
 
@@ -380,6 +382,7 @@ impl<R: Record> PathBatch<'_, R> {
             self.update_reverse_pdf_lambert(sample, &to, -get(&block.direction, lane));
         }
         let path = &mut self.paths[sample as usize];
+        self.lobes.leaves(sample, || Share::lobe(K::LOBE.is_diffuse));
         path.beta = get32(&shading.beta_next, lane);
         path.bounces = bounces;
         path.from_camera = false;

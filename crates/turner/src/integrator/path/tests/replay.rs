@@ -85,6 +85,22 @@ fn samples_with_light_paths_are_sums_of_their_records() {
     assert!(gathered > 4, "{gathered}");
 }
 
+/// A further pixel of the same sample index does not trace the light paths again.
+#[test]
+fn photons_of_the_last_sample_are_kept() {
+    let mut kept = 0;
+    for (name, desc, _) in scenes() {
+        let scene = prepared(&with_caustics(desc, Caustics::Full));
+        scene.choose();
+        let of = |index| scene.integrator.photons(&scene.scene, &scene.view, index);
+        let (Some(first), Some(again)) = (of(1), of(1)) else { continue };
+        assert!(std::sync::Arc::ptr_eq(&first, &again), "{name}");
+        assert!(of(2).is_some_and(|other| other.index == 2), "{name}");
+        kept += 1;
+    }
+    assert!(kept > 0);
+}
+
 /// Whether `found` equals `expected` up to a few roundings.
 fn near(found: Spectrum, expected: Spectrum) -> bool {
     let pairs = found.to_array().into_iter().zip(expected.to_array());
