@@ -1,5 +1,6 @@
 //! Panels: one file each. The table in `layout` lists them.
 
+pub(crate) mod alternatives;
 pub(crate) mod compare;
 pub(crate) mod doctor;
 pub(crate) mod effects;

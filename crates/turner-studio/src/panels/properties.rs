@@ -6,13 +6,13 @@ use turner::color::Transfer;
 use turner::description::{ObjectContent, ObjectDesc, SceneLight};
 use turner::film::FilmDesc;
 use turner::light::LightDesc;
-use turner::schema::value::{Data, Table, Value};
+use turner::schema::value::{Data, Span, Table, Value};
 use turner::schema::{EntryDoc, Field};
 
 use crate::actions::Action;
 use crate::changes::DIRECTION;
 use crate::node::Node;
-use crate::panels::{model, swatch};
+use crate::panels::{alternatives, model, swatch};
 use crate::studio::{Dialog, Purpose, Studio};
 use crate::widgets::compound;
 use crate::widgets::field::{self, Around, Change};
@@ -65,6 +65,7 @@ pub(crate) fn show(ui: &mut Ui, studio: &mut Studio) {
         encoded: desc.film.transfer == Transfer::None,
         film: [desc.film.width, desc.film.height],
         is_directional: matches!(node, Node::Light(i) if is_directional(&desc, i)),
+        part: &table,
         defaults: &defaults(node, &desc),
     };
     let mut changes: Vec<(&'static str, Change)> = Vec::new();
@@ -311,7 +312,18 @@ fn apply(studio: &mut Studio, node: Node, path: &str, table: &Table, key: &'stat
     match change {
         Change::Set(data) => {
             studio.moving();
-            let mut edits = vec![(format!("{path}.{key}"), data)];
+            // The lists of a mesh are read together.
+            let is_inline = key != "type" && table.get("positions").is_some();
+            let inline = || {
+                let mut table = table.clone();
+                table.set(key, Span::NONE, Value::new(data.clone()));
+                table
+            };
+            let whole = alternatives::set(table, key).or_else(|| is_inline.then(inline));
+            let mut edits = match whole {
+                Some(whole) => vec![(path.to_owned(), Data::Table(whole))],
+                None => vec![(format!("{path}.{key}"), data)],
+            };
             if key == "type" && edits[0].1 == Data::String("directional".into()) {
                 // Without a direction it is no light yet.
                 let from = DIRECTION.to_array().map(|v| Value::new(Data::Number(v)));
@@ -322,7 +334,8 @@ fn apply(studio: &mut Studio, node: Node, path: &str, table: &Table, key: &'stat
         }
         Change::Unset => {
             let mut rest = table.clone();
-            rest.entries.retain(|entry| entry.key != key);
+            let other = alternatives::other(table, key);
+            rest.entries.retain(|entry| entry.key != key && Some(entry.key.as_str()) != other);
             let result = studio.document.set(&label, None, &[(path.to_owned(), Data::Table(rest))]);
             studio.check(result);
         }

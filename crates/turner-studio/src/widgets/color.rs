@@ -1,9 +1,9 @@
 //! Colours: a button with a picker, and numbers for values that no display shows.
 
-use egui::{ComboBox, DragValue, Ui};
+use egui::{DragValue, Ui};
 use turner::schema::Range;
 
-use super::{entry, name, name_number};
+use super::{name, name_number};
 
 /// Edits a colour. With `encoded`, values are display values as in classic scenes; else they are linear. Returns whether
 /// it changed.
@@ -46,18 +46,4 @@ pub(crate) fn edit(
         }
     });
     changed
-}
-
-/// A list of textures to choose instead of a value.
-pub(crate) fn texture(ui: &mut Ui, label: &str, textures: &[String]) -> Option<String> {
-    let mut chosen = None;
-    let combo = ComboBox::from_id_salt((label, "texture")).selected_text("").width(20.0).show_ui(ui, |ui| {
-        for texture in textures {
-            if entry(ui, false, texture).clicked() {
-                chosen = Some(texture.clone());
-            }
-        }
-    });
-    name(&combo.response, egui::Role::ComboBox, &format!("{label} texture"));
-    chosen
 }

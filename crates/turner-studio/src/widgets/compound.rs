@@ -1,46 +1,58 @@
 //! Values that consist of others: lists, tuples, tables by name, transforms, and values of one of several kinds.
 
-use egui::{ComboBox, DragValue, TextEdit, Ui};
+use std::cell::Cell;
+
+use egui::{ComboBox, DragValue, PopupCloseBehavior, TextEdit, Ui};
 use turner::math::{DAffine3, DMat3, DVec3};
 use turner::schema::value::{Data, Table, Value};
 use turner::schema::{Field, Range};
 
-use super::field::Around;
+use super::field::{self, Around, Change, number, numbers as as_numbers};
 use super::kind::{Kind, numbers};
-use super::{color, name, name_number, name_switch, name_text, transform};
+use super::{entry, name, name_number, name_text, start, transform};
 
 /// Items of a list that are shown at once.
 const PAGE: usize = 12;
 
 /// What all parts of a value have in common.
-pub(crate) struct Form<'a> {
-    pub(crate) around: &'a Around<'a>,
-    pub(crate) range: Option<Range>,
+struct Form<'a> {
+    around: &'a Around<'a>,
+    field: &'a Field,
+    range: Option<Range>,
+    /// What a part asks for besides a new value: to show a texture.
+    aside: Cell<Option<Change>>,
 }
 
 impl Form<'_> {
     /// Shows a value and returns the new one, if it changes. `label` names its widgets.
-    pub(crate) fn edit(&self, ui: &mut Ui, kind: &Kind, label: &str, data: &Data) -> Option<Data> {
+    fn edit(&self, ui: &mut Ui, kind: &Kind, label: &str, data: &Data) -> Option<Data> {
         match kind {
-            Kind::Switch => self.switch(ui, label, data),
-            Kind::Number { whole } => self.number(ui, label, data, *whole),
-            Kind::Text | Kind::File => self.text(ui, label, data),
-            Kind::Color => self.color(ui, label, data),
-            Kind::Source => self.source(ui, label, data),
-            Kind::Part(part) => self.choice(ui, label, data, &self.around.names(part)),
-            Kind::Word(words) => {
-                let words: Vec<String> = words.iter().map(|word| (*word).to_owned()).collect();
-                self.choice(ui, label, data, &words)
+            Kind::Switch => field::switch(ui, label, Some(data)),
+            Kind::Number { whole } => {
+                // Whole numbers within others count something.
+                let counts = Range { min: 0.0, ..Range::FINITE };
+                let range = self.range.or(whole.then_some(counts));
+                field::number_box(ui, label, range, number(data)?, *whole)
             }
+            Kind::Text | Kind::File => {
+                field::text(ui, label, Some(data)).filter(|now| !now.is_empty()).map(Data::String)
+            }
+            Kind::Color => field::colour(ui, label, None, Some(data), self.around),
+            Kind::Source => self.source(ui, label, None, data),
+            Kind::Part(part) => self.part(ui, label, data, part, false),
+            Kind::Word(words) => choice(ui, label, data, words.iter().copied()),
             Kind::Tuple(parts) => self.tuple(ui, parts, label, data),
             Kind::List(item) => match &**item {
-                Kind::Word(words) => self.words(ui, words, label, data),
+                Kind::Word(words) => some_of(ui, words, label, data),
                 item => self.list(ui, item, label, data),
             },
             Kind::ByName(item) => self.by_name(ui, item, label, data),
             Kind::Transform => edit_transform(ui, label, data),
             Kind::Literal(_) | Kind::False => None,
-            Kind::OneOf(kinds) => self.one_of(ui, kinds, label, data),
+            Kind::OneOf(kinds) => match kinds.as_slice() {
+                [Kind::Part(part), Kind::False] => self.part(ui, label, data, part, true),
+                kinds => self.one_of(ui, kinds, label, data),
+            },
         }
     }
 
@@ -48,70 +60,37 @@ impl Form<'_> {
         kind.start(&|part| self.around.names(part))
     }
 
-    fn switch(&self, ui: &mut Ui, label: &str, data: &Data) -> Option<Data> {
-        let mut on = matches!(data, Data::Bool(true));
-        let response = ui.checkbox(&mut on, "");
-        name_switch(&response, label, on);
-        response.changed().then_some(Data::Bool(on))
-    }
-
-    fn number(&self, ui: &mut Ui, label: &str, data: &Data, whole: bool) -> Option<Data> {
-        let mut v = as_number(data)?;
-        let Range { min, max, .. } = self.range.unwrap_or(Range::FINITE);
-        let speed = if whole { 0.2 } else { (v.abs() * 0.01).max(0.005) };
-        let drag =
-            DragValue::new(&mut v).range(min..=max).speed(speed).max_decimals(if whole { 0 } else { 4 });
-        let response = ui.add(drag);
-        name_number(&response, label, v);
-        let data = if whole { Data::Integer(v.round() as i64) } else { Data::Number(v) };
-        response.changed().then_some(data)
-    }
-
-    fn text(&self, ui: &mut Ui, label: &str, data: &Data) -> Option<Data> {
-        let mut now = as_text(data).to_owned();
-        let response = ui.add(TextEdit::singleline(&mut now).desired_width(120.0));
-        name_text(&response, label, &now);
-        (response.changed() && !now.is_empty()).then_some(Data::String(now))
-    }
-
-    fn color(&self, ui: &mut Ui, label: &str, data: &Data) -> Option<Data> {
-        let mut rgb = as_color(data)?;
-        color::edit(ui, &mut rgb, self.around.encoded, None, label).then(|| numbers(rgb))
-    }
-
     /// A colour, or a texture by its name.
-    fn source(&self, ui: &mut Ui, label: &str, data: &Data) -> Option<Data> {
-        let mut change = if let Data::String(_) = data { None } else { self.color(ui, label, data) };
-        let texture = as_text(data);
-        let shown = if texture.is_empty() { "colour" } else { texture };
-        let combo =
-            ComboBox::from_id_salt((label, "source")).selected_text(shown).width(60.0).show_ui(ui, |ui| {
-                if ui.selectable_label(texture.is_empty(), "colour").clicked() && !texture.is_empty() {
-                    change = Some(numbers([0.5; 3]));
-                }
-                for name in self.around.textures {
-                    if ui.selectable_label(texture == name, name).clicked() {
-                        change = Some(Data::String(name.clone()));
-                    }
-                }
-            });
-        name(&combo.response, egui::Role::ComboBox, &format!("{label} texture"));
-        change
+    fn source(&self, ui: &mut Ui, label: &str, range: Option<Range>, data: &Data) -> Option<Data> {
+        self.keep(field::source(ui, label, range, Some(data), false, self.around))
     }
 
-    fn choice(&self, ui: &mut Ui, label: &str, data: &Data, words: &[String]) -> Option<Data> {
-        let now = as_text(data);
-        let mut chosen = None;
-        let shown = if now.is_empty() { "none" } else { now };
-        let combo = ComboBox::from_id_salt(label).selected_text(shown).show_ui(ui, |ui| {
-            for word in words {
-                if ui.selectable_label(now == word, word).clicked() && now != word {
-                    chosen = Some(Data::String(word.clone()));
-                }
+    /// A weight: a number, a colour or a texture.
+    fn weight(&self, ui: &mut Ui, label: &str, data: &Data) -> Option<Data> {
+        let Some(weight) = number(data) else { return self.source(ui, label, self.range, data) };
+        let new = field::number_box(ui, label, self.range, weight, false);
+        // A grey would be a number again.
+        let other = field::instead(ui, label, None, false, false, [0.9, 0.6, 0.3], self.around);
+        new.or(self.keep(other))
+    }
+
+    fn keep(&self, change: Option<Change>) -> Option<Data> {
+        match change? {
+            Change::Set(data) => Some(data),
+            other => {
+                self.aside.set(Some(other));
+                None
             }
-        });
-        name(&combo.response, egui::Role::ComboBox, label);
-        chosen
+        }
+    }
+
+    /// A part of the scene by its name; with `optional`, also none.
+    fn part(&self, ui: &mut Ui, label: &str, data: &Data, part: &str, optional: bool) -> Option<Data> {
+        let names = self.around.names(part);
+        let none = optional.then_some(("none", ""));
+        let chosen = choice(ui, label, data, none.into_iter().chain(names.iter().map(|n| (n.as_str(), ""))))?;
+        let is_none = optional && as_text(&chosen) == "none";
+        Some(if is_none { Data::Bool(false) } else { chosen })
     }
 
     fn tuple(&self, ui: &mut Ui, parts: &[(String, Kind)], label: &str, data: &Data) -> Option<Data> {
@@ -127,39 +106,14 @@ impl Form<'_> {
                     name if name.len() < 2 => axis.map_or_else(|| (i + 1).to_string(), str::to_owned),
                     name => name.to_owned(),
                 };
-                if let Some(new) = self.edit(ui, kind, &format!("{label}, {name}"), &item.data) {
+                let own = format!("{label}, {name}");
+                if let Some(new) = self.edit(ui, kind, &own, &item.data) {
                     item.data = new;
                     changed = true;
                 }
             }
         });
         changed.then_some(Data::Array(items))
-    }
-
-    /// Some of a few words, in a menu of switches.
-    fn words(&self, ui: &mut Ui, words: &[&str], label: &str, data: &Data) -> Option<Data> {
-        let Data::Array(items) = data else { return None };
-        let mut change = None;
-        let text = match items.len() {
-            0 => "none".to_owned(),
-            1 => as_text(&items[0].data).to_owned(),
-            n => format!("{n} of {}", words.len()),
-        };
-        let menu = ui.menu_button(text, |ui| {
-            egui::ScrollArea::vertical().max_height(320.0).show(ui, |ui| {
-                for word in words {
-                    let has = items.iter().any(|item| as_text(&item.data) == *word);
-                    let mut on = has;
-                    if ui.checkbox(&mut on, *word).changed() {
-                        let others = items.iter().filter(|item| as_text(&item.data) != *word).cloned();
-                        let added = on.then(|| Value::new(Data::String((*word).to_owned())));
-                        change = Some(Data::Array(others.chain(added).collect()));
-                    }
-                }
-            });
-        });
-        name(&menu.response, egui::Role::Button, label);
-        change
     }
 
     fn list(&self, ui: &mut Ui, kind: &Kind, label: &str, data: &Data) -> Option<Data> {
@@ -185,7 +139,11 @@ impl Form<'_> {
                 let own = format!("{label} {}", i + 1);
                 ui.push_id(i, |ui| {
                     ui.horizontal_top(|ui| {
-                        if let Some(new) = self.edit(ui, kind, &own, &item.data) {
+                        let new = match kind {
+                            Kind::Source => self.weight(ui, &own, &item.data),
+                            kind => self.edit(ui, kind, &own, &item.data),
+                        };
+                        if let Some(new) = new {
                             let mut items = items.clone();
                             items[i].data = new;
                             change = Some(Data::Array(items));
@@ -203,11 +161,12 @@ impl Form<'_> {
             let button = ui.small_button("Add").on_hover_text("Add one at the end, like the last one");
             name(&button, egui::Role::Button, &format!("Add to {label}"));
             if button.clicked() {
-                let new = items.last().map(|item| item.data.clone()).or_else(|| self.start(kind));
-                change = new.map(|new| {
-                    let new = Value::new(new);
-                    Data::Array(items.iter().cloned().chain([new]).collect())
-                });
+                let new = match items.last() {
+                    Some(last) => vec![last.clone()],
+                    None => start::items(self.field, kind, self.around),
+                };
+                let all = items.iter().cloned().chain(new).collect();
+                change = Some(Data::Array(all));
             }
         });
         change
@@ -270,7 +229,7 @@ impl Form<'_> {
             let shown = now.map_or_else(|| "none".to_owned(), |i| kinds[i].label());
             let combo = ComboBox::from_id_salt((label, "kind")).selected_text(shown).show_ui(ui, |ui| {
                 for (i, kind) in kinds.iter().enumerate() {
-                    if ui.selectable_label(now == Some(i), kind.label()).clicked() && now != Some(i) {
+                    if entry(ui, now == Some(i), kind.label()).clicked() && now != Some(i) {
                         change = self.start(kind);
                     }
                 }
@@ -286,63 +245,111 @@ impl Form<'_> {
     }
 }
 
-/// A key of any kind. Without a value, a button gives it one.
-pub(crate) fn row(ui: &mut Ui, field: &Field, shown: Option<&Data>, around: &Around<'_>) -> Option<Data> {
+/// The value of a key. Without one, a button gives it one.
+pub(crate) fn show(ui: &mut Ui, field: &Field, shown: Option<&Data>, around: &Around<'_>) -> Option<Change> {
     let kind = Kind::of(field);
-    let form = Form { around, range: field.range };
+    // The format has no range for a viewport, but no picture without a size.
+    let is_size = field.name == "viewport";
+    let range = field.range.or_else(|| is_size.then_some(Range::POSITIVE));
+    let form = Form { around, field, range, aside: Cell::default() };
     let label = field.name.replace('_', " ");
-    let fits = shown.filter(|data| kind.takes(data));
-    if let Some(data) = fits {
-        return form.edit(ui, &kind, &label, data);
+    let set = |data: Option<Data>| data.map(Change::Set).or_else(|| form.aside.take());
+    if let Some(data) = shown.filter(|data| kind.takes(data)) {
+        return set(form.edit(ui, &kind, &label, data));
     }
     // A list may be empty, a table of names, too.
     let empty = match &kind {
-        Kind::List(_) => Some(Data::Array(Vec::new())),
-        Kind::ByName(_) | Kind::Transform => Some(Data::Table(Table::default())),
+        Kind::List(_) => Some((&kind, Data::Array(Vec::new()))),
+        Kind::ByName(_) | Kind::Transform => Some((&kind, Data::Table(Table::default()))),
+        // The materials of a file have names.
+        Kind::OneOf(kinds) if has_file(around.part) => kinds
+            .iter()
+            .find(|kind| matches!(kind, Kind::ByName(_)))
+            .map(|kind| (kind, Data::Table(Table::default()))),
         _ => None,
     };
-    if let Some(empty) = empty {
-        return form.edit(ui, &kind, &label, &empty);
+    match empty {
+        Some((kind, empty)) => set(form.edit(ui, kind, &label, &empty)),
+        None => field::automatic(ui, field, || start::value(field, &kind, around)),
     }
-    let button = ui.button("automatic").on_hover_text("Choose a value");
-    name(&button, egui::Role::Button, field.name);
-    button.clicked().then(|| form.start(&kind)).flatten()
 }
 
-fn as_number(data: &Data) -> Option<f64> {
-    match data {
-        Data::Integer(i) => Some(*i as f64),
-        Data::Number(v) => Some(*v),
-        _ => None,
-    }
+/// Whether a part is read from a file. The data of large meshes without one have a name that begins with `'`.
+fn has_file(part: &Table) -> bool {
+    part.get("file").is_some_and(|file| !as_text(&file.data).starts_with('\''))
+}
+
+/// One of some words. The texts beside them are their meanings.
+fn choice<'w>(
+    ui: &mut Ui,
+    label: &str,
+    data: &Data,
+    words: impl Iterator<Item = (&'w str, &'w str)>,
+) -> Option<Data> {
+    let now = if as_text(data).is_empty() { "none" } else { as_text(data) };
+    let mut chosen = None;
+    let combo = ComboBox::from_id_salt(label).selected_text(now).show_ui(ui, |ui| {
+        for (word, meaning) in words {
+            let mut response = entry(ui, now == word, word);
+            if !meaning.is_empty() {
+                response = response.on_hover_text(meaning);
+            }
+            if response.clicked() && now != word {
+                chosen = Some(Data::String(word.to_owned()));
+            }
+        }
+    });
+    name(&combo.response, egui::Role::ComboBox, label);
+    chosen
+}
+
+/// Some of a few words, as switches in a list that stays open: several are chosen one after another.
+fn some_of(ui: &mut Ui, words: &[(&str, &str)], label: &str, data: &Data) -> Option<Data> {
+    let Data::Array(items) = data else { return None };
+    let mut change = None;
+    let on: Vec<&str> = items.iter().map(|item| as_text(&item.data)).collect();
+    let text = if on.is_empty() { "none".to_owned() } else { on.join(", ") };
+    let combo = ComboBox::from_id_salt(label)
+        .selected_text(text)
+        .truncate()
+        .close_behavior(PopupCloseBehavior::CloseOnClickOutside);
+    let combo = combo.show_ui(ui, |ui| {
+        for (word, meaning) in words {
+            let mut has = on.contains(word);
+            if ui.checkbox(&mut has, *word).on_hover_text(*meaning).changed() {
+                let others = items.iter().filter(|item| as_text(&item.data) != *word).cloned();
+                let added = has.then(|| Value::new(Data::String((*word).to_owned())));
+                change = Some(Data::Array(others.chain(added).collect()));
+            }
+        }
+    });
+    name(&combo.response, egui::Role::ComboBox, label);
+    change
 }
 
 fn as_text(data: &Data) -> &str {
     if let Data::String(text) = data { text } else { "" }
 }
 
-fn as_numbers<const N: usize>(data: &Data) -> Option<[f64; N]> {
-    let Data::Array(items) = data else { return None };
-    let values: Option<Vec<f64>> = items.iter().map(|item| as_number(&item.data)).collect();
-    values?.try_into().ok()
-}
-
-fn as_color(data: &Data) -> Option<[f64; 3]> {
-    as_number(data).map(|v| [v; 3]).or_else(|| as_numbers(data))
+fn as_array<const N: usize>(data: &Data) -> Option<[f64; N]> {
+    as_numbers(data)?.try_into().ok()
 }
 
 /// A transform as the scene format writes those of a description: scale and translation, or a matrix.
 fn as_transform(table: &Table) -> Option<DAffine3> {
     let get = |key: &str| table.get(key).map(|value| &value.data);
     if let Some(Data::Array(rows)) = get("matrix") {
-        let rows: Option<Vec<[f64; 4]>> = rows.iter().map(|row| as_numbers(&row.data)).collect();
+        let rows: Option<Vec<[f64; 4]>> = rows.iter().map(|row| as_array(&row.data)).collect();
         let [x, y, z] = <[[f64; 4]; 3]>::try_from(rows?).ok()?;
         let column = |i: usize| DVec3::new(x[i], y[i], z[i]);
         let matrix3 = DMat3::from_cols(column(0), column(1), column(2));
         return Some(DAffine3 { matrix3, translation: column(3) });
     }
-    let scale = get("scale").map_or(Some([1.0; 3]), as_color)?;
-    let translation = get("translate").map_or(Some([0.0; 3]), as_numbers)?;
+    let scale = match get("scale") {
+        Some(data) => number(data).map(|v| [v; 3]).or_else(|| as_array(data))?,
+        None => [1.0; 3],
+    };
+    let translation = get("translate").map_or(Some([0.0; 3]), as_array)?;
     let scale = DMat3::from_diagonal(DVec3::from(scale));
     Some(DAffine3 { matrix3: scale, translation: DVec3::from(translation) })
 }
@@ -359,7 +366,10 @@ pub(crate) fn of_transform(m: &DAffine3) -> Data {
 
 fn edit_transform(ui: &mut Ui, label: &str, data: &Data) -> Option<Data> {
     let Data::Table(table) = data else { return None };
-    let own = as_transform(table)?;
+    let Some(own) = as_transform(table) else {
+        ui.weak("a transform in steps").on_hover_text("Edit it in the file");
+        return None;
+    };
     let mut moved = None;
     ui.vertical(|ui| {
         egui::Grid::new((label, "transform")).num_columns(2).spacing([6.0, 2.0]).show(ui, |ui| {
@@ -385,5 +395,8 @@ mod tests {
         assert_eq!(as_transform(&table), Some(DAffine3::IDENTITY));
         table.push("scale", Data::Number(2.0));
         assert_eq!(as_transform(&table), Some(DAffine3::from_scale(DVec3::splat(2.0))));
+        table.push("translate", numbers([1.0, 0.0, 0.0]));
+        let moved = as_transform(&table).unwrap();
+        assert_eq!(moved.transform_point3(DVec3::ONE), DVec3::new(3.0, 2.0, 2.0));
     }
 }

@@ -3,11 +3,11 @@
 
 use egui::{ComboBox, DragValue, TextEdit, Ui};
 use turner::color::Transfer;
-use turner::schema::value::{Data, Value};
+use turner::schema::value::{Data, Table, Value};
 use turner::schema::{Field, Range};
 
 use super::kind::{Kind, numbers as array};
-use super::{color, compound, entry, lists, name_number, name_switch, name_text};
+use super::{color, compound, entry, name_number, name_switch, name_text, start};
 
 /// What a row asks for.
 pub(crate) enum Change {
@@ -37,6 +37,8 @@ pub(crate) struct Around<'a> {
     pub(crate) film: [u32; 2],
     /// Whether the part is a directional light.
     pub(crate) is_directional: bool,
+    /// The keys of the part.
+    pub(crate) part: &'a Table,
     /// Defaults that depend on other parts of the scene.
     pub(crate) defaults: &'a [(&'static str, Data)],
 }
@@ -124,10 +126,8 @@ pub(crate) fn number(data: &Data) -> Option<f64> {
 }
 
 pub(crate) fn numbers(data: &Data) -> Option<Vec<f64>> {
-    match data {
-        Data::Array(items) => items.iter().map(|item| number(&item.data)).collect(),
-        _ => None,
-    }
+    let Data::Array(items) = data else { return None };
+    items.iter().map(|item| number(&item.data)).collect()
 }
 
 fn widget(
@@ -144,27 +144,17 @@ fn widget(
         return word(ui, field, shown, words);
     }
     match kind.as_str() {
-        "true | false" => {
-            let mut on = matches!(shown, Some(Data::Bool(true)));
-            let response = ui.checkbox(&mut on, "");
-            name_switch(&response, field.name, on);
-            response.changed().then_some(Change::Set(Data::Bool(on)))
-        }
+        "true | false" => switch(ui, field.name, shown).map(Change::Set),
         "number" | "integer" => scalar(ui, field, shown, kind == "integer"),
         "color" => colour(ui, field.name, field.range, shown, around).map(Change::Set),
         "color | texture" => source(ui, field.name, field.range, shown, true, around),
-        "[width, height] | height" => lists::viewport(ui, field, shown),
-        "\"none\" | \"inverse-square\" | [constant, linear, quadratic]" => {
-            lists::attenuation(ui, field, shown)
-        }
-        "[[position, color | texture], …]" => lists::stops(ui, field, shown, around),
-        "[color | texture, …]" => lists::weights(ui, field, shown, around),
-        "[material, …]" => lists::materials(ui, field, shown, around),
-        "transform" => lists::placement(ui, shown),
         "material" => reference(ui, field, shown, "material", around.materials),
         "medium" => reference(ui, field, shown, "medium", around.media),
         // The name of a file is no file until its last letter.
-        "\"text\"" if field.name != "file" => text(ui, field, shown),
+        "\"text\"" if field.name != "file" => text(ui, field.name, shown).map(|now| match now.is_empty() {
+            true => Change::Unset,
+            false => Change::Set(Data::String(now)),
+        }),
         "\"text\"" | "\"image file\"" | "\"IES file\"" | "\"grid file\"" => {
             let name = if let Some(Data::String(name)) = shown { name.clone() } else { "none".into() };
             let button = ui.button(name).on_hover_text("Choose a file");
@@ -172,14 +162,7 @@ fn widget(
             button.clicked().then_some(Change::File(false))
         }
         "group" => reference(ui, field, shown, "group", around.groups),
-        kind => match lists::parts(kind) {
-            Some((count, whole)) => match shown.and_then(numbers).filter(|values| values.len() == count) {
-                Some(values) => lists::vector(ui, field, values, whole),
-                None => automatic(ui, field, || lists::start(field, count, whole, around)),
-            },
-            None if !words.is_empty() => lists::words(ui, field, shown),
-            None => compound::row(ui, field, shown, around).map(Change::Set),
-        },
+        _ => compound::show(ui, field, shown, around),
     }
 }
 
@@ -202,26 +185,29 @@ pub(crate) fn written(ui: &mut Ui, field: &Field, value: Option<&Data>) -> Optio
     is_new.then_some(if now.is_empty() { Change::Unset } else { Change::Set(Data::String(now)) })
 }
 
-pub(crate) fn limits(field: &Field) -> Range {
-    field.range.unwrap_or(Range::FINITE)
-}
-
 /// A key without a value. A click gives it one.
-fn automatic(ui: &mut Ui, field: &Field, start: impl FnOnce() -> Data) -> Option<Change> {
+pub(crate) fn automatic(ui: &mut Ui, field: &Field, start: impl FnOnce() -> Option<Data>) -> Option<Change> {
     let button = ui.button("automatic").on_hover_text("Choose a value");
     super::name(&button, egui::Role::Button, field.name);
-    button.clicked().then(|| Change::Set(start()))
+    button.clicked().then(start).flatten().map(Change::Set)
 }
 
 fn scalar(ui: &mut Ui, field: &Field, shown: Option<&Data>, whole: bool) -> Option<Change> {
-    let Some(mut v) = shown.and_then(number) else {
-        return automatic(ui, field, || {
-            let Range { min, max, .. } = limits(field);
-            let start = if (min..=max).contains(&1.0) { 1.0 } else { (0.5 * (min + max)).clamp(min, max) };
-            if whole { Data::Integer(start as i64) } else { Data::Number(start) }
-        });
-    };
-    let Range { min, open_min, max, .. } = limits(field);
+    match shown.and_then(number) {
+        Some(v) => number_box(ui, field.name, field.range, v, whole).map(Change::Set),
+        None => automatic(ui, field, || Some(start::scalar(field, whole))),
+    }
+}
+
+/// A number within a range.
+pub(crate) fn number_box(
+    ui: &mut Ui,
+    name: &str,
+    range: Option<Range>,
+    mut v: f64,
+    whole: bool,
+) -> Option<Data> {
+    let Range { min, open_min, max, .. } = range.unwrap_or(Range::FINITE);
     // An excluded end is approached, not reached.
     let low = if open_min { min + 1e-6 } else { min };
     let narrow = max - min <= 1000.0;
@@ -234,9 +220,17 @@ fn scalar(ui: &mut Ui, field: &Field, shown: Option<&Data>, whole: bool) -> Opti
     };
     let drag = DragValue::new(&mut v).range(low..=max).speed(speed).max_decimals(if whole { 0 } else { 5 });
     let response = ui.add(drag);
-    name_number(&response, field.name, v);
+    name_number(&response, name, v);
     let data = if whole { Data::Integer(v.round() as i64) } else { Data::Number(v) };
-    response.changed().then_some(Change::Set(data))
+    response.changed().then_some(data)
+}
+
+/// true or false.
+pub(crate) fn switch(ui: &mut Ui, name: &str, shown: Option<&Data>) -> Option<Data> {
+    let mut on = matches!(shown, Some(Data::Bool(true)));
+    let response = ui.checkbox(&mut on, "");
+    name_switch(&response, name, on);
+    response.changed().then_some(Data::Bool(on))
 }
 
 fn word(
@@ -259,7 +253,7 @@ fn word(
     chosen
 }
 
-fn colour(
+pub(crate) fn colour(
     ui: &mut Ui,
     name: &str,
     range: Option<Range>,
@@ -307,9 +301,23 @@ pub(crate) fn source(
         }
         None => change = colour(ui, name, range, shown, around).map(Change::Set),
     }
+    change.or(instead(ui, name, texture, texture.is_none(), files, [0.5; 3], around))
+}
+
+/// A list of what a colour or texture may be instead: a colour, which begins as `start`, or a texture.
+pub(crate) fn instead(
+    ui: &mut Ui,
+    name: &str,
+    texture: Option<&str>,
+    is_color: bool,
+    files: bool,
+    start: [f64; 3],
+    around: &Around<'_>,
+) -> Option<Change> {
+    let mut change = None;
     let combo = ComboBox::from_id_salt((name, "texture")).selected_text("").width(20.0).show_ui(ui, |ui| {
-        if entry(ui, texture.is_none(), "colour").clicked() && texture.is_some() {
-            change = Some(Change::Set(array([0.5; 3])));
+        if entry(ui, is_color, "colour").clicked() && !is_color {
+            change = Some(Change::Set(array(start)));
         }
         for other in around.textures {
             if entry(ui, texture == Some(other), other).clicked() {
@@ -354,9 +362,10 @@ pub(crate) fn reference(
     change
 }
 
-fn text(ui: &mut Ui, field: &Field, shown: Option<&Data>) -> Option<Change> {
+/// A text. Returns the new one.
+pub(crate) fn text(ui: &mut Ui, name: &str, shown: Option<&Data>) -> Option<String> {
     let mut now = if let Some(Data::String(text)) = shown { text.clone() } else { String::new() };
     let response = ui.add(TextEdit::singleline(&mut now).desired_width(140.0));
-    name_text(&response, field.name, &now);
-    response.changed().then_some(if now.is_empty() { Change::Unset } else { Change::Set(Data::String(now)) })
+    name_text(&response, name, &now);
+    response.changed().then_some(now)
 }

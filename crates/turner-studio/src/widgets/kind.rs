@@ -24,8 +24,8 @@ pub(crate) enum Kind {
     Source,
     /// A part of the scene by its name: "material", "medium", "group".
     Part(&'static str),
-    /// One of some words.
-    Word(Vec<&'static str>),
+    /// One of some words, each with its meaning.
+    Word(Vec<(&'static str, &'static str)>),
     /// A fixed number of values, each with its name.
     Tuple(Vec<(String, Kind)>),
     /// Any number of values of one kind.
@@ -46,7 +46,7 @@ impl Kind {
     /// That of a key.
     pub(crate) fn of(field: &Field) -> Kind {
         let text = (field.kind)();
-        let words: Vec<&'static str> = (field.words)().iter().map(|(word, _)| *word).collect();
+        let words = (field.words)().to_vec();
         match text.starts_with('[') {
             _ if words.is_empty() => Kind::parse(&text),
             true => Kind::List(Box::new(Kind::Word(words))),
@@ -112,7 +112,7 @@ impl Kind {
                 Data::String(_) => *self == Kind::Source,
                 data => is_number(data),
             },
-            (Kind::Word(words), Data::String(word)) => words.contains(&word.as_str()),
+            (Kind::Word(words), Data::String(word)) => words.iter().any(|(own, _)| own == word),
             (Kind::Literal(word), Data::String(own)) => word == own,
             (Kind::Tuple(parts), Data::Array(items)) => {
                 parts.len() == items.len()
@@ -147,7 +147,7 @@ impl Kind {
             Kind::File => return None,
             Kind::Color | Kind::Source => numbers([0.5; 3]),
             Kind::Part(part) => Data::String(names(part).into_iter().next()?),
-            Kind::Word(words) => Data::String((*words.first()?).to_owned()),
+            Kind::Word(words) => Data::String(words.first()?.0.to_owned()),
             Kind::Literal(word) => Data::String(word.clone()),
             Kind::Tuple(parts) => {
                 let parts: Option<Vec<Value>> =
@@ -225,6 +225,7 @@ mod tests {
             ("[u, v]", tuple(&["u", "v"])),
             ("[[x, y, z], …]", list(tuple(&["x", "y", "z"]))),
             ("[number, …]", list(number())),
+            ("[integer, integer]", Kind::Tuple(vec![(String::new(), Kind::Number { whole: true }); 2])),
             ("[\"text\", …]", list(Kind::Text)),
             ("\"IES file\"", Kind::File),
             ("[width, height] | height", Kind::OneOf(vec![tuple(&["width", "height"]), number()])),

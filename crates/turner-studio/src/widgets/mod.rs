@@ -5,7 +5,7 @@ pub(crate) mod compound;
 pub(crate) mod field;
 pub(crate) mod kind;
 pub(crate) mod light;
-pub(crate) mod lists;
+pub(crate) mod start;
 pub(crate) mod transform;
 
 use egui::{Response, Role, Ui, WidgetInfo, WidgetText};

@@ -308,7 +308,7 @@ pub(crate) fn one_step(window: &mut Window, what: &str, act: impl FnOnce(&mut Wi
 pub(crate) fn set(window: &mut Window, label: &str, value: f64) {
     match node(window, Role::SpinButton, label) {
         Some(node) => node.set_value_accesskit(value),
-        None => panic!("no number {label:?}; there are {:?}", names(window)),
+        None => panic!("no field {label:?}; there are {:?}", names(window)),
     }
     frames(window, 2);
 }

@@ -15,21 +15,8 @@ use turner_studio::studio::{Dialog, Purpose};
 
 use super::common::*;
 
-/// The data of meshes and points: lists as long as a model. They are shown, and edited in the file.
-const IN_THE_FILE: &[&str] = &[
-    "mesh.positions",
-    "mesh.triangles",
-    "mesh.normals",
-    "mesh.uvs",
-    "mesh.uvs_1",
-    "mesh.tangents",
-    "mesh.colors",
-    "mesh.face_materials",
-    "mesh.materials",
-    "points.positions",
-    "points.colors",
-    "points.radii",
-];
+/// What meshes and points do not go without.
+const REQUIRED: &[&str] = &["positions", "triangles"];
 
 pub(crate) fn textures() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../../scenes/classic")
@@ -131,7 +118,9 @@ impl Form<'_> {
         if self.has(Role::Button, &reset) {
             click(self.window, Role::Button, &reset);
             let key = label.replace(' ', "_");
-            if self.value(&key).is_some() {
+            let refused = REQUIRED.contains(&key.as_str())
+                && seen(self.window).message.as_ref().is_some_and(|message| message.is_error);
+            if self.value(&key).is_some() && !refused {
                 self.faults.push(format!("{name}: the button for the default leaves {:?}", self.value(&key)));
             }
         }
@@ -231,19 +220,20 @@ impl Form<'_> {
             let values = candidates(range, kind == "integer");
             return Some(self.set_number(&label, &values, |form, v| near(form.value(key), v)));
         }
-        let first = format!("{label}, x");
+        let parts = ["x", "width"].map(|part| format!("{label}, {part}"));
         if self.has(Role::Button, &label) && !kind.contains("file") && field.name != "file" {
-            // "automatic": a click gives it a value, and fields to change it.
+            // "automatic": a click gives it a value that can be rendered, and fields to change it.
+            let could_render = self.desc().prepare(&Default::default()).is_ok();
             let act = |window: &mut Window| click(window, Role::Button, &label);
             let right = |form: &Self| {
-                let has = form.has(Role::SpinButton, &label) || form.has(Role::SpinButton, &first);
-                form.value(key).is_some() && has
+                let has = parts.iter().chain([&label]).any(|name| form.has(Role::SpinButton, name));
+                let problem = form.desc().prepare(&Default::default()).err();
+                form.value(key).is_some() && has && !(could_render && problem.is_some())
             };
             return Some(self.step(key, act, right));
         }
-        for (first, index) in
-            [(format!("{label}, red"), 0), (format!("{label}, y"), 1), (format!("{label}, x"), 0)]
-        {
+        for (part, index) in [("red", 0), ("y", 1), ("x", 0), ("width", 0)] {
+            let first = format!("{label}, {part}");
             if !self.has(Role::SpinButton, &first) {
                 continue;
             }
@@ -280,14 +270,15 @@ impl Form<'_> {
         if kind == "transform" {
             let axes = ["Position, x", "Rotation (degrees), y", "Scale, z"];
             let set = |form: &mut Self, axis: &str| {
-                form.set_number(axis, &[0.5, 2.0], |form, _| form.value(key).is_some())
+                let name = format!("{label}, {axis}");
+                form.set_number(&name, &[0.5, 2.0], |form, _| form.value(key).is_some())
             };
             return Some(axes.iter().all(|axis| set(self, axis)));
         }
         if kind == "\"none\" | \"inverse-square\" | [constant, linear, quadratic]" {
-            let done = ["inverse-square", "coefficients", "none"].iter().filter(|word| {
+            let done = ["inverse-square", "constant, linear, quadratic", "none"].iter().filter(|word| {
                 let is = |form: &Self| match (form.value(key), **word) {
-                    (Some(Data::Array(items)), "coefficients") => items.len() == 3,
+                    (Some(Data::Array(items)), "constant, linear, quadratic") => items.len() == 3,
                     (own, word) => own.is_none_or(|own| own == text(word)),
                 };
                 self.choose(label, word, is)
@@ -304,6 +295,16 @@ impl Form<'_> {
             };
             let right = |form: &Self| form.value(key) == Some(Data::Array(vec![Value::new(text(word))]));
             return Some(self.step(key, act, right));
+        }
+        if kind == "{ NAME = material, … } | [material | false, …]" {
+            // A mesh without a file: a list of one, which is another then.
+            let act = |window: &mut Window| click(window, Role::Button, label);
+            let is_right = |form: &Self| length(form) == 1 && form.has(Role::ComboBox, &format!("{label} 1"));
+            return Some(self.step(key, act, is_right));
+        }
+        let of_numbers = kind.ends_with(", …]") && !kind.contains('|') && !kind.contains("material");
+        if of_numbers {
+            return Some(self.numbers(key, label));
         }
         if !matches!(kind, "[material, …]" | "[color | texture, …]" | "[[position, color | texture], …]")
         {
@@ -324,12 +325,40 @@ impl Form<'_> {
                 }
                 _ => {
                     self.set_number(&format!("{item}, position"), &[0.125], |form, _| length(form) == count)
-                        && self.set_number(&format!("{item}, red"), &[0.75], |form, _| length(form) == count)
-                        && self.choose(&format!("{item} texture"), "squares", |form| length(form) == count)
+                        && self.set_number(&format!("{item}, color, red"), &[0.75], |form, _| {
+                            length(form) == count
+                        })
+                        && self.choose(&format!("{item}, color texture"), "squares", |form| {
+                            length(form) == count
+                        })
                 }
             };
         }
         Some(done)
+    }
+
+    /// Edits a list of numbers, or of groups of them: the data of a mesh.
+    fn numbers(&mut self, key: &str, label: &str) -> bool {
+        let items = |form: &Self| match form.value(key) {
+            Some(Data::Array(items)) => items,
+            _ => Vec::new(),
+        };
+        let count = items(self).len();
+        let add = |window: &mut Window| click(window, Role::Button, &format!("Add to {label}"));
+        // One for each vertex or triangle if there was none.
+        let grown = |form: &Self| match count {
+            0 => !items(form).is_empty(),
+            count => items(form).len() == count + 1,
+        };
+        let done = self.step(key, add, grown);
+        let first = format!("{label} 1, x");
+        if count == 0 || !done {
+            return done;
+        }
+        self.set_number(&first, &[0.5, 2.0], |form, v| match &items(form)[0].data {
+            Data::Array(parts) => number(&parts[0].data).is_some_and(|own| own == v.round() || own == v),
+            _ => false,
+        })
     }
 }
 
@@ -364,7 +393,6 @@ pub(crate) fn all_keys_in(
                 let said = seen(form.window).message.as_ref().map(|m| m.text.clone());
                 faults.push(format!("{name}: takes no value; {said:?}"));
             }
-            None if IN_THE_FILE.contains(&format!("{}.{}", entry.name, field.name).as_str()) => {}
             None => faults.push(format!("{name}: has no widget ({})", (field.kind)())),
         }
     }

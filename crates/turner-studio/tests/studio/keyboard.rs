@@ -227,8 +227,8 @@ fn a_material_is_edited_by_keyboard() {
     let gold = desc.materials.iter().position(|material| material.name.as_deref() == Some("gold")).unwrap();
     assert_eq!(seen(&window).selection, Some(Node::Material(gold)));
     press(&mut window, Modifiers::NONE, Key::E);
-    // The type, the picker of the first colour, its red part.
-    for _ in 0..3 {
+    // The button for another name, the type, the picker of the first colour, its red part.
+    for _ in 0..4 {
         press(&mut window, Modifiers::NONE, Key::Tab);
     }
     write(&mut window, "0.5");

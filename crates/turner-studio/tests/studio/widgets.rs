@@ -163,10 +163,10 @@ fn lists_grow_and_shrink() {
     frames(&mut window, 2);
     click(&mut window, Role::Button, "Remove stops 2");
     assert_eq!(count(&window, "texture.own.stops"), 1);
-    // A film's AOVs are switches in a menu.
+    // A film's AOVs are switches in a list.
     app(&mut window).selection = Some(Node::Film);
     frames(&mut window, 2);
-    click(&mut window, Role::Button, "aovs");
+    click(&mut window, Role::ComboBox, "aovs");
     click(&mut window, Role::CheckBox, "normal");
     assert_eq!(
         value(&window, "film.aovs"),
@@ -188,6 +188,52 @@ fn motion_is_given_and_taken() {
     assert_eq!(motion(&window).map(|motion| motion.0.translation.x), Some(2.0));
     click(&mut window, Role::Button, "Default of motion");
     assert!(motion(&window).is_none());
+}
+
+/// A box is given by its corners, or by its centre and size. Each click leaves a scene that can be rendered, and the box
+/// where it is.
+#[test]
+fn the_keys_of_a_box_go_together() {
+    let (mut window, _home) = window([1400.0, 1400.0], 1.0);
+    show(&mut window, scene(SAMPLE));
+    let keys = |window: &Window| {
+        let desc = seen(window).document.desc();
+        desc.prepare(&Default::default()).unwrap_or_else(|e| panic!("{}", e.message));
+        ["min", "max", "center", "size"].map(|key| value(window, &format!("object.2.{key}")))
+    };
+    app(&mut window).selection = Some(Node::Object(2));
+    frames(&mut window, 2);
+    for key in ["min", "max"] {
+        click(&mut window, Role::Button, key);
+        assert_eq!(keys(&window), [Some(numbers(&[-1.0; 3])), Some(numbers(&[1.0; 3])), None, None]);
+        app(&mut window).document.undo();
+        frames(&mut window, 2);
+    }
+    click(&mut window, Role::Button, "min");
+    set(&mut window, "max, y", 3.0);
+    click(&mut window, Role::Button, "size");
+    let center = Some(numbers(&[0.0, 1.0, 0.0]));
+    assert_eq!(keys(&window), [None, None, center, Some(numbers(&[2.0, 4.0, 2.0]))]);
+    click(&mut window, Role::Button, "max");
+    click(&mut window, Role::Button, "Default of min");
+    assert_eq!(keys(&window), [None, None, None, None]);
+}
+
+/// A directional light has a direction or its opposite: each click keeps where its rays go.
+#[test]
+fn a_direction_takes_the_place_of_its_opposite() {
+    let (mut window, _home) = window([1400.0, 1400.0], 1.0);
+    show(&mut window, scene(SAMPLE));
+    app(&mut window).selection = Some(Node::Light(1));
+    frames(&mut window, 2);
+    for (key, other, v) in [("direction", "from", [-1.0, -3.0, -2.0]), ("from", "direction", [1.0, 3.0, 2.0])]
+    {
+        click(&mut window, Role::Button, key);
+        assert_eq!(value(&window, &format!("light.1.{key}")), Some(numbers(&v)));
+        assert_eq!(value(&window, &format!("light.1.{other}")), None);
+        let prepared = seen(&window).document.desc().prepare(&Default::default());
+        assert!(prepared.is_ok(), "{key}: {:?}", prepared.err().map(|e| e.message));
+    }
 }
 
 /// A placed model: its keys have widgets, and a change reads the file again.
