@@ -110,7 +110,7 @@ xdotool mousemove $x $y click 1
 sleep 1
 key m
 key e
-key Tab; key Tab; key Tab
+key Tab; key Tab; key Tab; key Tab
 write 0.21875
 key Return
 sleep 1
