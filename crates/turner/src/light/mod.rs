@@ -213,13 +213,10 @@ impl LightDesc {
     }
 
     /// Prepares the light and appends it to `lights`. Returns the colour of an ambient light, which is not appended;
-    /// black for every other light. `images` are the scene's; `compensated` is for environments
-    /// ([`EnvironmentDesc::prepare`]); `physical` says whether the integrator is physical.
-    pub fn prepare(
+    /// black for every other light.
+    pub(crate) fn prepare(
         &self,
-        images: &[Asset<Image>],
-        compensated: bool,
-        physical: bool,
+        setting: &LightSetting<'_>,
         lights: &mut Vec<Light>,
     ) -> Result<Spectrum, SceneError> {
         let light = match self {
@@ -230,15 +227,40 @@ impl LightDesc {
             LightDesc::Rectangle(l) => Light::Area(l.prepare()?),
             LightDesc::Disk(l) => Light::Area(l.prepare()?),
             LightDesc::Sphere(l) => Light::Area(l.prepare()),
-            LightDesc::Environment(l) => Light::Environment(l.prepare(images, compensated)?),
+            LightDesc::Environment(l) => Light::Environment(l.prepare_again(setting)?),
             LightDesc::Sky(l) => {
-                let (around, sun) = l.prepare(compensated, physical)?;
+                let (around, sun) = l.prepare(setting)?;
                 lights.extend(sun.map(Light::Directional));
                 Light::Environment(around)
             }
         };
         lights.push(light);
         Ok(Spectrum::BLACK)
+    }
+}
+
+/// What a light is prepared for, and with.
+#[derive(Clone, Copy)]
+pub(crate) struct LightSetting<'a> {
+    /// The images of the scene.
+    pub(crate) images: &'a [Asset<Image>],
+    /// For environments: see [`EnvironmentDesc::prepare`].
+    pub(crate) compensated: bool,
+    /// Whether the integrator is physical.
+    pub(crate) physical: bool,
+    /// Number of threads; 0 uses all.
+    pub(crate) threads: usize,
+    /// The same light as it was prepared before an edit: what still holds is taken from it.
+    pub(crate) before: &'a [Light],
+}
+
+impl<'a> LightSetting<'a> {
+    /// The environments of the light before.
+    fn environments(&self) -> impl Iterator<Item = &'a EnvironmentLight> {
+        self.before.iter().filter_map(|light| match light {
+            Light::Environment(light) => Some(light),
+            Light::Point(_) | Light::Directional(_) | Light::Spot(_) | Light::Area(_) => None,
+        })
     }
 }
 

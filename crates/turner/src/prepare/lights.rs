@@ -6,7 +6,7 @@ use crate::color::Spectrum;
 use crate::description::{SceneDesc, SceneLight};
 use crate::image::Image;
 use crate::integrator::Capabilities;
-use crate::light::{Light, LightDesc};
+use crate::light::{Light, LightDesc, LightSetting};
 use crate::schema::{Asset, SceneError, Warning, WarningKind};
 
 /// Lights except ambient ones, for each its index in the description, and the sum of the ambient ones.
@@ -55,6 +55,7 @@ impl CachedLights {
         &mut self,
         desc: &SceneDesc,
         capabilities: Capabilities,
+        threads: usize,
     ) -> Result<PreparedLights, SceneError> {
         if self.capabilities != capabilities {
             self.made.clear();
@@ -69,7 +70,15 @@ impl CachedLights {
                 continue;
             }
             rebuilt += 1;
-            let made = make(light, image, &desc.images, capabilities)?;
+            let before = self.made.get(number).map_or(&[][..], |made| &made.lights);
+            let setting = LightSetting {
+                images: &desc.images,
+                compensated: capabilities.compensates,
+                physical: capabilities.physical,
+                threads,
+                before,
+            };
+            let made = make(light, image, &setting)?;
             match self.made.get_mut(number) {
                 Some(slot) => *slot = made,
                 None => self.made.push(made),
@@ -89,17 +98,14 @@ impl CachedLights {
 fn make(
     light: &SceneLight,
     image: Option<Arc<Image>>,
-    images: &[Asset<Image>],
-    capabilities: Capabilities,
+    setting: &LightSetting<'_>,
 ) -> Result<Made, SceneError> {
-    let Capabilities { compensates, physical, .. } = capabilities;
     let mut lights = Vec::new();
     let (desc, hidden) = (light.value.clone(), light.hidden);
     if hidden {
         return Ok(Made { desc, hidden, image, lights, ambient: Spectrum::BLACK });
     }
-    let ambient = light.value.prepare(images, compensates, physical, &mut lights);
-    let ambient = ambient.map_err(|e| e.or_at(light.span))?;
+    let ambient = light.value.prepare(setting, &mut lights).map_err(|e| e.or_at(light.span))?;
     Ok(Made { desc, hidden, image, lights, ambient })
 }
 

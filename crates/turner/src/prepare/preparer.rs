@@ -292,7 +292,7 @@ impl Preparer {
         if wanted.step(PrepareStep::Lights) {
             return Ok(None);
         }
-        let lights = self.lights.prepare(desc, capabilities)?;
+        let lights = self.lights.prepare(desc, capabilities, self.options.threads)?;
         self.changed.rebuilt.lights += lights.rebuilt;
         if wanted.step(PrepareStep::Objects) {
             return Ok(None);

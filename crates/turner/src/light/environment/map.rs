@@ -95,6 +95,11 @@ impl EnvironmentMap {
         EnvironmentMap { image, decoded, invalid }
     }
 
+    /// Whether it is made from this image.
+    pub(super) fn is_of(&self, image: &Arc<Image>) -> bool {
+        Arc::ptr_eq(&self.image, image)
+    }
+
     /// Width and height.
     pub(super) fn size(&self) -> (u32, u32) {
         (self.image.width, self.image.height)

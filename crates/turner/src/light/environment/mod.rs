@@ -12,6 +12,8 @@ use std::sync::{Arc, OnceLock};
 
 use crate::color::Spectrum;
 use crate::image::Image;
+use crate::light::LightSetting;
+use crate::light::sky::Day;
 use crate::math::{DVec3, radians};
 use crate::schema::error::escape;
 use crate::schema::{Asset, ErrorCode, ImageId, Range, SceneError, params};
@@ -70,6 +72,10 @@ struct Prepared {
     distribution: Distribution,
     /// The image's radiance integrated over all directions, per channel.
     total: [f64; 3],
+    /// Whether directions are sampled for use with another sampling strategy.
+    compensated: bool,
+    /// The day whose sky it is.
+    day: Option<Day>,
 }
 
 impl Prepared {
@@ -77,7 +83,7 @@ impl Prepared {
         let map = EnvironmentMap::new(image);
         let distribution = Distribution::new(&map, compensated)?;
         let total = map.integral();
-        Ok(Prepared { map, distribution, total })
+        Ok(Prepared { map, distribution, total, compensated, day: None })
     }
 }
 
@@ -94,6 +100,12 @@ impl EnvironmentDesc {
         images: &[Asset<Image>],
         compensated: bool,
     ) -> Result<EnvironmentLight, SceneError> {
+        self.prepare_again(&LightSetting { images, compensated, physical: true, threads: 0, before: &[] })
+    }
+
+    /// The same; an image that was prepared before is not prepared again.
+    pub(super) fn prepare_again(&self, setting: &LightSetting<'_>) -> Result<EnvironmentLight, SceneError> {
+        let LightSetting { images, compensated, .. } = *setting;
         let prepared = match self.file {
             None => studio(compensated)?,
             Some(id) => {
@@ -105,7 +117,13 @@ impl EnvironmentDesc {
                     let message = format!("the samples of {} do not fit its size", escape(&asset.uri));
                     return Err(SceneError::new(ErrorCode::Image, message));
                 }
-                Arc::new(Prepared::new(asset.data.clone(), compensated)?)
+                let mut before = setting.environments().map(|light| &light.prepared);
+                let kept =
+                    before.find(|old| old.compensated == compensated && old.map.is_of(&asset.data)).cloned();
+                match kept {
+                    Some(kept) => kept,
+                    None => Arc::new(Prepared::new(asset.data.clone(), compensated)?),
+                }
             }
         };
         let rotation = crate::math::elementary::sin_cos(radians(self.rotation));
@@ -127,6 +145,7 @@ fn studio(compensated: bool) -> Result<Arc<Prepared>, SceneError> {
 impl EnvironmentLight {
     /// An environment from a consistent generated image, multiplied by `scale` and rotated by an angle given as sine
     /// and cosine.
+    #[cfg(test)]
     pub(super) fn from_image(
         image: Arc<Image>,
         scale: Spectrum,
@@ -134,6 +153,39 @@ impl EnvironmentLight {
         compensated: bool,
     ) -> Result<EnvironmentLight, SceneError> {
         Ok(EnvironmentLight { prepared: Arc::new(Prepared::new(image, compensated)?), scale, rotation })
+    }
+
+    /// The sky of a day, multiplied by `scale` and rotated by an angle given as sine and cosine.
+    pub(super) fn of_day(
+        day: Day,
+        image: Arc<Image>,
+        scale: Spectrum,
+        rotation: (f64, f64),
+        compensated: bool,
+    ) -> Result<EnvironmentLight, SceneError> {
+        let prepared = Prepared { day: Some(day), ..Prepared::new(image, compensated)? };
+        Ok(EnvironmentLight { prepared: Arc::new(prepared), scale, rotation })
+    }
+
+    /// Whether both have the same prepared image.
+    #[cfg(test)]
+    pub(super) fn shares_image(&self, other: &EnvironmentLight) -> bool {
+        Arc::ptr_eq(&self.prepared, &other.prepared)
+    }
+
+    /// The day whose sky it is.
+    pub(super) fn day(&self) -> Option<&Day> {
+        self.prepared.day.as_ref()
+    }
+
+    /// Whether directions are sampled for use with another sampling strategy.
+    pub(super) fn is_compensated(&self) -> bool {
+        self.prepared.compensated
+    }
+
+    /// The same environment with another scale and rotation.
+    pub(super) fn with(&self, scale: Spectrum, rotation: (f64, f64)) -> EnvironmentLight {
+        EnvironmentLight { prepared: self.prepared.clone(), scale, rotation }
     }
 
     /// Radiance from a direction (a vector towards the light, of any non-zero length): bilinear between pixel

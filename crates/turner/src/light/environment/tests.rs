@@ -4,6 +4,7 @@ use std::f64::consts::{PI, TAU};
 
 use super::*;
 use crate::image::Pixels;
+use crate::light::Light;
 use crate::math::DVec2;
 use crate::math::elementary::cos;
 use crate::testing::{ChiSquareOptions, Random, chi_square_of_directions, sidak_level};
@@ -251,4 +252,23 @@ fn the_studio_suits_exposure_zero() {
     assert!(studio.radiance(DVec3::NEG_Y).g > 4.0 * studio.radiance(DVec3::Y).g);
     assert_eq!(studio.invalid_pixels(), 0);
     assert!(studio.memory() < 2 << 20);
+}
+
+#[test]
+fn a_rotated_environment_keeps_its_prepared_image() {
+    let data = Arc::new(image(4, 2, 3, (0..24).map(|i| i as f32).collect()));
+    let images = [Asset { uri: "sky.hdr".into(), data }];
+    let desc = desc(true);
+    let before = [Light::Environment(desc.prepare(&images, true).unwrap())];
+    let Light::Environment(first) = &before[0] else { unreachable!() };
+    let turned = EnvironmentDesc { rotation: 90.0, ..desc };
+    let setting =
+        LightSetting { images: &images, compensated: true, physical: true, threads: 1, before: &before };
+    let kept = turned.prepare_again(&setting).unwrap();
+    assert!(kept.shares_image(first));
+    let fresh = turned.prepare(&images, true).unwrap();
+    assert!(!fresh.shares_image(first));
+    assert_eq!(kept.radiance(DVec3::X), fresh.radiance(DVec3::X));
+    let other = LightSetting { compensated: false, ..setting };
+    assert!(!turned.prepare_again(&other).unwrap().shares_image(first));
 }

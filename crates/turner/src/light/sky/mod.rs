@@ -35,6 +35,7 @@ use atmosphere::Atmosphere;
 use scatter::Sky;
 use spectrum::{Colors, Depths};
 
+use super::LightSetting;
 use super::directional::{Directional, DirectionalDesc};
 use super::environment::EnvironmentLight;
 use crate::color::Spectrum;
@@ -108,26 +109,36 @@ impl SkyDesc {
         Ok((asin(d.y), azimuth))
     }
 
-    /// The sky, and the sun if there is one. `compensated` is for environments. With `physical` false the sun's light
-    /// is divided by π, as it is for environments.
+    /// The sky, and the sun if there is one. For an integrator that is not physical the sun's light is divided by π, as
+    /// it is for environments.
     pub(super) fn prepare(
         &self,
-        compensated: bool,
-        physical: bool,
+        setting: &LightSetting<'_>,
     ) -> Result<(EnvironmentLight, Option<Directional>), SceneError> {
         let (elevation, azimuth) = self.sun_angles()?;
-        let colors = Colors::new();
-        let atmosphere = Atmosphere { depths: Depths::new(self.air, self.dust, self.ozone) };
-        let zenith_angle = 0.5 * PI - elevation;
-        let sky = Sky::new(atmosphere, zenith_angle, f64::from(self.ground_albedo.luminance()));
-        let sunlight = colors.color(&sky.sunlight(0.0, zenith_angle));
-        let facing = cos(zenith_angle).max(0.0) as f32;
-        let image = environment_map(&sky, &colors, self.ground_albedo, sunlight * facing);
         // The image has the sun in the north.
         let rotation = sin_cos(-azimuth);
         let scale = Spectrum::WHITE * self.strength as f32;
-        let environment = EnvironmentLight::from_image(Arc::new(image), scale, rotation, compensated)?;
-        let factor = if physical { 1.0 } else { 1.0 / PI };
+        let compensated = setting.compensated;
+        let key = DayKey {
+            elevation,
+            air: self.air,
+            dust: self.dust,
+            ozone: self.ozone,
+            ground_albedo: self.ground_albedo,
+        };
+        let same = |light: &&EnvironmentLight| {
+            light.is_compensated() == compensated && light.day().is_some_and(|day| day.key == key)
+        };
+        let environment = match setting.environments().find(same) {
+            Some(light) => light.with(scale, rotation),
+            None => {
+                let (day, image) = key.compute(setting.threads);
+                EnvironmentLight::of_day(day, Arc::new(image), scale, rotation, compensated)?
+            }
+        };
+        let sunlight = environment.day().map_or(Spectrum::BLACK, |day| day.sunlight);
+        let factor = if setting.physical { 1.0 } else { 1.0 / PI };
         let light = sunlight * (self.strength * self.sun_strength * factor) as f32;
         if !self.sun || light.is_black() {
             return Ok((environment, None));
@@ -144,17 +155,46 @@ impl SkyDesc {
     }
 }
 
+/// What the image of a sky depends on.
+#[derive(Clone, Debug, PartialEq)]
+struct DayKey {
+    /// Of the sun, radians.
+    elevation: f64,
+    air: f64,
+    dust: f64,
+    ozone: f64,
+    ground_albedo: Spectrum,
+}
+
+/// A day whose sky has been computed.
+#[derive(Clone, Debug)]
+pub(super) struct Day {
+    key: DayKey,
+    /// Irradiance of the sun on a surface that faces it.
+    sunlight: Spectrum,
+}
+
+impl DayKey {
+    /// The sunlight, and the environment map with the sun in the north.
+    fn compute(self, threads: usize) -> (Day, Image) {
+        let colors = Colors::new();
+        let atmosphere = Atmosphere { depths: Depths::new(self.air, self.dust, self.ozone) };
+        let zenith_angle = 0.5 * PI - self.elevation;
+        let sky = Sky::new(atmosphere, zenith_angle, f64::from(self.ground_albedo.luminance()));
+        let sunlight = colors.color(&sky.sunlight(0.0, zenith_angle));
+        let facing = cos(zenith_angle).max(0.0) as f32;
+        let image = environment_map(&sky, &colors, self.ground_albedo, sunlight * facing, threads);
+        (Day { key: self, sunlight }, image)
+    }
+}
+
 /// The environment map, with the sun in the north; `sun` is the sun's irradiance on level ground.
-fn environment_map(sky: &Sky, colors: &Colors, albedo: Spectrum, sun: Spectrum) -> Image {
+fn environment_map(sky: &Sky, colors: &Colors, albedo: Spectrum, sun: Spectrum, threads: usize) -> Image {
     let mut samples = Vec::with_capacity((WIDTH * HEIGHT * 3) as usize);
     let mut irradiance = sun;
-    let cos_azimuths: Vec<f64> = (0..AZIMUTHS).map(|i| cos(PI * i as f64 / (AZIMUTHS - 1) as f64)).collect();
-    for y in 0..HEIGHT / 2 {
+    for (y, row) in (0..).zip(rows_above_horizon(sky, colors, threads)) {
         let edge = |y: u32| cos(PI * f64::from(y) / f64::from(HEIGHT));
-        let cos_view = cos(PI * (f64::from(y) + 0.5) / f64::from(HEIGHT));
         let solid_angle = TAU / f64::from(WIDTH) * (edge(y) - edge(y + 1));
-        let row: Vec<Spectrum> =
-            cos_azimuths.iter().map(|cos| colors.color(&sky.radiance(0.0, cos_view, *cos))).collect();
         let mut sum = Spectrum::BLACK;
         for x in 0..WIDTH {
             // Azimuth from the sun, in steps of `row`.
@@ -164,13 +204,43 @@ fn environment_map(sky: &Sky, colors: &Colors, albedo: Spectrum, sun: Spectrum) 
             samples.extend(color.to_array());
             sum += color;
         }
-        irradiance += sum * (solid_angle * cos_view) as f32;
+        irradiance += sum * (solid_angle * cos_of_row(y)) as f32;
     }
     let ground = irradiance * albedo * (1.0 / PI) as f32;
     for _ in 0..WIDTH * HEIGHT / 2 {
         samples.extend(ground.to_array());
     }
     Image { width: WIDTH, height: HEIGHT, channels: 3, pixels: Pixels::F32(samples) }
+}
+
+/// Cosine of the angle from the zenith in the middle of a row.
+fn cos_of_row(y: u32) -> f64 {
+    cos(PI * (f64::from(y) + 0.5) / f64::from(HEIGHT))
+}
+
+/// The colours of each row above the horizon, at [`AZIMUTHS`].
+fn rows_above_horizon(sky: &Sky, colors: &Colors, threads: usize) -> Vec<[Spectrum; AZIMUTHS]> {
+    let cos_azimuths: [f64; AZIMUTHS] = std::array::from_fn(|i| cos(PI * i as f64 / (AZIMUTHS - 1) as f64));
+    let mut rows = vec![[Spectrum::BLACK; AZIMUTHS]; HEIGHT as usize / 2];
+    let threads = match threads {
+        0 => std::thread::available_parallelism().map_or(1, |n| n.get()),
+        n => n,
+    };
+    let fill = |first: usize, rows: &mut [[Spectrum; AZIMUTHS]]| {
+        for (y, row) in (first as u32..).zip(rows) {
+            *row = sky.radiances(0.0, cos_of_row(y), &cos_azimuths).map(|light| colors.color(&light));
+        }
+    };
+    let part = rows.len().div_ceil(threads);
+    let mut parts = rows.chunks_mut(part).enumerate().map(|(i, rows)| (i * part, rows));
+    let own = parts.next();
+    std::thread::scope(|scope| {
+        parts.for_each(|(first, rows)| {
+            scope.spawn(move || fill(first, rows));
+        });
+        own.into_iter().for_each(|(first, rows)| fill(first, rows));
+    });
+    rows
 }
 
 #[cfg(test)]

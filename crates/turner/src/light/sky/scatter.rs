@@ -68,32 +68,33 @@ impl Sky {
         self.atmosphere.transmittance(&self.sun.amounts(height, zenith_angle)).map(|t| t * visible)
     }
 
-    /// Radiance from a direction: `cos_view` is the cosine of its zenith angle, `cos_turn` that of its azimuth from
-    /// the sun.
-    pub(super) fn radiance(&self, height: f64, cos_view: f64, cos_turn: f64) -> Bands {
+    /// Radiances from directions of one zenith angle, whose cosine is `cos_view`; `cos_turns` are the cosines of their
+    /// azimuths from the sun.
+    pub(super) fn radiances<const N: usize>(
+        &self,
+        height: f64,
+        cos_view: f64,
+        cos_turns: &[f64; N],
+    ) -> [Bands; N] {
         let (sin_sun, cos_sun) = sin_cos(self.zenith_angle);
         let sin_view = (1.0 - cos_view * cos_view).max(0.0).sqrt();
-        let cos_between = cos_view * cos_sun + sin_view * sin_sun * cos_turn;
-        let (air_phase, dust_phase) = (rayleigh(cos_between), cornette_shanks(cos_between));
-        let mut light = [0.0; BANDS];
-        march(
-            self.zenith_angle,
-            height,
-            cos_view,
-            cos_between,
-            STEPS,
-            |amounts, here, height, angle, length| {
-                let through = self.atmosphere.transmittance(amounts);
-                let (air, dust) = self.atmosphere.scattering(here);
-                let sun = self.sunlight(height, angle);
-                let multiple = self.multiple(height, angle);
-                add(&mut light, |i| {
+        let between = cos_turns.map(|turn| cos_view * cos_sun + sin_view * sin_sun * turn);
+        let phases = between.map(|cos| (rayleigh(cos), cornette_shanks(cos)));
+        let mut lights = [[0.0; BANDS]; N];
+        march(height, cos_view, STEPS, |step| {
+            let through = self.atmosphere.transmittance(&step.amounts);
+            let (air, dust) = self.atmosphere.scattering(&step.here);
+            for ((light, cos_between), (air_phase, dust_phase)) in lights.iter_mut().zip(between).zip(phases) {
+                let angle = angle_of_sun(cos_sun, cos_between, height, step.distance, step.height);
+                let sun = self.sunlight(step.height, angle);
+                let multiple = self.multiple(step.height, angle);
+                add(light, |i| {
                     let once = sun[i] * (air[i] * air_phase + dust[i] * dust_phase);
-                    through[i] * length * (once + multiple[i] * (air[i] + dust[i]))
+                    through[i] * step.length * (once + multiple[i] * (air[i] + dust[i]))
                 });
-            },
-        );
-        light
+            }
+        });
+        lights
     }
 
     /// L_ms at a point, ground included: L₂ / (1 − f).
@@ -109,22 +110,17 @@ impl Sky {
             for azimuth in 0..AZIMUTHS {
                 let cos_turn = cos(TAU * (f64::from(azimuth) + 0.5) / f64::from(AZIMUTHS));
                 let cos_between = cos_view * cos_sun + sin_view * sin_sun * cos_turn;
-                let (end, ground) = march(
-                    zenith_angle,
-                    height,
-                    cos_view,
-                    cos_between,
-                    FEW_STEPS,
-                    |amounts, here, height, angle, length| {
-                        let through = self.atmosphere.transmittance(amounts);
-                        let (air, dust) = self.atmosphere.scattering(here);
-                        let sun = self.sunlight(height, angle);
-                        let scattered = |i: usize| fraction * through[i] * length * (air[i] + dust[i]);
-                        add(&mut second, |i| scattered(i) * sun[i] / (4.0 * PI));
-                        add(&mut again, scattered);
-                    },
-                );
-                if let Some(angle) = ground {
+                let angle = |distance: f64, at: f64| angle_of_sun(cos_sun, cos_between, height, distance, at);
+                let (end, ground) = march(height, cos_view, FEW_STEPS, |step| {
+                    let through = self.atmosphere.transmittance(&step.amounts);
+                    let (air, dust) = self.atmosphere.scattering(&step.here);
+                    let sun = self.sunlight(step.height, angle(step.distance, step.height));
+                    let scattered = |i: usize| fraction * through[i] * step.length * (air[i] + dust[i]);
+                    add(&mut second, |i| scattered(i) * sun[i] / (4.0 * PI));
+                    add(&mut again, scattered);
+                });
+                if let Some(distance) = ground {
+                    let angle = angle(distance, 0.0);
                     let through = self.atmosphere.transmittance(&end);
                     let (sun, facing) = (self.sunlight(0.0, angle), cos(angle).max(0.0));
                     add(&mut second, |i| fraction * through[i] * albedo / PI * sun[i] * facing);
@@ -153,22 +149,30 @@ impl Sky {
     }
 }
 
-/// Marches along a ray to the ground or out of the atmosphere; `zenith_angle` is the sun's at the ray's origin.
-/// `step` gets the amounts up to the centre of the step, the amounts per kilometre there, its height, the sun's
-/// zenith angle there, and the step's length in kilometres. Returns the amounts along the complete ray and, if it
-/// ends at the ground, the sun's zenith angle there.
-fn march(
-    zenith_angle: f64,
+/// The sun's zenith angle at a height that a ray reaches after a distance, from a height where the cosine of the sun's
+/// zenith angle is `cos_sun` and that of the angle between ray and sun `cos_between`.
+fn angle_of_sun(cos_sun: f64, cos_between: f64, height: f64, distance: f64, at: f64) -> f64 {
+    acos(((GROUND + height) * cos_sun + distance * cos_between) / (GROUND + at))
+}
+
+/// A step along a ray.
+struct March {
+    /// Amounts from the origin to the centre of the step.
+    amounts: Amounts,
+    /// Amounts per kilometre at its centre.
+    here: Amounts,
+    /// Height of its centre, km.
     height: f64,
-    cos_view: f64,
-    cos_between: f64,
-    steps: u32,
-    mut step: impl FnMut(&Amounts, &Amounts, f64, f64, f64),
-) -> (Amounts, Option<f64>) {
+    /// Distance of its centre from the origin, km.
+    distance: f64,
+    /// Its length, km.
+    length: f64,
+}
+
+/// Marches along a ray to the ground or out of the atmosphere. Returns the amounts along the complete ray and, if it
+/// ends at the ground, the distance.
+fn march(height: f64, cos_view: f64, steps: u32, mut step: impl FnMut(&March)) -> (Amounts, Option<f64>) {
     let (far, ground) = distance_to_boundary(height, cos_view);
-    let cos_sun = cos(zenith_angle);
-    // The sun's direction dotted with the local zenith.
-    let sun_at = |t: f64, h: f64| acos(((GROUND + height) * cos_sun + t * cos_between) / (GROUND + h));
     let mut before = Amounts::default();
     for i in 0..steps {
         let edge = |i: u32| {
@@ -179,10 +183,16 @@ fn march(
         let center = 0.5 * (from + to);
         let (h, _) = along(height, cos_view, center);
         let here = Amounts::at(h);
-        step(&before.plus(here, 0.5 * (to - from)), &here, h, sun_at(center, h), to - from);
+        step(&March {
+            amounts: before.plus(here, 0.5 * (to - from)),
+            here,
+            height: h,
+            distance: center,
+            length: to - from,
+        });
         before = before.plus(here, to - from);
     }
-    (before, ground.then(|| sun_at(far, 0.0)))
+    (before, ground.then_some(far))
 }
 
 /// Rayleigh phase function: as much forwards as backwards; its mean over the sphere is 1/4π.

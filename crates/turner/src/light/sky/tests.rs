@@ -2,10 +2,20 @@
 
 use super::spectrum::{BANDS, Bands, SUN_ABOVE_AIR};
 use super::*;
+use crate::light::Light;
 use crate::math::elementary::{exp, sin};
 
 fn desc() -> SkyDesc {
     SkyDesc { ..SkyDesc::default() }
+}
+
+fn setting(compensated: bool, physical: bool) -> LightSetting<'static> {
+    LightSetting { images: &[], compensated, physical, threads: 2, before: &[] }
+}
+
+fn radiance(sky: &Sky, cos_view: f64, cos_turn: f64) -> Bands {
+    let [light] = sky.radiances(0.0, cos_view, &[cos_turn]);
+    light
 }
 
 fn sky(air: f64, dust: f64, ozone: f64, elevation: f64, albedo: f64) -> Sky {
@@ -22,7 +32,7 @@ fn diffuse(sky: &Sky) -> Bands {
         let sin2 = (f64::from(ring) + 0.5) / f64::from(rings);
         for turn in 0..environment {
             let cos_turn = cos(PI * (f64::from(turn) + 0.5) / f64::from(environment));
-            let light = sky.radiance(0.0, (1.0 - sin2).sqrt(), cos_turn);
+            let light = radiance(sky, (1.0 - sin2).sqrt(), cos_turn);
             for (sum, v) in sum.iter_mut().zip(light) {
                 *sum += v * PI / f64::from(rings * environment);
             }
@@ -76,8 +86,8 @@ fn a_clear_day_has_measured_illuminances() {
     assert!((90.0..112.0).contains(&sun), "{sun}");
     assert!((9.0..18.0).contains(&environment), "{environment}");
     // The zenith is blue, the horizon paler and brighter, the low sun orange.
-    let zenith = colors.color(&high.radiance(0.0, 1.0, 1.0));
-    let horizon = colors.color(&high.radiance(0.0, 0.03, -1.0));
+    let zenith = colors.color(&radiance(&high, 1.0, 1.0));
+    let horizon = colors.color(&radiance(&high, 0.03, -1.0));
     assert!(zenith.b > 1.6 * zenith.r && zenith.b < 5.0 * zenith.r, "{zenith:?}");
     assert!(horizon.b / horizon.r < 0.7 * zenith.b / zenith.r, "{horizon:?}");
     assert!(horizon.luminance() > 2.0 * zenith.luminance(), "{horizon:?} {zenith:?}");
@@ -86,7 +96,7 @@ fn a_clear_day_has_measured_illuminances() {
     assert!(sun.r > 2.0 * sun.g && sun.g > 2.0 * sun.b, "{sun:?}");
     // Haze attenuates the sun and brightens the sky around it.
     let hazy = sky(1.0, 6.0, 1.0, 60.0, 0.2);
-    let near = |s: &Sky| colors.color(&s.radiance(0.0, cos(radians(35.0)), 1.0)).luminance();
+    let near = |s: &Sky| colors.color(&radiance(s, cos(radians(35.0)), 1.0)).luminance();
     assert!(near(&hazy) > 2.0 * near(&high));
     assert!(hazy.sunlight(0.0, radians(30.0))[5] < 0.8 * high.sunlight(0.0, radians(30.0))[5]);
 }
@@ -95,7 +105,7 @@ fn a_clear_day_has_measured_illuminances() {
 fn twilight_fades_and_ozone_keeps_it_blue() {
     let colors = Colors::new();
     let zenith = |elevation: f64, ozone: f64| {
-        colors.color(&sky(1.0, 1.0, ozone, elevation, 0.3).radiance(0.0, 1.0, 1.0))
+        colors.color(&radiance(&sky(1.0, 1.0, ozone, elevation, 0.3), 1.0, 1.0))
     };
     let mut before = f32::INFINITY;
     for elevation in [20.0, 5.0, 0.0, -2.0, -4.0, -6.0, -9.0] {
@@ -113,7 +123,7 @@ fn twilight_fades_and_ozone_keeps_it_blue() {
 
 #[test]
 fn the_sun_is_where_the_sky_is_brightest() {
-    let (environment, sun) = desc().prepare(true, true).unwrap();
+    let (environment, sun) = desc().prepare(&setting(true, true)).unwrap();
     let sun = sun.unwrap();
     let d = sun.to_light;
     assert!((d - DVec3::new(-0.579, 0.574, 0.579)).length() < 1e-2, "{d}");
@@ -122,7 +132,7 @@ fn the_sun_is_where_the_sky_is_brightest() {
         assert!(environment.radiance(d).luminance() > 1.5 * environment.radiance(other).luminance());
     }
     let same = SkyDesc { direction: Some(7.0 * d), elevation: -50.0, azimuth: 1.0, ..desc() };
-    let (again, its_sun) = same.prepare(true, true).unwrap();
+    let (again, its_sun) = same.prepare(&setting(true, true)).unwrap();
     assert!((its_sun.unwrap().to_light - d).length() < 1e-12);
     for look in [DVec3::Y, DVec3::X, DVec3::new(0.3, 0.4, -1.0)] {
         assert!((again.radiance(look).g / environment.radiance(look).g - 1.0).abs() < 1e-4);
@@ -130,7 +140,7 @@ fn the_sun_is_where_the_sky_is_brightest() {
     // Rotated by 90 degrees, with either way to give the direction.
     for mut turned in [desc(), SkyDesc { direction: Some(d), ..desc() }] {
         turned.turn(90.0);
-        let (_, sun) = turned.prepare(true, true).unwrap();
+        let (_, sun) = turned.prepare(&setting(true, true)).unwrap();
         assert!((sun.unwrap().to_light - DVec3::new(d.z, d.y, -d.x)).length() < 1e-12);
     }
     // Below the horizon lies the ground; a quarter of the sunlight above the atmosphere is the unit.
@@ -139,7 +149,7 @@ fn the_sun_is_where_the_sky_is_brightest() {
     let expected = 0.3 / PI as f32 * (sun.intensity.g * d.y as f32);
     assert!(ground.g > expected && ground.g < 1.5 * expected, "{ground:?}");
     // For the classic integrator 1/π of the sun, as of the sky.
-    let (_, classic) = desc().prepare(false, false).unwrap();
+    let (_, classic) = desc().prepare(&setting(false, false)).unwrap();
     assert!((classic.unwrap().intensity.g * PI as f32 / sun.intensity.g - 1.0).abs() < 1e-6);
 }
 
@@ -155,7 +165,7 @@ fn extreme_skies_are_finite() {
         SkyDesc { direction: Some(DVec3::NEG_Y), ..desc() },
     ];
     for kind in kinds {
-        let (environment, sun) = kind.prepare(true, true).unwrap();
+        let (environment, sun) = kind.prepare(&setting(true, true)).unwrap();
         assert_eq!(environment.invalid_pixels(), 0, "{kind:?}");
         assert!(sun.is_none_or(|sun| sun.intensity.is_finite()));
         for d in [DVec3::Y, DVec3::X, DVec3::NEG_Y, DVec3::new(0.1, 0.01, -1.0)] {
@@ -164,10 +174,31 @@ fn extreme_skies_are_finite() {
         }
     }
     // Night has no sun; without air the sky is black and the sun white.
-    let night = SkyDesc { elevation: -30.0, ..desc() }.prepare(true, true).unwrap();
+    let night = SkyDesc { elevation: -30.0, ..desc() }.prepare(&setting(true, true)).unwrap();
     assert!(night.1.is_none());
-    let space = SkyDesc { air: 0.0, dust: 0.0, ozone: 0.0, ..desc() }.prepare(true, true).unwrap();
+    let space = SkyDesc { air: 0.0, dust: 0.0, ozone: 0.0, ..desc() }.prepare(&setting(true, true)).unwrap();
     assert_eq!(space.0.radiance(DVec3::Y), Spectrum::BLACK);
     assert!((f64::from(space.1.unwrap().intensity.luminance()) - SUN_ABOVE_AIR).abs() < 0.01);
-    assert!(SkyDesc { direction: Some(DVec3::ZERO), ..desc() }.prepare(true, true).is_err());
+    assert!(SkyDesc { direction: Some(DVec3::ZERO), ..desc() }.prepare(&setting(true, true)).is_err());
+}
+
+#[test]
+fn an_edit_that_keeps_the_day_keeps_its_image() {
+    let (first, _) = desc().prepare(&setting(true, true)).unwrap();
+    let before = [Light::Environment(first)];
+    let again = |desc: SkyDesc, compensated: bool| {
+        let kept = desc.prepare(&LightSetting { before: &before, ..setting(compensated, true) }).unwrap();
+        let fresh = desc.prepare(&LightSetting { threads: 1, ..setting(compensated, true) }).unwrap();
+        for direction in [DVec3::new(0.3, 0.5, -0.2), DVec3::new(-1.0, 0.1, 0.4), DVec3::NEG_Y] {
+            assert_eq!(kept.0.radiance(direction), fresh.0.radiance(direction));
+            assert_eq!(kept.0.pdf(direction), fresh.0.pdf(direction));
+        }
+        assert_eq!(format!("{:?}", kept.1), format!("{:?}", fresh.1));
+        let Light::Environment(first) = &before[0] else { unreachable!() };
+        kept.0.shares_image(first)
+    };
+    assert!(again(SkyDesc { azimuth: 20.0, strength: 2.0, sun_strength: 0.5, ..desc() }, true));
+    assert!(!again(SkyDesc { elevation: 12.0, ..desc() }, true));
+    assert!(!again(SkyDesc { dust: 2.0, ..desc() }, true));
+    assert!(!again(desc(), false));
 }
