@@ -26,6 +26,7 @@
 pub mod aovs;
 pub mod classic;
 mod debug_views;
+mod first_hits;
 mod footprint;
 pub mod path;
 

@@ -37,7 +37,6 @@ pub(super) struct Band<'a> {
     pub(super) has_gloss: &'a mut bool,
     pub(super) object: &'a mut [u32],
     pub(super) depth: &'a mut [f32],
-    pub(super) normal: &'a mut [[f32; 3]],
 }
 
 /// Light of at most this luminance: rare bright samples would be spots.
@@ -162,7 +161,7 @@ fn keep_group(frame: &Frame<'_>, walk: &Walk, band: &mut Band<'_>, past: Option<
         if is_first {
             for (sample, i) in samples.iter().zip(first..) {
                 band.guides.set(i, sample);
-                (band.object[i], band.normal[i]) = (sample.object, sample.first_normal);
+                band.object[i] = sample.object;
                 band.depth[i] = 1.0 / sample.first_near;
                 band.still[i] = Still::of(sample);
             }

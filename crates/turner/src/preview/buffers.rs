@@ -37,7 +37,6 @@ pub(super) struct Sample {
     /// What is hit first, and 1 / its distance.
     pub(super) object: u32,
     pub(super) first_near: f32,
-    pub(super) first_normal: [f32; 3],
 }
 
 impl Sample {
@@ -58,7 +57,6 @@ impl Sample {
         key: NO_KEY,
         object: NO_OBJECT,
         first_near: 0.0,
-        first_normal: [0.0; 3],
     };
 }
 

@@ -10,8 +10,10 @@
 //!   # . # .       # . # .              # c # c
 //! ```
 
+use turner_bvh::lanes::LANES;
+
 use crate::color::Spectrum;
-use crate::integrator::{CameraSamples, Prepared, Radiance, RayStats, Tracer};
+use crate::integrator::{AskedDetails, CameraSamples, Prepared, Radiance, RayStats, Tracer};
 use crate::math::DVec2;
 use crate::preview::Effort;
 use crate::preview::picture::NO_OBJECT;
@@ -36,11 +38,10 @@ pub(super) struct CentreRows<'a> {
     pub(super) alpha: &'a mut [f32],
     pub(super) object: &'a mut [u32],
     pub(super) depth: &'a mut [f32],
-    pub(super) normal: &'a mut [[f32; 3]],
 }
 
 /// Side of the squares in which pixels are traced, so that neighbours follow one another.
-const SQUARE: usize = 16;
+const SQUARE: usize = 64;
 
 /// The largest difference of colours between which a pixel is filled: relative, and absolute.
 const COLOR: [f32; 2] = [0.02, 0.003];
@@ -63,22 +64,25 @@ impl Centre {
         mut rows: CentreRows<'_>,
     ) {
         let mut tracer = prepared.integrator.tracer(&prepared.scene, view);
+        tracer.ask(AskedDetails { hits: true, ..AskedDetails::default() });
         let width = view.film.width as usize;
         let height = rows.color.len() / width.max(1);
         for left in (0..width).step_by(SQUARE) {
             let part = Part { width, left, columns: SQUARE.min(width - left), rows: height };
-            let all = (0..part.columns * height).map(|i| [i % part.columns, i / part.columns]);
             if effort == Effort::Still {
                 self.pixels.clear();
-                self.pixels.extend(all);
+                self.pixels.extend((0..height).flat_map(|y| (0..part.columns).map(move |x| [x, y])));
                 self.trace(&mut *tracer, prepared, view, &part, &mut rows);
                 continue;
             }
             for stage in 0..3 {
                 self.pixels.clear();
-                for [x, y] in all.clone().filter(|[x, y]| stage_of(*x, *y) == stage) {
-                    if stage == 0 || !rows.fill(&part, [x, y]) {
-                        self.pixels.push([x, y]);
+                for y in 0..height {
+                    let [first, step] = columns_of(stage, y);
+                    for x in (first..part.columns).step_by(step) {
+                        if stage == 0 || !rows.fill(&part, stage, [x, y]) {
+                            self.pixels.push([x, y]);
+                        }
                     }
                 }
                 self.trace(&mut *tracer, prepared, view, &part, &mut rows);
@@ -105,40 +109,41 @@ impl Centre {
         });
         take_points(view, &mut self.samples, points);
         tracer.radiance(&self.samples, &mut self.out, &mut RayStats::default());
-        scene.intersect_batch(&mut self.samples.rays, &mut self.hits);
-        for (i, (radiance, hit)) in self.out.iter().zip(&self.hits).enumerate() {
+        let mut hits = tracer.details().hits;
+        if hits.len() != self.out.len() {
+            scene.intersect_batch(&mut self.samples.rays, &mut self.hits);
+            hits = &self.hits;
+        }
+        for ((i, radiance), hit) in self.out.iter().enumerate().zip(hits) {
             let [x, y] = self.pixels[i];
             let at = y * part.width + part.left + x;
-            let ray = self.samples.rays.get(i).filter(|ray| ray.t_max >= 0.0);
-            let radiance =
-                if ray.is_some() { *radiance } else { Radiance { color: Spectrum::BLACK, alpha: 0.0 } };
+            // Where the camera has no ray, nothing is seen.
+            let is_seen = self.samples.rays.blocks()[i / LANES].t_max.0[i % LANES] >= 0.0;
+            let radiance = if is_seen { *radiance } else { Radiance { color: Spectrum::BLACK, alpha: 0.0 } };
             (rows.color[at], rows.alpha[at]) = (radiance.color.to_array(), radiance.alpha);
-            (rows.object[at], rows.depth[at], rows.normal[at]) = (NO_OBJECT, f32::INFINITY, [0.0; 3]);
-            if let (Some(hit), Some(ray)) = (hit, ray) {
-                let surface = scene.surface(&ray, hit);
-                let side = if surface.ng.dot(ray.direction) > 0.0 { -1.0 } else { 1.0 };
-                rows.object[at] = scene.primitive_id(hit);
-                rows.depth[at] = hit.shape.t as f32;
-                rows.normal[at] = (surface.ns * side).as_vec3().to_array();
-            }
+            let hit = hit.as_ref().filter(|_| is_seen);
+            rows.object[at] = hit.map_or(NO_OBJECT, |hit| scene.primitive_id(hit));
+            rows.depth[at] = hit.map_or(f32::INFINITY, |hit| hit.shape.t as f32);
         }
     }
 }
 
-/// When a pixel's turn is: after those around it.
-fn stage_of(x: usize, y: usize) -> usize {
-    match (x % 2, y % 2) {
-        (0, 0) => 0,
-        (1, 1) => 1,
-        _ => 2,
+/// The first column whose turn in row `y` is in a stage, and the step to the next one. A pixel's turn is after those
+/// around it.
+fn columns_of(stage: usize, y: usize) -> [usize; 2] {
+    match (stage, y % 2) {
+        (0, 0) => [0, 2],
+        (1, 1) => [1, 2],
+        (2, odd) => [1 - odd, 2],
+        _ => [usize::MAX, 1],
     }
 }
 
 impl CentreRows<'_> {
     /// Fills a pixel from the four around it, whose turn was before. Returns false where one is missing or they are not
     /// alike.
-    fn fill(&mut self, part: &Part, [x, y]: [usize; 2]) -> bool {
-        let offsets = match stage_of(x, y) {
+    fn fill(&mut self, part: &Part, stage: usize, [x, y]: [usize; 2]) -> bool {
+        let offsets = match stage {
             1 => [(0, 0), (2, 2), (2, 0), (0, 2)],
             _ => [(0, 1), (2, 1), (1, 0), (1, 2)],
         };
@@ -163,7 +168,6 @@ impl CentreRows<'_> {
         let at = y * part.width + part.left + x;
         let mean = |values: [f32; 4]| values.iter().sum::<f32>() / 4.0;
         self.color[at] = std::array::from_fn(|c| mean(around.map(|i| self.color[i][c])));
-        self.normal[at] = std::array::from_fn(|c| mean(around.map(|i| self.normal[i][c])));
         self.depth[at] = mean(around.map(|i| self.depth[i]));
         (self.alpha[at], self.object[at]) = (self.alpha[a], self.object[a]);
         true

@@ -116,12 +116,11 @@ impl Drawing {
         let full = full.zip(self.has_gloss.iter_mut());
         let grid = layers.indirect.parts(size_of_grid).zip(layers.second.parts(size_of_grid));
         let seen = picture.object.chunks_mut(size).zip(picture.depth.chunks_mut(size));
-        let seen = seen.zip(picture.normal.chunks_mut(size));
         let tasks = guides.zip(full).zip(grid.zip(seen)).enumerate().map(
             |(index, ((guides, full), (grid, seen)))| {
                 let (((guides, heads), still), count) = guides;
                 let ((direct, gloss), has_gloss) = full;
-                let ((object, depth), normal) = seen;
+                let (object, depth) = seen;
                 let (indirect, second) = grid;
                 Band {
                     index,
@@ -137,7 +136,6 @@ impl Drawing {
                     has_gloss,
                     object,
                     depth,
-                    normal,
                 }
             },
         );

@@ -68,7 +68,6 @@ pub(super) fn between(neighbours: [Option<&Sample>; 4]) -> Option<Sample> {
         normal: std::array::from_fn(|i| 0.5 * (a.normal[i] + b.normal[i])),
         near: middle,
         first_near: 0.5 * (a.first_near + b.first_near),
-        first_normal: std::array::from_fn(|i| 0.5 * (a.first_normal[i] + b.first_normal[i])),
         ..*a
     })
 }

@@ -178,14 +178,12 @@ impl Preview {
         let size = width * ROWS;
         let rows = next.color.chunks_mut(size).zip(next.alpha.chunks_mut(size));
         let rows = rows.zip(next.object.chunks_mut(size).zip(next.depth.chunks_mut(size)));
-        let rows = rows.zip(next.normal.chunks_mut(size)).enumerate();
-        let tasks = rows.map(|(i, (((color, alpha), (object, depth)), normal))| CentreRows {
+        let tasks = rows.enumerate().map(|(i, ((color, alpha), (object, depth)))| CentreRows {
             first: (i * ROWS) as u32,
             color,
             alpha,
             object,
             depth,
-            normal,
         });
         let tasks = tasks.collect();
         work::run(&mut self.workers, options.cancel, tasks, |worker: &mut Worker, rows| {

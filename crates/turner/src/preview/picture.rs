@@ -19,8 +19,6 @@ pub struct PreviewPicture {
     pub object: Vec<u32>,
     /// Distance from the camera to that hit; infinite where there is none.
     pub depth: Vec<f32>,
-    /// Shading normal at that hit, towards the camera; 0 where there is none.
-    pub normal: Vec<[f32; 3]>,
 }
 
 impl PreviewPicture {
@@ -31,6 +29,5 @@ impl PreviewPicture {
         self.alpha.resize(count, 0.0);
         self.object.resize(count, NO_OBJECT);
         self.depth.resize(count, f32::INFINITY);
-        self.normal.resize(count, [0.0; 3]);
     }
 }

@@ -199,7 +199,7 @@ impl Walk {
         let pixel = &mut self.found[pixel as usize];
         pixel.object = scene.primitive_id(hit);
         (pixel.first_near, pixel.near) = (near, near);
-        (pixel.first_normal, pixel.normal) = (normal, normal);
+        pixel.normal = normal;
         (pixel.key, pixel.albedo, pixel.roughness) = (0, lobes.albedo(), lobes.roughness);
         true
     }
@@ -210,8 +210,8 @@ impl Walk {
         pixel.object = frame.scene.primitive_id(&surface.hit);
         pixel.first_near = (1.0 / surface.hit.shape.t.max(1e-30)) as f32;
         let side = if outside { 1.0 } else { -1.0 };
-        pixel.first_normal = (surface.ns * side).as_vec3().to_array();
-        (pixel.normal, pixel.near, pixel.key) = (pixel.first_normal, pixel.first_near, 0);
+        pixel.normal = (surface.ns * side).as_vec3().to_array();
+        (pixel.near, pixel.key) = (pixel.first_near, 0);
     }
 
     /// Notes a surface that is not lit in this frame.

@@ -27,7 +27,8 @@ use super::record::{Off, RayKind, Record};
 use super::shade::{Accumulate, Ambient, Illuminate, Leave, LeavingBlock, TermBlock, illuminate_points};
 use super::spawn::{SecondaryRay, Spawn};
 use crate::color::Spectrum;
-use crate::integrator::{CameraSamples, Radiance, RayStats, Tracer, footprint};
+use crate::integrator::first_hits::FirstHits;
+use crate::integrator::{AskedDetails, CameraSamples, Radiance, RayStats, SampleDetails, Tracer, footprint};
 use crate::material::{Classic, Material, color_at};
 use crate::math::{DVec2, DVec3, Ray, RayCone};
 use crate::scene::{Hit, RayBatch, Scene, SpectrumBlock, SurfaceInteraction};
@@ -104,6 +105,7 @@ pub(super) struct TreeBatch<'a, R = Off> {
     queue: RayQueue,
     next: RayQueue,
     hits: Vec<Option<Hit>>,
+    first_hits: FirstHits,
     /// The hits of this round in the order of the queue; only the first `blocks` blocks are in use.
     points: Vec<PointBlock>,
     blocks: usize,
@@ -160,6 +162,7 @@ impl<'a, R> TreeBatch<'a, R> {
             queue: RayQueue::default(),
             next: RayQueue::default(),
             hits: Vec::new(),
+            first_hits: FirstHits::default(),
             points: Vec::new(),
             blocks: 0,
             shaded_hits: Vec::new(),
@@ -175,6 +178,14 @@ impl<'a, R> TreeBatch<'a, R> {
 }
 
 impl<R: Record> Tracer for TreeBatch<'_, R> {
+    fn ask(&mut self, asked: AskedDetails) {
+        self.first_hits.turn_on(asked.hits);
+    }
+
+    fn details(&self) -> SampleDetails<'_> {
+        SampleDetails { hits: self.first_hits.hits(), ..SampleDetails::default() }
+    }
+
     fn radiance(&mut self, samples: &CameraSamples, out: &mut Vec<Radiance>, stats: &mut RayStats) {
         let count = samples.ids.len();
         stats.camera += count as u64;
@@ -183,6 +194,7 @@ impl<R: Record> Tracer for TreeBatch<'_, R> {
         self.trees.clear();
         self.trees.resize(count, Tree { spawned: 0, shaded: 0, waiting: None });
         self.waiting.clear();
+        self.first_hits.begin();
         self.queue.rays.copy(&samples.rays);
         self.queue.tasks.clear();
         self.queue.tasks.extend((0..count as u32).map(|sample| {
@@ -202,6 +214,7 @@ impl<R: Record> TreeBatch<'_, R> {
     /// Traces and shades the rays of the queue and fills the next one.
     fn round(&mut self, samples: &CameraSamples, out: &mut [Radiance], stats: &mut RayStats) {
         self.scene.intersect_batch(&mut self.queue.rays, &mut self.hits);
+        self.first_hits.found(&self.hits);
         self.next.clear();
         self.gather(out);
         let facing = self.integrator.facing;

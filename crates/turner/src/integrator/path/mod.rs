@@ -24,7 +24,6 @@ mod caustics;
 mod closed_form_tests;
 mod dispersion;
 mod emission;
-mod first_hits;
 mod group_split;
 mod guides;
 mod light_resampling;

@@ -27,7 +27,6 @@ use turner_bvh::lanes::LANES;
 
 use super::Context;
 use super::caustics::{CausticsStrategy, PhotonMap, ReversePdf};
-use super::first_hits::FirstHits;
 use super::group_split::GroupSplit;
 use super::guides::Guides;
 use super::light_split::LightSplit;
@@ -42,6 +41,7 @@ use super::shadow_rays::ShadowRays;
 use super::shared_paths::SharedPaths;
 use super::simd_shading::VertexBlocks;
 use crate::color::Spectrum;
+use crate::integrator::first_hits::FirstHits;
 use crate::integrator::{AskedDetails, CameraSamples, Radiance, RayStats, SampleDetails, Tracer, footprint};
 use crate::light::Receiver;
 use crate::math::{DVec3, Ray, RayCone};

@@ -84,7 +84,8 @@ impl Sky {
         march(height, cos_view, STEPS, |step| {
             let through = self.atmosphere.transmittance(&step.amounts);
             let (air, dust) = self.atmosphere.scattering(&step.here);
-            for ((light, cos_between), (air_phase, dust_phase)) in lights.iter_mut().zip(between).zip(phases) {
+            for ((light, cos_between), (air_phase, dust_phase)) in lights.iter_mut().zip(between).zip(phases)
+            {
                 let angle = angle_of_sun(cos_sun, cos_between, height, step.distance, step.height);
                 let sun = self.sunlight(step.height, angle);
                 let multiple = self.multiple(step.height, angle);

@@ -104,9 +104,8 @@ fn a_clear_day_has_measured_illuminances() {
 #[test]
 fn twilight_fades_and_ozone_keeps_it_blue() {
     let colors = Colors::new();
-    let zenith = |elevation: f64, ozone: f64| {
-        colors.color(&radiance(&sky(1.0, 1.0, ozone, elevation, 0.3), 1.0, 1.0))
-    };
+    let zenith =
+        |elevation: f64, ozone: f64| colors.color(&radiance(&sky(1.0, 1.0, ozone, elevation, 0.3), 1.0, 1.0));
     let mut before = f32::INFINITY;
     for elevation in [20.0, 5.0, 0.0, -2.0, -4.0, -6.0, -9.0] {
         let now = zenith(elevation, 1.0).luminance();
