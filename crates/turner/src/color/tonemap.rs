@@ -5,7 +5,7 @@
 
 use super::Spectrum;
 use crate::choice::choice;
-use crate::math::elementary::{ln, pow};
+use crate::math::elementary::{log2, pow};
 
 choice! {
     /// How scene radiance becomes display values.
@@ -27,15 +27,35 @@ choice! {
 impl Tonemap {
     /// Maps scene radiance to display values. Negative and NaN components count as 0, infinite ones as the largest f32.
     pub fn map(self, color: Spectrum) -> Spectrum {
+        let power = self.last_power();
+        let mapped = self.before(color).map(|v| if power == 1.0 { v } else { pow(v.max(0.0), power) });
+        Spectrum::from(mapped.map(|v| v.clamp(0.0, 1.0) as f32))
+    }
+
+    /// The power with which [`Tonemap::map`] ends.
+    pub(crate) fn last_power(self) -> f64 {
+        match self {
+            Tonemap::None | Tonemap::Neutral | Tonemap::Studio | Tonemap::Aces => 1.0,
+            Tonemap::Agx => 2.2,
+        }
+    }
+
+    /// Display values before the last power, in 0..=1.
+    #[inline]
+    pub(crate) fn before_power(self, color: Spectrum) -> Spectrum {
+        Spectrum::from(self.before(color).map(|v| v.clamp(0.0, 1.0) as f32))
+    }
+
+    #[inline]
+    fn before(self, color: Spectrum) -> [f64; 3] {
         let light = color.to_array().map(|v| if v > 0.0 { f64::from(v.min(f32::MAX)) } else { 0.0 });
-        let mapped = match self {
+        match self {
             Tonemap::None => light,
             Tonemap::Neutral => neutral(light),
             Tonemap::Studio => neutral(light).map(|v| v / STUDIO_PEAK),
             Tonemap::Agx => agx(light),
             Tonemap::Aces => aces(light),
-        };
-        Spectrum::from(mapped.map(|v| v.clamp(0.0, 1.0) as f32))
+        }
     }
 
     /// The scene radiance that [`Tonemap::map`] maps to a display value of 0..=1: exactly for [`Tonemap::None`],
@@ -114,8 +134,8 @@ fn multiply(m: &Matrix, v: [f64; 3]) -> [f64; 3] {
 }
 
 /// AgX (T. Sobotka 2022) with the matrices and the polynomial of B. Wrensch, "Minimal AgX Implementation" (2024):
-/// inset the primaries, take a logarithm over 16.5 stops, apply a sigmoid, outset the primaries, and undo the
-/// display's power of 2.2.
+/// inset the primaries, take a logarithm over 16.5 stops, apply a sigmoid, outset the primaries. The display's power of
+/// 2.2 is then undone: [`Tonemap::last_power`].
 fn agx(color: [f64; 3]) -> [f64; 3] {
     const INSET: Matrix = [
         [0.842_479_062_253_094, 0.078_433_599_999_999_2, 0.079_223_745_147_764_3],
@@ -129,15 +149,17 @@ fn agx(color: [f64; 3]) -> [f64; 3] {
     ];
     /// Range of the logarithm, in stops: the darkest and the brightest value it distinguishes.
     const STOPS: [f64; 2] = [-12.473_93, 4.026_069];
+    /// Below the first of them.
+    const DARKEST: f64 = 1.0 / 8192.0;
     /// Coefficients of the sigmoid polynomial, from x⁶ down.
     const SIGMOID: [f64; 7] = [15.5, -40.14, 31.96, -6.868, 0.4298, 0.1191, -0.002_32];
     let curved = multiply(&INSET, color).map(|v| {
-        let stops = ln(v) * std::f64::consts::LOG2_E;
-        // The logarithm of 0 is −∞.
+        // Nothing is darker than the darkest value.
+        let stops = log2(v.max(DARKEST));
         let x = ((stops - STOPS[0]) / (STOPS[1] - STOPS[0])).clamp(0.0, 1.0);
         SIGMOID.iter().fold(0.0, |sum, c| sum * x + c).max(0.0)
     });
-    multiply(&OUTSET, curved).map(|v| pow(v.max(0.0), 2.2))
+    multiply(&OUTSET, curved)
 }
 
 /// The reference rendering and display transforms of ACES 1 as fitted by S. Hill (BakingLab, "ACES.hlsl", 2016): Rec.

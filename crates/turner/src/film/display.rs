@@ -1,5 +1,6 @@
 //! Display values: exposure, tone mapping, colour space, transfer curve, rounding.
 
+use super::byte_table::{ByteTable, quantise};
 use super::exposure::factor;
 use super::strips;
 use crate::color::{DisplaySpace, Spectrum, Tonemap, Transfer};
@@ -58,7 +59,14 @@ impl DisplayTransform {
     /// `threads` of 0 uses all.
     pub fn to_8_bits(&self, linear: &[[f32; 4]], threads: usize) -> Vec<[u8; 4]> {
         let curve = Curve::new(self);
-        strips::map(linear.len(), threads, |i| curve.pixel(linear[i], MAGENTA, |v| curve.byte(v)))
+        match curve.table() {
+            Some((table, stage)) => strips::map(linear.len(), threads, |i| {
+                curve.pixel(linear[i], MAGENTA, stage, |v| table.byte(v))
+            }),
+            None => strips::map(linear.len(), threads, |i| {
+                curve.pixel(linear[i], MAGENTA, Stage::Shown, |v| quantise(curve.encode(v)))
+            }),
+        }
     }
 
     /// 8-bit display values with dither: before rounding, an ordered pattern between -0.5 and +0.5 is added, so that
@@ -75,7 +83,9 @@ impl DisplayTransform {
         let width = (width as usize).max(1);
         strips::map(linear.len(), threads, |i| {
             let threshold = threshold_at((i % width) as u32, first_row + (i / width) as u32);
-            curve.pixel(linear[i], MAGENTA, |v| (f64::from(curve.encode(v)) * 255.0 + threshold) as u8)
+            curve.pixel(linear[i], MAGENTA, Stage::Shown, |v| {
+                (f64::from(curve.encode(v)) * 255.0 + threshold) as u8
+            })
         })
     }
 
@@ -84,7 +94,7 @@ impl DisplayTransform {
         let curve = Curve::new(self);
         let round = |v: f32| (f64::from(curve.encode(v)) * 65535.0 + 0.5) as u16;
         let nan = MAGENTA.map(|v| u16::from(v) * 257);
-        strips::map(linear.len(), threads, |i| curve.pixel(linear[i], nan, round))
+        strips::map(linear.len(), threads, |i| curve.pixel(linear[i], nan, Stage::Shown, round))
     }
 }
 
@@ -108,20 +118,33 @@ struct Curve {
     space: DisplaySpace,
     /// 2^exposure.
     factor: f32,
-    /// For the sRGB curve: entry i - 1 is the smallest linear value that becomes i, so no pixel needs a power.
-    thresholds: Vec<f32>,
+}
+
+/// The values that a pixel's components are rounded from.
+#[derive(Clone, Copy, PartialEq)]
+enum Stage {
+    /// Linear display values in the primaries of the colour space.
+    Shown,
+    /// Before the power with which the tone mapping ends.
+    BeforePower,
 }
 
 impl Curve {
     fn new(transform: &DisplayTransform) -> Curve {
         let DisplayTransform { exposure, tonemap, transfer, space } = *transform;
-        let thresholds = match (transfer, space) {
-            (Transfer::Srgb, DisplaySpace::Srgb | DisplaySpace::DisplayP3) => {
-                (1..=255u16).map(|i| threshold(transfer, i)).collect()
-            }
-            (Transfer::None, _) | (_, DisplaySpace::Rec2100Pq) => Vec::new(),
+        Curve { transfer, tonemap, space, factor: factor(exposure) }
+    }
+
+    /// The table of 8-bit values, if there is one, and what it begins with.
+    fn table(&self) -> Option<(&'static ByteTable, Stage)> {
+        let stage = match (self.transfer, self.space) {
+            // Other primaries mix the components after the power.
+            (Transfer::Srgb, DisplaySpace::DisplayP3) => Stage::Shown,
+            (Transfer::Srgb, DisplaySpace::Srgb) => Stage::BeforePower,
+            (Transfer::None, _) | (_, DisplaySpace::Rec2100Pq) => return None,
         };
-        Curve { transfer, tonemap, space, factor: factor(exposure), thresholds }
+        let power = if stage == Stage::BeforePower { self.tonemap.last_power() } else { 1.0 };
+        ByteTable::srgb_of_power(power).map(|table| (table, stage))
     }
 
     /// From premultiplied scene values to straight display values; `round` encodes and rounds a colour value. Coverage
@@ -130,6 +153,7 @@ impl Curve {
         &self,
         [r, g, b, a]: [f32; 4],
         nan: [T; 4],
+        stage: Stage,
         round: impl Fn(f32) -> T,
     ) -> [T; 4] {
         if r.is_nan() || g.is_nan() || b.is_nan() {
@@ -142,18 +166,12 @@ impl Curve {
         let shown = match self.tonemap {
             Tonemap::None if self.factor == 1.0 => straight,
             Tonemap::None => straight * self.factor,
+            tonemap if stage == Stage::BeforePower => tonemap.before_power(straight * self.factor),
             tonemap => tonemap.map(straight * self.factor),
         };
         let shown = if self.transfer == Transfer::None { shown } else { self.space.convert(shown) };
         let [r, g, b] = shown.to_array().map(round);
         [r, g, b, T::from_coverage(a.min(1.0))]
-    }
-
-    fn byte(&self, v: f32) -> u8 {
-        if self.thresholds.is_empty() {
-            return quantise(self.encode(v));
-        }
-        self.thresholds.partition_point(|t| *t <= v) as u8
     }
 
     /// The display value of a linear value, 0..=1.
@@ -183,24 +201,6 @@ impl FromEncoded for u16 {
     }
 }
 
-fn quantise(encoded: f32) -> u8 {
-    (f64::from(encoded) * 255.0 + 0.5) as u8
-}
-
-/// The smallest f32 that quantises to at least `i`, by bisection over the ordered bits of non-negative floats.
-fn threshold(transfer: Transfer, i: u16) -> f32 {
-    let (mut low, mut high) = (0u32, 1.0f32.to_bits());
-    while low < high {
-        let middle = low + (high - low) / 2;
-        if u16::from(quantise(transfer.encode(f32::from_bits(middle)))) >= i {
-            high = middle;
-        } else {
-            low = middle + 1;
-        }
-    }
-    f32::from_bits(low)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -213,14 +213,26 @@ mod tests {
         transform.to_8_bits(&[pixel], 1)[0]
     }
 
+    /// The table joins the power at the end of a tone mapping with the sRGB curve.
     #[test]
-    fn thresholds_are_the_curve() {
-        let curve = Curve::new(&DisplayTransform::default());
-        for i in 0..=4000 {
-            let v = i as f32 / 3900.0;
-            assert_eq!(curve.byte(v), quantise(Transfer::Srgb.encode(v)), "{v}");
+    fn tables_give_the_bytes_of_the_curves() {
+        for tonemap in [Tonemap::None, Tonemap::Neutral, Tonemap::Studio, Tonemap::Agx, Tonemap::Aces] {
+            for space in [DisplaySpace::Srgb, DisplaySpace::DisplayP3] {
+                let t = DisplayTransform { space, ..transform(Transfer::Srgb, tonemap, 0.3) };
+                let curve = Curve::new(&t);
+                let mut differ = 0;
+                for i in 0..20_000_u16 {
+                    let v = |k: u16| (f32::from(i.wrapping_mul(k)) / 4000.0 - 13.0).exp2();
+                    let pixel = [v(7), v(131), v(613), 1.0];
+                    let exact = curve.pixel(pixel, MAGENTA, Stage::Shown, |v| quantise(curve.encode(v)));
+                    let found = shown(&t, pixel);
+                    differ += u32::from(found != exact);
+                    assert!(found.iter().zip(exact).all(|(a, b)| a.abs_diff(b) <= 1), "{found:?} {exact:?}");
+                }
+                // A value within the rounding of f32 of a half.
+                assert!(differ <= 2, "{tonemap:?} {space:?}: {differ}");
+            }
         }
-        assert_eq!(curve.byte(-1.0), 0);
     }
 
     #[test]

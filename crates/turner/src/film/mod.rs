@@ -38,6 +38,7 @@ mod aov;
 mod aovs;
 mod band;
 mod brightest;
+mod byte_table;
 mod bytes;
 #[cfg(test)]
 mod bytes_tests;

@@ -139,6 +139,23 @@ pub fn ln(x: f64) -> f64 {
     libm::log(x)
 }
 
+/// Binary logarithm of a positive, normal number: error below 1e-13, several times faster than [`ln`].
+#[inline]
+pub fn log2(x: f64) -> f64 {
+    /// The fraction bits of √½.
+    const HALF_ROOT: u64 = std::f64::consts::FRAC_1_SQRT_2.to_bits();
+    const EXPONENT: u64 = 0x7ff << 52;
+    // x = m · 2^e with m in √½..√2.
+    let above = x.to_bits().wrapping_sub(HALF_ROOT);
+    let e = (above as i64) >> 52;
+    let m = f64::from_bits(x.to_bits().wrapping_sub(above & (EXPONENT | 1 << 63)));
+    // ln m = 2 artanh((m − 1) / (m + 1)), as a series.
+    let s = (m - 1.0) / (m + 1.0);
+    let z = s * s;
+    let series = polynomial(z, std::array::from_fn(|i| 1.0 / (2 * i + 1) as f64));
+    e as f64 + s * series * (2.0 * std::f64::consts::LOG2_E)
+}
+
 /// Cube root.
 pub fn cbrt(x: f64) -> f64 {
     libm::cbrt(x)
@@ -207,6 +224,16 @@ mod tests {
             }
         }
         assert_eq!(pow(2.0, 0.5), std::f64::consts::SQRT_2);
+    }
+
+    #[test]
+    fn the_fast_logarithm_is_the_logarithm() {
+        for i in -60_000..=60_000 {
+            let exact = f64::from(i) / 1000.0 + 1e-4;
+            let x = libm::exp2(exact);
+            assert!((log2(x) - libm::log2(x)).abs() < 1e-13 * (1.0 + exact.abs()), "{x}: {}", log2(x));
+        }
+        assert_eq!([log2(1.0), log2(0.25), log2(1024.0)], [0.0, -2.0, 10.0]);
     }
 
     #[test]
