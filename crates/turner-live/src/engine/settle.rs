@@ -16,11 +16,12 @@ use super::{Display, Look, Stage};
 /// Time of a slice of the first pass.
 const SLICE: Duration = Duration::from_millis(250);
 
-/// Moments after the film began, in seconds, when it is shown; later ones are 1.5 times apart.
-const MOMENTS: [f64; 4] = [0.5, 1.0, 1.5, 2.5];
+/// Seconds after the film began before which it is not shown; later moments are at least 1.5 times apart.
+const FIRST: f64 = 0.5;
 
-/// Samples per pixel with which the film replaces the preview, and the seconds after which any film does.
-const LEAST: u32 = 4;
+/// Samples per pixel with which the film replaces the preview, and the seconds after which any film does. With two, the
+/// denoiser knows the noise of a pixel.
+const LEAST: u32 = 2;
 const PATIENCE: f64 = 6.0;
 
 /// What a step is followed by.
@@ -39,14 +40,15 @@ pub(super) struct Settle {
     wanted: Denoise,
     /// Time of all steps.
     spent: Duration,
-    /// When the film is shown next.
+    /// When the film is shown next, and the samples per pixel that it was last shown with.
     next: f64,
+    shown: u32,
 }
 
 impl Settle {
     pub(super) fn new(prepared: &Prepared, wanted: Denoise) -> Result<Settle, SceneError> {
         let renderer = Renderer::new(prepared.clone())?;
-        Ok(Settle { renderer: Arc::new(renderer), wanted, spent: Duration::ZERO, next: MOMENTS[0] })
+        Ok(Settle { renderer: Arc::new(renderer), wanted, spent: Duration::ZERO, next: FIRST, shown: 0 })
     }
 
     /// This film for another preparation, if only the display differs; `None` if its samples are those of another picture.
@@ -60,10 +62,10 @@ impl Settle {
             return None;
         }
         // While the finished picture is denoised, the film is not free.
-        let Settle { renderer, wanted, spent, next } = self;
+        let Settle { renderer, wanted, spent, next, shown } = self;
         let film = Arc::try_unwrap(renderer).ok()?.film;
         let renderer = Arc::new(Renderer::resume(to.clone(), film).ok()?);
-        Some(Settle { renderer, wanted, spent, next })
+        Some(Settle { renderer, wanted, spent, next, shown })
     }
 
     pub(super) fn is_complete(&self) -> bool {
@@ -111,11 +113,11 @@ impl Settle {
         // The preview is better than the first samples of a path tracer.
         let is_previewed = self.renderer.prepared().path().is_some();
         let least = if is_previewed && self.seconds() < PATIENCE { LEAST } else { 0 };
-        let enough = self.renderer.is_covered() && self.samples().0 >= least;
+        let samples = self.samples().0;
+        let enough = self.renderer.is_covered() && samples >= least && (samples > self.shown || samples == 0);
         let due = self.seconds() >= self.next && enough;
         if due {
-            let later = MOMENTS.into_iter().find(|moment| *moment > self.seconds());
-            self.next = later.unwrap_or(self.seconds() * 1.5);
+            (self.next, self.shown) = (self.seconds() * 1.5, samples);
         }
         Ok(if due || self.is_complete() { Step::Show } else { Step::More })
     }

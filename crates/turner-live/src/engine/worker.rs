@@ -19,8 +19,9 @@ use crate::engine::develop::Draft;
 /// A user who moves something sends the next order within this time. Until then, no film is begun.
 const STILL: Duration = Duration::from_millis(120);
 
-/// Time for preview frames of a still picture, before the film has the threads to itself.
+/// Time and number of preview frames of a still picture, before the film has the threads to itself.
 const PREVIEW: Duration = Duration::from_millis(600);
+const PREVIEWS: u32 = 3;
 
 /// What stays from order to order.
 #[derive(Default)]
@@ -226,7 +227,8 @@ impl Worker {
             self.report(board);
             return;
         }
-        if self.film.is_none() && self.draft.refines(&stand.prepared) && self.elapsed() < PREVIEW {
+        let previews = self.elapsed() < PREVIEW && self.frames < PREVIEWS;
+        if self.film.is_none() && previews && self.draft.refines(&stand.prepared) {
             self.preview(order, stand, board);
             return;
         }
