@@ -51,21 +51,26 @@ impl Settle {
         Ok(Settle { renderer: Arc::new(renderer), wanted, spent: Duration::ZERO, next: FIRST, shown: 0 })
     }
 
-    /// This film for another preparation, if only the display differs; `None` if its samples are those of another picture.
-    pub(super) fn continued(self, to: &Prepared, wanted: Denoise) -> Option<Settle> {
+    /// This film for another preparation, if only the display differs; an error with what is left of the film if its
+    /// samples are those of another picture.
+    pub(super) fn continued(self, to: &Prepared, wanted: Denoise) -> Result<Settle, Option<Settle>> {
         let from = self.renderer.prepared();
         let same = Arc::ptr_eq(&from.scene, &to.scene)
             && Arc::ptr_eq(&from.integrator, &to.integrator)
             && from.view.camera == to.view.camera
             && self.wanted == wanted;
         if !same || self.renderer.film.samples() == 0 {
-            return None;
+            return Err(Some(self));
         }
-        // While the finished picture is denoised, the film is not free.
         let Settle { renderer, wanted, spent, next, shown } = self;
-        let film = Arc::try_unwrap(renderer).ok()?.film;
-        let renderer = Arc::new(Renderer::resume(to.clone(), film).ok()?);
-        Some(Settle { renderer, wanted, spent, next, shown })
+        let settle = |renderer| Settle { renderer, wanted, spent, next, shown };
+        // While the finished picture is denoised, the film is not free.
+        let renderer = match Arc::try_unwrap(renderer) {
+            Ok(renderer) => renderer,
+            Err(renderer) => return Err(Some(settle(renderer))),
+        };
+        let resumed = Renderer::resume(to.clone(), renderer.film);
+        resumed.map(|renderer| settle(Arc::new(renderer))).map_err(|_| None)
     }
 
     pub(super) fn is_complete(&self) -> bool {

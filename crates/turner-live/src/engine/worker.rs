@@ -63,6 +63,12 @@ fn stop<'a>(order: &Order, board: &'a Board) -> &'a AtomicBool {
     if order.moving { &board.closed } else { &board.stop }
 }
 
+/// Frees a film in a thread of its own: the memory of a large one takes longer than a frame.
+fn discard(film: Settle) {
+    // Without a thread, it is freed here.
+    let _ = std::thread::Builder::new().name("free".into()).spawn(move || drop(film));
+}
+
 impl Worker {
     /// One turn: a new order, or the next piece of work on the last one.
     fn serve(&mut self, board: &Arc<Board>) {
@@ -138,7 +144,9 @@ impl Worker {
         };
         let stand = Arc::new(Stand { prepared, desc: Arc::clone(&order.desc) });
         board.begin_film();
-        let kept = self.film.take().and_then(|film| film.continued(&stand.prepared, order.desc.film.denoise));
+        let kept = self.film.take().and_then(|film| {
+            film.continued(&stand.prepared, order.desc.film.denoise).map_err(|old| old.map(discard)).ok()
+        });
         board.say(|status| (status.doing, status.error) = ("rendering", None));
         (self.frames, self.owes_frame) = (0, true);
         let has_picture = kept.as_ref().is_some_and(Settle::is_covered);
