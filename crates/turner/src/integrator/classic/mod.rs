@@ -7,6 +7,7 @@
 mod notes;
 mod points;
 mod prepared;
+mod queue;
 mod radiance;
 mod record;
 mod replay;

@@ -23,6 +23,7 @@ use turner_bvh::lanes::{LANES, dispatch};
 use super::ClassicDesc;
 use super::notes::TermNotes;
 use super::points::{PointBlock, Surfaces, get, jitter_dimension, set};
+use super::queue::{RayQueue, Waiting, resume};
 use super::record::{Off, RayKind, Record};
 use super::shade::{Accumulate, Ambient, Illuminate, Leave, LeavingBlock, TermBlock, illuminate_points};
 use super::spawn::{SecondaryRay, Spawn};
@@ -56,14 +57,6 @@ impl Task {
     }
 }
 
-/// A ray on the stack of its sample.
-struct Waiting {
-    ray: Ray,
-    task: Task,
-    /// The element below it on the stack, as in `Tree::waiting`.
-    next: Option<u32>,
-}
-
 /// The state of one sample's ray tree.
 #[derive(Clone)]
 pub(super) struct Tree {
@@ -72,27 +65,7 @@ pub(super) struct Tree {
     /// Number of points shaded, which selects the random dimensions of area lights.
     shaded: u64,
     /// The top of the stack of rays still to be traced, an index into `TreeBatch::waiting`.
-    waiting: Option<u32>,
-}
-
-/// The rays of one round: at most one per sample.
-#[derive(Default)]
-struct RayQueue {
-    rays: RayBatch,
-    tasks: Vec<Task>,
-}
-
-impl RayQueue {
-    fn clear(&mut self) {
-        self.rays.clear();
-        self.tasks.clear();
-    }
-
-    #[inline]
-    fn push(&mut self, ray: &Ray, task: Task) {
-        self.rays.push(ray);
-        self.tasks.push(task);
-    }
+    pub(super) waiting: Option<u32>,
 }
 
 /// The state of a batch of samples. Its memory is reused from batch to batch.
@@ -492,15 +465,5 @@ impl<R: Record> TreeBatch<'_, R> {
                 None => resume(tree, &mut self.waiting, &mut self.next),
             }
         }
-    }
-}
-
-/// Pops the stack of a sample, if it is not empty, into the next queue.
-#[inline]
-fn resume(tree: &mut Tree, waiting: &mut [Waiting], next: &mut RayQueue) {
-    if let Some(i) = tree.waiting {
-        let Waiting { ray, task, next: behind } = &waiting[i as usize];
-        tree.waiting = *behind;
-        next.push(ray, *task);
     }
 }
