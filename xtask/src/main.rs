@@ -89,8 +89,8 @@ mod tests {
         assert_eq!(in_memory::checksum(1).unwrap(), in_memory::checksum(3).unwrap());
     }
 
-    /// Images that this program does not make: they need other renderers, models that are not in the repository, or a
-    /// display (`scripts/studio-end-to-end.sh` makes those of the studio).
+    /// Images that this program does not make. They need other renderers or models that are not in the repository. Those of
+    /// Turner Studio are screenshots by `scripts/studio-end-to-end.sh`.
     const MADE_ELSEWHERE: [&str; 8] = [
         "error-over-time.svg",
         "gltf-test-models.jpg",

@@ -16,11 +16,11 @@ use super::{Display, Look, Stage};
 /// Time of a slice of the first pass.
 const SLICE: Duration = Duration::from_millis(250);
 
-/// Seconds after the film began before which it is not shown; later moments are at least 1.5 times apart.
+/// The film is first shown this many seconds after it began. Each later time is at least 1.5 times the one before.
 const FIRST: f64 = 0.5;
 
-/// Samples per pixel with which the film replaces the preview, and the seconds after which any film does. With two, the
-/// denoiser knows the noise of a pixel.
+/// The film replaces the preview at this many samples per pixel: from two samples the denoiser estimates the noise of a
+/// pixel. After `PATIENCE`, in seconds, the film is shown with any number of samples, and also between samples.
 const LEAST: u32 = 2;
 const PATIENCE: f64 = 6.0;
 
@@ -40,19 +40,20 @@ pub(super) struct Settle {
     wanted: Denoise,
     /// Time of all steps.
     spent: Duration,
-    /// When the film is shown next, and the samples per pixel that it was last shown with.
+    /// The earliest time at which the film is shown next, in seconds.
     next: f64,
-    shown: u32,
+    /// Samples per pixel of the film when it was last shown.
+    shown: Option<u32>,
 }
 
 impl Settle {
     pub(super) fn new(prepared: &Prepared, wanted: Denoise) -> Result<Settle, SceneError> {
         let renderer = Renderer::new(prepared.clone())?;
-        Ok(Settle { renderer: Arc::new(renderer), wanted, spent: Duration::ZERO, next: FIRST, shown: 0 })
+        Ok(Settle { renderer: Arc::new(renderer), wanted, spent: Duration::ZERO, next: FIRST, shown: None })
     }
 
-    /// This film for another preparation, if only the display differs; an error with what is left of the film if its
-    /// samples are those of another picture.
+    /// Continues the film with a new preparation that differs only in how the picture is displayed. If the samples would
+    /// be others, the error returns the film, unless it is already freed.
     pub(super) fn continued(self, to: &Prepared, wanted: Denoise) -> Result<Settle, Option<Settle>> {
         let from = self.renderer.prepared();
         let same = Arc::ptr_eq(&from.scene, &to.scene)
@@ -119,10 +120,11 @@ impl Settle {
         let is_previewed = self.renderer.prepared().path().is_some();
         let least = if is_previewed && self.seconds() < PATIENCE { LEAST } else { 0 };
         let samples = self.samples().0;
-        let enough = self.renderer.is_covered() && samples >= least && (samples > self.shown || samples == 0);
+        let is_new = self.shown != Some(samples) || self.seconds() >= PATIENCE;
+        let enough = self.renderer.is_covered() && samples >= least && is_new;
         let due = self.seconds() >= self.next && enough;
         if due {
-            (self.next, self.shown) = (self.seconds() * 1.5, samples);
+            (self.next, self.shown) = (self.seconds() * 1.5, Some(samples));
         }
         Ok(if due || self.is_complete() { Step::Show } else { Step::More })
     }

@@ -19,7 +19,7 @@ use crate::engine::develop::Draft;
 /// A user who moves something sends the next order within this time. Until then, no film is begun.
 const STILL: Duration = Duration::from_millis(120);
 
-/// Time and number of preview frames of a still picture, before the film has the threads to itself.
+/// A still picture has preview frames for this long, and at most this many. Then the film has the threads to itself.
 const PREVIEW: Duration = Duration::from_millis(600);
 const PREVIEWS: u32 = 3;
 
@@ -63,7 +63,7 @@ fn stop<'a>(order: &Order, board: &'a Board) -> &'a AtomicBool {
     if order.moving { &board.closed } else { &board.stop }
 }
 
-/// Frees a film in a thread of its own: the memory of a large one takes longer than a frame.
+/// Frees the memory of a film on another thread: for a large film it takes longer than a frame.
 fn discard(film: Settle) {
     // Without a thread, it is freed here.
     let _ = std::thread::Builder::new().name("free".into()).spawn(move || drop(film));

@@ -32,7 +32,7 @@ impl Tonemap {
         Spectrum::from(mapped.map(|v| v.clamp(0.0, 1.0) as f32))
     }
 
-    /// The power with which [`Tonemap::map`] ends.
+    /// The exponent of the power that [`Tonemap::map`] applies last; 1 for none.
     pub(crate) fn last_power(self) -> f64 {
         match self {
             Tonemap::None | Tonemap::Neutral | Tonemap::Studio | Tonemap::Aces => 1.0,

@@ -1,26 +1,26 @@
-//! 8-bit display values by table instead of by a power for each component.
+//! Lookup tables for 8-bit display values: the sRGB curve without a power for each component.
 
 use std::sync::OnceLock;
 
 use crate::color::Transfer;
 use crate::math::elementary::pow;
 
-/// A rising curve from 0..=1 to 0..=255: `byte` gives exactly what the curve gives.
+/// A lookup table of a monotonically increasing curve from linear values 0..=1 to bytes. Lookups are exact.
 pub(super) struct ByteTable {
-    /// Entry i is the smallest value that becomes i + 1. The last one, NaN, is below no value.
+    /// Entry i is the smallest linear value whose byte is i + 1. The last entry is NaN, so that every search ends.
     thresholds: [f32; 256],
-    /// The byte of the smallest value of each [`bucket`].
+    /// The byte of the smallest value in each [`bucket`], where a search begins.
     starts: [u8; BUCKETS],
 }
 
-/// Buckets of a factor of two, as a logarithm, and their number: values from 2^−13 to 1.
+/// log2 of the buckets in an octave (a factor of two), and the number of buckets: 13 octaves from 2^−13 to 1.
 const FINE: u32 = 5;
 const BUCKETS: usize = (13 << FINE) + 2;
 
-/// Exponents of which tables are kept.
+/// The exponents that have a table.
 const POWERS: [f64; 2] = [1.0, 2.2];
 
-/// Values whose floats have the same exponent and leading bits share a bucket; all below 2^−13 share the first.
+/// The bucket of a value: its exponent and the leading bits of its mantissa. All values below 2^−13 are in bucket 0.
 fn bucket(v: f32) -> usize {
     const SHIFT: u32 = f32::MANTISSA_DIGITS - 1 - FINE;
     const FIRST: u32 = (127 - 13) << FINE;
@@ -29,7 +29,7 @@ fn bucket(v: f32) -> usize {
 }
 
 impl ByteTable {
-    /// The table of the sRGB curve after a power; `None` if no such table is kept.
+    /// The table of v → sRGB(v^power); `None` if there is no table for this power.
     pub(super) fn srgb_of_power(power: f64) -> Option<&'static ByteTable> {
         static TABLES: [OnceLock<ByteTable>; POWERS.len()] = [const { OnceLock::new() }; POWERS.len()];
         let i = POWERS.iter().position(|p| *p == power)?;
@@ -50,7 +50,7 @@ impl ByteTable {
         ByteTable { thresholds, starts }
     }
 
-    /// The display value of a component; values beyond 0..=1 count as the nearest end.
+    /// The byte of a linear value, which is clamped to 0..=1.
     #[inline]
     pub(super) fn byte(&self, v: f32) -> u8 {
         let mut i = usize::from(self.starts[bucket(v)]);
@@ -66,8 +66,8 @@ pub(super) fn quantise(encoded: f32) -> u8 {
     (f64::from(encoded) * 255.0 + 0.5) as u8
 }
 
-/// The smallest f32 of 0..=1 that fulfils a condition which stays true above it; 1 if none does. By bisection over the
-/// ordered bits of non-negative floats.
+/// The smallest f32 in 0..=1 for which a monotonic condition is true, or 1 if there is none. Bisects the bits of
+/// non-negative floats, which are ordered like their values.
 fn smallest(is_reached: impl Fn(f32) -> bool) -> f32 {
     let (mut low, mut high) = (0u32, 1.0f32.to_bits());
     while low < high {

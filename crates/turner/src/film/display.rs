@@ -120,12 +120,12 @@ struct Curve {
     factor: f32,
 }
 
-/// The values that a pixel's components are rounded from.
+/// The step of the transform whose values [`Curve::pixel`] rounds.
 #[derive(Clone, Copy, PartialEq)]
 enum Stage {
     /// Linear display values in the primaries of the colour space.
     Shown,
-    /// Before the power with which the tone mapping ends.
+    /// Before the final power of the tone mapping, which the lookup table includes.
     BeforePower,
 }
 
@@ -135,7 +135,7 @@ impl Curve {
         Curve { transfer, tonemap, space, factor: factor(exposure) }
     }
 
-    /// The table of 8-bit values, if there is one, and what it begins with.
+    /// The lookup table for 8-bit values, if there is one, and the step of the transform whose values it takes.
     fn table(&self) -> Option<(&'static ByteTable, Stage)> {
         let stage = match (self.transfer, self.space) {
             // Other primaries mix the components after the power.

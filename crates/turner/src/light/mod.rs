@@ -239,7 +239,7 @@ impl LightDesc {
     }
 }
 
-/// What a light is prepared for, and with.
+/// Inputs of the preparation of a light.
 #[derive(Clone, Copy)]
 pub(crate) struct LightSetting<'a> {
     /// The images of the scene.
@@ -250,12 +250,13 @@ pub(crate) struct LightSetting<'a> {
     pub(crate) physical: bool,
     /// Number of threads; 0 uses all.
     pub(crate) threads: usize,
-    /// The same light as it was prepared before an edit: what still holds is taken from it.
+    /// The result of the last preparation of this light, before an edit. Images and sampling tables that are still valid
+    /// are reused.
     pub(crate) before: &'a [Light],
 }
 
 impl<'a> LightSetting<'a> {
-    /// The environments of the light before.
+    /// The environments in `before`.
     fn environments(&self) -> impl Iterator<Item = &'a EnvironmentLight> {
         self.before.iter().filter_map(|light| match light {
             Light::Environment(light) => Some(light),

@@ -128,8 +128,8 @@ impl Centre {
     }
 }
 
-/// The first column whose turn in row `y` is in a stage, and the step to the next one. A pixel's turn is after those
-/// around it.
+/// The first column of row `y` that is drawn in a stage, and the step to the next such column. Stage 0 traces every second
+/// pixel of every second row; later stages fill pixels from the neighbours of earlier ones.
 fn columns_of(stage: usize, y: usize) -> [usize; 2] {
     match (stage, y % 2) {
         (0, 0) => [0, 2],

@@ -72,9 +72,9 @@ struct Prepared {
     distribution: Distribution,
     /// The image's radiance integrated over all directions, per channel.
     total: [f64; 3],
-    /// Whether directions are sampled for use with another sampling strategy.
+    /// Whether directions are sampled with MIS compensation.
     compensated: bool,
-    /// The day whose sky it is.
+    /// The sun and atmosphere that the image was computed from, if it is a sky.
     day: Option<Day>,
 }
 
@@ -103,7 +103,7 @@ impl EnvironmentDesc {
         self.prepare_again(&LightSetting { images, compensated, physical: true, threads: 0, before: &[] })
     }
 
-    /// The same; an image that was prepared before is not prepared again.
+    /// As [`EnvironmentDesc::prepare`]. Reuses the sampling tables of `setting.before` if its image is the same.
     pub(super) fn prepare_again(&self, setting: &LightSetting<'_>) -> Result<EnvironmentLight, SceneError> {
         let LightSetting { images, compensated, .. } = *setting;
         let prepared = match self.file {
@@ -155,7 +155,7 @@ impl EnvironmentLight {
         Ok(EnvironmentLight { prepared: Arc::new(Prepared::new(image, compensated)?), scale, rotation })
     }
 
-    /// The sky of a day, multiplied by `scale` and rotated by an angle given as sine and cosine.
+    /// A sky from its computed image, multiplied by `scale` and rotated by an angle given as sine and cosine.
     pub(super) fn of_day(
         day: Day,
         image: Arc<Image>,
@@ -173,12 +173,12 @@ impl EnvironmentLight {
         Arc::ptr_eq(&self.prepared, &other.prepared)
     }
 
-    /// The day whose sky it is.
+    /// The sun and atmosphere of a sky.
     pub(super) fn day(&self) -> Option<&Day> {
         self.prepared.day.as_ref()
     }
 
-    /// Whether directions are sampled for use with another sampling strategy.
+    /// Whether directions are sampled with MIS compensation.
     pub(super) fn is_compensated(&self) -> bool {
         self.prepared.compensated
     }

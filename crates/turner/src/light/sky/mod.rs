@@ -109,8 +109,8 @@ impl SkyDesc {
         Ok((asin(d.y), azimuth))
     }
 
-    /// The sky, and the sun if there is one. For an integrator that is not physical the sun's light is divided by π, as
-    /// it is for environments.
+    /// Prepares the sky and, if it has one, the sun. For integrators that are not physical, the sun's irradiance is
+    /// divided by π, as samples of environments are.
     pub(super) fn prepare(
         &self,
         setting: &LightSetting<'_>,
@@ -155,10 +155,10 @@ impl SkyDesc {
     }
 }
 
-/// What the image of a sky depends on.
+/// The parameters that the image of a sky depends on.
 #[derive(Clone, Debug, PartialEq)]
 struct DayKey {
-    /// Of the sun, radians.
+    /// Elevation of the sun, radians.
     elevation: f64,
     air: f64,
     dust: f64,
@@ -166,7 +166,7 @@ struct DayKey {
     ground_albedo: Spectrum,
 }
 
-/// A day whose sky has been computed.
+/// The parameters of a computed sky, and its sunlight.
 #[derive(Clone, Debug)]
 pub(super) struct Day {
     key: DayKey,
@@ -175,7 +175,7 @@ pub(super) struct Day {
 }
 
 impl DayKey {
-    /// The sunlight, and the environment map with the sun in the north.
+    /// Computes the sunlight and the environment map, in which the sun is in the north. `threads` of 0 uses all.
     fn compute(self, threads: usize) -> (Day, Image) {
         let colors = Colors::new();
         let atmosphere = Atmosphere { depths: Depths::new(self.air, self.dust, self.ozone) };

@@ -150,8 +150,9 @@ impl Sky {
     }
 }
 
-/// The sun's zenith angle at a height that a ray reaches after a distance, from a height where the cosine of the sun's
-/// zenith angle is `cos_sun` and that of the angle between ray and sun `cos_between`.
+/// The zenith angle of the sun at a point of a ray, in radians. The ray begins at `height`, where the cosine of the sun's
+/// zenith angle is `cos_sun`; `cos_between` is the cosine of the angle between the ray and the sun. The point is at
+/// `distance` along the ray, at the height `at`. Lengths in km.
 fn angle_of_sun(cos_sun: f64, cos_between: f64, height: f64, distance: f64, at: f64) -> f64 {
     acos(((GROUND + height) * cos_sun + distance * cos_between) / (GROUND + at))
 }
