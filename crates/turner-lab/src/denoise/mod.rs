@@ -15,7 +15,7 @@ use std::path::PathBuf;
 use std::time::Instant;
 
 use clap::Args;
-use turner::denoise::{Buffers, Denoiser, Rgb, denoise, denoise_fast, left};
+use turner::denoise::{Buffers, DenoiseOptions, Denoiser, Rgb, denoise, denoise_fast, left};
 use turner_cli::events::Events;
 use turner_cli::failure::{FAILED, Failure};
 use turner_cli::instructions::instruction_set;
@@ -80,10 +80,11 @@ const TURNER: &str = "turner";
 type Denoisers = Vec<(String, Box<dyn Fn(&Buffers) -> Result<Vec<Rgb>, String>>)>;
 
 fn denoisers(threads: usize) -> Denoisers {
-    let set = instruction_set();
+    let options = DenoiseOptions { threads, set: instruction_set(), cancel: None };
+    let found = |colors: Option<Vec<Rgb>>| colors.ok_or_else(|| "it was cancelled".to_owned());
     let mut all: Denoisers = vec![
-        (TURNER.to_owned(), Box::new(move |buffers| Ok(denoise(buffers, threads, set)))),
-        ("fast".to_owned(), Box::new(move |buffers| Ok(denoise_fast(buffers, threads, set)))),
+        (TURNER.to_owned(), Box::new(move |buffers| found(denoise(buffers, &options)))),
+        ("fast".to_owned(), Box::new(move |buffers| found(denoise_fast(buffers, &options)))),
     ];
     if let Ok(oidn) = Oidn::find() {
         all.push(("oidn".to_owned(), Box::new(move |buffers| oidn.denoise(buffers, threads))));

@@ -17,8 +17,8 @@ pub(super) struct Board {
     pub(super) stop: AtomicBool,
     /// Stops everything: the front end is gone.
     pub(super) closed: AtomicBool,
-    /// The number of the film that is being rendered.
-    film: AtomicU64,
+    /// Is set when the film that is being rendered is replaced.
+    film: Mutex<Arc<AtomicBool>>,
     frame: Mutex<Option<Arc<Frame>>>,
     status: Mutex<Status>,
     wake: Box<dyn Fn() + Send + Sync>,
@@ -42,7 +42,7 @@ impl Board {
             newest: AtomicU64::new(0),
             stop: AtomicBool::new(false),
             closed: AtomicBool::new(false),
-            film: AtomicU64::new(0),
+            film: Mutex::default(),
             frame: Mutex::default(),
             status: Mutex::default(),
             wake,
@@ -63,6 +63,7 @@ impl Board {
     pub(super) fn close(&self) {
         self.closed.store(true, Ordering::SeqCst);
         self.stop.store(true, Ordering::SeqCst);
+        lock(&self.film).store(true, Ordering::SeqCst);
         // With the lock, so that a worker that is about to wait does not miss it.
         let _mail = lock(&self.mail);
         self.arrived.notify_all();
@@ -103,31 +104,26 @@ impl Board {
         !self.is_closed() && self.newest.load(Ordering::SeqCst) == number
     }
 
-    /// Whether there is a newer order.
-    pub(super) fn is_newest(&self, number: u64) -> bool {
-        !self.is_closed() && self.newest.load(Ordering::SeqCst) == number
-    }
-
     pub(super) fn show(&self, frame: Frame) {
         *lock(&self.frame) = Some(Arc::new(frame));
         (self.wake)();
     }
 
-    /// Another film begins. Returns its number.
+    /// Another film begins, or another picture of it. What works on the last one stops.
     pub(super) fn begin_film(&self) {
         let _frame = lock(&self.frame);
-        self.film.fetch_add(1, Ordering::SeqCst);
+        std::mem::take(&mut *lock(&self.film)).store(true, Ordering::SeqCst);
     }
 
-    /// The number of the film.
-    pub(super) fn film(&self) -> u64 {
-        self.film.load(Ordering::SeqCst)
+    /// Is set when the film is replaced.
+    pub(super) fn film(&self) -> Arc<AtomicBool> {
+        Arc::clone(&lock(&self.film))
     }
 
-    /// Shows a frame of a film, unless another one has begun.
-    pub(super) fn show_of_film(&self, film: u64, frame: Frame) {
+    /// Shows a frame of a film, unless it is replaced.
+    pub(super) fn show_of_film(&self, is_replaced: &AtomicBool, frame: Frame) {
         let mut shown = lock(&self.frame);
-        if self.film() == film && !self.is_closed() {
+        if !is_replaced.load(Ordering::SeqCst) && !self.is_closed() {
             let order = self.newest.load(Ordering::SeqCst);
             *shown = Some(Arc::new(Frame { order, ..frame }));
             drop(shown);

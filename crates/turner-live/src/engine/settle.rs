@@ -135,19 +135,22 @@ impl Settle {
         self.renderer.light_layers_of(&look.layers.aovs())
     }
 
-    /// The thorough denoiser of a finished picture takes up to a second: this does it, in any thread. `None` if the picture
-    /// has no such denoiser, or shows something else.
-    pub(super) fn finish(&self, look: &Look) -> Option<impl FnOnce(usize) -> Shown + Send + 'static + use<>> {
+    /// The thorough denoiser of a finished picture takes up to a second: this does it, in any thread, until it is cancelled.
+    /// `None` if the picture has no such denoiser, or shows something else.
+    pub(super) fn finish(
+        &self,
+        look: &Look,
+    ) -> Option<impl FnOnce(usize, &AtomicBool) -> Option<Shown> + Send + 'static + use<>> {
         let is_plain = look.display == Display::Picture && look.mix.iter().all(|(_, factor)| *factor == 1.0);
         if !self.is_complete() || !self.is_thorough() || !is_plain {
             return None;
         }
         let (renderer, wanted) = (Arc::clone(&self.renderer), self.wanted);
-        Some(move |threads| {
-            let picture = renderer.develop_as(wanted, threads);
+        Some(move |threads, cancel: &AtomicBool| {
+            let picture = renderer.develop_unless(wanted, threads, cancel)?;
             let transform = picture.transform(&renderer.prepared().view.film);
             let noise = renderer.film.noise(threads).map(|noise| noise.value);
-            Shown { picture, transform, stage: Stage::Settled, noise, scale: None }
+            Some(Shown { picture, transform, stage: Stage::Settled, noise, scale: None })
         })
     }
 
@@ -156,8 +159,9 @@ impl Settle {
         matches!(self.wanted, Denoise::On | Denoise::Oidn) && self.renderer.denoises()
     }
 
-    /// The picture so far. Until the film is complete, the fast denoiser removes its noise. See also [`Settle::finish`].
-    pub(super) fn picture(&mut self, look: &Look, threads: usize) -> Shown {
+    /// The picture so far. Until the film is complete, the fast denoiser removes its noise. `None` if `cancel` was set
+    /// meanwhile: then the picture is still to be shown. See also [`Settle::finish`].
+    pub(super) fn picture(&mut self, look: &Look, threads: usize, cancel: &AtomicBool) -> Option<Shown> {
         let complete = self.is_complete();
         let changed = look.mix.iter().any(|(_, factor)| *factor != 1.0);
         let waits = complete && self.is_thorough();
@@ -168,7 +172,7 @@ impl Settle {
         };
         let layers = if changed { self.layers(look) } else { Vec::new() };
         let mut picture = if layers.is_empty() {
-            self.renderer.develop_as(mode, threads)
+            self.renderer.develop_unless(mode, threads, cancel)?
         } else {
             let factor =
                 |layer: &String| look.mix.iter().find(|(name, _)| name == layer).map_or(1.0, |(_, f)| *f);
@@ -199,6 +203,6 @@ impl Settle {
             true => Stage::Settled,
             false => Stage::Film { samples, denoised },
         };
-        Shown { picture, transform, stage, noise, scale }
+        Some(Shown { picture, transform, stage, noise, scale })
     }
 }

@@ -1,5 +1,5 @@
 use std::sync::Arc;
-use std::sync::atomic::AtomicBool;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
 use turner::{PassOptions, PrepareOptions, Renderer, SceneDesc};
@@ -47,4 +47,38 @@ fn the_settled_picture_is_that_of_the_offline_render() {
         assert!(frame.picture.display == reference.display, "{name}");
         assert!(frame.picture.linear == reference.linear, "{name}");
     }
+}
+
+#[test]
+fn a_picture_of_the_film_is_cancelled_and_shown_later() {
+    let desc = start("Cornell box", [96, 64], 4);
+    let prepared = Order::new(Arc::clone(&desc)).prepared_desc().prepare(&PrepareOptions::default()).unwrap();
+    let mut film = settle::Settle::new(&prepared, desc.film.denoise).unwrap();
+    let (go_on, cancelled) = (AtomicBool::new(false), AtomicBool::new(true));
+    while !film.is_covered() {
+        film.step(&go_on, 1).unwrap();
+        go_on.store(false, Ordering::SeqCst);
+    }
+    let look = Look::default();
+    assert!(film.picture(&look, 1, &cancelled).is_none());
+    assert!(film.picture(&look, 1, &go_on).is_some());
+}
+
+#[test]
+fn orders_of_the_same_picture_do_not_lose_its_last_frame() {
+    let desc = start("Cornell box", [160, 120], 2);
+    let engine = Engine::new(|| {});
+    let reference = rendered(&desc);
+    let begun = Instant::now();
+    let mut number = engine.order(Order::new(Arc::clone(&desc)));
+    // Some of these stop the film while it is developed.
+    for i in 0.. {
+        let settled = engine.status().settled && i >= 40;
+        if settled || begun.elapsed() > Duration::from_secs(20) {
+            break;
+        }
+        std::thread::sleep(Duration::from_millis(17));
+        number = engine.order(Order { size: [160 - i % 2, 120], ..Order::new(Arc::clone(&desc)) });
+    }
+    assert!(settled(&engine, number).picture.display == reference.display);
 }

@@ -37,6 +37,8 @@ struct Worker {
     /// Whether the last order still lacks a frame that shows it, such as one that a newer order of the same picture
     /// stopped. A pause does not wait with it.
     owes_frame: bool,
+    /// The same for a picture of the film.
+    owes_film: bool,
     since: Option<Instant>,
     /// The number of the order.
     number: u64,
@@ -98,9 +100,9 @@ impl Worker {
     }
 
     fn is_idle(&self) -> bool {
-        let paused =
-            self.last.as_ref().is_none_or(|(order, _)| order.paused && !order.moving && !self.owes_frame);
-        paused || self.film.as_ref().is_some_and(Settle::is_complete)
+        let Some((order, _)) = &self.last else { return true };
+        let paused = order.paused && !order.moving && !self.owes_frame;
+        (paused || self.film.as_ref().is_some_and(Settle::is_complete)) && !self.owes_film
     }
 
     /// Prepares an order and draws its first frame.
@@ -120,7 +122,7 @@ impl Worker {
                 Some(film) if shown && film.is_covered() => {
                     // A finished picture that is being denoised would replace this one.
                     board.begin_film();
-                    self.develop(board, &order, &stand);
+                    self.develop(board, &order, &stand, &board.closed);
                 }
                 _ => board.answer(self.number, &stand),
             }
@@ -148,12 +150,12 @@ impl Worker {
             film.continued(&stand.prepared, order.desc.film.denoise).map_err(|old| old.map(discard)).ok()
         });
         board.say(|status| (status.doing, status.error) = ("rendering", None));
-        (self.frames, self.owes_frame) = (0, true);
+        (self.frames, self.owes_frame, self.owes_film) = (0, true, false);
         let has_picture = kept.as_ref().is_some_and(Settle::is_covered);
         self.film = kept;
         self.last = Some((order.clone(), Arc::clone(&stand)));
         if has_picture {
-            self.develop(board, &order, &stand);
+            self.develop(board, &order, &stand, &board.closed);
         } else {
             self.preview(&order, &stand, board);
         }
@@ -235,6 +237,13 @@ impl Worker {
             self.report(board);
             return;
         }
+        if self.owes_film {
+            if board.go_on(self.number) {
+                self.develop(board, order, stand, &board.stop);
+                self.report(board);
+            }
+            return;
+        }
         let previews = self.elapsed() < PREVIEW && self.frames < PREVIEWS;
         if self.film.is_none() && previews && self.draft.refines(&stand.prepared) {
             self.preview(order, stand, board);
@@ -258,8 +267,13 @@ impl Worker {
             Ok(step) => {
                 let settled = film.is_complete();
                 self.report(board);
-                if step == Step::Show && (settled || board.is_newest(self.number)) {
-                    self.develop(board, order, stand);
+                // The end of a slice has set `stop`, too.
+                match step {
+                    Step::Show if board.go_on(self.number) => {
+                        self.develop(board, order, stand, &board.stop);
+                    }
+                    Step::Show => self.owes_film = settled,
+                    Step::More => {}
                 }
             }
             Err(error) => {
@@ -269,10 +283,12 @@ impl Worker {
         }
     }
 
-    /// Shows the film.
-    fn develop(&mut self, board: &Arc<Board>, order: &Order, stand: &Arc<Stand>) {
+    /// Shows the film, unless `cancel` is set meanwhile.
+    fn develop(&mut self, board: &Arc<Board>, order: &Order, stand: &Arc<Stand>, cancel: &AtomicBool) {
         let Some(film) = &mut self.film else { return };
-        let picture = film.picture(&order.look, order.threads);
+        let picture = film.picture(&order.look, order.threads, cancel);
+        self.owes_film = picture.is_none();
+        let Some(picture) = picture else { return };
         let finish = film.finish(&order.look);
         self.show(board, picture, Arc::clone(stand));
         let Some(finish) = finish else { return };
@@ -282,11 +298,12 @@ impl Worker {
         let (board, stand, film) = (Arc::clone(board), Arc::clone(stand), board.film());
         let (since, order) = (self.since, self.number);
         let develop = move || {
-            let Shown { picture, transform, stage, noise, scale } = finish(threads);
+            let Some(shown) = finish(threads, &film) else { return };
+            let Shown { picture, transform, stage, noise, scale } = shown;
             let picture = Arc::new(picture);
             let after_ms = since.map_or(0.0, |since: Instant| since.elapsed().as_secs_f64() * 1e3);
             let frame = Frame { order, stage, picture, transform, stand, noise, scale, after_ms };
-            board.show_of_film(film, frame);
+            board.show_of_film(&film, frame);
         };
         // Without a thread, the picture of the fast denoiser stays.
         let _ = std::thread::Builder::new().name("denoise".into()).spawn(develop);

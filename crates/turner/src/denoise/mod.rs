@@ -44,6 +44,8 @@ mod tests;
 mod tile;
 mod weights;
 
+use std::sync::atomic::{AtomicBool, Ordering};
+
 use turner_bvh::InstructionSet;
 
 use crate::film::strips;
@@ -113,39 +115,60 @@ pub trait Denoiser: Send + Sync {
     fn denoise(&self, buffers: &Buffers, threads: usize) -> Result<Vec<Rgb>, String>;
 }
 
-/// The picture with less noise, in a tenth of the time: radiance of each pixel. See [`denoise`].
-pub fn denoise_fast(buffers: &Buffers, threads: usize, set: InstructionSet) -> Vec<Rgb> {
-    fast::denoised(buffers, threads, set)
+/// How a denoiser works. Threads and instruction set do not change a bit.
+#[derive(Clone, Copy, Debug)]
+pub struct DenoiseOptions<'a> {
+    /// 0 uses all.
+    pub threads: usize,
+    /// The widest instructions that may be used.
+    pub set: InstructionSet,
+    /// Once it is set, the denoiser returns nothing within milliseconds.
+    pub cancel: Option<&'a AtomicBool>,
 }
 
-/// The picture without noise: radiance of each pixel. `threads` of 0 uses all; neither they nor the instruction set change
-/// a bit.
-pub fn denoise(buffers: &Buffers, threads: usize, set: InstructionSet) -> Vec<Rgb> {
-    let guides = guides::filtered(buffers, threads);
+impl DenoiseOptions<'_> {
+    fn is_cancelled(&self) -> bool {
+        self.cancel.is_some_and(|cancel| cancel.load(Ordering::Relaxed))
+    }
+
+    /// `None` once the work is cancelled.
+    fn go_on(&self) -> Option<()> {
+        (!self.is_cancelled()).then_some(())
+    }
+}
+
+/// The picture with less noise, in a tenth of the time: radiance of each pixel. `None` if it was cancelled. See
+/// [`denoise`].
+pub fn denoise_fast(buffers: &Buffers, options: &DenoiseOptions<'_>) -> Option<Vec<Rgb>> {
+    fast::denoised(buffers, options)
+}
+
+/// The picture without noise: radiance of each pixel. `None` if it was cancelled.
+pub fn denoise(buffers: &Buffers, options: &DenoiseOptions<'_>) -> Option<Vec<Rgb>> {
+    let guides = guides::filtered(buffers, options.threads);
     let mut out = vec![[0.0; 3]; buffers.width * buffers.height];
     for (part, is_seen) in [(&buffers.emission, true), (&buffers.reflected, false)] {
-        let clean = clean(buffers, part, &guides, is_seen, threads, set);
+        let clean = clean(buffers, part, &guides, is_seen, options)?;
         for (to, clean) in out.iter_mut().zip(clean) {
             to.iter_mut().zip(clean).for_each(|(to, v)| *to += v);
         }
     }
     if !buffers.caught.is_empty() {
-        let light = Light::of_caught(buffers, threads);
-        let lit = tile::fitted(&light, &guides, threads, set);
+        let light = Light::of_caught(buffers, options.threads);
+        let lit = tile::fitted(&light, &guides, options)?;
         buffers.add_caught(&lit, &mut out);
     }
-    out
+    Some(out)
 }
 
 /// A part of the picture's light without noise, such as that of a light group: radiance of each pixel. Its noise relative
-/// to its light is taken to be that of the picture. `is_seen`: it is emission that is seen.
+/// to its light is taken to be that of the picture. `is_seen`: it is emission that is seen. `None` if it was cancelled.
 pub fn denoise_part(
     buffers: &Buffers,
     values: &[Rgb],
     is_seen: bool,
-    threads: usize,
-    set: InstructionSet,
-) -> Vec<Rgb> {
+    options: &DenoiseOptions<'_>,
+) -> Option<Vec<Rgb>> {
     let (emission, reflected) = (&buffers.emission, &buffers.reflected);
     let variance = |(i, value): (usize, &Rgb)| {
         let all = luminance(&emission.mean[i]) + luminance(&reflected.mean[i]);
@@ -154,8 +177,8 @@ pub fn denoise_part(
         of_all * share * share
     };
     let part = Part { mean: values.to_vec(), variance: values.iter().enumerate().map(variance).collect() };
-    let guides = guides::filtered(buffers, threads);
-    clean(buffers, &part, &guides, is_seen, threads, set)
+    let guides = guides::filtered(buffers, options.threads);
+    clean(buffers, &part, &guides, is_seen, options)
 }
 
 /// A kind of light without noise.
@@ -164,16 +187,16 @@ fn clean(
     part: &Part,
     guides: &[[f32; GUIDES]],
     is_seen: bool,
-    threads: usize,
-    set: InstructionSet,
-) -> Vec<Rgb> {
-    let light = Light::new(buffers, part, guides, is_seen, threads);
-    let fitted = tile::fitted(&light, guides, threads, set);
+    options: &DenoiseOptions<'_>,
+) -> Option<Vec<Rgb>> {
+    options.go_on()?;
+    let light = Light::new(buffers, part, guides, is_seen, options.threads);
+    let fitted = tile::fitted(&light, guides, options)?;
     let factors = light.factors(guides);
-    strips::map(fitted.len(), threads, |i| {
+    Some(strips::map(fitted.len(), options.threads, |i| {
         let (new, factor) = (light.fitted(i, fitted[i]), factors(i));
         std::array::from_fn(|c| new[c] * factor[c])
-    })
+    }))
 }
 
 impl Buffers {

@@ -5,6 +5,10 @@ use super::*;
 const WIDTH: usize = 100;
 const HEIGHT: usize = 70;
 
+fn options(threads: usize, set: InstructionSet) -> DenoiseOptions<'static> {
+    DenoiseOptions { threads, set, cancel: None }
+}
+
 /// A uniform number for a pixel.
 fn random(i: usize, k: u32) -> f32 {
     let hash = (i as u32).wrapping_mul(2_654_435_761) ^ k.wrapping_mul(0x9e37_79b9);
@@ -60,7 +64,7 @@ fn error(found: &[Rgb], truth: &[Rgb]) -> f64 {
 #[test]
 fn without_noise_the_picture_stays() {
     let (buffers, truth) = scene(0.0);
-    let found = denoise(&buffers, 1, InstructionSet::best());
+    let found = denoise(&buffers, &options(1, InstructionSet::best())).unwrap();
     for (a, b) in found.iter().flatten().zip(truth.iter().flatten()) {
         assert!((a - b).abs() <= 1e-5 * b, "{a} {b}");
     }
@@ -72,7 +76,7 @@ fn noise_goes_edges_textures_and_energy_stay() {
     let raw: Vec<Rgb> = (0..truth.len())
         .map(|i| std::array::from_fn(|c| buffers.emission.mean[i][c] + buffers.reflected.mean[i][c]))
         .collect();
-    let found = denoise(&buffers, 1, InstructionSet::best());
+    let found = denoise(&buffers, &options(1, InstructionSet::best())).unwrap();
     let (before, after) = (error(&raw, &truth), error(&found, &truth));
     assert!(after < 0.05 * before, "{before} {after}");
     let mean = |picture: &[Rgb]| picture.iter().flatten().map(|v| f64::from(*v)).sum::<f64>();
@@ -89,7 +93,7 @@ fn threads_and_instruction_sets_do_not_change_a_bit() {
     let (buffers, _) = scene(0.4);
     for denoise in [denoise, denoise_fast] {
         let bits = |threads, set| -> Vec<u32> {
-            denoise(&buffers, threads, set).iter().flatten().map(|v| v.to_bits()).collect()
+            denoise(&buffers, &options(threads, set)).unwrap().iter().flatten().map(|v| v.to_bits()).collect()
         };
         let first = bits(1, InstructionSet::PORTABLE);
         for set in InstructionSet::available() {
@@ -104,7 +108,7 @@ fn threads_and_instruction_sets_do_not_change_a_bit() {
 fn one_fit_per_block_keeps_edges_textures_and_energy() {
     let (buffers, truth) = scene(0.4);
     let raw = buffers.colors(1);
-    let found = denoise_fast(&buffers, 1, InstructionSet::best());
+    let found = denoise_fast(&buffers, &options(1, InstructionSet::best())).unwrap();
     let (before, after) = (error(&raw, &truth), error(&found, &truth));
     assert!(after < 0.1 * before, "{before} {after}");
     let mean = |picture: &[Rgb]| picture.iter().flatten().map(|v| f64::from(*v)).sum::<f64>();
@@ -118,7 +122,7 @@ fn parts_lose_their_noise_too() {
     let (buffers, truth) = scene(0.4);
     let share = |picture: &[Rgb]| picture.iter().map(|v| v.map(|v| 0.75 * v)).collect::<Vec<Rgb>>();
     let (part, whole) = (share(&buffers.reflected.mean), share(&truth));
-    let found = denoise_part(&buffers, &part, false, 1, InstructionSet::best());
+    let found = denoise_part(&buffers, &part, false, &options(1, InstructionSet::best())).unwrap();
     let is_lit = |i: &usize| buffers.emission.mean[*i] == [0.0; 3];
     let lit = |picture: &[Rgb]| (0..picture.len()).filter(is_lit).map(|i| picture[i]).collect::<Vec<Rgb>>();
     let (before, after) = (error(&lit(&part), &lit(&whole)), error(&lit(&found), &lit(&whole)));
@@ -139,8 +143,8 @@ fn black_pixels_among_noise_get_light() {
     }
     // The fast denoiser limits bright pixels more.
     for (found, least) in [
-        (denoise(&buffers, 1, InstructionSet::best()), 0.2),
-        (denoise_fast(&buffers, 1, InstructionSet::best()), 0.02),
+        (denoise(&buffers, &options(1, InstructionSet::best())).unwrap(), 0.2),
+        (denoise_fast(&buffers, &options(1, InstructionSet::best())).unwrap(), 0.02),
     ] {
         let dark = (0..truth.len()).filter(|i| luminance(&found[*i]) < least * luminance(&truth[*i])).count();
         assert!(dark < truth.len() / 50, "{dark} of {} below {least}", truth.len());
@@ -154,7 +158,7 @@ fn single_bright_samples_are_limited() {
     let i = 50 * WIDTH + 70;
     buffers.reflected.mean[i] = [50.0; 3];
     buffers.reflected.variance[i] = 2500.0;
-    let found = denoise(&buffers, 1, InstructionSet::best());
+    let found = denoise(&buffers, &options(1, InstructionSet::best())).unwrap();
     let near = around(WIDTH, HEIGHT, i, 4);
     let worst = near.map(|j| (found[j][1] / truth[j][1] - 1.0).abs()).fold(0.0, f32::max);
     assert!(worst < 0.2, "{worst}");
@@ -169,7 +173,7 @@ fn all_values_are_finite_with_emission_below_zero() {
         (buffers.emission.mean[i], buffers.emission.variance[i]) = ([value; 3], 1e-16);
     }
     for denoise in [denoise, denoise_fast] {
-        let found = denoise(&buffers, 1, InstructionSet::best());
+        let found = denoise(&buffers, &options(1, InstructionSet::best())).unwrap();
         assert!(found.iter().flatten().all(|v| v.is_finite()));
     }
 }
@@ -180,8 +184,8 @@ fn the_error_that_is_left_is_near_the_true_one() {
     let set = InstructionSet::best();
     for noise in [0.2, 0.6] {
         let (buffers, truth) = scene(noise);
-        let found = denoise(&buffers, 1, set);
-        let estimate = left(&buffers, &found, 1, &|buffers| Some(denoise(buffers, 1, set))).unwrap();
+        let found = denoise(&buffers, &options(1, set)).unwrap();
+        let estimate = left(&buffers, &found, 1, &|buffers| denoise(buffers, &options(1, set))).unwrap();
         let relative =
             |(a, b): (&Rgb, &Rgb)| f64::from((luminance(a) - luminance(b)).abs() / luminance(b).max(1e-3));
         let mut all: Vec<f64> = found.iter().zip(&truth).map(relative).collect();
@@ -191,4 +195,15 @@ fn the_error_that_is_left_is_near_the_true_one() {
     }
     let (buffers, _) = scene(0.2);
     assert_eq!(left(&buffers, &buffers.colors(1), 1, &|_| None), None);
+}
+
+#[test]
+fn a_cancelled_denoiser_returns_nothing() {
+    let (buffers, _) = scene(0.4);
+    let cancel = AtomicBool::new(true);
+    let options = DenoiseOptions { cancel: Some(&cancel), ..options(2, InstructionSet::best()) };
+    assert!(denoise(&buffers, &options).is_none());
+    assert!(denoise_fast(&buffers, &options).is_none());
+    cancel.store(false, Ordering::SeqCst);
+    assert!(denoise_fast(&buffers, &options).is_some());
 }

@@ -1,13 +1,12 @@
 //! Tiles: the fits of a tile's pixels, and what they predict for the pixels around them.
 
-use turner_bvh::InstructionSet;
 use turner_bvh::lanes::{Block32, F32x8, LANES, Simd, Work, dispatch};
 
 use super::fit::{Coefficients, ROW, Row, TERMS, fill, solve};
 use super::light::Light;
 use super::lines::{add, block};
 use super::weights::{Line, RADIUS, REGION, SIDE, TAPS, TILE, Weights};
-use super::{GUIDES, Rgb};
+use super::{DenoiseOptions, GUIDES, Rgb};
 use crate::film::strips;
 
 /// Every third pixel has a fit.
@@ -201,13 +200,12 @@ impl Tile<'_> {
     }
 }
 
-/// The fitted light of each pixel; `None` where there is no noise.
+/// The fitted light of each pixel, or `None` where there is no noise. `None` at all if it was cancelled.
 pub(super) fn fitted(
     light: &Light,
     guides: &[[f32; GUIDES]],
-    threads: usize,
-    set: InstructionSet,
-) -> Vec<Option<Rgb>> {
+    options: &DenoiseOptions<'_>,
+) -> Option<Vec<Option<Rgb>>> {
     let (width, height) = (light.width, light.height);
     let columns = width.div_ceil(TILE);
     let tiles = columns * height.div_ceil(TILE);
@@ -218,15 +216,16 @@ pub(super) fn fitted(
         rows.into_iter().any(|y| light.variance[y * width..][near.clone()].iter().any(|v| *v > 0.0))
     };
     let predicted: Vec<Option<Box<Predicted>>> =
-        strips::with(tiles, threads, Buffers::new, |buffers, tile| {
-            is_noisy(tile).then(|| {
+        strips::with(tiles, options.threads, Buffers::new, |buffers, tile| {
+            (!options.is_cancelled() && is_noisy(tile)).then(|| {
                 let mut out = Box::new(Predicted::new());
                 let (left, top) = (tile % columns * TILE, tile / columns * TILE);
-                dispatch(set, Tile { light, guides, left, top, buffers, out: &mut out });
+                dispatch(options.set, Tile { light, guides, left, top, buffers, out: &mut out });
                 out
             })
         });
-    strips::map(width * height, threads, |i| {
+    options.go_on()?;
+    Some(strips::map(width * height, options.threads, |i| {
         if light.variance[i] <= 0.0 {
             return None;
         }
@@ -245,5 +244,5 @@ pub(super) fn fitted(
             }
         }
         (weight > 1e-6).then(|| sums.map(|v| v / weight))
-    })
+    }))
 }

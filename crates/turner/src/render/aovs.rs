@@ -2,7 +2,7 @@
 
 use super::Renderer;
 use super::cryptomatte::{self, Matte};
-use crate::denoise::denoise_part;
+use crate::denoise::{DenoiseOptions, denoise_part};
 use crate::film::{Aov, Average, Film, HITS, Half, LabelKind};
 use crate::scene::Scene;
 use crate::schema::MaterialId;
@@ -101,6 +101,7 @@ impl Renderer {
         let View { film, instruction_set, .. } = &self.prepared.view;
         let picture = self.film.developed(film, threads);
         let Some(buffers) = self.denoising_buffers(&picture, threads) else { return };
+        let options = DenoiseOptions { threads, set: *instruction_set, cancel: None };
         let is_light = |channel: &AovChannel| channel.aov.is_light() && channel.aov != Aov::Denoising;
         let of_light: Vec<&mut AovChannel> = channels.iter_mut().filter(|c| is_light(c)).collect();
         let mut of_light = of_light.into_iter();
@@ -109,7 +110,7 @@ impl Renderer {
             let planes = [red, green, blue].map(|channel| &mut channel.values);
             let [AovValues::Float(r), AovValues::Float(g), AovValues::Float(b)] = planes else { return };
             let values: Vec<[f32; 3]> = (0..r.len()).map(|i| [r[i], g[i], b[i]]).collect();
-            let clean = denoise_part(&buffers, &values, is_seen, threads, *instruction_set);
+            let Some(clean) = denoise_part(&buffers, &values, is_seen, &options) else { return };
             for (c, plane) in [r, g, b].into_iter().enumerate() {
                 plane.iter_mut().zip(&clean).for_each(|(to, v)| *to = v[c]);
             }

@@ -51,12 +51,12 @@ pub use pixel_aovs::{PixelAov, pixel_aovs};
 pub use schedule::{PassRange, TileSet};
 pub use single::{pixel_samples, sample};
 
-use std::sync::atomic::AtomicBool;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 
 use order::TileOrder;
 
-use crate::denoise::{Buffers, Denoiser, denoise, denoise_fast, left};
+use crate::denoise::{Buffers, DenoiseOptions, Denoiser, denoise, denoise_fast, left};
 use crate::film::{Antialias, Denoise, Developed, Film, Picture};
 use crate::integrator::{Prepared, RayStats};
 use crate::schema::{ErrorCode, SceneError};
@@ -165,33 +165,52 @@ impl Renderer {
 
     /// The same by the denoiser `mode`. The film's `denoise` must not be [`Denoise::Off`]; else the picture keeps its noise.
     pub fn developed_as(&self, mode: Denoise, threads: usize) -> Developed<'_> {
-        let desc = &self.prepared.view.film;
-        let mut developed = self.film.developed(desc, threads);
+        self.developed_unless(mode, threads, None)
+            .unwrap_or_else(|| self.film.developed(&self.prepared.view.film, threads))
+    }
+
+    /// The same. `None` once `cancel` is set, within milliseconds.
+    fn developed_unless(
+        &self,
+        mode: Denoise,
+        threads: usize,
+        cancel: Option<&AtomicBool>,
+    ) -> Option<Developed<'_>> {
+        let is_cancelled = || cancel.is_some_and(|cancel| cancel.load(Ordering::Relaxed));
+        let mut developed = self.film.developed(&self.prepared.view.film, threads);
         if mode == Denoise::Off {
-            return developed;
+            return Some(developed);
         }
+        if is_cancelled() {
+            return None;
+        }
+        let options = DenoiseOptions { threads, set: self.prepared.view.instruction_set, cancel };
         let buffers = match mode {
             Denoise::Fast => self.denoising_buffers(&developed, threads),
             Denoise::Off | Denoise::On | Denoise::Oidn => self.refined_buffers(&developed, threads),
         };
         if let Some(buffers) = buffers
-            && let Some(colors) = self.denoised(mode, &buffers, threads)
+            && let Some(colors) = self.denoised(mode, &buffers, &options)
         {
             if mode != Denoise::Fast {
-                let left = left(&buffers, &colors, threads, &|b| self.denoised(mode, b, threads));
+                let left = left(&buffers, &colors, threads, &|b| self.denoised(mode, b, &options));
                 *self.left.lock().unwrap_or_else(PoisonError::into_inner) = left;
             }
             developed.recolor(&colors);
         }
-        developed
+        (!is_cancelled()).then_some(developed)
     }
 
-    /// The colours without noise; `None` if the denoiser fails.
-    fn denoised(&self, mode: Denoise, buffers: &Buffers, threads: usize) -> Option<Vec<[f32; 3]>> {
-        let set = self.prepared.view.instruction_set;
+    /// The colours without noise; `None` if the denoiser fails or is cancelled.
+    fn denoised(
+        &self,
+        mode: Denoise,
+        buffers: &Buffers,
+        options: &DenoiseOptions<'_>,
+    ) -> Option<Vec<[f32; 3]>> {
         match (mode, &self.denoiser) {
             (Denoise::Off, _) => None,
-            (Denoise::Oidn, Some(denoiser)) => match denoiser.denoise(buffers, threads) {
+            (Denoise::Oidn, Some(denoiser)) => match denoiser.denoise(buffers, options.threads) {
                 Ok(colors) if colors.len() == buffers.width * buffers.height => Some(colors),
                 other => {
                     let why = other.err().unwrap_or_else(|| "it gave a picture of another size".to_owned());
@@ -199,8 +218,8 @@ impl Renderer {
                     None
                 }
             },
-            (Denoise::Fast, _) => Some(denoise_fast(buffers, threads, set)),
-            (Denoise::On | Denoise::Oidn, _) => Some(denoise(buffers, threads, set)),
+            (Denoise::Fast, _) => denoise_fast(buffers, options),
+            (Denoise::On | Denoise::Oidn, _) => denoise(buffers, options),
         }
     }
 
@@ -247,12 +266,22 @@ impl Renderer {
 
     /// The same with another denoiser, as for [`Renderer::developed_as`].
     pub fn develop_as(&self, mode: Denoise, threads: usize) -> Picture {
+        self.finished_unless(mode, threads, None)
+            .unwrap_or_else(|| self.film.develop(&self.prepared.view.film, threads))
+    }
+
+    /// The same for a picture that may be in the way of newer work. `None` once `cancel` is set, within milliseconds.
+    pub fn develop_unless(&self, mode: Denoise, threads: usize, cancel: &AtomicBool) -> Option<Picture> {
+        self.finished_unless(mode, threads, Some(cancel))
+    }
+
+    fn finished_unless(&self, mode: Denoise, threads: usize, cancel: Option<&AtomicBool>) -> Option<Picture> {
         let mut picture = match self.denoises() {
-            true => self.developed_as(mode, threads).into_picture(threads),
+            true => self.developed_unless(mode, threads, cancel)?.into_picture(threads),
             false => self.film.develop(&self.prepared.view.film, threads),
         };
         self.prepared.integrator.show(&mut picture);
-        picture
+        Some(picture)
     }
 
     /// Whether every pixel of the picture shows something: a sample of its own, or the preview.

@@ -14,10 +14,8 @@
 
 mod tile;
 
-use turner_bvh::InstructionSet;
-
 use super::light::{DOMINATED, Light, has_noise, luminance};
-use super::{Buffers, Rgb};
+use super::{Buffers, DenoiseOptions, Rgb};
 use crate::film::strips;
 
 /// Side of a block.
@@ -29,15 +27,17 @@ const REACH: usize = 2;
 /// The most that a noisy pixel may have of the mean luminance of its window.
 const BRIGHTER: f32 = 3.0;
 
-/// The picture with less noise: radiance of each pixel.
-pub(super) fn denoised(buffers: &Buffers, threads: usize, set: InstructionSet) -> Vec<Rgb> {
-    let guides = &buffers.guides;
+/// The picture with less noise: radiance of each pixel. `None` if it was cancelled.
+pub(super) fn denoised(buffers: &Buffers, options: &DenoiseOptions<'_>) -> Option<Vec<Rgb>> {
+    let (guides, threads) = (&buffers.guides, options.threads);
     let mut out = vec![[0.0; 3]; buffers.width * buffers.height];
     for (part, is_seen) in [(&buffers.emission, true), (&buffers.reflected, false)] {
+        options.go_on()?;
         let mut light = Light::plain(buffers, part, is_seen, threads);
         Blocks::new(&light, threads).limit(&mut light, threads);
+        options.go_on()?;
         let blocks = Blocks::new(&light, threads).smoothed(threads);
-        let fitted = tile::fitted(&light, &blocks, guides, threads, set);
+        let fitted = tile::fitted(&light, &blocks, guides, options)?;
         let factors = light.factors(guides);
         let before = out;
         out = strips::map(before.len(), threads, |i| {
@@ -51,10 +51,10 @@ pub(super) fn denoised(buffers: &Buffers, threads: usize, set: InstructionSet) -
     if !buffers.caught.is_empty() {
         let light = Light::of_caught(buffers, threads);
         let blocks = Blocks::new(&light, threads).smoothed(threads);
-        let lit = tile::fitted(&light, &blocks, guides, threads, set);
+        let lit = tile::fitted(&light, &blocks, guides, options)?;
         buffers.add_caught(&lit, &mut out);
     }
-    out
+    Some(out)
 }
 
 /// Luminance of the blocks of a picture, row by row.

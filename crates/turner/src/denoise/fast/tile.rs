@@ -1,13 +1,12 @@
 //! Tiles of blocks: their fits, and what they predict for their pixels.
 
-use turner_bvh::InstructionSet;
 use turner_bvh::lanes::{Block32, F32x8, LANES, Simd, Work, dispatch};
 
 use super::{BLOCK, Blocks, REACH};
 use crate::denoise::fit::{Coefficients, PAIRS, ROW, Row, TERMS, VARIANCE, solve};
 use crate::denoise::light::Light;
 use crate::denoise::lines::{add, block};
-use crate::denoise::{GUIDES, Rgb};
+use crate::denoise::{DenoiseOptions, GUIDES, Rgb};
 use crate::film::strips;
 
 /// Side of a tile, in blocks.
@@ -295,14 +294,13 @@ fn packed(sums: &Sums) -> Row {
     row
 }
 
-/// The fitted light of each pixel; `None` where there is no noise.
+/// The fitted light of each pixel, or `None` where there is no noise. `None` at all if it was cancelled.
 pub(super) fn fitted(
     light: &Light,
     blocks: &Blocks,
     guides: &[[f32; GUIDES]],
-    threads: usize,
-    set: InstructionSet,
-) -> Vec<Option<Rgb>> {
+    options: &DenoiseOptions<'_>,
+) -> Option<Vec<Option<Rgb>>> {
     let (columns, rows) = (blocks.columns.div_ceil(TILE), blocks.rows.div_ceil(TILE));
     let is_noisy = |left: usize, top: usize| {
         let rows = top.saturating_sub(1)..(top + TILE + 1).min(blocks.rows);
@@ -311,16 +309,17 @@ pub(super) fn fitted(
             .any(|row| blocks.variance[row * blocks.columns..][near.clone()].iter().any(|v| *v > 0.0))
     };
     let predicted: Vec<Option<Predicted>> =
-        strips::with(columns * rows, threads, Buffers::new, |buffers, tile| {
+        strips::with(columns * rows, options.threads, Buffers::new, |buffers, tile| {
             let (left, top) = (tile % columns * TILE, tile / columns * TILE);
-            is_noisy(left, top).then(|| {
+            (!options.is_cancelled() && is_noisy(left, top)).then(|| {
                 let mut out = Predicted { planes: std::array::from_fn(|_| vec![[0.0; PIXELS]; PIXELS]) };
-                dispatch(set, Tile { light, blocks, guides, left, top, buffers, out: &mut out });
+                dispatch(options.set, Tile { light, blocks, guides, left, top, buffers, out: &mut out });
                 out
             })
         });
+    options.go_on()?;
     const SIZE: usize = TILE * BLOCK;
-    strips::map(light.width * light.height, threads, |i| {
+    Some(strips::map(light.width * light.height, options.threads, |i| {
         let (x, y) = (i % light.width, i / light.width);
         if blocks.variance[y / BLOCK * blocks.columns + x / BLOCK] <= 0.0 {
             return None;
@@ -340,5 +339,5 @@ pub(super) fn fitted(
             }
         }
         (weight > 1e-6).then(|| sums.map(|v| v / weight))
-    })
+    }))
 }
