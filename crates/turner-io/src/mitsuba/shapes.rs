@@ -65,15 +65,20 @@ fn add_to(scene: &mut Assembly<'_>, object: &Object, depth: u32) -> Result<(), F
         }
         _ => {}
     }
-    let to_world = object.transform("to_world")?;
+    let mut to_world = object.transform("to_world")?;
     let flip = object.boolean("flip_normals")?.unwrap_or(false);
     let (content, own, surface) = match kind {
         "sphere" => sphere(scene, object, flip)?,
-        "rectangle" if flip => {
-            let id = shared(scene, "\0rectangle", true, meshes::rectangle);
-            (mesh_of(id), DAffine3::IDENTITY, Surface::Same)
-        }
-        "rectangle" => (ShapeDesc::Rectangle(rectangle()), DAffine3::IDENTITY, Surface::Same),
+        "rectangle" => match lamp(object, &to_world)?.filter(|_| !flip) {
+            Some(lamp) => {
+                to_world = DAffine3::IDENTITY;
+                (ShapeDesc::Rectangle(lamp), DAffine3::IDENTITY, Surface::Same)
+            }
+            None => {
+                let id = shared(scene, "\0rectangle", flip, meshes::rectangle);
+                (mesh_of(id), DAffine3::IDENTITY, Surface::Same)
+            }
+        },
         "disk" => {
             let normal = if flip { DVec3::NEG_Z } else { DVec3::Z };
             let disk = DiskDesc { center: DVec3::ZERO, normal, radius: 1.0, inner_radius: 0.0 };
@@ -250,7 +255,15 @@ fn shape_group(scene: &mut Assembly<'_>, object: &Object, depth: u32) -> Result<
     Ok(Some(id))
 }
 
-/// The square from −1 to 1 in x and y, facing +z.
-fn rectangle() -> RectangleDesc {
-    RectangleDesc { center: DVec3::ZERO, edge_u: DVec3::X * 2.0, edge_v: DVec3::Y * 2.0 }
+/// The square from −1 to 1 in x and y, facing +z, placed in the world, if it emits light: a rectangle is sampled as one
+/// lamp. Other rectangles are two triangles each, which are traced and shaded together with all others.
+fn lamp(object: &Object, to_world: &DAffine3) -> Result<Option<RectangleDesc>, Fault> {
+    let emits = object.object("emitter")?.is_some();
+    // With a mirroring transform the normal would point to the other side.
+    let is_kept = emits && to_world.matrix3.determinant() > 0.0;
+    Ok(is_kept.then(|| RectangleDesc {
+        center: to_world.translation,
+        edge_u: to_world.matrix3.x_axis * 2.0,
+        edge_v: to_world.matrix3.y_axis * 2.0,
+    }))
 }

@@ -8,6 +8,7 @@ use turner::material::{MaterialDesc, PrincipledMaterial};
 use turner::math::DVec3;
 use turner::medium::MediumDesc;
 use turner::schema::{ColorSource, SceneError, WarningKind};
+use turner::shape::ShapeDesc;
 use turner::texture::TextureDesc;
 
 use super::import_from;
@@ -239,4 +240,30 @@ fn a_heterogeneous_medium_ends_with_its_volume() {
     assert_eq!((grid.min, grid.max), (DVec3::new(-0.5, 0.0, 0.0), DVec3::new(0.5, 1.0, 1.0)));
     assert_eq!(grid.extinction.unwrap().g, 2.0);
     assert!(matches!(medium("homogeneous"), MediumDesc::Homogeneous(_)));
+}
+
+/// A lamp is one rectangle without a transform; walls are triangles, which are traced and shaded together.
+#[test]
+fn rectangles_are_lamps_or_triangles() {
+    let shape = |inner: &str| {
+        format!(
+            "<shape type='rectangle'><transform name='to_world'><scale x='2' y='3' z='-1'/>{inner}</shape>"
+        )
+    };
+    let lamp = "<emitter type='area'><rgb name='radiance' value='5'/></emitter>";
+    let front = "<rotate y='1' angle='180'/><scale z='-1'/><translate x='4'/></transform>";
+    let mirrored = "<translate x='4'/></transform>";
+    let scene =
+        read(&[shape(&format!("{front}{lamp}")), shape(front), shape(&format!("{mirrored}{lamp}"))].join(""));
+    let scene = scene.unwrap();
+    let [lamp, wall, other] = &scene.objects[..] else { panic!() };
+    let ObjectContent::Shape(ShapeDesc::Rectangle(rectangle)) = &lamp.content else { panic!("{lamp:?}") };
+    assert!(lamp.transform.is_identity());
+    assert!((rectangle.center - DVec3::new(4.0, 0.0, 0.0)).length() < 1e-9);
+    assert!((rectangle.edge_u - DVec3::new(-4.0, 0.0, 0.0)).length() < 1e-9);
+    assert!((rectangle.edge_v - DVec3::new(0.0, 6.0, 0.0)).length() < 1e-9);
+    for object in [wall, other] {
+        assert!(matches!(&object.content, ObjectContent::Shape(ShapeDesc::Mesh(_))), "{object:?}");
+        assert!(!object.transform.is_identity());
+    }
 }
