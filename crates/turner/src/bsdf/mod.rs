@@ -351,6 +351,13 @@ pub struct BsdfFromWo<'a> {
     p: mixture::LobeProbabilities,
 }
 
+impl<'a> BsdfFromWo<'a> {
+    /// The BSDF for any direction on the same side; `None` if its coat has a normal of its own, which depends on wo.
+    pub(crate) fn from_any(&self) -> Option<&'a Bsdf> {
+        self.bsdf.coat_normal.is_none().then_some(self.bsdf)
+    }
+}
+
 impl BsdfFromWo<'_> {
     /// See [`Bsdf::as_lambert`].
     #[inline]

@@ -228,7 +228,8 @@ impl<'a> LightPathBatch<'a> {
             return;
         }
         if material.pane {
-            let seen = SurfaceBsdf { scene, material, surface: &surface, exterior_ior: 1.0, band: None };
+            let (surface, exterior_ior) = (&surface, 1.0);
+            let seen = SurfaceBsdf { scene, material, surface, exterior_ior, band: None, made: None };
             let straight = seen.with_vertex(-ray.direction, |v| v.straight());
             return self.go_straight(index, &surface, ray.direction, straight);
         }
@@ -265,7 +266,10 @@ impl<'a> LightPathBatch<'a> {
         if material.dispersion.is_some() && path.band.is_none() {
             path.choose_band(chance);
         }
-        let seen = SurfaceBsdf { scene, material, surface: &surface, exterior_ior, band: path.band };
+        let (surface, band) = (&surface, path.band);
+        let seen = SurfaceBsdf { scene, material, surface, exterior_ior, band, made: None };
+        let bsdf = seen.make(outside);
+        let seen = SurfaceBsdf { made: bsdf.as_ref().map(|bsdf| (outside, bsdf)), ..seen };
         let stays = self.strategy.merges && path.specular_first && !material.near_specular;
         if stays && path.bounces.total < self.settings.max_depth {
             let photon = Photon {

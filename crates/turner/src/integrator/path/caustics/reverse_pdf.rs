@@ -186,7 +186,7 @@ impl<R: Record> PathBatch<'_, R> {
         reverse.append(&to, || match material.plain() {
             // The same density as in SIMD shading.
             Some(PlainBsdf::Lambert(_)) if surface.ns == surface.ng => lambert_pdf(surface.ng, v.wo()),
-            _ => SurfaceBsdf { scene: self.scene, material, surface, exterior_ior, band }.density(wi, v.wo()),
+            _ => SurfaceBsdf::of_vertex(self.scene, material, v, exterior_ior, band).density(wi, v.wo()),
         });
         if material.casts_caustics {
             let group = strategy.caustic_targets.group(surface);
@@ -340,8 +340,7 @@ impl<R: Record> PathBatch<'_, R> {
         if path.bounces.total == 0 || group == NO_GROUP || reverse.ratio == 0.0 && !merged {
             return 0.0;
         }
-        let seen =
-            SurfaceBsdf { scene, material, surface, exterior_ior: reverse.exterior_ior, band: path.band };
+        let seen = SurfaceBsdf::of_vertex(scene, material, v, reverse.exterior_ior, path.band);
         let ratio = reverse.ratio_including(surface.p, seen.density(wi, v.wo()));
         let vertex_pdf = reverse.area_pdf(surface.p, surface.ng);
         let cos = wi.dot(surface.ng).abs();

@@ -2,7 +2,7 @@
 
 use std::f64::consts::FRAC_1_PI;
 
-use crate::bsdf::{BsdfSample, Lobe, MIN_COSINE, sample_cosine};
+use crate::bsdf::{Bsdf, BsdfSample, Lobe, MIN_COSINE, sample_cosine};
 use crate::color::Spectrum;
 use crate::material::vertex::{Vertex, coated, prepare};
 use crate::material::{OpenPbr, PlainBsdf};
@@ -19,22 +19,59 @@ pub(in crate::integrator::path) struct SurfaceBsdf<'a> {
     pub(in crate::integrator::path) exterior_ior: f64,
     /// The colour band that is left after dispersion.
     pub(in crate::integrator::path) band: Option<u8>,
+    /// The BSDF of one side, if it is made already, and whether that is the outer side: its textures are evaluated once.
+    pub(in crate::integrator::path) made: Option<(bool, &'a Bsdf)>,
+}
+
+impl<'a> SurfaceBsdf<'a> {
+    /// The same surface as a vertex of a camera path sees it, with its BSDF.
+    pub(super) fn of_vertex(
+        scene: &'a Scene,
+        material: &'a OpenPbr,
+        v: &Vertex<'a>,
+        exterior_ior: f64,
+        band: Option<u8>,
+    ) -> SurfaceBsdf<'a> {
+        let surface = v.surface;
+        let outside = v.wo.dot(surface.ng) > 0.0;
+        let made = v.bsdf.from_any().filter(|_| material.dispersion.is_none());
+        let made = made.map(|bsdf| (outside, bsdf));
+        SurfaceBsdf { scene, material, surface, exterior_ior, band, made }
+    }
+
+    /// The BSDF of a side where it is the same at all points of the material.
+    fn constant(&self, outside: bool) -> Option<&'a Bsdf> {
+        let bands = self.material.dispersion.is_some() && self.band.is_some();
+        self.material.constant_bsdf(outside).filter(|_| !bands && self.exterior_ior == 1.0)
+    }
+
+    /// The BSDF of a side.
+    fn evaluate(&self, outside: bool) -> Bsdf {
+        let SurfaceBsdf { scene, material, surface, exterior_ior, band, .. } = *self;
+        let index = material.dispersion.zip(band).map(|(indices, band)| indices[usize::from(band.min(2))]);
+        let index = index.unwrap_or(material.desc.specular_ior);
+        material.bsdf_of_index(scene, surface, exterior_ior, outside, index)
+    }
+
+    /// The BSDF of a side, unless it is constant.
+    pub(super) fn make(&self, outside: bool) -> Option<Bsdf> {
+        self.constant(outside).is_none().then(|| self.evaluate(outside))
+    }
 }
 
 impl SurfaceBsdf<'_> {
     /// Calls `evaluate` with the vertex seen from the direction `toward`, a unit vector that points away from the
     /// surface.
     pub(super) fn with_vertex<T>(&self, toward: DVec3, evaluate: impl FnOnce(&Vertex<'_>) -> T) -> T {
-        let SurfaceBsdf { scene, material, surface, exterior_ior, band } = *self;
+        let SurfaceBsdf { scene, material, surface, made, .. } = *self;
         let outside = toward.dot(surface.ng) > 0.0;
         let ray = Ray::new(surface.p, -toward);
-        let index = material.dispersion.zip(band).map(|(indices, band)| indices[usize::from(band.min(2))]);
         let owned;
-        let bsdf = match (material.constant_bsdf(outside), index) {
-            (Some(bsdf), None) if exterior_ior == 1.0 => bsdf,
-            (_, index) => {
-                let index = index.unwrap_or(material.desc.specular_ior);
-                owned = material.bsdf_of_index(scene, surface, exterior_ior, outside, index);
+        let bsdf = match (made, self.constant(outside)) {
+            (Some((side, bsdf)), _) if side == outside => bsdf,
+            (_, Some(bsdf)) => bsdf,
+            (_, None) => {
+                owned = self.evaluate(outside);
                 &owned
             }
         };
