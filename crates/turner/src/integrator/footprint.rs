@@ -25,6 +25,22 @@ pub(super) fn arrive(cone: &mut RayCone, surface: &mut SurfaceInteraction, direc
     surface.see(direction, cone.width);
 }
 
+/// The same for a ray that a rough surface has scattered. The footprint is a circle with the area of the ellipse:
+/// textures then need one look-up.
+#[inline]
+pub(super) fn arrive_roughly(
+    cone: &mut RayCone,
+    surface: &mut SurfaceInteraction,
+    direction: DVec3,
+    t: f64,
+) {
+    /// At more grazing angles footprints do not grow further.
+    const MIN_COSINE: f64 = 0.01;
+    *cone = cone.advanced(t);
+    let cosine = direction.dot(surface.ng).abs().max(MIN_COSINE);
+    surface.see(DVec3::ZERO, cone.width / cosine.sqrt() as f32);
+}
+
 /// The cone of the ray scattered at a surface. `wo` points to the previous vertex; `crosses` says whether the ray
 /// is transmitted.
 pub(super) fn leave(

@@ -92,7 +92,7 @@ pub fn bumped_normal(scene: &impl MaterialEvalContext, surface: &SurfaceInteract
     at.footprint = Some(unit);
     let Some(least) = scene.textures().spacing(bump.map, &at) else { return n };
     let step = seen.max(least);
-    let scaled = |by: f64| Footprint { p: unit.p.map(|d| by * d), uv: unit.uv.map(|d| by * d) };
+    let scaled = |by: f64| Footprint { p: unit.p.map(|d| by * d), uv: unit.uv.map(|d| by * d), ..unit };
     // Rays without a cone look up points, not filtered means.
     at.footprint = (seen > 0.0).then(|| scaled(step));
     let height = |axis: usize, by: f64| {

@@ -25,6 +25,8 @@ pub struct Footprint {
     pub p: [DVec3; 2],
     /// Axes in (u, v) of the first set.
     pub uv: [DVec2; 2],
+    /// Whether it is seen by way of a rough surface, where one look-up is enough.
+    pub is_rough: bool,
 }
 
 impl Footprint {

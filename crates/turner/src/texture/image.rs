@@ -184,8 +184,8 @@ impl ImageTexture {
             return Spectrum::grey(self.alpha_channel(at)) * self.factor + self.offset;
         }
         let decoder = &textures.decoders[self.encoding as usize];
-        let texel = |image: &Image, x, y| decoder.texel(image, x, y);
-        let color = self.lookup(at, texel, Spectrum::lerp, Spectrum::BLACK);
+        let texels = |image: &Image, at| decoder.texels(image, at);
+        let color = self.lookup(at, texels, Spectrum::lerp, Spectrum::BLACK);
         let color = match self.channel {
             ImageChannel::Rgb | ImageChannel::A => color,
             ImageChannel::R => Spectrum::grey(color.r),
@@ -207,8 +207,8 @@ impl ImageTexture {
     }
 
     fn alpha_channel(&self, at: &TexturePoint<'_>) -> f32 {
-        let texel = |image: &Image, x, y| image.alpha(x, y);
-        self.lookup(at, texel, |a: f32, b, t| a + (b - a) * t, 0.0)
+        let texels = |image: &Image, at: [[u32; 2]; 4]| at.map(|[x, y]| image.alpha(x, y));
+        self.lookup(at, texels, |a: f32, b, t| a + (b - a) * t, 0.0)
     }
 
     /// Position in the image, (0, 0) the upper left and (1, 1) the lower right corner, and the axes of the footprint
@@ -249,12 +249,13 @@ impl ImageTexture {
         (texels > 0.0).then(|| 1.0 / texels)
     }
 
-    /// The value at a point, or the mean over its footprint; `outside` where the image does not continue.
+    /// The value at a point, or the mean over its footprint; `texels` returns those at four positions, and `outside` is
+    /// the value where the image does not continue.
     #[inline(always)]
     fn lookup<T: Copy>(
         &self,
         at: &TexturePoint<'_>,
-        texel: impl Fn(&Image, u32, u32) -> T,
+        texels: impl Fn(&Image, [[u32; 2]; 4]) -> [T; 4],
         lerp: impl Fn(T, T, f32) -> T,
         outside: T,
     ) -> T {
@@ -264,10 +265,13 @@ impl ImageTexture {
             let size = DVec2::new(f64::from(self.image.width), f64::from(self.image.height));
             let ellipse = Ellipse::new(axes.map(|d| d * size));
             if ellipse.length > 1.0 {
-                let taps = Taps::new(&ellipse, mipmap.count());
                 let level = |level: usize, uv: DVec2| {
-                    self.bilinear(mipmap.level(&self.image, level), uv, &texel, &lerp, outside)
+                    self.bilinear(mipmap.level(&self.image, level), uv, &texels, &lerp, outside)
                 };
+                if at.footprint.is_some_and(|footprint| footprint.is_rough) {
+                    return level(Taps::one(&ellipse, mipmap.count()).level, uv);
+                }
+                let taps = Taps::new(&ellipse, mipmap.count());
                 let (mut mean, mut count) = (outside, 0.0);
                 for offset in taps.offsets() {
                     let uv = uv + offset / size;
@@ -282,14 +286,14 @@ impl ImageTexture {
             }
         }
         if !is_nearest {
-            return self.bilinear(&self.image, uv, &texel, &lerp, outside);
+            return self.bilinear(&self.image, uv, &texels, &lerp, outside);
         }
         if self.wrap_u.is_outside(uv.x) || self.wrap_v.is_outside(uv.y) {
             return outside;
         }
         let (x, y) =
             (self.wrap_u.nearest(uv.x, self.image.width), self.wrap_v.nearest(uv.y, self.image.height));
-        texel(&self.image, x, y)
+        texels(&self.image, [[x, y]; 4])[0]
     }
 
     /// Bilinear interpolation of the four nearest texels of a level.
@@ -298,7 +302,7 @@ impl ImageTexture {
         &self,
         image: &Image,
         uv: DVec2,
-        texel: &impl Fn(&Image, u32, u32) -> T,
+        texels: &impl Fn(&Image, [[u32; 2]; 4]) -> [T; 4],
         lerp: &impl Fn(T, T, f32) -> T,
         outside: T,
     ) -> T {
@@ -307,8 +311,8 @@ impl ImageTexture {
         }
         let (x0, x1, fx) = self.wrap_u.neighbours(uv.x, image.width);
         let (y0, y1, fy) = self.wrap_v.neighbours(uv.y, image.height);
-        let row = |y| lerp(texel(image, x0, y), texel(image, x1, y), fx);
-        lerp(row(y0), row(y1), fy)
+        let [a, b, c, d] = texels(image, [[x0, y0], [x1, y0], [x0, y1], [x1, y1]]);
+        lerp(lerp(a, b, fx), lerp(c, d, fx), fy)
     }
 
     /// Images are counted by [`Textures::memory`], because textures share them.

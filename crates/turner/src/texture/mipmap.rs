@@ -24,6 +24,8 @@
 //!        `-------------------------´
 //!                     a
 //! ```
+//!
+//! What is seen by way of a rough surface has a single bilinear lookup.
 
 use super::footprint::Ellipse;
 use crate::color::Transfer;
@@ -54,6 +56,15 @@ pub(super) struct Taps {
 }
 
 impl Taps {
+    /// One tap on one level, whose texels have about the area of the ellipse.
+    pub(super) fn one(ellipse: &Ellipse, levels: usize) -> Taps {
+        let length = ellipse.length.min(1e9);
+        let area = (length * ellipse.width.max(length / MAX_TAPS)).max(1.0);
+        let last = levels.saturating_sub(1) as f64;
+        let level = (0.5 * std::f64::consts::LOG2_E * ln(area) + 0.5).clamp(0.0, last);
+        Taps { count: 1, step: DVec2::ZERO, level: level as usize, coarser: 0.0 }
+    }
+
     /// The taps for an ellipse in texels, with `levels` levels including the full image.
     pub(super) fn new(ellipse: &Ellipse, levels: usize) -> Taps {
         let length = ellipse.length.min(1e9);
