@@ -29,15 +29,21 @@ const MIN_FRACTION: f64 = 1e-3;
 /// In dark cells errors are relative to the mean luminance: this fraction of its square is added.
 const DARK: f64 = 0.1;
 
-/// Maximum cost for the same noise, relative to no light paths, at which light paths pay.
-const MAX_COST: f64 = 0.9;
+/// Maximum cost for the same noise, relative to no light paths, at which light paths pay. The estimate is right within a
+/// factor of 1.5 or so, and where nothing is gained nothing should be lost.
+const MAX_COST: f64 = 0.6;
 
 /// Numbers of light paths per camera path that are considered.
 const RATIOS: [f64; 6] = [0.0625, 0.125, 0.25, 0.5, 1.0, 2.0];
 
-/// Cost of a light path's ray and of a scattering event on it, in rays of camera paths with their shading. Measured.
-const RAY_COST: f64 = 0.4;
+/// Cost of the start of a light path, of its ray and of a scattering event on it, in rays of camera paths with their
+/// shading. Measured; right within a factor of 1.5.
+const START_COST: f64 = 0.5;
+const RAY_COST: f64 = 1.0;
 const SCATTERING_COST: f64 = 2.2;
+
+/// Cost of the reverse densities of a camera path, relative to the path. Measured.
+const REVERSE_COST: f64 = 0.08;
 
 /// Further cost of a scattering event on a thin film, whose interference colours are expensive. Right within a factor of
 /// about 2; measured with mirrors with thin films and with IridescenceSuzanne of glTF's sample models.
@@ -48,9 +54,16 @@ const FILM_COST: f64 = 6.0;
 const STRATIFIED: f64 = 0.25;
 const STRATIFIED_LIGHT: f64 = 0.1;
 
-/// Samples per pixel for which missing light is weighed against noise, where fireflies are removed. A fixed number, so
-/// that a picture with more samples continues one with fewer.
+/// Samples per pixel for which missing light is weighed against noise. A fixed number, so that a picture with more samples
+/// continues one with fewer.
 const FEW: f64 = 16.0;
+
+/// Of that many samples, the brightest fraction of pixels is not counted as noise: a few fireflies would decide all.
+/// Their light counts as missing.
+const RARE: f64 = 1e-3;
+
+/// Contributions that fewer camera paths have are unknown to the pilot run.
+const SEEN: f64 = 3.0 / (SIDE * SIDE * PIXELS * SAMPLES) as f64;
 
 /// Factor by which the photons within the radius become fewer after some dozens of samples, because the radius shrinks.
 const SHRUNK: f64 = 2.0;
@@ -82,6 +95,8 @@ pub(super) struct ProbeResult {
     pub(super) contribution: f64,
     pub(super) light_paths_only: f64,
     pub(super) by_photons: f64,
+    /// The part of the last that camera paths miss without photons.
+    pub(super) missed: f64,
     /// For each caustic target, the weight with which to choose it.
     pub(super) groups: Vec<f64>,
 }
@@ -99,26 +114,75 @@ struct LightPathSums {
     squares: f64,
     squares_camera: f64,
     of_group: Vec<f64>,
+    /// The light that camera paths find, too.
+    found: Vec<Found>,
     /// For each cell of the image: light and its squares.
-    of_cell: Vec<[f64; 2]>,
+    of_cell: Cells,
 }
 
-impl LightPathSums {
-    /// Mean square over the image of the light of light paths, each relative to the light of its cell.
-    fn bias(&self, pilot: &PilotRun, pixels: f64) -> f64 {
-        let cells = self.of_cell.len().max(1) as f64;
-        let scale = cells / (self.paths * pixels);
+/// Light and its squares for each cell of the image.
+struct Cells(Vec<[f64; 2]>);
+
+impl Default for Cells {
+    fn default() -> Cells {
+        Cells(vec![[0.0; 2]; (SIDE * SIDE) as usize])
+    }
+}
+
+impl Cells {
+    fn add(&mut self, cell: usize, value: f64) {
+        if let Some([light, squares]) = self.0.get_mut(cell) {
+            *light += value;
+            *squares += value * value;
+        }
+    }
+
+    /// Mean square over the image of this light of `paths` light paths, each relative to the light of its cell.
+    fn bias(&self, pilot: &PilotRun, paths: f64, pixels: f64) -> f64 {
+        let cells = self.0.len().max(1) as f64;
+        let scale = cells / (paths * pixels);
         let of = |([light, squares], mean): (&[f64; 2], &f64)| {
             // Without the products of a value with itself, which are noise.
             (light * light - squares) * scale * scale / (mean * mean + pilot.dark).max(f64::MIN_POSITIVE)
         };
-        (self.of_cell.iter().zip(&pilot.cells).map(of).sum::<f64>() / cells).max(0.0)
+        (self.0.iter().zip(&pilot.cells).map(of).sum::<f64>() / cells).max(0.0)
+    }
+}
+
+/// Light of a light path that camera paths find, too.
+struct Found {
+    cell: usize,
+    value: f64,
+    /// Square of the relative contribution of a camera path that finds it.
+    square: f64,
+    /// Number of camera paths, of one per pixel, that find the light of all light paths like this one.
+    rate: f64,
+}
+
+impl LightPathSums {
+    /// Squared error of a sample by the light of light paths where camera paths alone find it. `seen`: the variance of what
+    /// camera paths of the pilot run found of it.
+    fn error_without(&mut self, seen: f64, pilot: &PilotRun, pixels: f64) -> f64 {
+        self.found.sort_by(|a, b| b.square.total_cmp(&a.square));
+        let scale = 1.0 / (self.paths * pixels);
+        let (mut missing, mut unseen, mut common) = (Cells::default(), 0.0, 0.0);
+        // The number of these contributions per camera path so far, the greatest first.
+        let mut rate = 0.0;
+        for found in &self.found {
+            match rate {
+                rate if rate < RARE / FEW => missing.add(found.cell, found.value),
+                rate if rate < SEEN => unseen += found.square * found.rate * scale,
+                _ => common += found.square * found.rate * scale,
+            }
+            rate += found.rate * scale;
+        }
+        STRATIFIED * (unseen + common.min(seen)) + FEW * missing.bias(pilot, self.paths, pixels)
     }
 }
 
 impl PilotRun {
-    fn new(context: Context<'_>, strategy: &CausticsStrategy) -> PilotRun {
-        let mut batch = PathBatch::new(Context { strategy: Some(strategy), ..context }, Off);
+    fn new(context: Context<'_>, strategy: Option<&CausticsStrategy>) -> PilotRun {
+        let mut batch = PathBatch::new(Context { strategy, ..context }, Off);
         let (values, rays) = PilotRun::trace(context.view, &mut batch);
         let each = (PIXELS * SAMPLES) as usize;
         let cells: Vec<f64> =
@@ -157,19 +221,20 @@ impl PilotRun {
         (values, rays)
     }
 
-    /// Mean luminance contributed by these photons of a few light paths, relative to the image, and the approximate
-    /// square of its relative error with the strategy's number of light paths.
+    /// Mean luminance contributed by these photons of a few light paths, relative to the image, the approximate square of
+    /// its relative error with the strategy's number of light paths, and the part of it that the camera paths of the pilot
+    /// run did not find without photons.
     fn photons(
         &self,
         context: Context<'_>,
         strategy: &CausticsStrategy,
         photons: Vec<Photon>,
         paths: f64,
-    ) -> (f64, f64) {
+    ) -> (f64, f64, f64) {
         /// Factor on the radius, because there are few photons.
         const WIDER: f64 = 8.0;
         if photons.is_empty() {
-            return (0.0, 0.0);
+            return (0.0, 0.0, 0.0);
         }
         let pilot_strategy = CausticsStrategy {
             paths: paths as u64,
@@ -181,7 +246,11 @@ impl PilotRun {
         let (values, _) = PilotRun::trace(context.view, &mut batch);
         let (n, mean) = (values.len().max(1) as f64, self.mean().max(1e-30));
         let photons_ratio = strategy.paths as f64 / (paths * WIDER * WIDER * SHRUNK);
-        (batch.by_photons / (n * mean), batch.photon_variance / (n * mean * mean * photons_ratio))
+        let by_photons = batch.by_photons / n;
+        // With photons camera paths omit what photons count.
+        let more = values.iter().sum::<f64>() / n - self.mean();
+        let missed = (more / by_photons.max(1e-30)).clamp(0.0, 1.0);
+        (by_photons / mean, batch.photon_variance / (n * mean * mean * photons_ratio), missed)
     }
 
     fn mean(&self) -> f64 {
@@ -215,18 +284,15 @@ pub(super) fn probe(context: Context<'_>, strategy: &CausticsStrategy) -> ProbeR
     let pixels = f64::from(view.film.width) * f64::from(view.film.height);
     let size = DVec2::new(f64::from(view.film.width), f64::from(view.film.height));
     let mut batch = LightPathBatch::new(context, strategy);
-    let mut sums = LightPathSums {
-        of_group: vec![0.0; strategy.caustic_targets.len()],
-        of_cell: vec![[0.0; 2]; (SIDE * SIDE) as usize],
-        ..LightPathSums::default()
-    };
+    let mut sums =
+        LightPathSums { of_group: vec![0.0; strategy.caustic_targets.len()], ..LightPathSums::default() };
     let mut stats = RayStats::default();
     let mut pilot = None;
     // Indices that no render reaches.
     let mut first = u64::MAX / 2;
     for count in [PATHS, MORE] {
         sums.paths += f64::from(count);
-        let pilot = pilot.get_or_insert_with(|| PilotRun::new(context, strategy));
+        let pilot = pilot.get_or_insert_with(|| PilotRun::new(context, Some(strategy)));
         let mut photons = batch.take_photons();
         batch.advance(first, count, &mut stats, |splat, weight, group| {
             let value = f64::from(splat.color.luminance());
@@ -236,16 +302,17 @@ pub(super) fn probe(context: Context<'_>, strategy: &CausticsStrategy) -> ProbeR
             sums.light += value;
             let cell = cell_at(splat.place / size);
             let square = value * value * pilot.weight(cell);
-            if let Some([light, squares]) = sums.of_cell.get_mut(cell) {
-                *light += value;
-                *squares += value * value;
-            }
+            sums.of_cell.add(cell, value);
             sums.squares += weight * weight * square;
             // From the power heuristic w = 1/(1 + a² + b²): the other strategies together have about √(a² + b²) times
             // the density of all light paths.
             let others = (1.0 / weight - 1.0).max(0.0).sqrt();
             match others > 1e-12 {
-                true => sums.squares_camera += square / (others * strategy.paths as f64),
+                true => {
+                    let rate = others * strategy.paths as f64;
+                    sums.squares_camera += square / rate;
+                    sums.found.push(Found { cell, value, square: square / (rate * rate), rate });
+                }
                 false => sums.light_paths_only += value,
             }
             if let Some(sum) = sums.of_group.get_mut(group as usize) {
@@ -262,24 +329,24 @@ pub(super) fn probe(context: Context<'_>, strategy: &CausticsStrategy) -> ProbeR
             break;
         }
     }
-    let pilot = pilot.unwrap_or_else(|| PilotRun::new(context, strategy));
+    let pilot = pilot.unwrap_or_else(|| PilotRun::new(context, Some(strategy)));
     let n = sums.paths;
     // Variance per pixel and sample; for light paths, with as many as pixels.
     let variance_camera = sums.squares_camera / (n * pixels);
     let variance_light = STRATIFIED_LIGHT * sums.squares / (n * pixels * strategy.paths as f64);
     let scatterings = SCATTERING_COST * batch.scatterings as f64 + FILM_COST * batch.films as f64;
-    let price = (RAY_COST * stats.light as f64 + scatterings) / n / pilot.rays.max(1.0);
+    let price = (START_COST * n + RAY_COST * stats.light as f64 + scatterings) / n / pilot.rays.max(1.0);
     let of_image = |light: f64| light / (n * pixels) / pilot.mean().max(1e-30);
     let (light_paths_only, contribution) = (of_image(sums.light_paths_only), of_image(sums.light));
     let ratio_of = strategy.paths as f64 / pixels;
     // Light of near-specular lobes is found by other strategies too, and is no reason for photons.
     let mut photons = batch.take_photons();
     photons.retain(|photon| photon.by_delta);
-    let (by_photons, of_photons) = pilot.photons(context, strategy, photons, n);
+    let (by_photons, of_photons, missed) = pilot.photons(context, strategy, photons, n);
     // Squared error times time per sample.
     let cost = |ratio: f64, photon_variance: f64| {
         (STRATIFIED * pilot.variance + (variance_light + photon_variance) * ratio_of / ratio)
-            * (1.0 + price * ratio)
+            * (1.0 + REVERSE_COST + price * ratio)
     };
     let best = |photon_variance: f64| {
         RATIOS
@@ -288,10 +355,11 @@ pub(super) fn probe(context: Context<'_>, strategy: &CausticsStrategy) -> ProbeR
             .unwrap_or(1.0)
     };
     let (ratio, ratio_with_photons) = (best(0.0), best(of_photons));
-    let mut of_camera = STRATIFIED * variance_camera;
+    let seen = (PilotRun::new(context, None).variance - pilot.variance).max(0.0);
+    let mut of_camera = (STRATIFIED * variance_camera).min(sums.error_without(seen, &pilot, pixels));
     if view.film.removes_fireflies() {
         // What is rare is removed: its light is missing, but does not make noise.
-        of_camera = of_camera.min(FEW * sums.bias(&pilot, pixels));
+        of_camera = of_camera.min(FEW * sums.of_cell.bias(&pilot, n, pixels));
     }
     let gain = cost(ratio, 0.0) / (STRATIFIED * pilot.variance + of_camera);
     let pays = light_paths_only > MIN_FRACTION || gain < MAX_COST;
@@ -309,6 +377,7 @@ pub(super) fn probe(context: Context<'_>, strategy: &CausticsStrategy) -> ProbeR
         contribution,
         light_paths_only,
         by_photons,
+        missed,
         groups,
     }
 }

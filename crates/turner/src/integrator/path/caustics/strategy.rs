@@ -20,7 +20,10 @@ const MOST_PATHS: u64 = 1 << 20;
 const UNPROBED: f64 = 0.25;
 
 /// Minimum fraction of the image's light that must come from photons for them to be used.
-const LEAST_BY_PHOTONS: f64 = 1e-3;
+const LEAST_BY_PHOTONS: f64 = 2e-3;
+
+/// Minimum part of it that camera paths must miss, from a few of them.
+const LEAST_MISSED: f64 = 0.5;
 
 /// Cost and contribution of light paths, as the probe estimates them from a few paths.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -92,7 +95,7 @@ impl CausticsStrategy {
         let result = probe(context, &strategy);
         strategy.merges = match desc.caustics {
             Caustics::Full => true,
-            Caustics::Auto => result.by_photons > LEAST_BY_PHOTONS,
+            Caustics::Auto => result.by_photons > LEAST_BY_PHOTONS && result.missed > LEAST_MISSED,
             Caustics::LightTracing | Caustics::Off => false,
         };
         if desc.caustics == Caustics::Auto && !result.pays && !strategy.merges {
