@@ -353,7 +353,7 @@ pub struct BsdfFromWo<'a> {
 
 impl<'a> BsdfFromWo<'a> {
     /// The BSDF for any direction on the same side; `None` if its coat has a normal of its own, which depends on wo.
-    pub(crate) fn from_any(&self) -> Option<&'a Bsdf> {
+    pub(crate) fn at_any_wo(&self) -> Option<&'a Bsdf> {
         self.bsdf.coat_normal.is_none().then_some(self.bsdf)
     }
 }

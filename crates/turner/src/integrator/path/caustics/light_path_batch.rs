@@ -231,7 +231,7 @@ impl<'a> LightPathBatch<'a> {
             let (surface, exterior_ior) = (&surface, 1.0);
             let seen = SurfaceBsdf { scene, material, surface, exterior_ior, band: None, made: None };
             let straight = seen.with_vertex(-ray.direction, |v| v.straight());
-            return self.go_straight(index, &surface, ray.direction, straight);
+            return self.go_straight(index, surface, ray.direction, straight);
         }
         let mut exterior_ior = 1.0;
         if material.has_inside() {

@@ -54,13 +54,9 @@ const FILM_COST: f64 = 6.0;
 const STRATIFIED: f64 = 0.25;
 const STRATIFIED_LIGHT: f64 = 0.1;
 
-/// Samples per pixel for which missing light is weighed against noise. A fixed number, so that a picture with more samples
-/// continues one with fewer.
+/// Samples per pixel for which missing light is weighed against noise, where fireflies are removed. A fixed number, so
+/// that a picture with more samples continues one with fewer.
 const FEW: f64 = 16.0;
-
-/// Of that many samples, the brightest fraction of pixels is not counted as noise: a few fireflies would decide all.
-/// Their light counts as missing.
-const RARE: f64 = 1e-3;
 
 /// Contributions that fewer camera paths have are unknown to the pilot run.
 const SEEN: f64 = 3.0 / (SIDE * SIDE * PIXELS * SAMPLES) as f64;
@@ -113,70 +109,39 @@ struct LightPathSums {
     /// light.
     squares: f64,
     squares_camera: f64,
+    /// Of those of camera paths, each square and the number of camera paths, of one per pixel, that have it.
+    camera: Vec<[f64; 2]>,
     of_group: Vec<f64>,
-    /// The light that camera paths find, too.
-    found: Vec<Found>,
     /// For each cell of the image: light and its squares.
-    of_cell: Cells,
+    of_cell: Vec<[f64; 2]>,
 }
 
-/// Light and its squares for each cell of the image.
-struct Cells(Vec<[f64; 2]>);
-
-impl Default for Cells {
-    fn default() -> Cells {
-        Cells(vec![[0.0; 2]; (SIDE * SIDE) as usize])
-    }
-}
-
-impl Cells {
-    fn add(&mut self, cell: usize, value: f64) {
-        if let Some([light, squares]) = self.0.get_mut(cell) {
-            *light += value;
-            *squares += value * value;
+impl LightPathSums {
+    /// Variance of a sample by the light of light paths where camera paths alone find it. `seen` is what the camera paths
+    /// of the pilot run have of it: frequent contributions have less variance than their squares.
+    fn variance_without(&mut self, seen: f64, pixels: f64) -> f64 {
+        self.camera.sort_by(|[a, _], [b, _]| b.total_cmp(a));
+        let scale = 1.0 / (self.paths * pixels);
+        let (mut rare, mut frequent) = (0.0, 0.0);
+        // The number of contributions per camera path so far, the greatest first.
+        let mut rate = 0.0;
+        for [square, number] in &self.camera {
+            let sum = if rate < SEEN { &mut rare } else { &mut frequent };
+            *sum += square * number * scale;
+            rate += number * scale;
         }
+        rare + frequent.min(seen)
     }
 
-    /// Mean square over the image of this light of `paths` light paths, each relative to the light of its cell.
-    fn bias(&self, pilot: &PilotRun, paths: f64, pixels: f64) -> f64 {
-        let cells = self.0.len().max(1) as f64;
-        let scale = cells / (paths * pixels);
+    /// Mean square over the image of the light of light paths, each relative to the light of its cell.
+    fn bias(&self, pilot: &PilotRun, pixels: f64) -> f64 {
+        let cells = self.of_cell.len().max(1) as f64;
+        let scale = cells / (self.paths * pixels);
         let of = |([light, squares], mean): (&[f64; 2], &f64)| {
             // Without the products of a value with itself, which are noise.
             (light * light - squares) * scale * scale / (mean * mean + pilot.dark).max(f64::MIN_POSITIVE)
         };
-        (self.0.iter().zip(&pilot.cells).map(of).sum::<f64>() / cells).max(0.0)
-    }
-}
-
-/// Light of a light path that camera paths find, too.
-struct Found {
-    cell: usize,
-    value: f64,
-    /// Square of the relative contribution of a camera path that finds it.
-    square: f64,
-    /// Number of camera paths, of one per pixel, that find the light of all light paths like this one.
-    rate: f64,
-}
-
-impl LightPathSums {
-    /// Squared error of a sample by the light of light paths where camera paths alone find it. `seen`: the variance of what
-    /// camera paths of the pilot run found of it.
-    fn error_without(&mut self, seen: f64, pilot: &PilotRun, pixels: f64) -> f64 {
-        self.found.sort_by(|a, b| b.square.total_cmp(&a.square));
-        let scale = 1.0 / (self.paths * pixels);
-        let (mut missing, mut unseen, mut common) = (Cells::default(), 0.0, 0.0);
-        // The number of these contributions per camera path so far, the greatest first.
-        let mut rate = 0.0;
-        for found in &self.found {
-            match rate {
-                rate if rate < RARE / FEW => missing.add(found.cell, found.value),
-                rate if rate < SEEN => unseen += found.square * found.rate * scale,
-                _ => common += found.square * found.rate * scale,
-            }
-            rate += found.rate * scale;
-        }
-        STRATIFIED * (unseen + common.min(seen)) + FEW * missing.bias(pilot, self.paths, pixels)
+        (self.of_cell.iter().zip(&pilot.cells).map(of).sum::<f64>() / cells).max(0.0)
     }
 }
 
@@ -284,8 +249,11 @@ pub(super) fn probe(context: Context<'_>, strategy: &CausticsStrategy) -> ProbeR
     let pixels = f64::from(view.film.width) * f64::from(view.film.height);
     let size = DVec2::new(f64::from(view.film.width), f64::from(view.film.height));
     let mut batch = LightPathBatch::new(context, strategy);
-    let mut sums =
-        LightPathSums { of_group: vec![0.0; strategy.caustic_targets.len()], ..LightPathSums::default() };
+    let mut sums = LightPathSums {
+        of_group: vec![0.0; strategy.caustic_targets.len()],
+        of_cell: vec![[0.0; 2]; (SIDE * SIDE) as usize],
+        ..LightPathSums::default()
+    };
     let mut stats = RayStats::default();
     let mut pilot = None;
     // Indices that no render reaches.
@@ -302,16 +270,19 @@ pub(super) fn probe(context: Context<'_>, strategy: &CausticsStrategy) -> ProbeR
             sums.light += value;
             let cell = cell_at(splat.place / size);
             let square = value * value * pilot.weight(cell);
-            sums.of_cell.add(cell, value);
+            if let Some([light, squares]) = sums.of_cell.get_mut(cell) {
+                *light += value;
+                *squares += value * value;
+            }
             sums.squares += weight * weight * square;
             // From the power heuristic w = 1/(1 + a² + b²): the other strategies together have about √(a² + b²) times
             // the density of all light paths.
             let others = (1.0 / weight - 1.0).max(0.0).sqrt();
             match others > 1e-12 {
                 true => {
-                    let rate = others * strategy.paths as f64;
-                    sums.squares_camera += square / rate;
-                    sums.found.push(Found { cell, value, square: square / (rate * rate), rate });
+                    let number = others * strategy.paths as f64;
+                    sums.squares_camera += square / number;
+                    sums.camera.push([square / (number * number), number]);
                 }
                 false => sums.light_paths_only += value,
             }
@@ -332,7 +303,8 @@ pub(super) fn probe(context: Context<'_>, strategy: &CausticsStrategy) -> ProbeR
     let pilot = pilot.unwrap_or_else(|| PilotRun::new(context, Some(strategy)));
     let n = sums.paths;
     // Variance per pixel and sample; for light paths, with as many as pixels.
-    let variance_camera = sums.squares_camera / (n * pixels);
+    let seen = (PilotRun::new(context, None).variance - pilot.variance).max(0.0);
+    let variance_camera = sums.variance_without(seen, pixels);
     let variance_light = STRATIFIED_LIGHT * sums.squares / (n * pixels * strategy.paths as f64);
     let scatterings = SCATTERING_COST * batch.scatterings as f64 + FILM_COST * batch.films as f64;
     let price = (START_COST * n + RAY_COST * stats.light as f64 + scatterings) / n / pilot.rays.max(1.0);
@@ -355,11 +327,10 @@ pub(super) fn probe(context: Context<'_>, strategy: &CausticsStrategy) -> ProbeR
             .unwrap_or(1.0)
     };
     let (ratio, ratio_with_photons) = (best(0.0), best(of_photons));
-    let seen = (PilotRun::new(context, None).variance - pilot.variance).max(0.0);
-    let mut of_camera = (STRATIFIED * variance_camera).min(sums.error_without(seen, &pilot, pixels));
+    let mut of_camera = STRATIFIED * variance_camera;
     if view.film.removes_fireflies() {
         // What is rare is removed: its light is missing, but does not make noise.
-        of_camera = of_camera.min(FEW * sums.of_cell.bias(&pilot, n, pixels));
+        of_camera = of_camera.min(FEW * sums.bias(&pilot, pixels));
     }
     let gain = cost(ratio, 0.0) / (STRATIFIED * pilot.variance + of_camera);
     let pays = light_paths_only > MIN_FRACTION || gain < MAX_COST;

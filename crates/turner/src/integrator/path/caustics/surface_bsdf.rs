@@ -34,7 +34,7 @@ impl<'a> SurfaceBsdf<'a> {
     ) -> SurfaceBsdf<'a> {
         let surface = v.surface;
         let outside = v.wo.dot(surface.ng) > 0.0;
-        let made = v.bsdf.from_any().filter(|_| material.dispersion.is_none());
+        let made = v.bsdf.at_any_wo().filter(|_| material.dispersion.is_none());
         let made = made.map(|bsdf| (outside, bsdf));
         SurfaceBsdf { scene, material, surface, exterior_ior, band, made }
     }
