@@ -69,10 +69,10 @@ fn add_to(scene: &mut Assembly<'_>, object: &Object, depth: u32) -> Result<(), F
     let flip = object.boolean("flip_normals")?.unwrap_or(false);
     let (content, own, surface) = match kind {
         "sphere" => sphere(scene, object, flip)?,
-        "rectangle" => match lamp(object, &to_world)?.filter(|_| !flip) {
-            Some(lamp) => {
+        "rectangle" => match area_light(object, &to_world)?.filter(|_| !flip) {
+            Some(light) => {
                 to_world = DAffine3::IDENTITY;
-                (ShapeDesc::Rectangle(lamp), DAffine3::IDENTITY, Surface::Same)
+                (ShapeDesc::Rectangle(light), DAffine3::IDENTITY, Surface::Same)
             }
             None => {
                 let id = shared(scene, "\0rectangle", flip, meshes::rectangle);
@@ -255,11 +255,11 @@ fn shape_group(scene: &mut Assembly<'_>, object: &Object, depth: u32) -> Result<
     Ok(Some(id))
 }
 
-/// The square from −1 to 1 in x and y, facing +z, placed in the world, if it emits light: a rectangle is sampled as one
-/// lamp. Other rectangles are two triangles each, which are traced and shaded together with all others.
-fn lamp(object: &Object, to_world: &DAffine3) -> Result<Option<RectangleDesc>, Fault> {
+/// An emissive rectangle in world space: as one shape it is sampled as one area light. `None` if it does not emit; it
+/// then becomes two triangles, which are traced and shaded in batches.
+fn area_light(object: &Object, to_world: &DAffine3) -> Result<Option<RectangleDesc>, Fault> {
     let emits = object.object("emitter")?.is_some();
-    // With a mirroring transform the normal would point to the other side.
+    // A transform that mirrors would flip the normal, edge_u x edge_v.
     let is_kept = emits && to_world.matrix3.determinant() > 0.0;
     Ok(is_kept.then(|| RectangleDesc {
         center: to_world.translation,

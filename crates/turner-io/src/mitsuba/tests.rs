@@ -242,9 +242,9 @@ fn a_heterogeneous_medium_ends_with_its_volume() {
     assert!(matches!(medium("homogeneous"), MediumDesc::Homogeneous(_)));
 }
 
-/// A lamp is one rectangle without a transform; walls are triangles, which are traced and shaded together.
+/// An emissive rectangle has no transform; other rectangles are triangles.
 #[test]
-fn rectangles_are_lamps_or_triangles() {
+fn rectangles_are_area_lights_or_triangles() {
     let shape = |inner: &str| {
         format!(
             "<shape type='rectangle'><transform name='to_world'><scale x='2' y='3' z='-1'/>{inner}</shape>"

@@ -17,7 +17,7 @@ pub(super) struct Board {
     pub(super) stop: AtomicBool,
     /// Stops everything: the front end is gone.
     pub(super) closed: AtomicBool,
-    /// Is set when the film that is being rendered is replaced.
+    /// Set once the film that is being rendered is replaced.
     film: Mutex<Arc<AtomicBool>>,
     frame: Mutex<Option<Arc<Frame>>>,
     status: Mutex<Status>,
@@ -109,13 +109,13 @@ impl Board {
         (self.wake)();
     }
 
-    /// Another film begins, or another picture of it. What works on the last one stops.
+    /// Marks the film as replaced, by another film or another picture of it: threads that denoise it stop.
     pub(super) fn begin_film(&self) {
         let _frame = lock(&self.frame);
         std::mem::take(&mut *lock(&self.film)).store(true, Ordering::SeqCst);
     }
 
-    /// Is set when the film is replaced.
+    /// The flag that is set once the film is replaced.
     pub(super) fn film(&self) -> Arc<AtomicBool> {
         Arc::clone(&lock(&self.film))
     }

@@ -147,7 +147,7 @@ impl Settle {
         }
         let (renderer, wanted) = (Arc::clone(&self.renderer), self.wanted);
         Some(move |threads, cancel: &AtomicBool| {
-            let picture = renderer.develop_unless(wanted, threads, cancel)?;
+            let picture = renderer.develop_unless_cancelled(wanted, threads, cancel)?;
             let transform = picture.transform(&renderer.prepared().view.film);
             let noise = renderer.film.noise(threads).map(|noise| noise.value);
             Some(Shown { picture, transform, stage: Stage::Settled, noise, scale: None })
@@ -172,7 +172,7 @@ impl Settle {
         };
         let layers = if changed { self.layers(look) } else { Vec::new() };
         let mut picture = if layers.is_empty() {
-            self.renderer.develop_unless(mode, threads, cancel)?
+            self.renderer.develop_unless_cancelled(mode, threads, cancel)?
         } else {
             let factor =
                 |layer: &String| look.mix.iter().find(|(name, _)| name == layer).map_or(1.0, |(_, f)| *f);

@@ -200,7 +200,7 @@ impl Tile<'_> {
     }
 }
 
-/// The fitted light of each pixel, or `None` where there is no noise. `None` at all if it was cancelled.
+/// The fitted light of each pixel, with `None` for pixels without noise. Returns `None` if it was cancelled.
 pub(super) fn fitted(
     light: &Light,
     guides: &[[f32; GUIDES]],

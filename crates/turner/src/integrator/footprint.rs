@@ -25,10 +25,15 @@ pub(super) fn arrive(cone: &mut RayCone, surface: &mut SurfaceInteraction, direc
     surface.see(direction, cone.width);
 }
 
-/// The same for a ray that a rough surface has scattered. The footprint is a circle with the area of the ellipse:
-/// textures then need one look-up.
+/// The same after non-specular scattering. The footprint is isotropic, a circle with the area of the ellipse, so that
+/// image textures need one lookup.
 #[inline]
-pub(super) fn arrive_roughly(cone: &mut RayCone, surface: &mut SurfaceInteraction, direction: DVec3, t: f64) {
+pub(super) fn arrive_isotropic(
+    cone: &mut RayCone,
+    surface: &mut SurfaceInteraction,
+    direction: DVec3,
+    t: f64,
+) {
     /// At more grazing angles footprints do not grow further.
     const MIN_COSINE: f64 = 0.01;
     *cone = cone.advanced(t);

@@ -165,12 +165,12 @@ impl Renderer {
 
     /// The same by the denoiser `mode`. The film's `denoise` must not be [`Denoise::Off`]; else the picture keeps its noise.
     pub fn developed_as(&self, mode: Denoise, threads: usize) -> Developed<'_> {
-        self.developed_unless(mode, threads, None)
+        self.developed_unless_cancelled(mode, threads, None)
             .unwrap_or_else(|| self.film.developed(&self.prepared.view.film, threads))
     }
 
-    /// The same. `None` once `cancel` is set, within milliseconds.
-    fn developed_unless(
+    /// [`Renderer::developed_as`] that returns `None` within milliseconds once `cancel` is set.
+    fn developed_unless_cancelled(
         &self,
         mode: Denoise,
         threads: usize,
@@ -266,18 +266,28 @@ impl Renderer {
 
     /// The same with another denoiser, as for [`Renderer::developed_as`].
     pub fn develop_as(&self, mode: Denoise, threads: usize) -> Picture {
-        self.finished_unless(mode, threads, None)
+        self.picture_unless_cancelled(mode, threads, None)
             .unwrap_or_else(|| self.film.develop(&self.prepared.view.film, threads))
     }
 
-    /// The same for a picture that may be in the way of newer work. `None` once `cancel` is set, within milliseconds.
-    pub fn develop_unless(&self, mode: Denoise, threads: usize, cancel: &AtomicBool) -> Option<Picture> {
-        self.finished_unless(mode, threads, Some(cancel))
+    /// [`Renderer::develop_as`] that returns `None` within milliseconds once `cancel` is set.
+    pub fn develop_unless_cancelled(
+        &self,
+        mode: Denoise,
+        threads: usize,
+        cancel: &AtomicBool,
+    ) -> Option<Picture> {
+        self.picture_unless_cancelled(mode, threads, Some(cancel))
     }
 
-    fn finished_unless(&self, mode: Denoise, threads: usize, cancel: Option<&AtomicBool>) -> Option<Picture> {
+    fn picture_unless_cancelled(
+        &self,
+        mode: Denoise,
+        threads: usize,
+        cancel: Option<&AtomicBool>,
+    ) -> Option<Picture> {
         let mut picture = match self.denoises() {
-            true => self.developed_unless(mode, threads, cancel)?.into_picture(threads),
+            true => self.developed_unless_cancelled(mode, threads, cancel)?.into_picture(threads),
             false => self.film.develop(&self.prepared.view.film, threads),
         };
         self.prepared.integrator.show(&mut picture);

@@ -11,8 +11,7 @@
 //!          axes[1]
 //! ```
 //!
-//! A width of 0 means unfiltered look-ups. A direction of 0 stands for rays that a rough surface has scattered: their
-//! footprint is a circle.
+//! A width of 0 means unfiltered look-ups. A direction of 0 means an isotropic footprint, a circle.
 
 use crate::math::DVec3;
 use crate::scene::scene::ObjectTransform;
@@ -29,8 +28,8 @@ impl Scene {
         if width > 0.0 {
             let direction = DVec3::from(direction.map(f64::from));
             let axes = Footprint::of_cone(direction, surface.ng, f64::from(width));
-            let is_rough = direction == DVec3::ZERO;
-            at.footprint = Some(Footprint { is_rough, ..self.footprint(surface, axes) });
+            let isotropic = direction == DVec3::ZERO;
+            at.footprint = Some(Footprint { isotropic, ..self.footprint(surface, axes) });
         }
         at
     }
@@ -58,6 +57,6 @@ impl Scene {
             Some(placed) => axes.map(|d| placed.to_object.matrix3 * d),
         };
         let uv = primitive.shape.uv_change(&surface.hit.shape, &surface.object, p);
-        Footprint { p, uv, is_rough: false }
+        Footprint { p, uv, isotropic: false }
     }
 }

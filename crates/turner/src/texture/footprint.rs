@@ -25,8 +25,8 @@ pub struct Footprint {
     pub p: [DVec3; 2],
     /// Axes in (u, v) of the first set.
     pub uv: [DVec2; 2],
-    /// Whether it is seen by way of a rough surface, where one look-up is enough.
-    pub is_rough: bool,
+    /// Whether image textures average it by a single isotropic lookup, as after non-specular scattering.
+    pub isotropic: bool,
 }
 
 impl Footprint {

@@ -268,8 +268,8 @@ impl ImageTexture {
                 let level = |level: usize, uv: DVec2| {
                     self.bilinear(mipmap.level(&self.image, level), uv, &texels, &lerp, outside)
                 };
-                if at.footprint.is_some_and(|footprint| footprint.is_rough) {
-                    return level(Taps::one(&ellipse, mipmap.count()).level, uv);
+                if at.footprint.is_some_and(|footprint| footprint.isotropic) {
+                    return level(Taps::isotropic(&ellipse, mipmap.count()).level, uv);
                 }
                 let taps = Taps::new(&ellipse, mipmap.count());
                 let (mut mean, mut count) = (outside, 0.0);

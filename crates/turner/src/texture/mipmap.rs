@@ -25,7 +25,7 @@
 //!                     a
 //! ```
 //!
-//! What is seen by way of a rough surface has a single bilinear lookup.
+//! After non-specular scattering a lookup is isotropic: bilinear, on a single level.
 
 use super::footprint::Ellipse;
 use crate::color::Transfer;
@@ -56,8 +56,8 @@ pub(super) struct Taps {
 }
 
 impl Taps {
-    /// One tap on one level, whose texels have about the area of the ellipse.
-    pub(super) fn one(ellipse: &Ellipse, levels: usize) -> Taps {
+    /// A single tap on the level whose texels have about the area of the ellipse.
+    pub(super) fn isotropic(ellipse: &Ellipse, levels: usize) -> Taps {
         let length = ellipse.length.min(1e9);
         let area = (length * ellipse.width.max(length / MAX_TAPS)).max(1.0);
         let last = levels.saturating_sub(1) as f64;

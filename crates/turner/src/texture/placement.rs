@@ -196,7 +196,7 @@ mod tests {
             let step = 1e-6;
             let (dp, duv) = (DVec3::new(0.2, -0.7, 0.4) * step, DVec2::new(1.0, -0.5) * step);
             let mut at = TexturePoint::new(uv, p);
-            at.footprint = Some(Footprint { p: [dp, DVec3::ZERO], uv: [duv, DVec2::ZERO], is_rough: false });
+            at.footprint = Some(Footprint { p: [dp, DVec3::ZERO], uv: [duv, DVec2::ZERO], isotropic: false });
             let [along, none] = position.axes(&at).unwrap();
             let moved =
                 position.coordinates(&TexturePoint::new(uv + duv, p + dp)) - position.coordinates(&at);

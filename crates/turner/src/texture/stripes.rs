@@ -207,8 +207,11 @@ mod tests {
             let s = prepare_texture("stripes", &keys);
             for (x, size) in [(0.3, 0.2), (-7.7, 1.3), (2.0, 0.01), (5.1, 17.0), (0.0, 2.0)] {
                 let mut point = TexturePoint::new(DVec2::ZERO, DVec3::X * x);
-                point.footprint =
-                    Some(Footprint { p: [DVec3::X * size, DVec3::Y], uv: [DVec2::ZERO; 2], is_rough: false });
+                point.footprint = Some(Footprint {
+                    p: [DVec3::X * size, DVec3::Y],
+                    uv: [DVec2::ZERO; 2],
+                    isotropic: false,
+                });
                 let found = f64::from(s.eval(TextureId(0), &point).r);
                 let counted = (0..20_000)
                     .map(|i| f64::from(at(&s, x + size * ((f64::from(i) + 0.5) / 20_000.0 - 0.5), 0.0).r));

@@ -420,8 +420,11 @@ impl<R: Record> PathBatch<'_, R> {
             let mut surface = self.scene.surface(&ray, hit);
             if self.view.pixel_cone.is_some() {
                 let Path { cone, any_nonspecular, .. } = &mut self.paths[sample as usize];
-                let arrive = if *any_nonspecular { footprint::arrive_roughly } else { footprint::arrive };
-                arrive(cone, &mut surface, ray.direction, hit.shape.t);
+                if *any_nonspecular {
+                    footprint::arrive_isotropic(cone, &mut surface, ray.direction, hit.shape.t);
+                } else {
+                    footprint::arrive(cone, &mut surface, ray.direction, hit.shape.t);
+                }
             }
             let path = &self.paths[sample as usize];
             let (mut number, mut extra_candidates) = (u32::MAX, 0);

@@ -117,9 +117,10 @@ struct LightPathSums {
 }
 
 impl LightPathSums {
-    /// Variance of a sample by the light of light paths where camera paths alone find it. `seen` is what the camera paths
-    /// of the pilot run have of it: frequent contributions have less variance than their squares.
-    fn variance_without(&mut self, seen: f64, pixels: f64) -> f64 {
+    /// Variance that the light of light paths adds to a sample if camera paths alone must find it. `seen`: the part of it
+    /// that the camera paths of the pilot run have. It limits frequent contributions, whose variance is below their mean
+    /// square.
+    fn variance_without(&mut self, seen: impl FnOnce() -> f64, pixels: f64) -> f64 {
         self.camera.sort_by(|[a, _], [b, _]| b.total_cmp(a));
         let scale = 1.0 / (self.paths * pixels);
         let (mut rare, mut frequent) = (0.0, 0.0);
@@ -130,7 +131,7 @@ impl LightPathSums {
             *sum += square * number * scale;
             rate += number * scale;
         }
-        rare + frequent.min(seen)
+        if frequent > 0.0 { rare + frequent.min(seen()) } else { rare }
     }
 
     /// Mean square over the image of the light of light paths, each relative to the light of its cell.
@@ -303,7 +304,7 @@ pub(super) fn probe(context: Context<'_>, strategy: &CausticsStrategy) -> ProbeR
     let pilot = pilot.unwrap_or_else(|| PilotRun::new(context, Some(strategy)));
     let n = sums.paths;
     // Variance per pixel and sample; for light paths, with as many as pixels.
-    let seen = (PilotRun::new(context, None).variance - pilot.variance).max(0.0);
+    let seen = || (PilotRun::new(context, None).variance - pilot.variance).max(0.0);
     let variance_camera = sums.variance_without(seen, pixels);
     let variance_light = STRATIFIED_LIGHT * sums.squares / (n * pixels * strategy.paths as f64);
     let scatterings = SCATTERING_COST * batch.scatterings as f64 + FILM_COST * batch.films as f64;

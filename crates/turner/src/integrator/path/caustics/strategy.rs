@@ -22,7 +22,7 @@ const UNPROBED: f64 = 0.25;
 /// Minimum fraction of the image's light that must come from photons for them to be used.
 const LEAST_BY_PHOTONS: f64 = 2e-3;
 
-/// Minimum part of it that camera paths must miss, from a few of them.
+/// Photons are used only if the camera paths of the pilot run miss at least this fraction of their light.
 const LEAST_MISSED: f64 = 0.5;
 
 /// Cost and contribution of light paths, as the probe estimates them from a few paths.

@@ -19,7 +19,7 @@ pub(in crate::integrator::path) struct SurfaceBsdf<'a> {
     pub(in crate::integrator::path) exterior_ior: f64,
     /// The colour band that is left after dispersion.
     pub(in crate::integrator::path) band: Option<u8>,
-    /// The BSDF of one side, if it is made already, and whether that is the outer side: its textures are evaluated once.
+    /// The BSDF of one side, if its textures are evaluated already, and whether that is the outer side.
     pub(in crate::integrator::path) made: Option<(bool, &'a Bsdf)>,
 }
 
@@ -39,7 +39,7 @@ impl<'a> SurfaceBsdf<'a> {
         SurfaceBsdf { scene, material, surface, exterior_ior, band, made }
     }
 
-    /// The BSDF of a side where it is the same at all points of the material.
+    /// The BSDF of a side, if it does not vary over the surface.
     fn constant(&self, outside: bool) -> Option<&'a Bsdf> {
         let bands = self.material.dispersion.is_some() && self.band.is_some();
         self.material.constant_bsdf(outside).filter(|_| !bands && self.exterior_ior == 1.0)
