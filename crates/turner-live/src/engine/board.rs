@@ -56,8 +56,14 @@ impl Board {
         // In this order: a worker that has just cleared `stop` then sees the new number.
         self.newest.store(number, Ordering::SeqCst);
         self.stop.store(true, Ordering::SeqCst);
+        // After the number: a worker that still reports on an older order does not set it again.
+        lock(&self.status).settled = false;
         self.arrived.notify_all();
         number
+    }
+
+    pub(super) fn is_newest(&self, number: u64) -> bool {
+        self.newest.load(Ordering::SeqCst) == number
     }
 
     pub(super) fn close(&self) {
@@ -101,7 +107,7 @@ impl Board {
     /// Clears the stop of the last pass. Returns whether work on order `number` should continue.
     pub(super) fn go_on(&self, number: u64) -> bool {
         self.stop.store(false, Ordering::SeqCst);
-        !self.is_closed() && self.newest.load(Ordering::SeqCst) == number
+        !self.is_closed() && self.is_newest(number)
     }
 
     pub(super) fn show(&self, frame: Frame) {

@@ -43,7 +43,7 @@ pub struct Status {
     pub seconds: f64,
     /// Seconds left to the finished picture, estimated from the samples so far.
     pub left: Option<f64>,
-    /// Whether the film is complete.
+    /// Whether the film of the newest order is complete.
     pub settled: bool,
     /// The layers of light that the film holds apart.
     pub layers: Vec<String>,

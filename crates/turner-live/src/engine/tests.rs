@@ -82,3 +82,26 @@ fn orders_of_the_same_picture_do_not_lose_its_last_frame() {
     }
     assert!(settled(&engine, number).picture.display == reference.display);
 }
+
+/// What a status says of a settled film is about the newest order.
+#[test]
+fn a_new_order_is_not_settled_by_the_last_one() {
+    let desc = start("Cornell box", [32, 24], 1);
+    let engine = Engine::new(|| {});
+    for layers in [Layers::Groups, Layers::Parts, Layers::Lobes, Layers::None, Layers::Parts] {
+        let look = Look { layers, ..Look::default() };
+        engine.order(Order { look, ..Order::new(Arc::clone(&desc)) });
+        let begun = Instant::now();
+        let status = loop {
+            let status = engine.status();
+            if status.settled {
+                break status;
+            }
+            assert!(begun.elapsed() < Duration::from_secs(60), "{layers:?}");
+        };
+        let starts = |name: &str| status.layers.iter().any(|layer| layer.starts_with(name));
+        let (groups, parts, lobes) = (starts("light."), starts("indirect"), starts("specular"));
+        let wanted = (layers == Layers::Groups, layers == Layers::Parts, layers == Layers::Lobes);
+        assert_eq!((groups, parts, lobes), wanted, "{layers:?}: {:?}", status.layers);
+    }
+}

@@ -172,7 +172,7 @@ impl Worker {
                 (status.samples, status.left, status.seconds) = (film.samples(), film.left(), film.seconds());
                 status.layers = film.layers(&order.look);
             }
-            status.settled = settled && status.error.is_none();
+            status.settled = settled && status.error.is_none() && board.is_newest(self.number);
             status.doing = if waits { "" } else { "rendering" };
         });
     }

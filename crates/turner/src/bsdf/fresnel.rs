@@ -83,7 +83,7 @@ pub(super) struct Metal {
     /// Reflectance at normal incidence.
     pub(super) f0: Rgb,
     /// b, the factor of (1 − µ)⁶ µ.
-    dip: Rgb,
+    pub(super) dip: Rgb,
     /// Factor of the result.
     pub(super) weight: f64,
 }

@@ -39,12 +39,12 @@ pub(super) struct Interface {
     /// Delta lobes: no microfacets.
     pub(super) smooth: bool,
     /// Fractions of metal, glass and opaque dielectric.
-    metal: f64,
+    pub(super) metal: f64,
     pub(super) glass: f64,
-    opaque: f64,
-    metal_fresnel: Metal,
+    pub(super) opaque: f64,
+    pub(super) metal_fresnel: Metal,
     /// Colour of dielectric reflection.
-    tint: Rgb,
+    pub(super) tint: Rgb,
     /// Colour of light that glass transmits.
     pub(super) through: Rgb,
     /// Index on the far side over that on wo's side, for refraction; 1 for thin walls.
@@ -56,36 +56,36 @@ pub(super) struct Interface {
     /// Relative indices (inside over outside) of the reflectance of glass and of the opaque dielectric; infinite for a
     /// perfect mirror.
     glass_index: f64,
-    opaque_index: f64,
+    pub(super) opaque_index: f64,
     /// What a thin film adds to the reflectance of a dielectric and of metal.
-    film: Option<(Tint, Tint)>,
+    pub(super) film: Option<(Tint, Tint)>,
     /// Directional albedo of the opaque dielectric, if rough.
-    rough: Option<Reflected>,
-    compensation: Option<Compensation>,
+    pub(super) rough: Option<Reflected>,
+    pub(super) compensation: Option<Compensation>,
 }
 
 /// Energy that single scattering loses, and the lobes that return it.
 #[derive(Clone, Copy, Debug)]
-struct Compensation {
-    mirror: AlbedoCurve,
+pub(super) struct Compensation {
+    pub(super) mirror: AlbedoCurve,
     near: AlbedoCurve,
     far: AlbedoCurve,
     /// Cosine-weighted means of the three, in this order. Computed once: they cost more than all the rest.
-    averages: [f64; 3],
+    pub(super) averages: [f64; 3],
     /// Factors of the products of losses.
-    metal: Rgb,
+    pub(super) metal: Rgb,
     reflect: Rgb,
     transmit: Rgb,
-    spread: Spread,
+    pub(super) spread: Spread,
 }
 
 /// Directions of the multiple-scattering lobes, on either side. Narrow GGX lobes lose most at grazing angles: the
 /// density is proportional to µ / (µ² + 4α²).
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Spread {
-    k: f64,
+    pub(super) k: f64,
     /// ln(1 + 1/k).
-    log: f64,
+    pub(super) log: f64,
 }
 
 impl Spread {
@@ -223,18 +223,6 @@ impl Interface {
         }
         let spread = Spread::new((0.5 * (self.ggx.ax * self.ggx.ax + self.ggx.ay * self.ggx.ay)).sqrt());
         Some(Compensation { mirror, near, far, averages, metal, reflect, transmit, spread })
-    }
-
-    /// The colour of a rough mirror whose reflectance does not depend on the angle, if there is no other lobe.
-    pub(super) fn rough_mirror(&self) -> Option<Rgb> {
-        let mirror = !self.smooth
-            && !self.thin
-            && self.metal == 0.0
-            && self.glass == 0.0
-            && self.film.is_none()
-            && self.compensation.is_none()
-            && self.opaque_index == f64::INFINITY;
-        mirror.then(|| Rgb::ONE * self.tint * self.opaque)
     }
 
     /// The BRDF of multiple scattering between facets.

@@ -22,7 +22,7 @@ pub(super) const TRANSMIT: usize = 4;
 /// Straight through a thin wall, or an interface between equal indices.
 pub(super) const PASS: usize = 5;
 /// Multiple scattering between the facets of the base, reflected and transmitted.
-const MULTI_REFLECT: usize = 6;
+pub(super) const MULTI_REFLECT: usize = 6;
 const MULTI_TRANSMIT: usize = 7;
 /// Entry into a subsurface medium.
 pub(super) const ENTER: usize = 8;

@@ -50,17 +50,17 @@ mod fuzz;
 mod interface;
 mod microfacet;
 mod mixture;
+mod opaque_base;
 mod pane;
 mod parts;
 mod point;
-mod rough_mirror;
 mod subsurface;
 
 pub(crate) use diffuse::sample_cosine;
 pub(crate) use mixture::MIN_COSINE;
 pub(crate) use parts::MOST_DELTAS;
 pub use point::PrincipledPoint;
-pub use rough_mirror::{RoughMirror, RoughMirrorBlock};
+pub(crate) use opaque_base::{OpaqueBase, OpaqueBlock, OpaqueSeen, ScatteredX8, cosine};
 pub use subsurface::Entry;
 
 use albedo::AlbedoDirection;
@@ -234,24 +234,6 @@ impl Bsdf {
     /// The constant BRDF of a purely Lambertian surface; `None` for all other BSDFs.
     pub fn as_lambert(&self) -> Option<Spectrum> {
         self.lambert.then(|| spectrum(self.diffuse.reflect / std::f64::consts::PI))
-    }
-
-    /// The rough mirror, if the BSDF has no other lobe.
-    pub fn as_rough_mirror(&self) -> Option<RoughMirror> {
-        let only_interface = self.fuzz.is_none()
-            && self.coat.is_none()
-            && self.rotation.is_none()
-            && self.diffuse.reflect == Rgb::ZERO
-            && self.diffuse.transmit == Rgb::ZERO
-            && self.diffuse.enter == Rgb::ZERO
-            && !self.inside;
-        let interface = self.interface.as_ref().filter(|_| only_interface)?;
-        let color = interface.rough_mirror()?;
-        // The same bits as the probability in the lobe selection.
-        let sum = color.element_sum();
-        let probability = sum * (1.0 / sum);
-        let black = spectrum(color).is_black() || sum <= f64::MIN_POSITIVE;
-        (!black && probability > 0.0).then_some(RoughMirror { ggx: interface.ggx, color, probability })
     }
 
     fn is_lambert(&self) -> bool {

@@ -34,11 +34,17 @@ pub(super) fn arrive_isotropic(
     direction: DVec3,
     t: f64,
 ) {
+    *cone = cone.advanced(t);
+    see_isotropic(surface, direction, cone.width);
+}
+
+/// Stores the footprint of a cone after non-specular scattering.
+#[inline]
+pub(super) fn see_isotropic(surface: &mut SurfaceInteraction, direction: DVec3, width: f32) {
     /// At more grazing angles footprints do not grow further.
     const MIN_COSINE: f64 = 0.01;
-    *cone = cone.advanced(t);
     let cosine = direction.dot(surface.ng).abs().max(MIN_COSINE);
-    surface.see(DVec3::ZERO, cone.width / cosine.sqrt() as f32);
+    surface.see(DVec3::ZERO, width / cosine.sqrt() as f32);
 }
 
 /// The cone of the ray scattered at a surface. `wo` points to the previous vertex; `crosses` says whether the ray
@@ -52,14 +58,27 @@ pub(super) fn leave(
     s: &BsdfSample,
     crosses: bool,
 ) -> RayCone {
-    let side = if wo.dot(surface.ng) >= 0.0 { 1.0 } else { -1.0 };
-    let curvature = side * scene.curvature(surface);
+    let curvature = curvature(scene, surface, wo);
     let next = if crosses { cone.refracted(s.eta, curvature) } else { cone.reflected(curvature) };
     if s.lobe.is_delta { next } else { next.scattered(s.pdf, pixel.share) }
 }
 
-/// The same for reflection at a flat surface, with `pdf` per solid angle.
+/// The same for reflection at a surface of this curvature on the side of the ray, with `pdf` per solid angle.
 #[inline]
-pub(super) fn leave_flat(pixel: &PixelCone, cone: RayCone, pdf: f64) -> RayCone {
-    cone.reflected(0.0).scattered(pdf, pixel.share)
+pub(super) fn leave_reflected(
+    pixel: &PixelCone,
+    cone: RayCone,
+    curvature: f64,
+    pdf: f64,
+    is_delta: bool,
+) -> RayCone {
+    let next = cone.reflected(curvature);
+    if is_delta { next } else { next.scattered(pdf, pixel.share) }
+}
+
+/// Curvature of a surface on the side of wo.
+#[inline]
+pub(super) fn curvature(scene: &Scene, surface: &SurfaceInteraction, wo: DVec3) -> f64 {
+    let side = if wo.dot(surface.ng) >= 0.0 { 1.0 } else { -1.0 };
+    side * scene.curvature(surface)
 }

@@ -2,6 +2,9 @@
 
 use crate::math::{DVec3, Frame, reflect};
 
+/// Least height of the mirror direction above the surface, at most 0.9 times that of `wo`.
+pub(crate) const HEIGHT: f64 = 0.01;
+
 /// The frame rotated to another normal.
 pub(crate) fn with_normal(frame: &Frame, n: DVec3) -> Frame {
     match (frame.x - n * n.dot(frame.x)).try_normalize() {
@@ -14,8 +17,6 @@ pub(crate) fn with_normal(frame: &Frame, n: DVec3) -> Frame {
 /// transport simulation and rendering system", A.3). Normal maps and smooth normals would otherwise show black specks
 /// where it is below.
 pub(crate) fn bent_normal(wo: DVec3, ns: DVec3, ng: DVec3) -> DVec3 {
-    /// Least height of the mirror direction above the surface, at most 0.9 times that of `wo`.
-    const HEIGHT: f64 = 0.01;
     let mirrored = -reflect(wo, ns);
     let least = HEIGHT.min(0.9 * wo.dot(ng));
     let height = mirrored.dot(ng);

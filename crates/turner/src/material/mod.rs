@@ -58,7 +58,7 @@ pub use mix::MixMaterial;
 pub use mixed::Mix;
 pub use normals::{apply_bump_map, apply_normal_map, bumped_normal, mapped_normal};
 pub use open_pbr::OpenPbr;
-pub(crate) use open_pbr::PlainBsdf;
+pub(crate) use open_pbr::BlockBsdf;
 pub use plastic::PlasticMaterial;
 pub use principled::{AlphaMode, Bump, BumpUnit, PrincipledMaterial};
 

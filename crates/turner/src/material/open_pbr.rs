@@ -12,7 +12,7 @@
 
 use super::gloss::Gloss;
 use super::{AlphaMode, ClassicMaterial, Fresnel, InterfaceMaterial, PrincipledMaterial, ShadowKind};
-use crate::bsdf::{Bsdf, RoughMirror};
+use crate::bsdf::{Bsdf, OpaqueBase};
 use crate::color::Spectrum;
 use crate::material::MaterialEvalContext;
 use crate::schema::ColorSource;
@@ -40,15 +40,37 @@ pub struct OpenPbr {
     /// The BSDF from outside and from inside, if it is constant and the exterior is empty.
     constant: Option<[Bsdf; 2]>,
     gloss: Gloss,
-    plain: Option<PlainBsdf>,
+    /// Whether its BSDF is an opaque base everywhere, unless a texture has an unusual value, and it does not emit.
+    pub(crate) is_opaque_base: bool,
+    /// Whether that BSDF is constant, the same on both sides, and around the surface's own normal.
+    is_plain: bool,
 }
 
 /// A BSDF that is evaluated for eight points at a time.
-#[derive(Clone, Debug)]
-pub(crate) enum PlainBsdf {
+#[derive(Clone, Copy, Debug)]
+pub(crate) enum BlockBsdf<'a> {
     /// The BRDF of Lambertian reflection.
     Lambert(Spectrum),
-    RoughMirror(RoughMirror),
+    Opaque(OpaqueBase<'a>),
+}
+
+impl BlockBsdf<'_> {
+    /// The form of a BSDF that has one.
+    #[inline]
+    pub(crate) fn of(bsdf: &Bsdf) -> Option<BlockBsdf<'_>> {
+        match bsdf.as_lambert() {
+            Some(f) => (!f.is_black()).then_some(BlockBsdf::Lambert(f)),
+            None => bsdf.as_opaque_base().map(BlockBsdf::Opaque),
+        }
+    }
+
+    fn is_same(&self, other: &BlockBsdf<'_>) -> bool {
+        match (self, other) {
+            (BlockBsdf::Lambert(a), BlockBsdf::Lambert(b)) => a == b,
+            (BlockBsdf::Opaque(a), BlockBsdf::Opaque(b)) => a.is_same(b),
+            _ => false,
+        }
+    }
 }
 
 /// A constant grey.
@@ -192,37 +214,46 @@ impl OpenPbr {
             constant,
             gloss,
             near_specular,
-            plain: None,
+            is_opaque_base: false,
+            is_plain: false,
         };
-        made.plain = made.find_plain();
+        made.is_opaque_base = made.has_opaque_base();
+        made.is_plain = made.find_plain();
         made
     }
 
-    /// The BSDF, if it is one of a few simple types, the same everywhere and on both sides, around the surface's own
-    /// normal, and the surface does not emit.
+    /// The BSDF, if it is an opaque base, the same everywhere and on both sides, around the surface's own normal.
     #[inline]
-    pub(crate) fn plain(&self) -> Option<&PlainBsdf> {
-        self.plain.as_ref()
+    pub(crate) fn plain(&self) -> Option<BlockBsdf<'_>> {
+        let [outer, _] = self.constant.as_ref().filter(|_| self.is_plain)?;
+        BlockBsdf::of(outer)
     }
 
-    fn find_plain(&self) -> Option<PlainBsdf> {
+    fn has_opaque_base(&self) -> bool {
         let d = &self.desc;
-        let plain = d.alpha_mode != AlphaMode::Blend
+        let none = |source: ColorSource| source == ColorSource::Constant(Spectrum::BLACK);
+        d.alpha_mode != AlphaMode::Blend
             && !d.unlit
             && !self.is_emissive()
-            && !self.pane
-            && !self.has_inside()
+            && !self.walks
+            && !d.thin_walled
+            && !d.is_transmissive()
             && self.dispersion.is_none()
-            && d.bump().is_none()
-            && d.normal_map.is_none()
-            && d.coat_normal_map.is_none()
-            && d.specular_roughness_anisotropy == ColorSource::Constant(Spectrum::BLACK);
-        let [outer, inner] = self.constant.as_ref().filter(|_| plain)?;
-        if let (Some(f), Some(inside)) = (outer.as_lambert(), inner.as_lambert()) {
-            return (f == inside && !f.is_black()).then_some(PlainBsdf::Lambert(f));
+            && none(d.base_diffuse_roughness)
+            && none(d.specular_roughness_anisotropy)
+            && none(d.coat_weight)
+            && none(d.fuzz_weight)
+            && none(d.thin_film_weight)
+    }
+
+    fn find_plain(&self) -> bool {
+        let d = &self.desc;
+        let plain = self.is_opaque_base && d.bump().is_none() && d.normal_map.is_none();
+        let Some([outer, inner]) = self.constant.as_ref().filter(|_| plain) else { return false };
+        match (BlockBsdf::of(outer), BlockBsdf::of(inner)) {
+            (Some(a), Some(b)) => a.is_same(&b),
+            _ => false,
         }
-        let [outer, inner] = [outer.as_rough_mirror()?, inner.as_rough_mirror()?];
-        (outer == inner).then_some(PlainBsdf::RoughMirror(outer))
     }
 
     /// The interface of a medium.
@@ -232,7 +263,8 @@ impl OpenPbr {
             boundary: true,
             casts_caustics: false,
             near_specular: false,
-            plain: None,
+            is_opaque_base: false,
+            is_plain: false,
             shadow: ShadowKind::None,
             ..made
         }

@@ -38,6 +38,16 @@ impl<S: Simd> FrameX8<S> {
         }
     }
 
+    /// `a` in the lanes of the mask, `b` elsewhere.
+    #[inline(always)]
+    pub fn select(mask: Mask8<S>, a: Self, b: Self) -> Self {
+        FrameX8 {
+            x: Vec3x8::select(mask, a.x, b.x),
+            y: Vec3x8::select(mask, a.y, b.y),
+            z: Vec3x8::select(mask, a.z, b.z),
+        }
+    }
+
     /// As [`Frame::to_world`](super::Frame::to_world).
     #[inline(always)]
     pub fn to_world(&self, v: Vec3x8<S>) -> Vec3x8<S> {

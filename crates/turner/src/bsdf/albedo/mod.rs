@@ -18,6 +18,7 @@
 
 mod fuzz;
 mod fuzz_table;
+mod lookup_x8;
 mod microfacets;
 mod rows;
 
@@ -25,6 +26,7 @@ use std::sync::OnceLock;
 
 use super::fresnel;
 pub(super) use fuzz::FuzzAlbedo;
+pub(super) use lookup_x8::AlbedoCurveBlock;
 use rows::{ANGLES, AZIMUTHS, Angles, CONTRASTS, RATIOS, Row, STRETCHED_CONTRASTS, STRETCHED_WIDTHS, WIDTHS};
 
 use crate::bsdf::microfacet::Ggx;
@@ -185,8 +187,8 @@ impl AlbedoCurve {
 /// Directional albedo of a rough dielectric, seen from outside.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Reflected {
-    curve: AlbedoCurve,
-    eta: f64,
+    pub(super) curve: AlbedoCurve,
+    pub(super) eta: f64,
 }
 
 impl Reflected {

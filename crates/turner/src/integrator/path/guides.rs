@@ -12,7 +12,7 @@ use super::light_split::LightSplit;
 use super::path_batch::{PathBatch, RayQueue};
 use super::record::Record;
 use crate::color::Spectrum;
-use crate::integrator::{DenoisingSample, Radiance};
+use crate::integrator::{DenoisingSample, Radiance, footprint};
 use crate::material::Material;
 use crate::math::elementary::ln;
 use crate::scene::{Hit, SurfaceInteraction};
@@ -149,7 +149,11 @@ impl<'a, R: Record> PathBatch<'a, R> {
                     let mut surface = self.scene.surface(&ray, hit);
                     if self.view.pixel_cone.is_some() {
                         // The cone of the path is already that at the hit.
-                        surface.see(ray.direction, path.cone.width);
+                        if path.any_nonspecular {
+                            footprint::see_isotropic(&mut surface, ray.direction, path.cone.width);
+                        } else {
+                            surface.see(ray.direction, path.cone.width);
+                        }
                     }
                     made = surface;
                     &made

@@ -54,6 +54,12 @@ pub(super) struct LobeSplit {
 }
 
 impl LobeSplit {
+    /// Whether the parts are asked for.
+    #[inline]
+    pub(super) fn is_on(&self) -> bool {
+        self.on
+    }
+
     /// Asks for the parts of the following batches.
     pub(super) fn turn_on(&mut self) {
         self.on = true;

@@ -414,7 +414,10 @@ impl<R: Record> PathBatch<'_, R> {
         self.blocks.clear(hits.len());
         for (i, (&sample, hit)) in queue.samples.iter().zip(hits).enumerate() {
             let (Some(hit), Some(ray)) = (hit, queue.rays.get(i)) else { continue };
-            if self.take_into_block(i, sample, &ray, hit) {
+            let in_block = self.block_material(sample, hit);
+            if let Some(material) = in_block
+                && self.take_flat(i, sample, &ray, hit, material)
+            {
                 continue;
             }
             let mut surface = self.scene.surface(&ray, hit);
@@ -425,6 +428,11 @@ impl<R: Record> PathBatch<'_, R> {
                 } else {
                     footprint::arrive(cone, &mut surface, ray.direction, hit.shape.t);
                 }
+            }
+            if let Some(material) = in_block
+                && self.take_surface(i, sample, &ray, &surface, material)
+            {
+                continue;
             }
             let path = &self.paths[sample as usize];
             let (mut number, mut extra_candidates) = (u32::MAX, 0);

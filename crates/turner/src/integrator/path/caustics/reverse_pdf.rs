@@ -22,7 +22,7 @@ use crate::integrator::path::path_batch::PathBatch;
 use crate::integrator::path::record::Record;
 use crate::integrator::path::shade::clamped_by;
 use crate::material::vertex::Vertex;
-use crate::material::{OpenPbr, PlainBsdf};
+use crate::material::{OpenPbr, BlockBsdf};
 use crate::math::{DVec3, Ray};
 use crate::scene::SurfaceInteraction;
 use crate::scene::caustic_targets::{CausticTargets, NO_GROUP};
@@ -185,7 +185,7 @@ impl<R: Record> PathBatch<'_, R> {
             NextVertex { p: surface.p, ng: surface.ng, wi, pdf: s.pdf, is_delta, is_specular, from_camera };
         reverse.append(&to, || match material.plain() {
             // The same density as in SIMD shading.
-            Some(PlainBsdf::Lambert(_)) if surface.ns == surface.ng => lambert_pdf(surface.ng, v.wo()),
+            Some(BlockBsdf::Lambert(_)) if surface.ns == surface.ng => lambert_pdf(surface.ng, v.wo()),
             _ => SurfaceBsdf::of_vertex(self.scene, material, v, exterior_ior, band).density(wi, v.wo()),
         });
         if material.casts_caustics {

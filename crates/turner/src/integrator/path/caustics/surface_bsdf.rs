@@ -5,7 +5,7 @@ use std::f64::consts::FRAC_1_PI;
 use crate::bsdf::{Bsdf, BsdfSample, Lobe, MIN_COSINE, sample_cosine};
 use crate::color::Spectrum;
 use crate::material::vertex::{Vertex, coated, prepare};
-use crate::material::{OpenPbr, PlainBsdf};
+use crate::material::{OpenPbr, BlockBsdf};
 use crate::math::{DVec3, Frame, Ray};
 use crate::scene::{Scene, SurfaceInteraction};
 
@@ -84,7 +84,7 @@ impl SurfaceBsdf<'_> {
     #[inline]
     fn lambert(&self) -> Option<Spectrum> {
         match self.material.plain() {
-            Some(PlainBsdf::Lambert(f)) if self.surface.ns == self.surface.ng => Some(*f),
+            Some(BlockBsdf::Lambert(f)) if self.surface.ns == self.surface.ng => Some(f),
             _ => None,
         }
     }

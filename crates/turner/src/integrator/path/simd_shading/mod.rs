@@ -1,38 +1,41 @@
-//! SIMD shading: the simplest vertices, eight at a time. These are flat triangles of meshes with a constant material
-//! whose BSDF is Lambertian or one rough mirror lobe, and nothing else (see `OpenPbr::plain`).
+//! SIMD shading: the commonest vertices, eight at a time. These are surfaces whose BSDF is Lambertian or an opaque base:
+//! metal, or diffuse reflection under a dielectric interface (see [`BlockBsdf`]).
 //!
 //! ```text
-//!  hits:   L  g  L  R  L  g  L ...          L, R: Lambertian, rough mirror;  g: anything else
+//!  hits:   L  g  L  D  M  g  L ...          L: Lambertian;  D, M: opaque base without and with metal;  g: anything else
 //!          |  |  |  |  |
-//!  blocks: [L L L L L L L L] [R R R . . . . .]     one lane per vertex
-//!  rest:   g g                                     scalar code, `shade`
+//!  blocks: [L L L L L L L L] [D D . . . . . .] [M . . . . . . .]     one lane per vertex
+//!  rest:   g g                                                       scalar code, `shade`
 //! ```
 //!
-//! A vertex is sorted into a block at its hit, so no [`SurfaceInteraction`](crate::scene::SurfaceInteraction) is built
-//! for it. The lanes perform the operations of [`PathBatch::shade`] in the same order and precision, so each vertex has
-//! the same bits as in scalar code, on every instruction set and in any batch. All other vertices, and all vertices of
-//! recorded paths, are shaded by scalar code.
+//! A vertex is sorted into a block at its hit. Flat triangles of constant materials need no
+//! [`SurfaceInteraction`](crate::scene::SurfaceInteraction): their surfaces are computed in the block. The lanes perform
+//! the operations of [`PathBatch::shade`] in the same order and precision, so each vertex has the same bits as in scalar
+//! code, on every instruction set and in any batch. All other vertices, and all vertices of recorded paths, are shaded by
+//! scalar code.
 
+mod follow;
+mod kind;
 mod shade;
+mod take;
 
 use turner_bvh::lanes::{Block, Block32, LANES, Simd, Work, dispatch};
 
 use super::LightSampling;
-use super::caustics::NextVertex;
 use super::light_resampling::{CANDIDATES, resample};
-use super::lobe_split::Share;
 use super::path_batch::PathBatch;
 use super::record::Record;
 use super::shade::MAX_VERTICES;
 use super::shared_paths::{FirstVertex, Reconnection};
-use crate::bsdf::RoughMirrorBlock;
+use crate::bsdf::OpaqueBlock;
 use crate::color::Spectrum;
-use crate::integrator::{RayStats, footprint};
+use crate::integrator::RayStats;
 use crate::light::Receiver;
-use crate::material::{Gloss, Material, PlainBsdf};
-use crate::math::{DVec3, Ray};
+use crate::material::Gloss;
+use crate::math::DVec3;
 use crate::scene::emitters::LightSample;
-use crate::scene::{FlatTriangleBlock, Hit, LightBatch, RayOrigin, Scene};
+use crate::scene::{LightBatch, RayOrigin, SurfaceBlock};
+use kind::Kind;
 
 /// No light is requested.
 const NONE: u32 = u32::MAX;
@@ -41,7 +44,8 @@ const NONE: u32 = u32::MAX;
 #[derive(Default)]
 pub(super) struct VertexBlocks {
     lambert: List<Lambert>,
-    mirrors: List<RoughMirrorBlock>,
+    dielectrics: List<OpaqueBlock>,
+    metals: List<OpaqueBlock>,
     /// Which hits are in blocks.
     in_block: Vec<bool>,
     shading: Shading,
@@ -65,7 +69,8 @@ impl VertexBlocks {
     /// Removes all vertices; `hits` is the number of hits of the round.
     pub(super) fn clear(&mut self, hits: usize) {
         self.lambert.len = 0;
-        self.mirrors.len = 0;
+        self.dielectrics.len = 0;
+        self.metals.len = 0;
         self.in_block.clear();
         self.in_block.resize(hits, false);
     }
@@ -78,30 +83,14 @@ impl VertexBlocks {
 }
 
 impl<K: Default> List<K> {
-    /// Adds a hit if it is a flat triangle; returns the BSDFs of its block, and the lane.
+    /// The next free lane, and its block.
     #[inline]
-    fn take(
-        &mut self,
-        scene: &Scene,
-        sample: u32,
-        ray: &Ray,
-        hit: &Hit,
-        side: Option<Gloss>,
-    ) -> Option<(&mut K, usize)> {
+    fn free(&mut self) -> (&mut VertexBlock<K>, usize) {
         let (index, lane) = (self.len / LANES, self.len % LANES);
         if index == self.blocks.len() {
             self.blocks.push(VertexBlock::default());
         }
-        let block = &mut self.blocks[index];
-        if !block.flat_triangles.take(scene, lane, hit) {
-            return None;
-        }
-        set(&mut block.direction, lane, ray.direction);
-        block.samples[lane] = sample;
-        block.from[lane] = hit.origin();
-        block.sides[lane] = side;
-        self.len += 1;
-        Some((&mut block.kind, lane))
+        (&mut self.blocks[index], lane)
     }
 
     /// The blocks in use, with the number of vertices in each.
@@ -115,14 +104,14 @@ impl<K: Default> List<K> {
 /// Eight vertices.
 #[derive(Default)]
 struct VertexBlock<K> {
-    flat_triangles: FlatTriangleBlock,
-    /// Directions of the rays that hit them.
-    direction: [Block; 3],
+    surfaces: SurfaceBlock,
     kind: K,
     samples: [u32; LANES],
     from: [RayOrigin; LANES],
     /// Glossiness of their materials, for light sampling.
     sides: [Option<Gloss>; LANES],
+    /// Curvatures on the sides of the rays, for ray cones.
+    curvature: Block,
     /// Receivers for light sampling; also the receivers of emitters that their next rays hit.
     receivers: [Option<Receiver>; LANES],
     /// Index of each request for light.
@@ -134,8 +123,8 @@ struct VertexBlock<K> {
 struct Shading {
     /// Throughputs.
     beta: [Block32; 3],
-    /// Two random numbers each for the next direction.
-    u: [Block; 2],
+    /// Three random numbers each for the next direction, as for `Bsdf::sample`.
+    u: [Block; 3],
     /// Bit mask of lanes with a sampled light, and those lights.
     lit: u8,
     to_light: [Block; 3],
@@ -148,60 +137,28 @@ struct Shading {
     /// Bit masks: lights at a finite distance, and lights that BSDF-sampled rays can hit too (MIS).
     finite: u8,
     weighed: u8,
-    /// Origins of the next rays.
-    origin: [Block; 3],
     /// Bit mask of lanes with a shadow ray, those rays, and their contributions.
     connects: u8,
+    shadow_origin: [Block; 3],
     shadow: [Block; 3],
     light: [Block32; 3],
-    /// Bit mask of lanes with a next ray, and those rays.
+    /// Bit masks: lanes with a next ray, by a delta lobe, by a diffuse lobe. Those rays.
     follows: u8,
+    delta: u8,
+    diffuse: u8,
+    origin: [Block; 3],
     next: [Block; 3],
     pdf: Block,
     beta_next: [Block32; 3],
 }
 
 impl<R: Record> PathBatch<'_, R> {
-    /// Adds a vertex to a block, if it can be shaded there.
-    #[inline]
-    pub(super) fn take_into_block(&mut self, number: usize, sample: u32, ray: &Ray, hit: &Hit) -> bool {
-        // SIMD shading knows neither media nor photons.
-        if R::RECORDS || self.settings.direct || self.scene.volumes.is_some() || self.finds_photons(sample) {
-            return false;
-        }
-        let Material::OpenPbr(material) = self.scene.material_at(hit) else { return false };
-        let Some(plain) = material.plain() else { return false };
-        // With light paths, caustic targets need MIS weights that only scalar code computes.
-        if self.strategy.is_some() && (material.casts_caustics || !matches!(plain, PlainBsdf::Lambert(_))) {
-            return false;
-        }
-        let path = &self.paths[sample as usize];
-        if !path.media.is_empty() || path.from_camera && self.scene.is_shadow_catcher(hit) {
-            return false;
-        }
-        let (scene, VertexBlocks { lambert, mirrors, in_block, .. }) = (self.scene, &mut self.blocks);
-        let side = material.side();
-        let chosen = match plain {
-            PlainBsdf::Lambert(f) => {
-                lambert.take(scene, sample, ray, hit, side).map(|(kind, lane)| set32(&mut kind.f, lane, *f))
-            }
-            PlainBsdf::RoughMirror(m) => {
-                mirrors.take(scene, sample, ray, hit, side).map(|(kind, lane)| kind.set(lane, m))
-            }
-        };
-        in_block[number] = chosen.is_some();
-        if chosen.is_some() && self.view.pixel_cone.is_some() {
-            let cone = &mut self.paths[sample as usize].cone;
-            *cone = cone.advanced(hit.shape.t);
-        }
-        in_block[number]
-    }
-
     /// Computes the surfaces of the blocks and requests light samples for them.
     pub(super) fn request_lights_in_blocks(&mut self, lights: &mut LightBatch) {
         let mut vertices = std::mem::take(&mut self.blocks);
         self.request_lights(&mut vertices.lambert, lights);
-        self.request_lights(&mut vertices.mirrors, lights);
+        self.request_lights(&mut vertices.dielectrics, lights);
+        self.request_lights(&mut vertices.metals, lights);
         self.blocks = vertices;
     }
 
@@ -213,10 +170,11 @@ impl<R: Record> PathBatch<'_, R> {
         let asks = self.settings.light_sampling != LightSampling::Bsdf && !self.guides.are_alone();
         for (block, len) in vertices.used() {
             for lane in 0..len {
-                let (p, ng) = (block.flat_triangles.point(lane), block.flat_triangles.normal(lane));
+                let surfaces = &block.surfaces;
+                let (p, ng, ns) = (surfaces.point(lane), surfaces.normal(lane), surfaces.shading_normal(lane));
                 let path = &self.paths[block.samples[lane] as usize];
                 let receiver =
-                    self.scene.receiver_of(block.sides[lane], p, ng, ng, get(&block.direction, lane));
+                    self.scene.receiver_of(block.sides[lane], p, ng, ns, surfaces.direction(lane));
                 let receiver = receiver.with_candidates(self.extra_light_candidates(path, &receiver));
                 block.receivers[lane] = Some(receiver);
                 block.lights[lane] = NONE;
@@ -230,13 +188,14 @@ impl<R: Record> PathBatch<'_, R> {
     /// Shades all blocks.
     pub(super) fn shade_blocks(&mut self, lights: &LightBatch, stats: &mut RayStats) {
         let mut vertices = std::mem::take(&mut self.blocks);
-        let VertexBlocks { lambert, mirrors, shading, .. } = &mut vertices;
+        let VertexBlocks { lambert, dielectrics, metals, shading, .. } = &mut vertices;
         self.shade_list(lambert, shading, lights, stats);
-        self.shade_list(mirrors, shading, lights, stats);
+        self.shade_list(dielectrics, shading, lights, stats);
+        self.shade_list(metals, shading, lights, stats);
         self.blocks = vertices;
     }
 
-    fn shade_list<K: shade::Kind>(
+    fn shade_list<K: Kind>(
         &mut self,
         vertices: &mut List<K>,
         shading: &mut Shading,
@@ -260,8 +219,10 @@ impl<R: Record> PathBatch<'_, R> {
                 }
                 let path = &self.paths[block.samples[lane] as usize];
                 set32(&mut shading.beta, lane, path.beta);
-                let [u0, u1, ..] = path.numbers.second();
-                (shading.u[0].0[lane], shading.u[1].0[lane]) = (u0, u1);
+                let [u0, u1, u2, _] = path.numbers.second();
+                for (block, u) in shading.u.iter_mut().zip([u2, u0, u1]) {
+                    block.0[lane] = u;
+                }
                 match lights.get(block.lights[lane] as usize) {
                     [] => {}
                     [one] => self.set_light(shading, lane, one.as_ref()),
@@ -285,22 +246,26 @@ impl<R: Record> PathBatch<'_, R> {
     }
 
     /// As `note_shared_vertex`, for a lane.
-    fn note_shared_vertex_in_block<K: shade::Kind>(&mut self, block: &VertexBlock<K>, lane: usize) {
+    fn note_shared_vertex_in_block<K: Kind>(&mut self, block: &VertexBlock<K>, lane: usize) {
         let sample = block.samples[lane];
         let (first, second) = (self.may_be_first(sample), self.may_donate(sample));
         let Some(f) = block.kind.lambert(lane).filter(|_| first || second) else { return };
-        let (p, ng) = (block.flat_triangles.point(lane), block.flat_triangles.normal(lane));
-        let side = if get(&block.direction, lane).dot(ng) < 0.0 { 1.0 } else { -1.0 };
-        let (origin, ng) = (block.flat_triangles.leave(lane, side), side * ng);
+        let surfaces = &block.surfaces;
+        let (p, ng) = (surfaces.point(lane), surfaces.normal(lane));
+        let side = if surfaces.direction(lane).dot(ng) <= 0.0 { 1.0 } else { -1.0 };
+        let (origin, ng) = (surfaces.leave(lane, side), side * ng);
+        let z = surfaces.frame_normal(lane);
         if first {
-            self.set_first(sample, FirstVertex { p, origin, from: block.from[lane], z: ng, ns: ng, ng, f });
+            let ns = side * surfaces.shading_normal(lane);
+            self.set_first(sample, FirstVertex { p, origin, from: block.from[lane], z, ns, ng, f });
         } else {
-            self.donate(sample, Reconnection { p, target: origin, ng, bent: None });
+            let bent = (z != ng).then(|| [side * surfaces.mapped_normal(lane), z]);
+            self.donate(sample, Reconnection { p, target: origin, ng, bent });
         }
     }
 
     /// Chooses one of several light candidates for lanes, as `choose_light` does.
-    fn choose_lights<K: shade::Kind>(
+    fn choose_lights<K: Kind>(
         &self,
         block: &VertexBlock<K>,
         shading: &mut Shading,
@@ -348,69 +313,6 @@ impl<R: Record> PathBatch<'_, R> {
         shading.light_pdf.0[lane] = lit.pdf;
         shading.groups[lane] = self.groups.of_sample(self.scene, lit);
     }
-
-    /// Traces the shadow ray of a lane.
-    #[inline]
-    fn connect_lane<K: shade::Kind>(&mut self, block: &VertexBlock<K>, shading: &Shading, lane: usize) {
-        let sample = block.samples[lane];
-        let indirect = self.paths[sample as usize].bounces.total > 0;
-        let light = self.settings.clamped(get32(&shading.light, lane), indirect);
-        let t_max = if shading.finite >> lane & 1 == 1 { 1.0 } else { f64::INFINITY };
-        let ray = Ray { t_max, ..Ray::new(get(&shading.origin, lane), get(&shading.shadow, lane)) };
-        self.groups.push_shadow_ray(shading.groups[lane]);
-        self.lobes.push_shadow_ray(sample, || Share::lobe(K::LOBE.is_diffuse));
-        self.shadows.push_ray(&ray, block.from[lane], sample, light);
-    }
-
-    /// Continues the path of a lane, unless Russian roulette ends it.
-    #[inline]
-    fn follow_lane<K: shade::Kind>(
-        &mut self,
-        block: &VertexBlock<K>,
-        shading: &Shading,
-        lane: usize,
-        stats: &mut RayStats,
-    ) {
-        let sample = block.samples[lane];
-        let path = &mut self.paths[sample as usize];
-        let Some(bounces) = self.settings.count(&path.bounces, &K::LOBE) else { return };
-        if self.strategy.is_some() {
-            let (p, ng) = (block.flat_triangles.point(lane), block.flat_triangles.normal(lane));
-            let first = path.bounces.total == 0;
-            let (wi, pdf) = (get(&shading.next, lane), shading.pdf.0[lane]);
-            let to = NextVertex { p, ng, wi, pdf, is_delta: false, is_specular: false, from_camera: first };
-            self.update_reverse_pdf_lambert(sample, &to, -get(&block.direction, lane));
-        }
-        let path = &mut self.paths[sample as usize];
-        self.lobes.leaves(sample, || Share::lobe(K::LOBE.is_diffuse));
-        path.beta = get32(&shading.beta_next, lane);
-        path.bounces = bounces;
-        path.from_camera = false;
-        path.seen_through = false;
-        path.specular_bounce = false;
-        path.any_nonspecular = true;
-        path.pdf = shading.pdf.0[lane];
-        if let Some(receiver) = block.receivers[lane] {
-            path.origin = receiver;
-        }
-        if let Some(pixel) = &self.view.pixel_cone {
-            path.cone = footprint::leave_flat(pixel, path.cone, path.pdf);
-        }
-        stats.reflected += 1;
-        if let Some(survival) = self.settings.survival(path) {
-            let [.., u] = path.numbers.second();
-            let survived = u < f64::from(survival);
-            if !survived {
-                return;
-            }
-            path.beta *= 1.0 / survival;
-        }
-        if path.beta.is_black() {
-            return;
-        }
-        let ray = Ray::new(get(&shading.origin, lane), get(&shading.next, lane));
-        self.next.push_ray(sample, &ray, block.from[lane]);
-    }
 }
 
 struct Surfaces<'a, K>(&'a mut List<K>);
@@ -422,7 +324,7 @@ impl<K> Work for Surfaces<'_, K> {
     fn run<S: Simd>(self, simd: S) {
         let used = self.0.len.div_ceil(LANES);
         for block in &mut self.0.blocks[..used] {
-            block.flat_triangles.compute(simd);
+            block.surfaces.compute(simd);
         }
     }
 }

@@ -1,108 +1,43 @@
 //! Direct light and next directions at eight vertices.
 
-use std::f64::consts::PI;
-
 use turner_bvh::lanes::{Block32, F32x8, F64x8, Mask8, Simd, Vec3x8, Work};
 
-use super::{Lambert, Shading, VertexBlock};
-use crate::bsdf::{Lobe, MIN_COSINE, RoughMirrorBlock};
-use crate::color::Spectrum;
-use crate::math::elementary_x8::sin_cos_turns;
-use crate::math::frame_x8::FrameX8;
+use super::kind::{Bands, Kind, Sampled};
+use super::{Shading, VertexBlock};
+use crate::bsdf::MIN_COSINE;
+use crate::scene::SurfaceX8;
 
-/// Colours, one register per band.
-type Bands<S> = [F32x8<S>; 3];
-
-/// The BSDFs of eight vertices with one non-delta reflection lobe each.
-pub(super) trait Kind: Default {
-    /// The lobe that is sampled.
-    const LOBE: Lobe;
-
-    /// The BRDF of a lane, if it is Lambertian.
-    fn lambert(&self, _: usize) -> Option<Spectrum> {
-        None
-    }
-
-    /// The BRDF and the density of directions above the surface.
-    fn eval_pdf<S: Simd>(&self, simd: S, wo: Vec3x8<S>, wi: Vec3x8<S>) -> (Bands<S>, F64x8<S>);
-
-    /// Samples a direction per lane from two random numbers; some may lie below the surface.
-    fn sample<S: Simd>(&self, simd: S, wo: Vec3x8<S>, u: [F64x8<S>; 2]) -> Vec3x8<S>;
-}
-
-impl Kind for Lambert {
-    const LOBE: Lobe = Lobe { is_delta: false, is_transmission: false, is_diffuse: true };
-
-    #[inline]
-    fn lambert(&self, lane: usize) -> Option<Spectrum> {
-        Some(super::get32(&self.f, lane))
-    }
-
-    #[inline(always)]
-    fn eval_pdf<S: Simd>(&self, simd: S, _: Vec3x8<S>, wi: Vec3x8<S>) -> (Bands<S>, F64x8<S>) {
-        (load(simd, &self.f), wi.z / F64x8::splat(simd, PI))
-    }
-
-    #[inline(always)]
-    fn sample<S: Simd>(&self, simd: S, _: Vec3x8<S>, [r2, turns]: [F64x8<S>; 2]) -> Vec3x8<S> {
-        let (sin, cos) = sin_cos_turns(simd, turns);
-        let r = r2.sqrt();
-        let height = (F64x8::splat(simd, 1.0) - r2).or_larger(F64x8::splat(simd, 0.0)).sqrt();
-        Vec3x8 { x: r * cos, y: r * sin, z: height }
-    }
-}
-
-impl Kind for RoughMirrorBlock {
-    const LOBE: Lobe = Lobe { is_delta: false, is_transmission: false, is_diffuse: false };
-
-    #[inline(always)]
-    fn eval_pdf<S: Simd>(&self, simd: S, wo: Vec3x8<S>, wi: Vec3x8<S>) -> (Bands<S>, F64x8<S>) {
-        let (f, pdf) = RoughMirrorBlock::eval_pdf(self, simd, wo, wi);
-        ([f.x.narrow(), f.y.narrow(), f.z.narrow()], pdf)
-    }
-
-    #[inline(always)]
-    fn sample<S: Simd>(&self, simd: S, wo: Vec3x8<S>, u: [F64x8<S>; 2]) -> Vec3x8<S> {
-        RoughMirrorBlock::sample(self, simd, wo, u)
-    }
-}
-
-/// Eight surfaces as the rays see them.
-struct SurfaceBlock<S: Simd> {
-    p: Vec3x8<S>,
-    /// Origins of next rays.
-    origin: Vec3x8<S>,
-    frame: FrameX8<S>,
-    /// In the local frame.
+/// Eight vertices as the rays see them.
+struct Seen<S: Simd, K: Kind> {
+    surface: SurfaceX8<S>,
+    /// Towards the rays' origins, in the local frames.
     wo: Vec3x8<S>,
+    bsdf: K::Seen<S>,
     /// Lanes that are not hit at grazing angles.
     front: Mask8<S>,
 }
 
-impl<S: Simd> SurfaceBlock<S> {
+impl<S: Simd, K: Kind> Seen<S, K> {
     #[inline(always)]
-    fn new<K>(simd: S, block: &VertexBlock<K>) -> SurfaceBlock<S> {
-        let splat = |v: f64| F64x8::splat(simd, v);
-        let (p, error, ng) = block.flat_triangles.lanes(simd);
-        let direction = Vec3x8::load(simd, &block.direction);
-        let outside = direction.dot(ng).lt(splat(0.0));
-        let frame = FrameX8::from_z(simd, ng).turned_unless(outside);
-        let wo = frame.to_local(-direction);
-        // All rays leave on the side of the frame's z axis.
-        let side = outside.select(splat(4.0), splat(-4.0));
-        SurfaceBlock { p, origin: p + ng * (side * error), frame, wo, front: wo.z.gt(splat(MIN_COSINE)) }
+    fn new(simd: S, block: &VertexBlock<K>) -> Seen<S, K> {
+        let surface = block.surfaces.lanes(simd);
+        let wo = surface.frame.to_local(surface.wo);
+        let bsdf = block.kind.towards(simd, wo);
+        Seen { surface, wo, bsdf, front: wo.z.gt(F64x8::splat(simd, MIN_COSINE)) }
     }
 
     /// Unshadowed contributions of the sampled lights.
     #[inline(always)]
-    fn light<K: Kind>(&self, simd: S, kind: &K, shading: &mut Shading) {
+    fn light(&self, simd: S, kind: &K, shading: &mut Shading) {
         let splat = |v: f64| F64x8::splat(simd, v);
         let (one, min_cos) = (splat(1.0), splat(MIN_COSINE));
         let to_light = Vec3x8::load(simd, &shading.to_light);
         let distance = to_light.dot(to_light).sqrt();
         let wi = Vec3x8 { x: to_light.x / distance, y: to_light.y / distance, z: to_light.z / distance };
-        let local = self.frame.to_local(wi);
-        let (f, pdf) = kind.eval_pdf(simd, self.wo, local);
+        let local = self.surface.frame.to_local(wi);
+        let (f, pdf) = kind.eval_pdf(simd, self.wo, &self.bsdf, local);
+        let terminator = self.surface.terminator(simd, wi).narrow();
+        let f = mul(f, [terminator, terminator, terminator]);
         let light_pdf = F64x8::load(simd, &shading.light_pdf);
         let r = pdf / light_pdf;
         let weight = Mask8::new(simd, shading.weighed).select(one / (one + r * r), one);
@@ -110,12 +45,14 @@ impl<S: Simd> SurfaceBlock<S> {
         let light = mul(mul(mul(load(simd, &shading.beta), f), load(simd, &shading.radiance)), [k, k, k]);
         let resampling_weight = F32x8::load(simd, &shading.resampling_weight);
         let light = mul(light, [resampling_weight, resampling_weight, resampling_weight]);
-        let lit =
-            (self.front & local.z.gt(min_cos)).and_not(is_black(simd, f)).and_not(is_black(simd, light));
+        let reflects = self.surface.reflects(simd, wi, self.front & local.z.gt(min_cos));
+        let lit = reflects.and_not(is_black(simd, f)).and_not(is_black(simd, light));
         shading.connects = lit.bits() & shading.lit;
         store(light, &mut shading.light);
         let finite = Mask8::new(simd, shading.finite);
-        Vec3x8::select(finite, self.p + to_light - self.origin, wi).store(&mut shading.shadow);
+        let origin = self.surface.leave(simd, wi);
+        origin.store(&mut shading.shadow_origin);
+        Vec3x8::select(finite, self.surface.p + to_light - origin, wi).store(&mut shading.shadow);
     }
 }
 
@@ -131,11 +68,11 @@ impl<K: Kind> Work for Light<'_, K> {
     #[inline(always)]
     fn run<S: Simd>(self, simd: S) {
         let Light { block, shading } = self;
-        SurfaceBlock::new(simd, block).light(simd, &block.kind, shading);
+        Seen::new(simd, block).light(simd, &block.kind, shading);
     }
 }
 
-/// Shades a block with the operations of `PathBatch::scatter` and its callees, for a frame around the geometric normal.
+/// Shades a block with the operations of `PathBatch::scatter` and its callees.
 pub(super) struct Shade<'a, K> {
     pub(super) block: &'a VertexBlock<K>,
     pub(super) shading: &'a mut Shading,
@@ -147,23 +84,31 @@ impl<K: Kind> Work for Shade<'_, K> {
     #[inline(always)]
     fn run<S: Simd>(self, simd: S) {
         let Shade { block, shading } = self;
-        let splat = |v: f64| F64x8::splat(simd, v);
-        let (zero, min_cos) = (splat(0.0), splat(MIN_COSINE));
-        let seen = SurfaceBlock::new(simd, block);
-        seen.origin.store(&mut shading.origin);
-        seen.light(simd, &block.kind, shading);
-        let SurfaceBlock { frame, wo, front, .. } = seen;
-        let beta = load(simd, &shading.beta);
-        let u = [F64x8::load(simd, &shading.u[0]), F64x8::load(simd, &shading.u[1])];
-        let local = block.kind.sample(simd, wo, u);
-        let (f, pdf) = block.kind.eval_pdf(simd, wo, local);
-        let next = frame.to_world(local);
+        let seen = Seen::new(simd, block);
+        if shading.lit == 0 {
+            shading.connects = 0;
+        } else {
+            seen.light(simd, &block.kind, shading);
+        }
+        let Seen { surface, wo, bsdf, front } = seen;
+        let [u0, u1, u2] = &shading.u;
+        let u = [F64x8::load(simd, u0), F64x8::load(simd, u1), F64x8::load(simd, u2)];
+        let Sampled { wi: local, f, pdf, valid, is_delta, is_diffuse } =
+            block.kind.sample(simd, wo, &bsdf, u);
+        let next = surface.frame.to_world(local);
+        surface.leave(simd, next).store(&mut shading.origin);
         next.store(&mut shading.next);
         pdf.store(&mut shading.pdf);
         let k = (local.z / pdf).narrow();
-        store(mul(mul(beta, f), [k, k, k]), &mut shading.beta_next);
-        let valid_pdf = pdf.gt(zero) & pdf.lt(splat(f64::INFINITY));
-        shading.follows = (front & local.z.gt(min_cos) & valid_pdf & next.dot(frame.z).gt(zero)).bits();
+        let beta = mul(mul(load(simd, &shading.beta), f), [k, k, k]);
+        // Delta lobes keep their light.
+        let (one, terminator) = (F32x8::splat(simd, 1.0), surface.terminator(simd, next).narrow());
+        let terminator = is_delta.select32(one, terminator);
+        store(mul(beta, [terminator, terminator, terminator]), &mut shading.beta_next);
+        shading.delta = is_delta.bits();
+        shading.diffuse = is_diffuse.bits();
+        let above = front & valid & local.z.gt(F64x8::splat(simd, 0.0));
+        shading.follows = surface.reflects(simd, next, above).bits();
     }
 }
 

@@ -1,0 +1,432 @@
+//! The opaque base of OpenPBR, eight at a time: metal, or diffuse reflection under a dielectric interface, without coat,
+//! fuzz, film, transmission or subsurface scattering, and isotropic.
+//!
+//! ```text
+//!    wo    n    wi       interface        GGX: metal's and dielectric Fresnel, one lobe, or a delta lobe
+//!      \   |   /         multiple         what single scattering loses between the facets of metal
+//!   ====\==|==/======    diffuse          Lambertian, times what the interface transmits along wo and wi
+//! ```
+//!
+//! These are most surfaces of most scenes. The results equal those of the scalar [`Bsdf`] to the last bit.
+
+use std::f64::consts::PI;
+
+use turner_bvh::lanes::{Block, F64x8, Mask8, Simd, Vec3x8};
+
+use super::albedo::AlbedoCurveBlock;
+use super::fresnel::Metal;
+use super::interface::{Interface, Spread};
+use super::mixture::MIN_COSINE;
+use super::{Bsdf, Rgb, diffuse};
+use crate::math::elementary_x8::{clamp, is_finite, sin_cos_turns};
+
+impl Bsdf {
+    /// The base, if the BSDF has no other layer.
+    pub(crate) fn as_opaque_base(&self) -> Option<OpaqueBase<'_>> {
+        let d = &self.diffuse;
+        let alone = self.fuzz.is_none()
+            && self.coat.is_none()
+            && self.rotation.is_none()
+            && !self.inside
+            && !self.thin
+            && !self.exits
+            && d.transmit == Rgb::ZERO
+            && d.enter == Rgb::ZERO
+            && d.roughness < diffuse::MIN_ROUGHNESS;
+        let interface = self.interface.as_ref().filter(|_| alone)?;
+        let isotropic = interface.ggx.ax == interface.ggx.ay
+            && interface.rough.as_ref().is_none_or(|r| r.curve.is_isotropic())
+            && interface.compensation.as_ref().is_none_or(|c| c.mirror.is_isotropic());
+        (isotropic && interface.glass == 0.0 && interface.film.is_none())
+            .then_some(OpaqueBase { bsdf: self, interface })
+    }
+}
+
+/// A BSDF that is only an opaque base.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct OpaqueBase<'a> {
+    bsdf: &'a Bsdf,
+    interface: &'a Interface,
+}
+
+impl OpaqueBase<'_> {
+    /// Whether another base has the same parameters.
+    pub(crate) fn is_same(&self, other: &OpaqueBase<'_>) -> bool {
+        let (a, b) = (self.interface, other.interface);
+        let metal = |m: &Metal| (m.f0, m.dip, m.weight);
+        (a.ggx, a.smooth, a.metal, a.opaque, a.tint, a.opaque_index)
+            == (b.ggx, b.smooth, b.metal, b.opaque, b.tint, b.opaque_index)
+            && metal(&a.metal_fresnel) == metal(&b.metal_fresnel)
+            && (a.rough.is_some(), a.compensation.is_some()) == (b.rough.is_some(), b.compensation.is_some())
+            && self.bsdf.diffuse.reflect == other.bsdf.diffuse.reflect
+            && self.bsdf.diffuse.normalisation == other.bsdf.diffuse.normalisation
+    }
+
+    /// Whether it is metal at least in part; [`OpaqueBlock`]s of one kind are faster than mixed ones.
+    pub(crate) fn is_metal(&self) -> bool {
+        self.interface.metal > 0.0
+    }
+}
+
+/// Eight opaque bases.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct OpaqueBlock {
+    alpha: Block,
+    /// Masks: delta lobes; any metal; multiple scattering; any diffuse reflection; albedos from a table.
+    smooth: u8,
+    metals: u8,
+    multiple: u8,
+    diffuse: u8,
+    rough: u8,
+    metal: Block,
+    metal_weight: Block,
+    f0: [Block; 3],
+    dip: [Block; 3],
+    opaque: Block,
+    tint: [Block; 3],
+    index: Block,
+    boundary: AlbedoCurveBlock,
+    /// The albedo of the diffuse lobe, its BRDF where nothing covers it, and the mean transmittance above it.
+    reflect: [Block; 3],
+    lambert: [Block; 3],
+    normalisation: Block,
+    mirror: AlbedoCurveBlock,
+    mirror_average: Block,
+    multi: [Block; 3],
+    spread_k: Block,
+    spread_log: Block,
+}
+
+/// The parts of opaque bases that depend on wo alone.
+#[derive(Clone, Copy)]
+pub(crate) struct OpaqueSeen<S: Simd> {
+    /// Transmittance of the interface, and the loss between its facets.
+    below: F64x8<S>,
+    loss: F64x8<S>,
+    /// Probabilities of the lobes: interface, diffuse, multiple scattering.
+    p: [F64x8<S>; 3],
+}
+
+/// Eight sampled directions, as [`BsdfSample`](super::BsdfSample).
+#[derive(Clone, Copy)]
+pub(crate) struct ScatteredX8<S: Simd> {
+    /// Local direction that light comes from.
+    pub(crate) wi: Vec3x8<S>,
+    /// The BSDF without the cosine.
+    pub(crate) f: Vec3x8<S>,
+    /// Density of `wi`; of delta lobes the probability.
+    pub(crate) pdf: F64x8<S>,
+    /// Lanes with a sample.
+    pub(crate) valid: Mask8<S>,
+    /// Lanes whose lobe is a delta lobe, and lanes whose lobe is diffuse.
+    pub(crate) is_delta: Mask8<S>,
+    /// See `is_delta`.
+    pub(crate) is_diffuse: Mask8<S>,
+}
+
+#[inline]
+fn set(to: &mut [Block; 3], lane: usize, v: Rgb) {
+    (to[0].0[lane], to[1].0[lane], to[2].0[lane]) = (v.x, v.y, v.z);
+}
+
+#[inline]
+fn set_bit(mask: &mut u8, lane: usize, on: bool) {
+    *mask = *mask & !(1 << lane) | u8::from(on) << lane;
+}
+
+impl OpaqueBlock {
+    /// Stores a base in a lane.
+    pub(crate) fn set(&mut self, lane: usize, base: &OpaqueBase<'_>) {
+        let (i, d) = (base.interface, &base.bsdf.diffuse);
+        let has_diffuse = d.reflect != Rgb::ZERO;
+        self.alpha.0[lane] = i.ggx.ax;
+        set_bit(&mut self.smooth, lane, i.smooth);
+        set_bit(&mut self.metals, lane, i.metal > 0.0);
+        set_bit(&mut self.diffuse, lane, has_diffuse);
+        self.metal.0[lane] = i.metal;
+        if i.metal > 0.0 {
+            self.metal_weight.0[lane] = i.metal_fresnel.weight;
+            set(&mut self.f0, lane, i.metal_fresnel.f0);
+            set(&mut self.dip, lane, i.metal_fresnel.dip);
+        }
+        self.opaque.0[lane] = i.opaque;
+        set(&mut self.tint, lane, i.tint);
+        self.index.0[lane] = i.opaque_index;
+        let rough = i.rough.as_ref().filter(|_| has_diffuse);
+        set_bit(&mut self.rough, lane, rough.is_some());
+        if let Some(rough) = rough {
+            self.boundary.set(lane, &rough.curve);
+        }
+        set(&mut self.reflect, lane, d.reflect);
+        let lambert =
+            if has_diffuse { (d.reflect / d.weight).min(Rgb::ONE) / PI * d.weight } else { Rgb::ZERO };
+        set(&mut self.lambert, lane, lambert);
+        self.normalisation.0[lane] = d.normalisation;
+        let multiple = i.compensation.as_ref().filter(|_| i.metal > 0.0);
+        set_bit(&mut self.multiple, lane, multiple.is_some());
+        if let Some(c) = multiple {
+            self.mirror.set(lane, &c.mirror);
+            self.mirror_average.0[lane] = c.averages[0];
+            set(&mut self.multi, lane, c.metal);
+            (self.spread_k.0[lane], self.spread_log.0[lane]) = (c.spread.k, c.spread.log);
+        }
+    }
+
+    /// What depends on wo alone; see `Bsdf::prepare_wo`.
+    #[inline(always)]
+    pub(crate) fn towards<S: Simd>(&self, simd: S, wo: Vec3x8<S>) -> OpaqueSeen<S> {
+        let splat = |v: f64| F64x8::splat(simd, v);
+        let (zero, one) = (splat(0.0), splat(1.0));
+        let mu = smaller(wo.z.or_larger(zero), one);
+        let (below, loss) = (self.below(simd, mu), self.loss(simd, mu));
+        let interface = sum(self.reflectance(simd, mu));
+        let diffuse = sum(Vec3x8::load(simd, &self.reflect) * below);
+        let mut multiple = zero;
+        if self.multiple != 0 {
+            let scale = loss * F64x8::load(simd, &self.mirror_average) * splat(PI);
+            let all = sum(Vec3x8::load(simd, &self.multi) * scale);
+            multiple = Mask8::new(simd, self.multiple).select(all, zero);
+        }
+        let total = interface + diffuse + multiple;
+        let positive = total.gt(zero) & wo.z.gt(splat(MIN_COSINE));
+        let scale = positive.select(one / total, zero);
+        OpaqueSeen { below, loss, p: [interface * scale, diffuse * scale, multiple * scale] }
+    }
+
+    /// Fraction of light that reaches the diffuse base; 0 without one. See `Interface::below`.
+    #[inline(always)]
+    fn below<S: Simd>(&self, simd: S, mu: F64x8<S>) -> F64x8<S> {
+        let splat = |v: f64| F64x8::splat(simd, v);
+        let (zero, one) = (splat(0.0), splat(1.0));
+        if self.diffuse == 0 {
+            return zero;
+        }
+        let index = F64x8::load(simd, &self.index);
+        let mirror = index.eq(splat(f64::INFINITY));
+        let boundary = if self.rough == 0 {
+            dielectric(simd, mu, index)
+        } else {
+            let rough = Mask8::new(simd, self.rough);
+            let alpha = self.boundary.alpha(simd);
+            let smoothed = (mu * mu + (one - mu * mu) * splat(0.5) * alpha * alpha).sqrt();
+            let smooth = dielectric(simd, rough.select(smoothed, mu), index);
+            let curve = self.boundary.at(simd, mu);
+            let tabulated = clamp(mirror.select(one - curve, smooth + curve), zero, one);
+            rough.select(tabulated, smooth)
+        };
+        let reflected = Vec3x8::load(simd, &self.tint) * boundary;
+        let most = larger(larger(reflected.x, reflected.y), reflected.z);
+        Mask8::new(simd, self.diffuse).select(one - clamp(most, zero, one), zero)
+    }
+
+    /// Loss of single scattering between the facets of metal, at least 0.
+    #[inline(always)]
+    fn loss<S: Simd>(&self, simd: S, mu: F64x8<S>) -> F64x8<S> {
+        let zero = F64x8::splat(simd, 0.0);
+        if self.multiple == 0 { zero } else { self.mirror.at(simd, mu).or_larger(zero) }
+    }
+
+    /// Reflectance of facets at a cosine; see `Interface::split`.
+    #[inline(always)]
+    fn reflectance<S: Simd>(&self, simd: S, mu: F64x8<S>) -> Vec3x8<S> {
+        let splat = |v: f64| F64x8::splat(simd, v);
+        let (zero, one) = (splat(0.0), splat(1.0));
+        let index = F64x8::load(simd, &self.index);
+        let tint = Vec3x8::load(simd, &self.tint);
+        let opaque = tint * dielectric(simd, mu, index) * F64x8::load(simd, &self.opaque);
+        if self.metals == 0 {
+            return opaque;
+        }
+        let c = clamp(one - mu, zero, one);
+        let c5 = c * c * c * c * c;
+        let (f0, dip) = (Vec3x8::load(simd, &self.f0), Vec3x8::load(simd, &self.dip));
+        let f = f0 + (Vec3x8 { x: one, y: one, z: one } - f0) * c5 - dip * (clamp(mu, zero, one) * c5 * c);
+        let f = Vec3x8 { x: clamp(f.x, zero, one), y: clamp(f.y, zero, one), z: clamp(f.z, zero, one) };
+        let metal = f * F64x8::load(simd, &self.metal_weight) * F64x8::load(simd, &self.metal);
+        Vec3x8::select(Mask8::new(simd, self.metals), metal + opaque, opaque)
+    }
+
+    /// BRDF and density of `wi` above the surface; see `Bsdf::mixture`.
+    #[inline(always)]
+    pub(crate) fn eval_pdf<S: Simd>(
+        &self,
+        simd: S,
+        wo: Vec3x8<S>,
+        seen: &OpaqueSeen<S>,
+        wi: Vec3x8<S>,
+    ) -> (Vec3x8<S>, F64x8<S>) {
+        let splat = |v: f64| F64x8::splat(simd, v);
+        let (zero, one, four, pi) = (splat(0.0), splat(1.0), splat(4.0), splat(PI));
+        let [interface, diffuse, multiple] = seen.p;
+        let mu = wi.z.abs();
+        let capped = smaller(mu, one);
+        let mut pdf = diffuse * mu / pi;
+        let mut f = Vec3x8 { x: zero, y: zero, z: zero };
+        if self.diffuse != 0 {
+            let through = seen.below * self.below(simd, capped) / F64x8::load(simd, &self.normalisation);
+            let lit = Mask8::new(simd, self.diffuse).select(through, zero);
+            f = Vec3x8::load(simd, &self.lambert) * lit;
+        }
+        let none = zero;
+        let mut single = Vec3x8 { x: none, y: none, z: none };
+        if self.smooth != u8::MAX {
+            let rough = Mask8::new(simd, !self.smooth);
+            let a = F64x8::load(simd, &self.alpha);
+            let h = wo + wi;
+            let h = h * (one / h.dot(h).sqrt());
+            let reflectance = self.reflectance(simd, wo.dot(h));
+            let (x, y) = (h.x / a, h.y / a);
+            let s = x * x + y * y + h.z * h.z;
+            let d = one / (pi * a * a * s * s);
+            let (lo, li) = (lambda(simd, a, wo), lambda(simd, a, wi));
+            let all = reflectance * (d / ((one + lo + li) * four * wo.z * wi.z));
+            let density = d / ((one + lo) * four * wo.z);
+            single = Vec3x8::select(rough, all, single);
+            pdf = rough.select(pdf + interface * density, pdf);
+        }
+        if self.multiple != 0 {
+            let some = Mask8::new(simd, self.multiple);
+            let again = Vec3x8::load(simd, &self.multi) * (seen.loss * self.loss(simd, capped));
+            single = Vec3x8::select(some, single + again, single);
+            let (k, log) = (F64x8::load(simd, &self.spread_k), F64x8::load(simd, &self.spread_log));
+            let density = mu / (pi * (mu * mu + k) * log);
+            pdf = (some & multiple.gt(zero)).select(pdf + multiple * density, pdf);
+        }
+        (f + single, pdf)
+    }
+
+    /// Samples one lobe; see `Bsdf::sample_mixture`. `u` as for [`Bsdf::sample`].
+    #[inline(always)]
+    pub(crate) fn sample<S: Simd>(
+        &self,
+        simd: S,
+        wo: Vec3x8<S>,
+        seen: &OpaqueSeen<S>,
+        u: [F64x8<S>; 3],
+    ) -> ScatteredX8<S> {
+        let splat = |v: f64| F64x8::splat(simd, v);
+        let (zero, one, least) = (splat(0.0), splat(1.0), splat(MIN_COSINE));
+        let [interface, diffuse, multiple] = seen.p;
+        // As `choose`: the first lobe whose sum of probabilities is above u, else the last that is possible.
+        let (first, second, third) = (interface.gt(zero), diffuse.gt(zero), multiple.gt(zero));
+        let takes_first = first & (u[0].lt(interface) | Mask8::new(simd, !(second | third).bits()));
+        let below = interface + diffuse;
+        let takes_second =
+            second.and_not(takes_first) & (u[0].lt(below) | Mask8::new(simd, !third.bits()));
+        let takes_third = third.and_not(takes_first | takes_second);
+
+        let wi_diffuse = cosine(simd, [u[1], u[2]]);
+        let mut wi = wi_diffuse;
+        let smooth = Mask8::new(simd, self.smooth);
+        if takes_first.any() {
+            let facet = self.facet(simd, wo, [u[1], u[2]]);
+            let d = -wo;
+            let mirrored = d - facet * (splat(2.0) * d.dot(facet));
+            let through = Vec3x8 { x: -wo.x, y: -wo.y, z: wo.z };
+            wi = Vec3x8::select(takes_first, Vec3x8::select(smooth, through, mirrored), wi);
+        }
+        if takes_third.any() {
+            wi = Vec3x8::select(takes_third, self.spread(simd, takes_third.bits(), [u[1], u[2]]), wi);
+        }
+        let is_delta = takes_first & smooth;
+        let (f, pdf) = self.eval_pdf(simd, wo, seen, wi);
+        // The delta lobe: color / |wi.z|, with the probability of its lobe.
+        let color = self.reflectance(simd, smaller(wo.z, one));
+        let mirror = Vec3x8 { x: color.x / wi.z, y: color.y / wi.z, z: color.z / wi.z };
+        let f = Vec3x8::select(is_delta, mirror, f);
+        let pdf = is_delta.select(interface, pdf);
+        let valid = (takes_first | takes_second | takes_third)
+            & wi.z.gt(least)
+            & wo.z.gt(least)
+            & pdf.gt(zero)
+            & (is_finite(simd, pdf) | is_delta);
+        ScatteredX8 { wi, f, pdf, valid, is_delta, is_diffuse: takes_second | takes_third }
+    }
+
+    /// A facet visible from `wo`; see `Ggx::sample_visible`.
+    #[inline(always)]
+    fn facet<S: Simd>(&self, simd: S, wo: Vec3x8<S>, u: [F64x8<S>; 2]) -> Vec3x8<S> {
+        let splat = |v: f64| F64x8::splat(simd, v);
+        let (zero, one) = (splat(0.0), splat(1.0));
+        let a = F64x8::load(simd, &self.alpha);
+        let stretched = Vec3x8 { x: a * wo.x, y: a * wo.y, z: wo.z };
+        let stretched = stretched * (one / stretched.dot(stretched).sqrt());
+        let z = (one - u[0]) * (one + stretched.z) - stretched.z;
+        let r = (one - z * z).or_larger(zero).sqrt();
+        let (sin, cos) = sin_cos_turns(simd, u[1]);
+        let cap = Vec3x8 { x: r * cos, y: r * sin, z } + stretched;
+        let h = Vec3x8 { x: a * cap.x, y: a * cap.y, z: cap.z.or_larger(zero) };
+        let length = h.dot(h).sqrt();
+        let up = Vec3x8::splat(simd, [0.0, 0.0, 1.0]);
+        let unit = Vec3x8 { x: h.x / length, y: h.y / length, z: h.z / length };
+        Vec3x8::select(length.gt(zero), unit, up)
+    }
+
+    /// Directions of multiple scattering in some lanes; see [`Spread::sample`]. Rare, and its exponential is scalar.
+    #[inline(always)]
+    fn spread<S: Simd>(&self, simd: S, mut lanes: u8, u: [F64x8<S>; 2]) -> Vec3x8<S> {
+        let (mut us, mut to) = ([Block::default(); 2], [Block::default(); 3]);
+        u[0].store(&mut us[0]);
+        u[1].store(&mut us[1]);
+        while lanes != 0 {
+            let lane = lanes.trailing_zeros() as usize;
+            lanes &= lanes - 1;
+            let spread = Spread { k: self.spread_k.0[lane], log: self.spread_log.0[lane] };
+            set(&mut to, lane, spread.sample([us[0].0[lane], us[1].0[lane]]));
+        }
+        Vec3x8::load(simd, &to)
+    }
+}
+
+/// As [`sample_cosine`](super::sample_cosine).
+#[inline(always)]
+pub(crate) fn cosine<S: Simd>(simd: S, [r2, turns]: [F64x8<S>; 2]) -> Vec3x8<S> {
+    let (sin, cos) = sin_cos_turns(simd, turns);
+    let r = r2.sqrt();
+    let height = (F64x8::splat(simd, 1.0) - r2).or_larger(F64x8::splat(simd, 0.0)).sqrt();
+    Vec3x8 { x: r * cos, y: r * sin, z: height }
+}
+
+/// As [`dielectric`](super::fresnel::dielectric).
+#[inline(always)]
+fn dielectric<S: Simd>(simd: S, cos: F64x8<S>, eta: F64x8<S>) -> F64x8<S> {
+    let splat = |v: f64| F64x8::splat(simd, v);
+    let (zero, one) = (splat(0.0), splat(1.0));
+    let cos = clamp(cos, zero, one);
+    let sin2 = (one - cos * cos).or_larger(zero) / (eta * eta);
+    let cos_t = (one - sin2).sqrt();
+    let s = (cos - eta * cos_t) / (cos + eta * cos_t);
+    let p = (eta * cos - cos_t) / (eta * cos + cos_t);
+    let partial = sin2.lt(one) & is_finite(simd, s) & is_finite(simd, p);
+    let reflected = partial.select(splat(0.5) * (s * s + p * p), one);
+    let reflected = eta.eq(splat(f64::INFINITY)).select(one, reflected);
+    eta.eq(one).select(zero, reflected)
+}
+
+/// See `Ggx::lambda`.
+#[inline(always)]
+fn lambda<S: Simd>(simd: S, a: F64x8<S>, w: Vec3x8<S>) -> F64x8<S> {
+    let (x, y) = (a * w.x, a * w.y);
+    let t2 = (x * x + y * y) / (w.z * w.z);
+    let one = F64x8::splat(simd, 1.0);
+    F64x8::splat(simd, 0.5) * ((one + t2).sqrt() - one)
+}
+
+#[inline(always)]
+fn smaller<S: Simd>(a: F64x8<S>, b: F64x8<S>) -> F64x8<S> {
+    b.lt(a).select(b, a)
+}
+
+#[inline(always)]
+fn larger<S: Simd>(a: F64x8<S>, b: F64x8<S>) -> F64x8<S> {
+    b.gt(a).select(b, a)
+}
+
+#[inline(always)]
+fn sum<S: Simd>(v: Vec3x8<S>) -> F64x8<S> {
+    v.x + v.y + v.z
+}
+
+#[cfg(test)]
+#[path = "opaque_base_tests.rs"]
+mod tests;

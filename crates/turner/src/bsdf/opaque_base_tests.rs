@@ -1,0 +1,140 @@
+use turner_bvh::InstructionSet;
+use turner_bvh::lanes::{Block, LANES, Work, dispatch};
+
+use super::*;
+use crate::bsdf::{Bsdf, PrincipledPoint};
+use crate::color::Spectrum;
+use crate::math::DVec3;
+use crate::testing::Random;
+
+struct All<'a> {
+    block: &'a OpaqueBlock,
+    wo: &'a [Block; 3],
+    u: &'a [Block; 3],
+    /// wi, f, pdf; lanes with a sample, by delta lobes, by diffuse lobes.
+    out: &'a mut Out,
+}
+
+#[derive(Default)]
+struct Out {
+    wi: [Block; 3],
+    f: [Block; 3],
+    pdf: Block,
+    masks: [u8; 3],
+    evaluated: ([Block; 3], Block),
+}
+
+impl Work for All<'_> {
+    type Output = ();
+    #[inline(always)]
+    fn run<S: Simd>(self, simd: S) {
+        let wo = Vec3x8::load(simd, self.wo);
+        let [a, b, c] = self.u;
+        let u = [F64x8::load(simd, a), F64x8::load(simd, b), F64x8::load(simd, c)];
+        let seen = self.block.towards(simd, wo);
+        let s = self.block.sample(simd, wo, &seen, u);
+        s.wi.store(&mut self.out.wi);
+        s.f.store(&mut self.out.f);
+        s.pdf.store(&mut self.out.pdf);
+        self.out.masks = [s.valid.bits(), s.is_delta.bits(), s.is_diffuse.bits()];
+        let (f, pdf) = self.block.eval_pdf(simd, wo, &seen, s.wi);
+        f.store(&mut self.out.evaluated.0);
+        pdf.store(&mut self.out.evaluated.1);
+    }
+}
+
+/// Bases of all kinds: metal and not, smooth and rough, tinted, of any index, some of them mixed.
+fn point(random: &mut Random) -> PrincipledPoint {
+    let [kind, r, g, b] = random.units::<4>();
+    let [tint_r, tint_g, tint_b, roughness] = random.units::<4>();
+    let [ior, weight, share, side] = random.units::<4>();
+    let color = |r: f64, g: f64, b: f64| Spectrum::new(r as f32, g as f32, b as f32);
+    PrincipledPoint {
+        base_color: color(r, g, b),
+        base_weight: if kind < 0.1 { 0.0 } else { 1.0 },
+        base_metalness: if kind < 0.5 { 0.0 } else { (2.0 * share).min(1.0) },
+        specular_color: if tint_r < 0.5 { Spectrum::WHITE } else { color(tint_r, tint_g, tint_b) },
+        specular_roughness: if roughness < 0.2 { 0.0 } else { roughness },
+        specular_ior: if ior < 0.1 { 0.0 } else { 1.0 + ior },
+        specular_weight: if weight < 0.5 { 1.0 } else { 3.0 * weight - 1.5 },
+        entering: side < 0.7,
+        ..PrincipledPoint::default()
+    }
+}
+
+fn vector(v: &[Block; 3], lane: usize) -> DVec3 {
+    DVec3::new(v[0].0[lane], v[1].0[lane], v[2].0[lane])
+}
+
+#[test]
+fn eight_lanes_equal_scalar() {
+    let mut random = Random::new(4);
+    let (mut seen, mut deltas, mut again) = (0, 0, 0);
+    // One block, so that lanes are used again for other bases.
+    let mut block = OpaqueBlock::default();
+    for round in 0..1500 {
+        let bsdfs: [Bsdf; LANES] = std::array::from_fn(|_| {
+            loop {
+                let mut point = point(&mut random);
+                if round % 3 == 0 {
+                    point.base_metalness = f64::from(u8::from(round % 2 == 0));
+                }
+                let bsdf = Bsdf::new(&point);
+                if bsdf.as_opaque_base().is_some() {
+                    return bsdf;
+                }
+            }
+        });
+        let (mut wo, mut u) = ([Block::default(); 3], [Block::default(); 3]);
+        for (lane, bsdf) in bsdfs.iter().enumerate() {
+            block.set(lane, &bsdf.as_opaque_base().unwrap());
+            let [x, y, z, _] = random.units::<4>();
+            set(&mut wo, lane, DVec3::new(2.0 * x - 1.0, 2.0 * y - 1.0, z * z + 1e-6).normalize());
+            [u[0].0[lane], u[1].0[lane], u[2].0[lane], _] = random.units::<4>();
+        }
+        for instructions in InstructionSet::available() {
+            let mut out = Out::default();
+            dispatch(instructions, All { block: &block, wo: &wo, u: &u, out: &mut out });
+            for (lane, bsdf) in bsdfs.iter().enumerate() {
+                let is = |i: usize| out.masks[i] >> lane & 1 == 1;
+                let wi = vector(&out.wi, lane);
+                let sample = bsdf.sample(vector(&wo, lane), [u[0].0[lane], u[1].0[lane], u[2].0[lane]]);
+                assert_eq!(sample.is_some(), is(0), "{bsdf:?}");
+                if wi.z > MIN_COSINE {
+                    let f = crate::bsdf::spectrum(vector(&out.evaluated.0, lane));
+                    let wide = (f, out.evaluated.1.0[lane]);
+                    assert_eq!(bsdf.eval_pdf(vector(&wo, lane), wi), wide, "{bsdf:?}");
+                }
+                let Some(s) = sample else { continue };
+                let f = crate::bsdf::spectrum(vector(&out.f, lane));
+                assert_eq!((s.wi, s.f, s.pdf), (wi, f, out.pdf.0[lane]), "{bsdf:?}");
+                assert_eq!((s.lobe.is_delta, s.lobe.is_diffuse), (is(1), is(2)), "{bsdf:?}");
+                seen += 1;
+                deltas += usize::from(is(1));
+                again += usize::from(is(2) && bsdf.interface.as_ref().is_some_and(|i| i.metal == 1.0));
+            }
+        }
+    }
+    assert!(seen > 20_000 && deltas > 1000 && again > 100, "{seen}, {deltas}, {again}");
+}
+
+#[test]
+fn layered_and_other_bsdfs_are_none() {
+    let base = PrincipledPoint::default();
+    let is_base = |p: PrincipledPoint| Bsdf::new(&p).as_opaque_base().is_some();
+    assert!(is_base(base) && is_base(PrincipledPoint { base_metalness: 1.0, ..base }));
+    let others = [
+        PrincipledPoint { coat_weight: 0.5, ..base },
+        PrincipledPoint { fuzz_weight: 0.5, ..base },
+        PrincipledPoint { transmission_weight: 0.5, ..base },
+        PrincipledPoint { thin_film_weight: 0.5, ..base },
+        PrincipledPoint { base_diffuse_roughness: 0.5, ..base },
+        PrincipledPoint { specular_roughness_anisotropy: 0.5, ..base },
+        PrincipledPoint { thin_walled: true, subsurface_weight: 0.5, ..base },
+        PrincipledPoint { subsurface_walk: true, subsurface_weight: 0.5, ..base },
+        PrincipledPoint { specular_weight: 0.0, ..base },
+    ];
+    for other in others {
+        assert!(!is_base(other), "{other:?}");
+    }
+}

@@ -1,0 +1,79 @@
+//! The rays that leave the vertices of a block.
+
+use super::{Shading, VertexBlock, get, get32};
+use crate::bsdf::Lobe;
+use crate::integrator::path::caustics::NextVertex;
+use crate::integrator::path::lobe_split::Share;
+use crate::integrator::path::path_batch::PathBatch;
+use crate::integrator::path::record::Record;
+use crate::integrator::{RayStats, footprint};
+use crate::math::Ray;
+
+impl<R: Record> PathBatch<'_, R> {
+    /// Traces the shadow ray of a lane.
+    #[inline]
+    pub(super) fn connect_lane<K>(&mut self, block: &VertexBlock<K>, shading: &Shading, lane: usize) {
+        let sample = block.samples[lane];
+        let indirect = self.paths[sample as usize].bounces.total > 0;
+        let light = self.settings.clamped(get32(&shading.light, lane), indirect);
+        let t_max = if shading.finite >> lane & 1 == 1 { 1.0 } else { f64::INFINITY };
+        let ray = Ray { t_max, ..Ray::new(get(&shading.shadow_origin, lane), get(&shading.shadow, lane)) };
+        self.groups.push_shadow_ray(shading.groups[lane]);
+        // Other BSDFs are not in blocks while lobes are told apart.
+        self.lobes.push_shadow_ray(sample, || Share::lobe(true));
+        self.shadows.push_ray(&ray, block.from[lane], sample, light);
+    }
+
+    /// Continues the path of a lane, unless Russian roulette ends it.
+    #[inline]
+    pub(super) fn follow_lane<K>(
+        &mut self,
+        block: &VertexBlock<K>,
+        shading: &Shading,
+        lane: usize,
+        stats: &mut RayStats,
+    ) {
+        let sample = block.samples[lane];
+        let path = &mut self.paths[sample as usize];
+        let is = |mask: u8| mask >> lane & 1 == 1;
+        let (is_delta, is_diffuse) = (is(shading.delta), is(shading.diffuse));
+        let lobe = Lobe { is_delta, is_transmission: false, is_diffuse };
+        let Some(bounces) = self.settings.count(&path.bounces, &lobe) else { return };
+        if self.strategy.is_some() {
+            let (p, ng) = (block.surfaces.point(lane), block.surfaces.normal(lane));
+            let first = path.bounces.total == 0;
+            let (wi, pdf) = (get(&shading.next, lane), shading.pdf.0[lane]);
+            let to = NextVertex { p, ng, wi, pdf, is_delta: false, is_specular: false, from_camera: first };
+            self.update_reverse_pdf_lambert(sample, &to, -block.surfaces.direction(lane));
+        }
+        let path = &mut self.paths[sample as usize];
+        self.lobes.leaves(sample, || Share::lobe(is_diffuse));
+        path.beta = get32(&shading.beta_next, lane);
+        path.bounces = bounces;
+        path.from_camera = false;
+        path.seen_through = false;
+        path.specular_bounce = is_delta;
+        path.any_nonspecular |= !is_delta;
+        path.pdf = shading.pdf.0[lane];
+        if let Some(receiver) = block.receivers[lane] {
+            path.origin = receiver;
+        }
+        if let Some(pixel) = &self.view.pixel_cone {
+            path.cone = footprint::leave_reflected(pixel, path.cone, block.curvature.0[lane], path.pdf, is_delta);
+        }
+        stats.reflected += 1;
+        if let Some(survival) = self.settings.survival(path) {
+            let [.., u] = path.numbers.second();
+            let survived = u < f64::from(survival);
+            if !survived {
+                return;
+            }
+            path.beta *= 1.0 / survival;
+        }
+        if path.beta.is_black() {
+            return;
+        }
+        let ray = Ray::new(get(&shading.origin, lane), get(&shading.next, lane));
+        self.next.push_ray(sample, &ray, block.from[lane]);
+    }
+}

@@ -1,0 +1,120 @@
+//! The BSDFs of eight vertices.
+
+use std::f64::consts::PI;
+
+use turner_bvh::lanes::{F32x8, F64x8, Mask8, Simd, Vec3x8};
+
+use super::{Lambert, get32};
+use crate::bsdf::{MIN_COSINE, OpaqueBlock, OpaqueSeen, ScatteredX8, cosine};
+use crate::color::Spectrum;
+
+/// Colours, one register per band.
+pub(super) type Bands<S> = [F32x8<S>; 3];
+
+/// Eight sampled directions.
+pub(super) struct Sampled<S: Simd> {
+    pub(super) wi: Vec3x8<S>,
+    pub(super) f: Bands<S>,
+    pub(super) pdf: F64x8<S>,
+    /// Lanes with a sample, by a delta lobe, by a diffuse lobe.
+    pub(super) valid: Mask8<S>,
+    pub(super) is_delta: Mask8<S>,
+    pub(super) is_diffuse: Mask8<S>,
+}
+
+/// The BSDFs of eight vertices, which only reflect light.
+pub(super) trait Kind: Default {
+    /// What depends on wo alone.
+    type Seen<S: Simd>: Copy;
+
+    /// The BRDF of a lane, if it is Lambertian.
+    fn lambert(&self, _: usize) -> Option<Spectrum> {
+        None
+    }
+
+    /// The BSDFs seen from `wo`.
+    fn towards<S: Simd>(&self, simd: S, wo: Vec3x8<S>) -> Self::Seen<S>;
+
+    /// The BRDF and the density of directions above the surface.
+    fn eval_pdf<S: Simd>(
+        &self,
+        simd: S,
+        wo: Vec3x8<S>,
+        seen: &Self::Seen<S>,
+        wi: Vec3x8<S>,
+    ) -> (Bands<S>, F64x8<S>);
+
+    /// Samples a direction per lane from three random numbers.
+    fn sample<S: Simd>(
+        &self,
+        simd: S,
+        wo: Vec3x8<S>,
+        seen: &Self::Seen<S>,
+        u: [F64x8<S>; 3],
+    ) -> Sampled<S>;
+}
+
+impl Kind for Lambert {
+    type Seen<S: Simd> = ();
+
+    #[inline]
+    fn lambert(&self, lane: usize) -> Option<Spectrum> {
+        Some(get32(&self.f, lane))
+    }
+
+    #[inline(always)]
+    fn towards<S: Simd>(&self, _: S, _: Vec3x8<S>) {}
+
+    #[inline(always)]
+    fn eval_pdf<S: Simd>(&self, simd: S, _: Vec3x8<S>, (): &(), wi: Vec3x8<S>) -> (Bands<S>, F64x8<S>) {
+        let [r, g, b] = &self.f;
+        let f = [F32x8::load(simd, r), F32x8::load(simd, g), F32x8::load(simd, b)];
+        (f, wi.z / F64x8::splat(simd, PI))
+    }
+
+    #[inline(always)]
+    fn sample<S: Simd>(&self, simd: S, wo: Vec3x8<S>, (): &(), [_, u0, u1]: [F64x8<S>; 3]) -> Sampled<S> {
+        let wi = cosine(simd, [u0, u1]);
+        let (f, pdf) = self.eval_pdf(simd, wo, &(), wi);
+        let (zero, least) = (F64x8::splat(simd, 0.0), F64x8::splat(simd, MIN_COSINE));
+        let valid_pdf = pdf.gt(zero) & pdf.lt(F64x8::splat(simd, f64::INFINITY));
+        let valid = wo.z.gt(least) & wi.z.gt(least) & valid_pdf;
+        let (all, none) = (Mask8::new(simd, u8::MAX), Mask8::new(simd, 0));
+        Sampled { wi, f, pdf, valid, is_delta: none, is_diffuse: all }
+    }
+}
+
+impl Kind for OpaqueBlock {
+    type Seen<S: Simd> = OpaqueSeen<S>;
+
+    #[inline(always)]
+    fn towards<S: Simd>(&self, simd: S, wo: Vec3x8<S>) -> OpaqueSeen<S> {
+        OpaqueBlock::towards(self, simd, wo)
+    }
+
+    #[inline(always)]
+    fn eval_pdf<S: Simd>(
+        &self,
+        simd: S,
+        wo: Vec3x8<S>,
+        seen: &OpaqueSeen<S>,
+        wi: Vec3x8<S>,
+    ) -> (Bands<S>, F64x8<S>) {
+        let (f, pdf) = OpaqueBlock::eval_pdf(self, simd, wo, seen, wi);
+        ([f.x.narrow(), f.y.narrow(), f.z.narrow()], pdf)
+    }
+
+    #[inline(always)]
+    fn sample<S: Simd>(
+        &self,
+        simd: S,
+        wo: Vec3x8<S>,
+        seen: &OpaqueSeen<S>,
+        u: [F64x8<S>; 3],
+    ) -> Sampled<S> {
+        let ScatteredX8 { wi, f, pdf, valid, is_delta, is_diffuse } =
+            OpaqueBlock::sample(self, simd, wo, seen, u);
+        let f = [f.x.narrow(), f.y.narrow(), f.z.narrow()];
+        Sampled { wi, f, pdf, valid, is_delta, is_diffuse }
+    }
+}

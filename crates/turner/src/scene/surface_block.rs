@@ -1,0 +1,294 @@
+//! Surfaces at hits, eight at a time: points, normals and shading frames, equal to those of [`Scene::surface`] and of
+//! [`prepare`](crate::material::vertex::prepare) bit by bit.
+
+use turner_bvh::lanes::{Block, Block32, F32x8, F64x8, LANES, Mask8, Simd, Vec3x8};
+
+use crate::interaction::SurfaceInteraction;
+use crate::material::bent_normal::HEIGHT;
+use crate::math::DVec3;
+use crate::math::elementary_x8::is_finite;
+use crate::math::frame_x8::FrameX8;
+use crate::scene::{Hit, Scene};
+
+/// Eight surfaces. Flat triangles are computed here from their corners; others are stored as they are.
+#[derive(Clone, Debug, Default)]
+pub struct SurfaceBlock {
+    /// The lanes of flat triangles: hits of meshes with world-space positions that are shaded with their triangles'
+    /// normals.
+    flat: u8,
+    /// Corners of the triangles, by coordinate.
+    corners: [[Block32; 3]; 3],
+    /// Barycentric weights of the second and third corner.
+    weights: [Block; 2],
+    /// The offset added to points in the lanes of `moved`, and the factor of normals.
+    offset: [Block; 3],
+    moved: u8,
+    side: Block,
+    error: Block,
+    p: [Block; 3],
+    ng: [Block; 3],
+    /// Shading normals, and those that the material's maps make of them.
+    ns: [Block; 3],
+    mapped: [Block; 3],
+    /// Directions of the rays that hit them, and the shading frames on the side where these come from.
+    direction: [Block; 3],
+    frame: [[Block; 3]; 3],
+}
+
+/// Eight surfaces in registers.
+#[derive(Clone, Copy)]
+pub struct SurfaceX8<S: Simd> {
+    /// The points.
+    pub p: Vec3x8<S>,
+    /// Bounds on the distances of the points from the true surfaces.
+    pub error: F64x8<S>,
+    /// Geometric and shading normals, out of the shapes.
+    pub ng: Vec3x8<S>,
+    /// See `ng`.
+    pub ns: Vec3x8<S>,
+    /// Shading frames on the side where the rays come from.
+    pub frame: FrameX8<S>,
+    /// Directions towards the rays' origins.
+    pub wo: Vec3x8<S>,
+}
+
+impl SurfaceBlock {
+    /// Stores the hit of a ray of this direction in a lane; false if its surface is not a flat triangle.
+    #[inline]
+    pub fn take(&mut self, scene: &Scene, lane: usize, hit: &Hit, direction: DVec3) -> bool {
+        let Some(triangle) = scene.placed_triangle(hit) else { return false };
+        if !triangle.own.is_faceted() {
+            return false;
+        }
+        for (blocks, corner) in self.corners.iter_mut().zip(triangle.mesh.corners(triangle.part)) {
+            for (block, v) in blocks.iter_mut().zip(corner) {
+                block.0[lane] = v;
+            }
+        }
+        (self.weights[0].0[lane], self.weights[1].0[lane]) = (hit.shape.u, hit.shape.v);
+        let own = triangle.mesh.error();
+        if let Some((offset, side)) = triangle.moved {
+            self.moved |= 1 << lane;
+            store(&mut self.offset, lane, offset);
+            self.side.0[lane] = side;
+            self.error.0[lane] = own + 4.0 * f64::EPSILON * offset.abs().max_element();
+        } else {
+            self.moved &= !(1 << lane);
+            self.side.0[lane] = 1.0;
+            self.error.0[lane] = own.max(1e-15 * hit.shape.t);
+        }
+        self.flat |= 1 << lane;
+        store(&mut self.direction, lane, direction);
+        true
+    }
+
+    /// Stores a surface that a ray of this direction hits. `mapped` is the shading normal after the material's maps.
+    #[inline]
+    pub fn set(&mut self, lane: usize, surface: &SurfaceInteraction, mapped: DVec3, direction: DVec3) {
+        self.flat &= !(1 << lane);
+        store(&mut self.p, lane, surface.p);
+        self.error.0[lane] = surface.error;
+        store(&mut self.ng, lane, surface.ng);
+        store(&mut self.ns, lane, surface.ns);
+        store(&mut self.mapped, lane, mapped);
+        store(&mut self.direction, lane, direction);
+    }
+
+    /// Computes the flat triangles, and all frames.
+    #[inline(always)]
+    pub fn compute<S: Simd>(&mut self, simd: S) {
+        let one = F64x8::splat(simd, 1.0);
+        if self.flat != 0 {
+            let flat = Mask8::new(simd, self.flat);
+            let [a, b, c] = &self.corners;
+            let (a, b, c) = (corner(simd, a), corner(simd, b), corner(simd, c));
+            let (u, v) = (F64x8::load(simd, &self.weights[0]), F64x8::load(simd, &self.weights[1]));
+            let n = (b - a).cross(c - a);
+            let ng = n * (one / n.dot(n).sqrt());
+            let ng = ng * F64x8::load(simd, &self.side);
+            let p = a * (one - u - v) + b * u + c * v;
+            let moved = Mask8::new(simd, self.moved);
+            let p = Vec3x8::select(moved, p + Vec3x8::load(simd, &self.offset), p);
+            Vec3x8::select(flat, p, Vec3x8::load(simd, &self.p)).store(&mut self.p);
+            Vec3x8::select(flat, ng, Vec3x8::load(simd, &self.ng)).store(&mut self.ng);
+            Vec3x8::select(flat, ng, Vec3x8::load(simd, &self.ns)).store(&mut self.ns);
+            Vec3x8::select(flat, ng, Vec3x8::load(simd, &self.mapped)).store(&mut self.mapped);
+        }
+        let ng = Vec3x8::load(simd, &self.ng);
+        let n = Vec3x8::load(simd, &self.mapped);
+        let direction = Vec3x8::load(simd, &self.direction);
+        let outside = direction.dot(ng).lt(F64x8::splat(simd, 0.0));
+        let mut frame = FrameX8::from_z(simd, n);
+        let smooth = Mask8::new(simd, u8::MAX).and_not(same(n, ng));
+        if smooth.any() {
+            let side = outside.select(one, -one);
+            let bent = bent_normal(simd, -direction, n * side, ng * side) * side;
+            let turned = smooth.and_not(same(bent, n));
+            if turned.any() {
+                frame = FrameX8::select(turned, with_normal(simd, &frame, bent), frame);
+            }
+        }
+        let frame = frame.turned_unless(outside);
+        let [x, y, z] = &mut self.frame;
+        frame.x.store(x);
+        frame.y.store(y);
+        frame.z.store(z);
+    }
+
+    /// The point in a lane.
+    #[inline]
+    pub fn point(&self, lane: usize) -> DVec3 {
+        vector(&self.p, lane)
+    }
+
+    /// The geometric normal in a lane.
+    #[inline]
+    pub fn normal(&self, lane: usize) -> DVec3 {
+        vector(&self.ng, lane)
+    }
+
+    /// The shading normal in a lane.
+    #[inline]
+    pub fn shading_normal(&self, lane: usize) -> DVec3 {
+        vector(&self.ns, lane)
+    }
+
+    /// The shading normal in a lane after the material's maps.
+    #[inline]
+    pub fn mapped_normal(&self, lane: usize) -> DVec3 {
+        vector(&self.mapped, lane)
+    }
+
+    /// The z axis of the shading frame in a lane.
+    #[inline]
+    pub fn frame_normal(&self, lane: usize) -> DVec3 {
+        vector(&self.frame[2], lane)
+    }
+
+    /// The direction of the ray in a lane.
+    #[inline]
+    pub fn direction(&self, lane: usize) -> DVec3 {
+        vector(&self.direction, lane)
+    }
+
+    /// The origin of rays that leave to a side of the surface: 1 is that of the normal, -1 the other.
+    #[inline]
+    pub fn leave(&self, lane: usize, side: f64) -> DVec3 {
+        self.point(lane) + self.normal(lane) * (side * 4.0 * self.error.0[lane])
+    }
+
+    /// All lanes.
+    #[inline(always)]
+    pub fn lanes<S: Simd>(&self, simd: S) -> SurfaceX8<S> {
+        let [x, y, z] = &self.frame;
+        SurfaceX8 {
+            p: Vec3x8::load(simd, &self.p),
+            error: F64x8::load(simd, &self.error),
+            ng: Vec3x8::load(simd, &self.ng),
+            ns: Vec3x8::load(simd, &self.ns),
+            frame: FrameX8 {
+                x: Vec3x8::load(simd, x),
+                y: Vec3x8::load(simd, y),
+                z: Vec3x8::load(simd, z),
+            },
+            wo: -Vec3x8::load(simd, &self.direction),
+        }
+    }
+}
+
+impl<S: Simd> SurfaceX8<S> {
+    /// As [`SurfaceInteraction::leave`].
+    #[inline(always)]
+    pub fn leave(&self, simd: S, direction: Vec3x8<S>) -> Vec3x8<S> {
+        let outwards = direction.dot(self.ng).ge(F64x8::splat(simd, 0.0));
+        let side = outwards.select(F64x8::splat(simd, 4.0), F64x8::splat(simd, -4.0));
+        self.p + self.ng * (side * self.error)
+    }
+
+    /// Lanes in which light from `wi` is reflected: it arrives on the side of wo, by both normals. `above` are the lanes
+    /// in which the cosine to the frame's normal is greater than 0.
+    #[inline(always)]
+    pub fn reflects(&self, simd: S, wi: Vec3x8<S>, above: Mask8<S>) -> Mask8<S> {
+        let zero = F64x8::splat(simd, 0.0);
+        let all = Mask8::new(simd, u8::MAX);
+        let (o, i) = (self.wo.dot(self.ng), wi.dot(self.ng));
+        // As `Vertex::crosses`, whose normal is turned to the side of wo.
+        let outside = o.gt(zero);
+        let (o_inside, i_inside) = (o.lt(zero), i.lt(zero));
+        let within = (o_inside & i_inside) | all.and_not(o_inside | i_inside);
+        above & ((outside & i.gt(zero)) | within.and_not(outside))
+    }
+
+    /// As [`softened`](crate::material::vertex::softened).
+    #[inline(always)]
+    pub fn terminator(&self, simd: S, wi: Vec3x8<S>) -> F64x8<S> {
+        let (zero, one) = (F64x8::splat(simd, 0.0), F64x8::splat(simd, 1.0));
+        let g = self.ng.dot(wi) / (self.ng.dot(self.ns) * self.ns.dot(wi));
+        let soft = g.gt(zero).select(g * (one + g * (one - g)), zero);
+        (g.ge(one) | same(self.ns, self.ng)).select(one, soft)
+    }
+}
+
+/// As [`bent_normal`](crate::material::bent_normal).
+#[inline(always)]
+fn bent_normal<S: Simd>(simd: S, wo: Vec3x8<S>, ns: Vec3x8<S>, ng: Vec3x8<S>) -> Vec3x8<S> {
+    let splat = |v: f64| F64x8::splat(simd, v);
+    let (zero, one) = (splat(0.0), splat(1.0));
+    let mirrored = -(wo - ns * (splat(2.0) * wo.dot(ns)));
+    let (height, bound) = (splat(HEIGHT), splat(0.9) * wo.dot(ng));
+    let least = bound.lt(height).select(bound, height);
+    let reached = mirrored.dot(ng);
+    let stays = reached.ge(least) & wo.dot(ns).gt(zero);
+    if stays.bits() == u8::MAX {
+        return ns;
+    }
+    let flat = normalized(simd, mirrored - ng * reached);
+    let lifted = flat * (one - least * least).or_larger(zero).sqrt() + ng * least;
+    let bent = normalized(simd, wo + lifted);
+    let above = bent.dot(wo).gt(zero) & bent.dot(ng).gt(zero);
+    Vec3x8::select(stays, ns, Vec3x8::select(above, bent, ng))
+}
+
+/// As [`with_normal`](crate::material::bent_normal::with_normal).
+#[inline(always)]
+fn with_normal<S: Simd>(simd: S, frame: &FrameX8<S>, n: Vec3x8<S>) -> FrameX8<S> {
+    let along = frame.x - n * n.dot(frame.x);
+    let x = normalized(simd, along);
+    let none = x.dot(x).eq(F64x8::splat(simd, 0.0));
+    let turned = FrameX8 { x, y: n.cross(x), z: n };
+    FrameX8::select(none, FrameX8::from_z(simd, n), turned)
+}
+
+/// The unit vectors, or 0 where there is none.
+#[inline(always)]
+fn normalized<S: Simd>(simd: S, v: Vec3x8<S>) -> Vec3x8<S> {
+    let zero = F64x8::splat(simd, 0.0);
+    let r = F64x8::splat(simd, 1.0) / v.dot(v).sqrt();
+    let valid = is_finite(simd, r) & r.gt(zero);
+    Vec3x8::select(valid, v * r, Vec3x8 { x: zero, y: zero, z: zero })
+}
+
+#[inline(always)]
+fn same<S: Simd>(a: Vec3x8<S>, b: Vec3x8<S>) -> Mask8<S> {
+    a.x.eq(b.x) & a.y.eq(b.y) & a.z.eq(b.z)
+}
+
+#[inline(always)]
+fn corner<S: Simd>(simd: S, [x, y, z]: &[Block32; 3]) -> Vec3x8<S> {
+    Vec3x8 {
+        x: F32x8::load(simd, x).widen(),
+        y: F32x8::load(simd, y).widen(),
+        z: F32x8::load(simd, z).widen(),
+    }
+}
+
+#[inline]
+fn store(to: &mut [Block; 3], lane: usize, v: DVec3) {
+    (to[0].0[lane], to[1].0[lane], to[2].0[lane]) = (v.x, v.y, v.z);
+}
+
+#[inline]
+fn vector([x, y, z]: &[Block; 3], lane: usize) -> DVec3 {
+    debug_assert!(lane < LANES);
+    DVec3::new(x.0[lane], y.0[lane], z.0[lane])
+}
