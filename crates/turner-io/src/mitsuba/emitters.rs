@@ -197,8 +197,9 @@ fn envmap(scene: &mut Assembly<'_>, object: &Object) -> Result<Option<LightDesc>
     };
     let name = scene.picture_name(&name);
     let made = environment::picture(scene, &name, to_world.matrix3, place);
-    Ok(made.map(|file| {
-        LightDesc::Environment(EnvironmentDesc { file: Some(file), strength, ..EnvironmentDesc::default() })
+    Ok(made.map(|(file, rotation)| {
+        let file = Some(file);
+        LightDesc::Environment(EnvironmentDesc { file, strength, rotation, ..EnvironmentDesc::default() })
     }))
 }
 

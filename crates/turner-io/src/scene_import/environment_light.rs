@@ -75,7 +75,7 @@ pub(crate) fn equirectangular(
 }
 
 /// The world direction at (u, v) of an equirectangular map: the centre is −z, u grows towards +x, v = 0 is +y.
-fn direction(u: f64, v: f64) -> DVec3 {
+pub(crate) fn direction(u: f64, v: f64) -> DVec3 {
     let (sin_theta, cos_theta) = sin_cos(PI * v);
     let (sin_phi, cos_phi) = sin_cos_turns(u - 0.5);
     DVec3::new(sin_theta * sin_phi, cos_theta, -sin_theta * cos_phi)

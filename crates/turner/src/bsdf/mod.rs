@@ -73,7 +73,7 @@ use crate::math::DVec3;
 use crate::math::elementary::sin_cos;
 
 /// Linear RGB in f64.
-type Rgb = DVec3;
+pub(crate) type Rgb = DVec3;
 
 /// The kind of lobe that a sample belongs to.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -152,7 +152,7 @@ impl Bsdf {
     pub fn new(p: &PrincipledPoint) -> Bsdf {
         let interface = Interface::new(p, Coat::alpha(p));
         let diffuse_weight = (1.0 - unit(p.base_metalness)) * (1.0 - unit(p.transmission_weight));
-        let (base, translucent) = (color(p.base_color) * unit(p.base_weight), color(p.subsurface_color));
+        let (base, translucent) = (base_albedo(p.base_color, p.base_weight), color(p.subsurface_color));
         let subsurface = unit(p.subsurface_weight);
         let (reflect, transmit, enter) = if p.thin_walled {
             (base * (1.0 - subsurface), translucent * subsurface, Rgb::ZERO)
@@ -233,7 +233,7 @@ impl Bsdf {
 
     /// The constant BRDF of a purely Lambertian surface; `None` for all other BSDFs.
     pub fn as_lambert(&self) -> Option<Spectrum> {
-        self.lambert.then(|| spectrum(self.diffuse.reflect / std::f64::consts::PI))
+        self.lambert.then(|| lambert(self.diffuse.reflect))
     }
 
     fn is_lambert(&self) -> bool {
@@ -389,6 +389,16 @@ fn rotation(p: &PrincipledPoint) -> Option<(f64, f64)> {
 /// Clamps to 0..=1; 0 for NaN.
 fn unit(v: f64) -> f64 {
     if v > 0.0 { v.min(1.0) } else { 0.0 }
+}
+
+/// The Lambertian BRDF of an albedo.
+pub(crate) fn lambert(albedo: Rgb) -> Spectrum {
+    spectrum(albedo / std::f64::consts::PI)
+}
+
+/// The albedo of an opaque diffuse base without subsurface scattering.
+pub(crate) fn base_albedo(base_color: Spectrum, base_weight: f64) -> Rgb {
+    color(base_color) * unit(base_weight)
 }
 
 fn color(c: Spectrum) -> Rgb {

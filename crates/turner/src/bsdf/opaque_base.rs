@@ -38,7 +38,7 @@ impl Bsdf {
             && interface.rough.as_ref().is_none_or(|r| r.curve.is_isotropic())
             && interface.compensation.as_ref().is_none_or(|c| c.mirror.is_isotropic());
         (isotropic && interface.glass == 0.0 && interface.film.is_none())
-            .then_some(OpaqueBase { bsdf: self, interface })
+            .then_some(OpaqueBase { bsdf: self, interface, reflect: d.reflect })
     }
 }
 
@@ -47,6 +47,8 @@ impl Bsdf {
 pub(crate) struct OpaqueBase<'a> {
     bsdf: &'a Bsdf,
     interface: &'a Interface,
+    /// Albedo of the diffuse lobe.
+    reflect: Rgb,
 }
 
 impl OpaqueBase<'_> {
@@ -58,8 +60,13 @@ impl OpaqueBase<'_> {
             == (b.ggx, b.smooth, b.metal, b.opaque, b.tint, b.opaque_index)
             && metal(&a.metal_fresnel) == metal(&b.metal_fresnel)
             && (a.rough.is_some(), a.compensation.is_some()) == (b.rough.is_some(), b.compensation.is_some())
-            && self.bsdf.diffuse.reflect == other.bsdf.diffuse.reflect
+            && self.reflect == other.reflect
             && self.bsdf.diffuse.normalisation == other.bsdf.diffuse.normalisation
+    }
+
+    /// The same base with another diffuse albedo, which is not black.
+    pub(crate) fn with_albedo(self, reflect: Rgb) -> Self {
+        OpaqueBase { reflect, ..self }
     }
 
     /// Whether it is metal at least in part; [`OpaqueBlock`]s of one kind are faster than mixed ones.
@@ -138,7 +145,7 @@ impl OpaqueBlock {
     /// Stores a base in a lane.
     pub(crate) fn set(&mut self, lane: usize, base: &OpaqueBase<'_>) {
         let (i, d) = (base.interface, &base.bsdf.diffuse);
-        let has_diffuse = d.reflect != Rgb::ZERO;
+        let has_diffuse = base.reflect != Rgb::ZERO;
         self.alpha.0[lane] = i.ggx.ax;
         set_bit(&mut self.smooth, lane, i.smooth);
         set_bit(&mut self.metals, lane, i.metal > 0.0);
@@ -157,9 +164,9 @@ impl OpaqueBlock {
         if let Some(rough) = rough {
             self.boundary.set(lane, &rough.curve);
         }
-        set(&mut self.reflect, lane, d.reflect);
+        set(&mut self.reflect, lane, base.reflect);
         let lambert =
-            if has_diffuse { (d.reflect / d.weight).min(Rgb::ONE) / PI * d.weight } else { Rgb::ZERO };
+            if has_diffuse { (base.reflect / d.weight).min(Rgb::ONE) / PI * d.weight } else { Rgb::ZERO };
         set(&mut self.lambert, lane, lambert);
         self.normalisation.0[lane] = d.normalisation;
         let multiple = i.compensation.as_ref().filter(|_| i.metal > 0.0);

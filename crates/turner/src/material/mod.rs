@@ -22,6 +22,7 @@
 
 mod base_color;
 pub(crate) mod bent_normal;
+mod block_bsdf;
 mod classic;
 mod conversion;
 mod dielectric;
@@ -46,6 +47,7 @@ mod principled;
 mod subsurface;
 pub(crate) mod vertex;
 
+pub(crate) use block_bsdf::BlockBsdf;
 pub use classic::{Classic, ClassicMaterial, Fresnel, ShadowKind};
 pub use dielectric::DielectricMaterial;
 pub use emissive::EmissiveMaterial;
@@ -58,7 +60,6 @@ pub use mix::MixMaterial;
 pub use mixed::Mix;
 pub use normals::{apply_bump_map, apply_normal_map, bumped_normal, mapped_normal};
 pub use open_pbr::OpenPbr;
-pub(crate) use open_pbr::BlockBsdf;
 pub use plastic::PlasticMaterial;
 pub use principled::{AlphaMode, Bump, BumpUnit, PrincipledMaterial};
 

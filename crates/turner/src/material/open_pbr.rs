@@ -10,9 +10,10 @@
 //! | `bump_map`, `bump_scale` | the same |
 //! | `ka` | ignored: indirect light is traced |
 
+use super::block_bsdf::TexturedBase;
 use super::gloss::Gloss;
 use super::{AlphaMode, ClassicMaterial, Fresnel, InterfaceMaterial, PrincipledMaterial, ShadowKind};
-use crate::bsdf::{Bsdf, OpaqueBase};
+use crate::bsdf::Bsdf;
 use crate::color::Spectrum;
 use crate::material::MaterialEvalContext;
 use crate::schema::ColorSource;
@@ -38,39 +39,14 @@ pub struct OpenPbr {
     /// Indices of refraction by colour band, if they differ.
     pub(crate) dispersion: Option<[f64; 3]>,
     /// The BSDF from outside and from inside, if it is constant and the exterior is empty.
-    constant: Option<[Bsdf; 2]>,
+    pub(super) constant: Option<[Bsdf; 2]>,
     gloss: Gloss,
     /// Whether its BSDF is an opaque base everywhere, unless a texture has an unusual value, and it does not emit.
     pub(crate) is_opaque_base: bool,
     /// Whether that BSDF is constant, the same on both sides, and around the surface's own normal.
-    is_plain: bool,
-}
-
-/// A BSDF that is evaluated for eight points at a time.
-#[derive(Clone, Copy, Debug)]
-pub(crate) enum BlockBsdf<'a> {
-    /// The BRDF of Lambertian reflection.
-    Lambert(Spectrum),
-    Opaque(OpaqueBase<'a>),
-}
-
-impl BlockBsdf<'_> {
-    /// The form of a BSDF that has one.
-    #[inline]
-    pub(crate) fn of(bsdf: &Bsdf) -> Option<BlockBsdf<'_>> {
-        match bsdf.as_lambert() {
-            Some(f) => (!f.is_black()).then_some(BlockBsdf::Lambert(f)),
-            None => bsdf.as_opaque_base().map(BlockBsdf::Opaque),
-        }
-    }
-
-    fn is_same(&self, other: &BlockBsdf<'_>) -> bool {
-        match (self, other) {
-            (BlockBsdf::Lambert(a), BlockBsdf::Lambert(b)) => a == b,
-            (BlockBsdf::Opaque(a), BlockBsdf::Opaque(b)) => a.is_same(b),
-            _ => false,
-        }
-    }
+    pub(super) is_plain: bool,
+    /// The rest of that BSDF, if only its base colour is textured.
+    pub(super) textured_base: Option<Box<TexturedBase>>,
 }
 
 /// A constant grey.
@@ -216,44 +192,10 @@ impl OpenPbr {
             near_specular,
             is_opaque_base: false,
             is_plain: false,
+            textured_base: None,
         };
-        made.is_opaque_base = made.has_opaque_base();
-        made.is_plain = made.find_plain();
+        made.prepare_blocks();
         made
-    }
-
-    /// The BSDF, if it is an opaque base, the same everywhere and on both sides, around the surface's own normal.
-    #[inline]
-    pub(crate) fn plain(&self) -> Option<BlockBsdf<'_>> {
-        let [outer, _] = self.constant.as_ref().filter(|_| self.is_plain)?;
-        BlockBsdf::of(outer)
-    }
-
-    fn has_opaque_base(&self) -> bool {
-        let d = &self.desc;
-        let none = |source: ColorSource| source == ColorSource::Constant(Spectrum::BLACK);
-        d.alpha_mode != AlphaMode::Blend
-            && !d.unlit
-            && !self.is_emissive()
-            && !self.walks
-            && !d.thin_walled
-            && !d.is_transmissive()
-            && self.dispersion.is_none()
-            && none(d.base_diffuse_roughness)
-            && none(d.specular_roughness_anisotropy)
-            && none(d.coat_weight)
-            && none(d.fuzz_weight)
-            && none(d.thin_film_weight)
-    }
-
-    fn find_plain(&self) -> bool {
-        let d = &self.desc;
-        let plain = self.is_opaque_base && d.bump().is_none() && d.normal_map.is_none();
-        let Some([outer, inner]) = self.constant.as_ref().filter(|_| plain) else { return false };
-        match (BlockBsdf::of(outer), BlockBsdf::of(inner)) {
-            (Some(a), Some(b)) => a.is_same(&b),
-            _ => false,
-        }
     }
 
     /// The interface of a medium.

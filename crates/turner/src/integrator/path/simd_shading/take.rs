@@ -66,15 +66,9 @@ impl<'a, R: Record> PathBatch<'a, R> {
             return false;
         }
         let outside = ray.direction.dot(surface.ng) < 0.0;
-        let made;
-        let bsdf = match material.constant_bsdf(outside) {
-            Some(bsdf) => bsdf,
-            None => {
-                made = material.bsdf(self.scene, surface, 1.0, outside);
-                &made
-            }
-        };
-        let Some(bsdf) = BlockBsdf::of(bsdf).filter(|bsdf| !self.is_scalar(bsdf)) else { return false };
+        let mut made = None;
+        let bsdf = material.block_bsdf(self.scene, surface, outside, &mut made);
+        let Some(bsdf) = bsdf.filter(|bsdf| !self.is_scalar(bsdf)) else { return false };
         let has_maps = material.desc.bump().is_some() || material.desc.normal_map.is_some();
         let mapped = if has_maps { material.frame(self.scene, surface).z } else { surface.ns };
         let curvature = match self.view.pixel_cone {
