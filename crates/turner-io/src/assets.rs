@@ -135,6 +135,15 @@ pub trait AssetSource: Sync {
     /// Reads `uri`. A file of more than `limit` bytes is an error; it is never truncated.
     fn read(&self, uri: &str, limit: u64) -> Result<Vec<u8>, AssetError>;
 
+    /// Reads `uri` before it is known that it is used, on another thread than that of the loader. The loader passes the
+    /// mark to [`AssetSource::used`] when it uses the file.
+    fn read_ahead(&self, uri: &str, limit: u64) -> Result<(Vec<u8>, String), AssetError> {
+        Ok((self.read(uri, limit)?, String::new()))
+    }
+
+    /// Notes that a file that was read ahead is used.
+    fn used(&self, _mark: String) {}
+
     /// Opens `uri` for streaming, for files too large to hold in memory.
     fn open<'a>(&'a self, uri: &str, limit: u64) -> Result<Box<dyn Read + 'a>, AssetError> {
         self.read(uri, limit).map(|bytes| Box::new(io::Cursor::new(bytes)) as Box<dyn Read + 'a>)

@@ -75,8 +75,10 @@ impl<'a> Assembly<'a> {
 
     /// Reads a file that the scene names; returns its path and bytes.
     pub(super) fn read(&self, name: &str, limit: u64, place: Place) -> Result<(String, Vec<u8>), Fault> {
-        read_file(self.stock.assets, &self.stock.uri, &self.document.paths, name, limit)
-            .map_err(|f| f.or_at(place))
+        let (assets, paths) = (self.stock.assets, &self.document.paths);
+        let (path, bytes, _) =
+            read_file(assets, &self.stock.uri, paths, name, limit, false).map_err(|f| f.or_at(place))?;
+        Ok((path, bytes))
     }
 
     /// The name under which an image is found, in the scene's folder or in one of its search paths.

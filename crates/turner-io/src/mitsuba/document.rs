@@ -8,7 +8,7 @@ use turner::schema::{ErrorCode, Remedy};
 use super::xml::{Event, Reader};
 use crate::assets::{AssetSource, printable};
 use crate::scene_import::report::Fault;
-use crate::scene_import::{Place, unknown};
+use crate::scene_import::{self, Place, unknown};
 
 /// Longest chain of includes.
 const MAX_CHAIN: usize = 64;
@@ -61,6 +61,11 @@ impl Document {
     /// An element.
     pub(super) fn node(&self, index: usize) -> Option<&Node> {
         self.nodes.get(index)
+    }
+
+    /// All elements, in the order of the file.
+    pub(super) fn nodes(&self) -> &[Node] {
+        &self.nodes
     }
 
     /// The element that a `ref` refers to; any other element itself.
@@ -275,7 +280,7 @@ impl<'a> Loader<'a> {
             let message = format!("includes deeper than {MAX_CHAIN}, or more than {MAX_FILES} files");
             return Err(Fault::at(place, ErrorCode::TooLarge, message));
         }
-        let (path, bytes) = read_file(self.assets, self.uri, &self.document.paths, name, self.left)
+        let (path, bytes, _) = read_file(self.assets, self.uri, &self.document.paths, name, self.left, false)
             .map_err(|f| f.or_at(place))?;
         if self.chain.contains(&path) {
             let message = format!("{} includes itself", printable(&path));
@@ -323,19 +328,23 @@ impl<'a> Loader<'a> {
     }
 }
 
-/// Reads a file from the scene's folder or from one of `paths`; returns its path and bytes.
+/// Reads a file from the scene's folder or from one of `paths`; returns its path and bytes, and its mark if it is read
+/// `ahead`.
 pub(super) fn read_file(
     assets: &dyn AssetSource,
     uri: &str,
     paths: &[String],
     name: &str,
     limit: u64,
-) -> Result<(String, Vec<u8>), Fault> {
+    ahead: bool,
+) -> Result<(String, Vec<u8>, Option<String>), Fault> {
     let name = name.replace('\\', "/");
     let mut first = None;
     for candidate in candidates(&name, paths) {
-        let found =
-            assets.resolve(uri, &candidate).and_then(|path| Ok((path.clone(), assets.read(&path, limit)?)));
+        let found = assets.resolve(uri, &candidate).and_then(|path| {
+            let (bytes, mark) = scene_import::read_file(assets, &path, limit, ahead)?;
+            Ok((path, bytes, mark))
+        });
         match found {
             Ok(found) => return Ok(found),
             Err(e) => {

@@ -9,12 +9,13 @@ use super::params::Object;
 use super::serialized;
 use super::textures::Surface;
 use crate::assets::printable;
+use crate::import::ImportOptions;
 use crate::mesh;
-use crate::scene_import::orient;
 use crate::scene_import::report::Fault;
+use crate::scene_import::{LoadedFile, LoadedMesh, SceneFile, orient};
 
 /// Largest mesh file, bytes.
-const MAX_FILE: u64 = 16 << 30;
+pub(super) const MAX_FILE: u64 = 16 << 30;
 
 /// The mesh of a shape.
 pub(super) enum Made {
@@ -50,29 +51,31 @@ pub(super) fn of_file(
     if let Some(known) = scene.mesh_ids.get(&key) {
         return Ok(known.map_or(Made::Nothing, |id| Made::Mesh(id, surface)));
     }
-    let (path, bytes) = scene.read(&name, MAX_FILE, place)?;
-    let damaged =
-        |problem: String| Fault::at(place, ErrorCode::Mesh, format!("{}: {problem}", printable(&path)));
-    let first = |text: String| text.lines().next().unwrap_or_default().to_owned();
-    let mut data = if object.kind == "serialized" {
-        let left = usize::try_from(scene.options.limits.memory.left() / 2).unwrap_or(usize::MAX);
-        serialized::decode(&bytes, index as usize, left).map_err(damaged)?
-    } else {
-        // The shape's type decides about the format, whatever the file is called.
-        let called = if object.kind == "obj" { "a.obj" } else { "a.ply" };
-        mesh::need::check(&bytes, called, &scene.options.limits).map_err(|mut e| {
-            e.message = e.message.replace(called, &printable(&path));
-            Fault::from_scene(place, e)
-        })?;
-        let read = mesh::decode_any(&bytes, called);
-        let read =
-            read.map_err(|e| damaged(first(e.to_string()).replace("a.obj: ", "").replace("a.ply: ", "")))?;
-        for warning in read.warnings {
-            scene.report.remark(warning);
+    let path;
+    let mut data = match object.kind.as_str() {
+        "serialized" => {
+            let bytes;
+            (path, bytes) = scene.read(&name, MAX_FILE, place)?;
+            let left = usize::try_from(scene.options.limits.memory.left() / 2).unwrap_or(usize::MAX);
+            let read = serialized::decode(&bytes, index as usize, left);
+            read.map_err(|problem| damaged(&path, &problem).or_at(place))?
         }
-        read.mesh
+        kind => {
+            let kind = if kind == "obj" { "obj" } else { "ply" };
+            let file = match scene.read_ahead(&SceneFile::Mesh(name.clone(), kind)) {
+                Some(LoadedFile::Mesh(file)) => *file,
+                _ => {
+                    let (path, bytes) = scene.read(&name, MAX_FILE, place)?;
+                    decode(&bytes, path, kind, scene.options).map_err(|fault| fault.or_at(place))?
+                }
+            };
+            for warning in file.warnings {
+                scene.report.remark(warning);
+            }
+            path = file.path;
+            file.mesh
+        }
     };
-    drop(bytes);
     (data.face_materials, data.material_names) = (Vec::new(), Vec::new());
     if data.triangles.is_empty() {
         scene.report.doubtful(place, format!("{} has no triangles", printable(&path)));
@@ -95,6 +98,28 @@ pub(super) fn of_file(
     let id = scene.mesh(printable(&name), data);
     scene.mesh_ids.insert(key, Some(id));
     Ok(Made::Mesh(id, surface))
+}
+
+/// Decodes a mesh file of the format `kind`, obj or ply, whatever it is called.
+pub(super) fn decode(
+    bytes: &[u8],
+    path: String,
+    kind: &str,
+    options: &ImportOptions,
+) -> Result<LoadedMesh, Fault> {
+    let first = |text: String| text.lines().next().unwrap_or_default().to_owned();
+    let called = if kind == "obj" { "a.obj" } else { "a.ply" };
+    mesh::need::check(bytes, called, &options.limits).map_err(|mut e| {
+        e.message = e.message.replace(called, &printable(&path));
+        Fault::from(e)
+    })?;
+    let read = mesh::decode_any(bytes, called)
+        .map_err(|e| damaged(&path, &first(e.to_string()).replace("a.obj: ", "").replace("a.ply: ", "")))?;
+    Ok(LoadedMesh { path, mesh: read.mesh, warnings: read.warnings, mark: None })
+}
+
+fn damaged(path: &str, problem: &str) -> Fault {
+    Fault::new(ErrorCode::Mesh, format!("{}: {problem}", printable(path)))
 }
 
 /// Vertex normals: the normals of the adjacent triangles, weighted by their angles at the vertex (Thürmer and

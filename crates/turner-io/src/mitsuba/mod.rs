@@ -6,6 +6,7 @@
 //! translates it to Turner's descriptions, which an [`assembly`] collects. Colours are those of Mitsuba's RGB
 //! mode. Unknown elements are reported with their position.
 
+mod ahead;
 mod assembly;
 mod document;
 mod emitters;
@@ -38,7 +39,7 @@ use turner::schema::{Named, SceneError};
 use crate::assets::{AssetSource, printable};
 use crate::import::ImportOptions;
 use crate::scene_import::report::Fault;
-use crate::scene_import::{CommonParts, fill_open};
+use crate::scene_import::{CommonParts, FilesAhead, SceneFile, fill_open};
 
 /// Largest scene file, bytes.
 const MAX_FILE: u64 = 256 << 20;
@@ -64,9 +65,17 @@ pub(crate) fn import_from(
     let read = loader.read(bytes);
     let files = loader.document.files.clone();
     read.map_err(|fault| fault.into_error(&files))?;
-    let mut scene = Assembly::new(assets, uri, options, loader.document);
-    let materials = fill(&mut scene).map_err(|fault| fault.into_error(&files))?;
-    finish(scene, materials)
+    let document = loader.document;
+    let paths = document.paths.clone();
+    let read = |file: &SceneFile| ahead::read(file, assets, uri, &paths, options);
+    let available = || std::thread::available_parallelism().map_or(1, usize::from);
+    let threads = if options.threads == 0 { available() } else { options.threads };
+    FilesAhead::run(ahead::files(&document), threads, &read, |ahead| {
+        let mut scene = Assembly::new(assets, uri, options, document);
+        scene.stock.ahead = Some(ahead);
+        let materials = fill(&mut scene).map_err(|fault| fault.into_error(&files))?;
+        finish(scene, materials)
+    })
 }
 
 /// Imports all objects of the scene.

@@ -245,12 +245,20 @@ struct HashedAssets<'a> {
 
 impl AssetSource for HashedAssets<'_> {
     fn read(&self, uri: &str, limit: u64) -> Result<Vec<u8>, AssetError> {
+        let (bytes, mark) = self.read_ahead(uri, limit)?;
+        self.used(mark);
+        Ok(bytes)
+    }
+
+    fn read_ahead(&self, uri: &str, limit: u64) -> Result<(Vec<u8>, String), AssetError> {
         let bytes = self.inner.read(uri, limit)?;
         let mut hash = SceneHash::new();
         hash.add(b'f', &bytes);
-        let mut read = self.read.lock().unwrap_or_else(|e| e.into_inner());
-        read.push(format!("{uri}:{}", hash.hex()));
-        Ok(bytes)
+        Ok((bytes, format!("{uri}:{}", hash.hex())))
+    }
+
+    fn used(&self, mark: String) {
+        self.read.lock().unwrap_or_else(|e| e.into_inner()).push(mark);
     }
 
     fn open<'a>(&'a self, uri: &str, limit: u64) -> Result<Box<dyn Read + 'a>, AssetError> {

@@ -121,6 +121,12 @@ impl AssetSource for Named<'_> {
     fn read(&self, uri: &str, limit: u64) -> Result<Vec<u8>, AssetError> {
         self.of(uri).read(uri, limit)
     }
+    fn read_ahead(&self, uri: &str, limit: u64) -> Result<(Vec<u8>, String), AssetError> {
+        self.of(uri).read_ahead(uri, limit)
+    }
+    fn used(&self, mark: String) {
+        self.assets.used(mark);
+    }
     fn open<'a>(&'a self, uri: &str, limit: u64) -> Result<Box<dyn Read + 'a>, AssetError> {
         self.of(uri).open(uri, limit)
     }

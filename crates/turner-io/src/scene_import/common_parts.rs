@@ -13,7 +13,8 @@ use turner::schema::{
 use turner::texture::TextureDesc;
 
 use super::report::{Fault, Place, Report};
-use crate::assets::{AssetSource, printable};
+use super::scene_files::{FilesAhead, LoadedFile, LoadedImage, SceneFile};
+use crate::assets::{AssetError, AssetSource, printable};
 use crate::image::{DecodeLimits, decode};
 use crate::import::ImportOptions;
 
@@ -58,6 +59,8 @@ pub(crate) struct CommonParts<'a> {
     pub(crate) lights: Vec<SceneLight>,
     /// Textures whose values were mapped by a function, by texture and function.
     pub(crate) mapped: BTreeMap<(TextureId, String), ColorSource>,
+    /// Files that other threads read.
+    pub(crate) ahead: Option<&'a FilesAhead<'a>>,
     decoded: u64,
     /// Bytes of images that may still be derived from others.
     copies: u64,
@@ -85,6 +88,7 @@ impl<'a> CommonParts<'a> {
             objects: Vec::new(),
             lights: Vec::new(),
             mapped: BTreeMap::new(),
+            ahead: None,
             decoded: 0,
             copies: 64 << 20,
             made: 1 << 21,
@@ -171,7 +175,7 @@ impl<'a> CommonParts<'a> {
 
     /// Reads a file that the scene names; returns its path and bytes. Names are relative to the scene's folder.
     pub(crate) fn read(&self, name: &str, limit: u64, place: Place) -> Result<(String, Vec<u8>), Fault> {
-        let fault = |e: crate::assets::AssetError| Fault::from_scene(place, e.to_scene_error());
+        let fault = |e: AssetError| Fault::from_scene(place, e.to_scene_error());
         let path = self.assets.resolve(&self.uri, name).map_err(fault)?;
         let bytes = self.assets.read(&path, limit).map_err(fault)?;
         Ok((path, bytes))
@@ -183,7 +187,7 @@ impl<'a> CommonParts<'a> {
             return *known;
         }
         let id = match self.load_image(name) {
-            Ok((image, path, bytes)) => {
+            Ok(LoadedImage { image, path, bytes, .. }) => {
                 self.copies = self.copies.saturating_add(4 * image.memory() as u64);
                 let id = self.add_image(name, image);
                 if let (Some(kept), Some(added)) = (self.options.keeps_pictures(), self.images.last()) {
@@ -198,6 +202,24 @@ impl<'a> CommonParts<'a> {
         };
         self.image_ids.insert(name.to_owned(), id);
         id
+    }
+
+    fn load_image(&self, name: &str) -> Result<LoadedImage, String> {
+        // Where the limit for all images is near, the image is read under what is left of it.
+        let is_scarce = self.decoded > MAX_DECODED / 2;
+        match self.read_ahead(&SceneFile::Picture(name.to_owned())).filter(|_| !is_scarce) {
+            Some(LoadedFile::Image(loaded)) => Ok(*loaded),
+            _ => load_image(self.assets, &self.uri, name, self.options, self.decoded, false),
+        }
+    }
+
+    /// A file that another thread has read.
+    pub(crate) fn read_ahead(&self, file: &SceneFile) -> Option<LoadedFile> {
+        let mut loaded = self.ahead?.take(file)?;
+        if let Some(mark) = loaded.mark() {
+            self.assets.used(mark);
+        }
+        Some(loaded)
     }
 
     /// Takes `bytes` from the budget of derived images, which is a few times the size of those in files. False
@@ -223,22 +245,45 @@ impl<'a> CommonParts<'a> {
         self.images.push(Asset { uri: printable(name), data: Arc::new(image) });
         ImageId(self.images.len() as u32 - 1)
     }
+}
 
-    fn load_image(&self, name: &str) -> Result<(Image, String, Vec<u8>), String> {
-        let first = |text: String| text.lines().next().unwrap_or_default().to_owned();
-        let resolve = |e: crate::assets::AssetError| first(e.to_string());
-        let path = self.assets.resolve(&self.uri, name).map_err(resolve)?;
-        let bytes = self.assets.read(&path, MAX_PICTURE).map_err(resolve)?;
-        let mut limits = DecodeLimits::of_scene(&self.options.limits, self.options.max_texture_size, 1);
-        limits.max_bytes = limits.max_bytes.min(MAX_DECODED.saturating_sub(self.decoded));
-        let image = decode(&bytes, &path, &limits).map_err(|e| first(e.to_string()))?;
-        let image = match self.options.max_texture_size {
-            Some(max) => crate::image::to_fit(image, max, crate::image::ColorOrData::Color, &path)
-                .map_err(|e| first(e.to_string()))?,
-            None => image,
-        };
-        Ok((image, path, bytes))
+/// Reads and decodes an image that a scene names; `decoded` are the bytes of the images that it has already. The error is
+/// the problem in words.
+pub(crate) fn load_image(
+    assets: &dyn AssetSource,
+    uri: &str,
+    name: &str,
+    options: &ImportOptions,
+    decoded: u64,
+    ahead: bool,
+) -> Result<LoadedImage, String> {
+    let first = |text: String| text.lines().next().unwrap_or_default().to_owned();
+    let resolve = |e: AssetError| first(e.to_string());
+    let path = assets.resolve(uri, name).map_err(resolve)?;
+    let (bytes, mark) = read_file(assets, &path, MAX_PICTURE, ahead).map_err(resolve)?;
+    let mut limits = DecodeLimits::of_scene(&options.limits, options.max_texture_size, 1);
+    limits.max_bytes = limits.max_bytes.min(MAX_DECODED.saturating_sub(decoded));
+    let image = decode(&bytes, &path, &limits).map_err(|e| first(e.to_string()))?;
+    let image = match options.max_texture_size {
+        Some(max) => crate::image::to_fit(image, max, crate::image::ColorOrData::Color, &path)
+            .map_err(|e| first(e.to_string()))?,
+        None => image,
+    };
+    Ok(LoadedImage { image, path, bytes, mark })
+}
+
+/// Reads a file, with its mark if it is read ahead.
+pub(crate) fn read_file(
+    assets: &dyn AssetSource,
+    path: &str,
+    limit: u64,
+    ahead: bool,
+) -> Result<(Vec<u8>, Option<String>), AssetError> {
+    if ahead {
+        let (bytes, mark) = assets.read_ahead(path, limit)?;
+        return Ok((bytes, Some(mark)));
     }
+    Ok((assets.read(path, limit)?, None))
 }
 
 /// Whether a transform is invertible, as scenes require.

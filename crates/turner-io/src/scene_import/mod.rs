@@ -1,6 +1,7 @@
 //! What the importers of pbrt and Mitsuba share: the scene under construction, reports with source positions,
 //! texture values.
 
+mod ahead;
 mod common_parts;
 pub(crate) mod environment_light;
 mod layer;
@@ -9,13 +10,15 @@ mod open;
 mod orient;
 pub(crate) mod report;
 mod revolution;
+mod scene_files;
 mod values;
 
-pub(crate) use common_parts::{CommonParts, is_sound, push};
+pub(crate) use common_parts::{CommonParts, is_sound, load_image, push, read_file};
 pub(crate) use layer::inner_reflectance;
 pub(crate) use microfacets::{Microfacets, incoming, single_scattering};
 pub(crate) use open::fill_open;
 pub(crate) use orient::orient;
 pub(crate) use report::{Place, unknown};
 pub(crate) use revolution::{ALONG, AROUND, Surface, upright};
+pub(crate) use scene_files::{FilesAhead, LoadedFile, LoadedMesh, SceneFile};
 pub(crate) use values::{Through, map_values, mix, product};

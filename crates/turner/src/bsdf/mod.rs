@@ -58,9 +58,9 @@ mod subsurface;
 
 pub(crate) use diffuse::sample_cosine;
 pub(crate) use mixture::MIN_COSINE;
+pub(crate) use opaque_base::{OpaqueBase, OpaqueBlock, OpaqueSeen, ScatteredX8, cosine};
 pub(crate) use parts::MOST_DELTAS;
 pub use point::PrincipledPoint;
-pub(crate) use opaque_base::{OpaqueBase, OpaqueBlock, OpaqueSeen, ScatteredX8, cosine};
 pub use subsurface::Entry;
 
 use albedo::AlbedoDirection;

@@ -37,8 +37,11 @@ impl Bsdf {
         let isotropic = interface.ggx.ax == interface.ggx.ay
             && interface.rough.as_ref().is_none_or(|r| r.curve.is_isotropic())
             && interface.compensation.as_ref().is_none_or(|c| c.mirror.is_isotropic());
-        (isotropic && interface.glass == 0.0 && interface.film.is_none())
-            .then_some(OpaqueBase { bsdf: self, interface, reflect: d.reflect })
+        (isotropic && interface.glass == 0.0 && interface.film.is_none()).then_some(OpaqueBase {
+            bsdf: self,
+            interface,
+            reflect: d.reflect,
+        })
     }
 }
 
@@ -318,8 +321,7 @@ impl OpaqueBlock {
         let (first, second, third) = (interface.gt(zero), diffuse.gt(zero), multiple.gt(zero));
         let takes_first = first & (u[0].lt(interface) | Mask8::new(simd, !(second | third).bits()));
         let below = interface + diffuse;
-        let takes_second =
-            second.and_not(takes_first) & (u[0].lt(below) | Mask8::new(simd, !third.bits()));
+        let takes_second = second.and_not(takes_first) & (u[0].lt(below) | Mask8::new(simd, !third.bits()));
         let takes_third = third.and_not(takes_first | takes_second);
 
         let wi_diffuse = cosine(simd, [u[1], u[2]]);

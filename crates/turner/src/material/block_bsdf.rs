@@ -45,10 +45,7 @@ pub(crate) struct TexturedBase {
 impl TexturedBase {
     /// `None` if anything else is textured.
     fn new(desc: &PrincipledMaterial) -> Option<TexturedBase> {
-        let white = PrincipledMaterial {
-            base_color: ColorSource::Constant(Spectrum::WHITE),
-            ..desc.clone()
-        };
+        let white = PrincipledMaterial { base_color: ColorSource::Constant(Spectrum::WHITE), ..desc.clone() };
         let point = white.constant_point()?;
         let dielectric = point.base_metalness <= 0.0 && point.subsurface_weight <= 0.0;
         dielectric.then(|| TexturedBase {

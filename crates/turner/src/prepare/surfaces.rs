@@ -48,8 +48,9 @@ impl CachedTextures {
             return Ok((made.textures.clone(), false));
         }
         desc.need_for_pictures(filtered, &options.limits.memory)?;
+        let (threads, kept) = (options.threads, &mut self.mipmaps);
         let textures =
-            Textures::prepare_with(&desc.textures, &desc.images, transfer, filtered, &mut self.mipmaps)?;
+            Textures::prepare_with(&desc.textures, &desc.images, transfer, filtered, threads, kept)?;
         let textures = Arc::new(textures);
         self.made = Some(TexturesByDesc {
             descs: desc.textures.iter().map(|t| t.value.clone()).collect(),

@@ -186,11 +186,7 @@ impl SurfaceBlock {
             error: F64x8::load(simd, &self.error),
             ng: Vec3x8::load(simd, &self.ng),
             ns: Vec3x8::load(simd, &self.ns),
-            frame: FrameX8 {
-                x: Vec3x8::load(simd, x),
-                y: Vec3x8::load(simd, y),
-                z: Vec3x8::load(simd, z),
-            },
+            frame: FrameX8 { x: Vec3x8::load(simd, x), y: Vec3x8::load(simd, y), z: Vec3x8::load(simd, z) },
             wo: -Vec3x8::load(simd, &self.direction),
         }
     }

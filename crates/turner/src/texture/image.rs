@@ -157,10 +157,7 @@ impl Kind for ImageDesc {
 
     fn prepare(&self, cx: &mut PrepareContext<'_>) -> Result<ImageTexture, SceneError> {
         let image = cx.image(self.file, self.encoding)?;
-        let mipmap = match self.filter {
-            ImageFilter::Mipmap | ImageFilter::NearestMipmap => cx.mipmap(self.file, &image, self.encoding),
-            ImageFilter::Bilinear | ImageFilter::Nearest => None,
-        };
+        let mipmap = if self.is_mipmapped() { cx.mipmap(self.file, &image, self.encoding) } else { None };
         Ok(ImageTexture {
             image,
             filter: self.filter,
@@ -175,6 +172,16 @@ impl Kind for ImageDesc {
             channel: self.channel,
             encoding: self.encoding,
         })
+    }
+}
+
+impl ImageDesc {
+    /// Whether lookups with a footprint use a mipmap.
+    pub(super) fn is_mipmapped(&self) -> bool {
+        match self.filter {
+            ImageFilter::Mipmap | ImageFilter::NearestMipmap => true,
+            ImageFilter::Bilinear | ImageFilter::Nearest => false,
+        }
     }
 }
 

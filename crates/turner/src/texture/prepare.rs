@@ -3,6 +3,7 @@
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
+use std::sync::atomic::{AtomicUsize, Ordering};
 
 use super::decoder::Decoder;
 use super::mipmap::Mipmap;
@@ -82,6 +83,45 @@ impl PrepareContext<'_> {
     }
 }
 
+impl PrepareContext<'_> {
+    /// Creates the mipmaps of textures in parallel. Faults of the textures are found later.
+    fn create_mipmaps(&mut self, descs: &[Named<TextureDesc>], threads: usize) {
+        let mut wanted: BTreeMap<(u32, bool), (&Image, Transfer)> = BTreeMap::new();
+        for desc in descs {
+            let TextureDesc::Image(d) = &desc.value else { continue };
+            let Some(asset) = self.images.get(d.file.index()).filter(|_| d.is_mipmapped()) else { continue };
+            let transfer = d.encoding.transfer(self.transfer);
+            let curved = transfer != Transfer::None;
+            let known = self.kept.mipmaps.contains_key(&(Arc::as_ptr(&asset.data) as usize, curved));
+            if !known && asset.data.is_consistent() {
+                wanted.insert((d.file.0, curved), (&*asset.data, transfer));
+            }
+        }
+        let mut wanted: Vec<_> = wanted.into_iter().collect();
+        // The largest first, so that no thread starts it when the others have finished.
+        wanted.sort_by_key(|(_, (image, _))| std::cmp::Reverse(image.memory()));
+        let all = || std::thread::available_parallelism().map_or(1, usize::from);
+        let threads = if threads == 0 { all() } else { threads }.min(wanted.len());
+        let next = AtomicUsize::new(0);
+        let work = || {
+            let mut made = Vec::new();
+            while let Some((key, (image, transfer))) = wanted.get(next.fetch_add(1, Ordering::Relaxed)) {
+                made.push((*key, Arc::new(Mipmap::new(image, *transfer))));
+            }
+            made
+        };
+        let made = std::thread::scope(|scope| {
+            let helpers: Vec<_> = (1..threads).map(|_| scope.spawn(work)).collect();
+            let mut made = work();
+            for helper in helpers {
+                made.extend(helper.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic)));
+            }
+            made
+        });
+        self.mipmaps.extend(made);
+    }
+}
+
 fn dangling(what: &str) -> SceneError {
     SceneError::new(ErrorCode::Internal, format!("a texture refers to {what} that the scene does not have"))
 }
@@ -98,15 +138,17 @@ impl Textures {
         transfer: Transfer,
         filtered: bool,
     ) -> Result<Textures, SceneError> {
-        Textures::prepare_with(descs, images, transfer, filtered, &mut CachedMipmaps::default())
+        Textures::prepare_with(descs, images, transfer, filtered, 1, &mut CachedMipmaps::default())
     }
 
-    /// As [`Textures::prepare`]; reuses mipmaps from `kept`, and replaces its contents by those of these textures.
+    /// As [`Textures::prepare`]; reuses mipmaps from `kept`, and replaces its contents by those of these textures. Others
+    /// are created on `threads` threads (0: all available).
     pub fn prepare_with(
         descs: &[Named<TextureDesc>],
         images: &[Asset<Image>],
         transfer: Transfer,
         filtered: bool,
+        threads: usize,
         kept: &mut CachedMipmaps,
     ) -> Result<Textures, SceneError> {
         let uv = check_references(descs)?;
@@ -115,6 +157,9 @@ impl Textures {
         let used = vec![false; images.len()];
         let mipmaps = BTreeMap::new();
         let mut cx = PrepareContext { transfer, images, used, decoders, filtered, mipmaps, kept };
+        if filtered {
+            cx.create_mipmaps(descs, threads);
+        }
         let mut list = Vec::with_capacity(descs.len());
         for desc in descs {
             list.push(desc.value.prepare(&mut cx).map_err(|e| e.or_at(desc.span))?);

@@ -95,10 +95,10 @@ impl AlbedoCurveBlock {
         let d = half * (f3 - f2);
         let weights = [a, b, c, d];
         let [fw, fc] = [F64x8::load(simd, &self.fractions[0]), F64x8::load(simd, &self.fractions[1])];
-        let lower = interpolate(simd, &values[0], weights) * (one - fw)
-            + interpolate(simd, &values[1], weights) * fw;
-        let upper = interpolate(simd, &values[2], weights) * (one - fw)
-            + interpolate(simd, &values[3], weights) * fw;
+        let lower =
+            interpolate(simd, &values[0], weights) * (one - fw) + interpolate(simd, &values[1], weights) * fw;
+        let upper =
+            interpolate(simd, &values[2], weights) * (one - fw) + interpolate(simd, &values[3], weights) * fw;
         (one - fc) * lower + fc * upper
     }
 }

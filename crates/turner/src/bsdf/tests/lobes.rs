@@ -1,7 +1,7 @@
 //! Properties of the BSDF follow from all of its lobes.
 
 use crate::bsdf::albedo::AlbedoDirection;
-use crate::bsdf::mixture::{INTERFACE, MULTI_REFLECT, LOBES, REFLECT};
+use crate::bsdf::mixture::{INTERFACE, LOBES, MULTI_REFLECT, REFLECT};
 use crate::bsdf::{Bsdf, PrincipledPoint, Rgb};
 use crate::testing::{direction, materials};
 

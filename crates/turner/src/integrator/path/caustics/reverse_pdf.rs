@@ -22,7 +22,7 @@ use crate::integrator::path::path_batch::PathBatch;
 use crate::integrator::path::record::Record;
 use crate::integrator::path::shade::clamped_by;
 use crate::material::vertex::Vertex;
-use crate::material::{OpenPbr, BlockBsdf};
+use crate::material::{BlockBsdf, OpenPbr};
 use crate::math::{DVec3, Ray};
 use crate::scene::SurfaceInteraction;
 use crate::scene::caustic_targets::{CausticTargets, NO_GROUP};

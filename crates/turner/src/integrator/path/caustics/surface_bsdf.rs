@@ -5,7 +5,7 @@ use std::f64::consts::FRAC_1_PI;
 use crate::bsdf::{Bsdf, BsdfSample, Lobe, MIN_COSINE, sample_cosine};
 use crate::color::Spectrum;
 use crate::material::vertex::{Vertex, coated, prepare};
-use crate::material::{OpenPbr, BlockBsdf};
+use crate::material::{BlockBsdf, OpenPbr};
 use crate::math::{DVec3, Frame, Ray};
 use crate::scene::{Scene, SurfaceInteraction};
 

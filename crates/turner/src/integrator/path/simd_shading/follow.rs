@@ -59,7 +59,8 @@ impl<R: Record> PathBatch<'_, R> {
             path.origin = receiver;
         }
         if let Some(pixel) = &self.view.pixel_cone {
-            path.cone = footprint::leave_reflected(pixel, path.cone, block.curvature.0[lane], path.pdf, is_delta);
+            path.cone =
+                footprint::leave_reflected(pixel, path.cone, block.curvature.0[lane], path.pdf, is_delta);
         }
         stats.reflected += 1;
         if let Some(survival) = self.settings.survival(path) {

@@ -45,13 +45,7 @@ pub(super) trait Kind: Default {
     ) -> (Bands<S>, F64x8<S>);
 
     /// Samples a direction per lane from three random numbers.
-    fn sample<S: Simd>(
-        &self,
-        simd: S,
-        wo: Vec3x8<S>,
-        seen: &Self::Seen<S>,
-        u: [F64x8<S>; 3],
-    ) -> Sampled<S>;
+    fn sample<S: Simd>(&self, simd: S, wo: Vec3x8<S>, seen: &Self::Seen<S>, u: [F64x8<S>; 3]) -> Sampled<S>;
 }
 
 impl Kind for Lambert {
@@ -105,13 +99,7 @@ impl Kind for OpaqueBlock {
     }
 
     #[inline(always)]
-    fn sample<S: Simd>(
-        &self,
-        simd: S,
-        wo: Vec3x8<S>,
-        seen: &OpaqueSeen<S>,
-        u: [F64x8<S>; 3],
-    ) -> Sampled<S> {
+    fn sample<S: Simd>(&self, simd: S, wo: Vec3x8<S>, seen: &OpaqueSeen<S>, u: [F64x8<S>; 3]) -> Sampled<S> {
         let ScatteredX8 { wi, f, pdf, valid, is_delta, is_diffuse } =
             OpaqueBlock::sample(self, simd, wo, seen, u);
         let f = [f.x.narrow(), f.y.narrow(), f.z.narrow()];

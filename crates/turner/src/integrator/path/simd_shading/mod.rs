@@ -171,10 +171,10 @@ impl<R: Record> PathBatch<'_, R> {
         for (block, len) in vertices.used() {
             for lane in 0..len {
                 let surfaces = &block.surfaces;
-                let (p, ng, ns) = (surfaces.point(lane), surfaces.normal(lane), surfaces.shading_normal(lane));
+                let (p, ng, ns) =
+                    (surfaces.point(lane), surfaces.normal(lane), surfaces.shading_normal(lane));
                 let path = &self.paths[block.samples[lane] as usize];
-                let receiver =
-                    self.scene.receiver_of(block.sides[lane], p, ng, ns, surfaces.direction(lane));
+                let receiver = self.scene.receiver_of(block.sides[lane], p, ng, ns, surfaces.direction(lane));
                 let receiver = receiver.with_candidates(self.extra_light_candidates(path, &receiver));
                 block.receivers[lane] = Some(receiver);
                 block.lights[lane] = NONE;
