@@ -3,12 +3,13 @@
 use std::f64::consts::PI;
 
 use turner::description::ObjectContent;
-use turner::math::{DAffine3, DVec3};
+use turner::math::{DAffine3, DMat3, DVec3};
 use turner::schema::{ErrorCode, GroupId, MaterialId, MeshData, MeshId};
 use turner::shape::mesh::MeshDesc;
 use turner::shape::{CylinderDesc, DiskDesc, RectangleDesc, ShapeDesc, SphereDesc};
 
 use super::assembly::Assembly;
+use super::document::Document;
 use super::materials::Use;
 use super::meshes::{self, Made};
 use super::params::Object;
@@ -122,8 +123,46 @@ fn add_to(scene: &mut Assembly<'_>, object: &Object, depth: u32) -> Result<(), F
     let material = material(scene, object, surface)?;
     scene.finish(object);
     scene.shapes += 1;
-    let at = to_world * own;
+    let mut at = to_world * own;
+    let mut content = content;
+    if let ShapeDesc::Sphere(sphere) = &mut content
+        && let Some(scale) = similarity(&at)
+        && !has_directions(&scene.document, object.node)
+    {
+        // Spheres without a transform are faster.
+        *sphere = SphereDesc { center: at.translation, radius: sphere.radius * scale };
+        at = DAffine3::IDENTITY;
+    }
     scene.place_at(ObjectContent::Shape(content), Some(material), [at, at], place)
+}
+
+/// The factor by which a transform scales all lengths, if it keeps angles and does not mirror.
+fn similarity(m: &DAffine3) -> Option<f64> {
+    let scale = m.matrix3.x_axis.length();
+    let product = m.matrix3.transpose() * m.matrix3;
+    let difference = product.to_cols_array().into_iter().zip(DMat3::IDENTITY.to_cols_array());
+    let is_near = difference.map(|(a, b)| (a / (scale * scale) - b).abs()).all(|d| d < 1e-9);
+    (is_near && scale.is_finite() && m.matrix3.determinant() > 0.0).then_some(scale)
+}
+
+/// Whether an element contains a texture or an anisotropic BSDF, so that (u, v) count.
+fn has_directions(document: &Document, index: usize) -> bool {
+    /// Most elements to look at.
+    const MOST: usize = 1000;
+    let mut open = vec![index];
+    let mut seen = 0;
+    while let Some(index) = open.pop() {
+        seen += 1;
+        let Some(node) = document.resolve(index).ok().and_then(|index| document.node(index)) else {
+            return true;
+        };
+        let is_along = node.attribute("name").is_some_and(|name| matches!(name, "alpha_u" | "alphaU"));
+        if node.tag == "texture" || is_along || seen > MOST {
+            return true;
+        }
+        open.extend(&node.children);
+    }
+    false
 }
 
 fn mesh_of(mesh: MeshId) -> ShapeDesc {

@@ -7,7 +7,7 @@ use turner::light::LightDesc;
 use turner::material::{MaterialDesc, PrincipledMaterial};
 use turner::math::DVec3;
 use turner::medium::MediumDesc;
-use turner::schema::{ColorSource, SceneError, WarningKind};
+use turner::schema::{ColorSource, SceneError, Transform, WarningKind};
 use turner::shape::ShapeDesc;
 use turner::texture::TextureDesc;
 
@@ -265,5 +265,57 @@ fn rectangles_are_area_lights_or_triangles() {
     for object in [wall, other] {
         assert!(matches!(&object.content, ObjectContent::Shape(ShapeDesc::Mesh(_))), "{object:?}");
         assert!(!object.transform.is_identity());
+    }
+}
+
+/// Reading ahead changes neither what is read nor the scene's hash, also where a file is named and not used.
+#[test]
+fn scenes_and_hashes_do_not_depend_on_threads() {
+    let triangle = |x: f32| format!("v {x} 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n").into_bytes();
+    let mut assets = MemoryAssets::default();
+    let mut text = "<scene version=\"3.0.0\"><bsdf type=\"diffuse\" id=\"unused\"><texture type=\"bitmap\" \
+                    name=\"reflectance\"><string name=\"filename\" value=\"unused.png\"/></texture></bsdf>"
+        .to_owned();
+    for i in 0..40 {
+        assets.files.insert(format!("{i}.obj"), triangle(0.01 * i as f32));
+        text += &format!("<shape type=\"obj\"><string name=\"filename\" value=\"{i}.obj\"/></shape>");
+    }
+    assets.files.insert("unused.png".to_owned(), vec![0; 64]);
+    assets.files.insert("s.xml".to_owned(), (text + "</scene>").into_bytes());
+    let text = "[[object]]\ntype = \"model\"\nfile = \"s.xml\"\n";
+    let load = |threads: usize| {
+        let options = crate::scene::LoadOptions { threads, ..Default::default() };
+        let loaded = crate::scene::load_text(text.to_owned(), "scene.toml", &assets, &options);
+        let loaded = loaded.unwrap_or_else(|e| panic!("{}", e.error.message));
+        (loaded.hash, loaded.desc.meshes.iter().map(|m| m.data.positions[0][0]).collect::<Vec<f32>>())
+    };
+    let (hash, first) = load(1);
+    assert_eq!(first.len(), 40);
+    for threads in [2, 3, 8, 2, 2, 2] {
+        assert_eq!(load(threads), (hash.clone(), first.clone()), "{threads} threads");
+    }
+}
+
+/// A sphere without textures needs no transform; where (u, v) count, and under other transforms, it keeps its own.
+#[test]
+fn spheres_have_no_transform_where_none_is_needed() {
+    let texture = "<bsdf type=\"diffuse\"><texture type=\"checkerboard\" name=\"reflectance\"/></bsdf>";
+    let sphere = |transform: &str, bsdf: &str| {
+        let inner = format!(
+            "<shape type=\"sphere\"><float name=\"radius\" value=\"2\"/><transform name=\"to_world\">{transform}\
+             </transform>{bsdf}</shape>"
+        );
+        let scene = read(&inner).unwrap();
+        let object = scene.objects[0].clone();
+        let ObjectContent::Shape(ShapeDesc::Sphere(sphere)) = object.content else { panic!("{object:?}") };
+        (sphere, object.transform)
+    };
+    let turned = "<rotate y=\"1\" angle=\"30\"/><scale value=\"1.5\"/><translate x=\"1\" y=\"2\" z=\"-3\"/>";
+    let (s, transform) = sphere(turned, "");
+    assert!((s.center - DVec3::new(1.0, 2.0, -3.0)).length() < 1e-9 && (s.radius - 3.0).abs() < 1e-9);
+    assert_eq!(transform, Transform::IDENTITY);
+    for (transform, bsdf) in [(turned, texture), ("<scale x=\"2\"/>", ""), ("<scale value=\"-1\"/>", "")] {
+        let (s, transform) = sphere(transform, bsdf);
+        assert!(s.center == DVec3::ZERO && s.radius == 2.0 && transform != Transform::IDENTITY);
     }
 }
