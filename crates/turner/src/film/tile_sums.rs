@@ -135,8 +135,8 @@ pub(super) fn reached(
     size: u32,
     weights: &mut [f64; MAX_REACHED],
 ) -> std::ops::Range<u32> {
-    let first = (at - filter.radius() - 0.5).ceil().max(f64::from(start));
-    let last = (at + filter.radius() - 0.5).floor().min(f64::from(start + size) - 1.0);
+    let first = ceil(at - filter.radius() - 0.5).max(f64::from(start));
+    let last = floor(at + filter.radius() - 0.5).min(f64::from(start + size) - 1.0);
     if first > last || !at.is_finite() {
         return 0..0;
     }
@@ -144,6 +144,18 @@ pub(super) fn reached(
         *weight = filter.weight(at - (first + i as f64 + 0.5));
     }
     first as u32..last as u32 + 1
+}
+
+/// As [`f64::floor`] for positions in pictures, without a call.
+#[inline]
+fn floor(x: f64) -> f64 {
+    let whole = x as i64 as f64;
+    if whole > x { whole - 1.0 } else { whole }
+}
+
+#[inline]
+fn ceil(x: f64) -> f64 {
+    -floor(-x)
 }
 
 #[cfg(test)]

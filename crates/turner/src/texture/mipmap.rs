@@ -60,9 +60,10 @@ impl Taps {
     pub(super) fn isotropic(ellipse: &Ellipse, levels: usize) -> Taps {
         let length = ellipse.length.min(1e9);
         let area = (length * ellipse.width.max(length / MAX_TAPS)).max(1.0);
-        let last = levels.saturating_sub(1) as f64;
-        let level = (0.5 * std::f64::consts::LOG2_E * ln(area) + 0.5).clamp(0.0, last);
-        Taps { count: 1, step: DVec2::ZERO, level: level as usize, coarser: 0.0 }
+        let last = levels.saturating_sub(1);
+        // log₂ √area, rounded: half the exponent of the area.
+        let exponent = (area.to_bits() >> 52) as usize - 1023;
+        Taps { count: 1, step: DVec2::ZERO, level: exponent.div_ceil(2).min(last), coarser: 0.0 }
     }
 
     /// The taps for an ellipse in texels, with `levels` levels including the full image.

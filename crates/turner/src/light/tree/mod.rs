@@ -134,12 +134,13 @@ impl LightTree {
                 return None;
             }
             let target = u * sum;
+            // If rounding moves the target past the end, the last child with a weight above 0 is taken. Which it is no
+            // processor can predict: there are no branches.
             let (mut lane, mut before, mut passed) = (0, 0.0, 0.0);
             for (i, w) in weights.into_iter().enumerate() {
-                // If rounding moves the target past the end, the last child with a weight above 0 is taken.
-                if w > 0.0 && (target >= passed || passed == 0.0) {
-                    (lane, before) = (i, passed);
-                }
+                let takes = w > 0.0 && (target >= passed || passed == 0.0);
+                lane = std::hint::select_unpredictable(takes, i, lane);
+                before = std::hint::select_unpredictable(takes, passed, before);
                 passed += w;
             }
             let weight = weights[lane];

@@ -73,16 +73,9 @@ impl Node {
         let mut out = [0.0; WIDTH];
         let everywhere = n == [0.0; 3];
         for (i, out) in out.iter_mut().enumerate() {
-            let (dx, dy, dz) = (self.center[0][i] - p[0], self.center[1][i] - p[1], self.center[2][i] - p[2]);
-            let d2 = dx * dx + dy * dy + dz * dz;
+            let seen = self.seen(i, p);
+            let Seen { dx, dy, dz, d2, per_distance, sin_u, cos_u } = seen;
             let r2 = self.radius[i] * self.radius[i];
-            let near2 = d2.max(r2).max(f32::MIN_POSITIVE);
-            let per_distance = 1.0 / near2.sqrt();
-            // The sine and cosine of θu; from inside, the sphere fills all directions.
-            let inside = d2 <= r2;
-            let sin2_u = r2 / near2;
-            let (sin_u, cos_u) =
-                if inside { (0.0, -1.0) } else { (sin2_u.sqrt(), (1.0 - sin2_u).max(0.0).sqrt()) };
             let cos_w = -(self.axis[0][i] * dx + self.axis[1][i] * dy + self.axis[2][i] * dz) * per_distance;
             let cos_w = cos_w.max(cos_w * self.back[i]).clamp(-1.0, 1.0);
             let (sin_w, cos_o) = (sine(cos_w), self.cos_o[i]);
@@ -106,24 +99,49 @@ impl Node {
         out
     }
 
+    /// A child's sphere as the point `p` sees it.
+    #[inline(always)]
+    fn seen(&self, i: usize, p: [f32; 3]) -> Seen {
+        let (dx, dy, dz) = (self.center[0][i] - p[0], self.center[1][i] - p[1], self.center[2][i] - p[2]);
+        let d2 = dx * dx + dy * dy + dz * dz;
+        let radius = self.radius[i];
+        let r2 = radius * radius;
+        let per_distance = 1.0 / d2.max(r2).max(f32::MIN_POSITIVE).sqrt();
+        // From inside, the sphere fills all directions.
+        let inside = d2 <= r2;
+        let sin_u = radius * per_distance;
+        let cos_u = (1.0 - sin_u * sin_u).max(0.0).sqrt();
+        let (sin_u, cos_u) = if inside { (0.0, -1.0) } else { (sin_u, cos_u) };
+        Seen { dx, dy, dz, d2, per_distance, sin_u, cos_u }
+    }
+
     /// How many times more light a glossy surface at `p` reflects from each child than it does without its lobe.
     #[inline]
     fn reflected(&self, p: [f32; 3], lobe: &GlossyLobe) -> [f32; WIDTH] {
         let mut out = [1.0; WIDTH];
         let [x, y, z] = lobe.axis;
         for (i, out) in out.iter_mut().enumerate() {
-            let (dx, dy, dz) = (self.center[0][i] - p[0], self.center[1][i] - p[1], self.center[2][i] - p[2]);
-            let d2 = dx * dx + dy * dy + dz * dz;
-            let r2 = self.radius[i] * self.radius[i];
-            let sin2_u = r2 / d2.max(f32::MIN_POSITIVE);
-            let cos_l = ((x * dx + y * dy + z * dz) / d2.max(f32::MIN_POSITIVE).sqrt()).clamp(-1.0, 1.0);
-            let cos_l = cos_less(cos_l, sine(cos_l), (1.0 - sin2_u).max(0.0).sqrt(), sin2_u.min(1.0).sqrt());
-            let cos_l = if d2 <= r2 { 1.0 } else { cos_l };
-            // tan² of half the angle: that is how far the microfacet normals are rotated.
-            let tan2 = (1.0 - cos_l) / (1.0 + cos_l).max(1e-6);
-            let spread = 1.0 / (1.0 + tan2 * lobe.tightness);
+            let Seen { dx, dy, dz, per_distance, sin_u, cos_u, .. } = self.seen(i, p);
+            let cos_l = ((x * dx + y * dy + z * dz) * per_distance).clamp(-1.0, 1.0);
+            let cos_l = cos_less(cos_l, sine(cos_l), cos_u, sin_u);
+            // 1 / (1 + tan² · tightness) with tan² of half the angle: that is how far the microfacet normals are rotated.
+            let whole = (1.0 + cos_l).max(1e-6);
+            let spread = whole / (whole + (1.0 - cos_l) * lobe.tightness);
             *out = 1.0 + lobe.peak * spread * spread;
         }
         out
     }
+}
+
+/// A sphere as a point sees it.
+struct Seen {
+    /// From the point to its centre, and the squared distance.
+    dx: f32,
+    dy: f32,
+    dz: f32,
+    d2: f32,
+    per_distance: f32,
+    /// Sine and cosine of half the angle that it fills, θu.
+    sin_u: f32,
+    cos_u: f32,
 }
