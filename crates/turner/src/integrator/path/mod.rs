@@ -117,8 +117,8 @@ params! {
         /// Maximum number of surfaces that a ray may pass straight through, such as alpha-tested holes and thin clear
         /// panes. These do not count as bounces.
         max_transparent: u32 = 256, in Range::closed(0.0, 100000.0);
-        /// Number of bounces after which Russian roulette starts. A path with low throughput then ends at random; the
-        /// paths that survive are weighted up, so the mean stays the same.
+        /// Number of bounces after which Russian roulette starts. A path whose throughput has fallen far since its first
+        /// bounce then ends at random; the paths that survive are weighted up, so the mean stays the same.
         rr_start: u32 = 3;
         /// Largest radiance that one path may contribute as indirect light, in any colour channel; 0 is no limit. A
         /// limit removes fireflies and also light: the image gets darker.

@@ -60,8 +60,8 @@ pub(super) struct Path {
     pub(super) time: f32,
     /// Throughput: the fraction of the radiance that arrives along the next ray that reaches the pixel.
     pub(super) beta: Spectrum,
-    /// Factor of `beta` for Russian roulette: 1, except for a donor path. Its `beta` restarts at 1 at its second
-    /// vertex, and this is the throughput up to that vertex, in its own pixel.
+    /// Factor of `beta` for Russian roulette: see [`Path::begin_roulette`]. The `beta` of a donor path restarts at 1 at its
+    /// second vertex; then the throughput up to that vertex, in its own pixel, is a further factor.
     pub(super) importance: f32,
     /// Whether the path is a donor: its radiance from the second vertex on is shared with other samples.
     pub(super) donates: bool,

@@ -24,6 +24,20 @@ pub(super) const FIRST_SET: u32 = 2;
 /// Maximum number of surfaces along one path, including those that it passes straight through.
 pub(super) const MAX_VERTICES: u32 = 200_000;
 
+impl Path {
+    /// After the first bounce: Russian roulette compares later throughputs with this one. Noise is seen relative to the
+    /// brightness of a pixel, so paths from a dark surface matter as much as those from a white one, down to an albedo of
+    /// a quarter.
+    #[inline]
+    pub(super) fn begin_roulette(&mut self) {
+        /// Paths from darker surfaces end earlier: they would cost more than they are worth.
+        const DARKEST: f32 = 0.25;
+        if self.bounces.total == 1 {
+            self.importance = 1.0 / (self.beta.max_component() * self.eta2).clamp(DARKEST, 1.0);
+        }
+    }
+}
+
 impl Settings {
     /// MIS weight of an emitter that a BSDF-sampled ray hits. `light_pdf` is the density with which light sampling
     /// finds it. `light_path_ratio` is the squared ratio of the light paths' density to the density of BSDF sampling.
@@ -461,6 +475,7 @@ impl<R: Record> PathBatch<'_, R> {
         } else {
             stats.reflected += 1;
         }
+        path.begin_roulette();
         if let Some(survival) = self.settings.survival(path) {
             let survives = u < f64::from(survival);
             self.record.note(|r| r.roulette(Roulette { survival: f64::from(survival), number: u }));

@@ -289,7 +289,7 @@ impl<R: Record> PathBatch<'_, R> {
             return;
         }
         path.beta = Spectrum::WHITE;
-        path.importance = importance;
+        path.importance *= importance;
         path.donates = true;
         self.record.note(|r| r.donated_from = r.vertices.len().checked_sub(1));
         self.shared_paths.points[sample as usize] = second.p;

@@ -63,6 +63,7 @@ impl<R: Record> PathBatch<'_, R> {
                 footprint::leave_reflected(pixel, path.cone, block.curvature.0[lane], path.pdf, is_delta);
         }
         stats.reflected += 1;
+        path.begin_roulette();
         if let Some(survival) = self.settings.survival(path) {
             let [.., u] = path.numbers.second();
             let survived = u < f64::from(survival);
