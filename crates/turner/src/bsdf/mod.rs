@@ -42,6 +42,7 @@
 //! Dividing by the pdf of all lobes is one-sample MIS with the balance heuristic (Veach 1997, §9.2.4).
 
 mod albedo;
+mod block;
 mod coat;
 mod diffuse;
 mod film;
@@ -56,9 +57,10 @@ mod parts;
 mod point;
 mod subsurface;
 
+pub(crate) use block::{Bands, BsdfBlock, LambertBlock, Sampled};
 pub(crate) use diffuse::sample_cosine;
 pub(crate) use mixture::MIN_COSINE;
-pub(crate) use opaque_base::{OpaqueBase, OpaqueBlock, OpaqueSeen, ScatteredX8, cosine};
+pub(crate) use opaque_base::{OpaqueBase, OpaqueBlock};
 pub(crate) use parts::MOST_DELTAS;
 pub use point::PrincipledPoint;
 pub use subsurface::Entry;

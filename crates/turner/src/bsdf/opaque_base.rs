@@ -18,6 +18,7 @@ use super::fresnel::Metal;
 use super::interface::{Interface, Spread};
 use super::mixture::MIN_COSINE;
 use super::{Bsdf, Rgb, diffuse};
+use crate::math::block::{bits, set_bit, set_vector};
 use crate::math::elementary_x8::{clamp, is_finite, sin_cos_turns};
 
 impl Bsdf {
@@ -134,16 +135,6 @@ pub(crate) struct ScatteredX8<S: Simd> {
     pub(crate) is_diffuse: Mask8<S>,
 }
 
-#[inline]
-fn set(to: &mut [Block; 3], lane: usize, v: Rgb) {
-    (to[0].0[lane], to[1].0[lane], to[2].0[lane]) = (v.x, v.y, v.z);
-}
-
-#[inline]
-fn set_bit(mask: &mut u8, lane: usize, on: bool) {
-    *mask = *mask & !(1 << lane) | u8::from(on) << lane;
-}
-
 impl OpaqueBlock {
     /// Stores a base in a lane.
     pub(crate) fn set(&mut self, lane: usize, base: &OpaqueBase<'_>) {
@@ -156,28 +147,28 @@ impl OpaqueBlock {
         self.metal.0[lane] = i.metal;
         if i.metal > 0.0 {
             self.metal_weight.0[lane] = i.metal_fresnel.weight;
-            set(&mut self.f0, lane, i.metal_fresnel.f0);
-            set(&mut self.dip, lane, i.metal_fresnel.dip);
+            set_vector(&mut self.f0, lane, i.metal_fresnel.f0);
+            set_vector(&mut self.dip, lane, i.metal_fresnel.dip);
         }
         self.opaque.0[lane] = i.opaque;
-        set(&mut self.tint, lane, i.tint);
+        set_vector(&mut self.tint, lane, i.tint);
         self.index.0[lane] = i.opaque_index;
         let rough = i.rough.as_ref().filter(|_| has_diffuse);
         set_bit(&mut self.rough, lane, rough.is_some());
         if let Some(rough) = rough {
             self.boundary.set(lane, &rough.curve);
         }
-        set(&mut self.reflect, lane, base.reflect);
+        set_vector(&mut self.reflect, lane, base.reflect);
         let lambert =
             if has_diffuse { (base.reflect / d.weight).min(Rgb::ONE) / PI * d.weight } else { Rgb::ZERO };
-        set(&mut self.lambert, lane, lambert);
+        set_vector(&mut self.lambert, lane, lambert);
         self.normalisation.0[lane] = d.normalisation;
         let multiple = i.compensation.as_ref().filter(|_| i.metal > 0.0);
         set_bit(&mut self.multiple, lane, multiple.is_some());
         if let Some(c) = multiple {
             self.mirror.set(lane, &c.mirror);
             self.mirror_average.0[lane] = c.averages[0];
-            set(&mut self.multi, lane, c.metal);
+            set_vector(&mut self.multi, lane, c.metal);
             (self.spread_k.0[lane], self.spread_log.0[lane]) = (c.spread.k, c.spread.log);
         }
     }
@@ -373,15 +364,13 @@ impl OpaqueBlock {
 
     /// Directions of multiple scattering in some lanes; see [`Spread::sample`]. Rare, and its exponential is scalar.
     #[inline(always)]
-    fn spread<S: Simd>(&self, simd: S, mut lanes: u8, u: [F64x8<S>; 2]) -> Vec3x8<S> {
+    fn spread<S: Simd>(&self, simd: S, lanes: u8, u: [F64x8<S>; 2]) -> Vec3x8<S> {
         let (mut us, mut to) = ([Block::default(); 2], [Block::default(); 3]);
         u[0].store(&mut us[0]);
         u[1].store(&mut us[1]);
-        while lanes != 0 {
-            let lane = lanes.trailing_zeros() as usize;
-            lanes &= lanes - 1;
+        for lane in bits(lanes) {
             let spread = Spread { k: self.spread_k.0[lane], log: self.spread_log.0[lane] };
-            set(&mut to, lane, spread.sample([us[0].0[lane], us[1].0[lane]]));
+            set_vector(&mut to, lane, spread.sample([us[0].0[lane], us[1].0[lane]]));
         }
         Vec3x8::load(simd, &to)
     }

@@ -5,6 +5,7 @@ use super::*;
 use crate::bsdf::{Bsdf, PrincipledPoint};
 use crate::color::Spectrum;
 use crate::math::DVec3;
+use crate::math::block::vector;
 use crate::testing::Random;
 
 struct All<'a> {
@@ -62,10 +63,6 @@ fn point(random: &mut Random) -> PrincipledPoint {
     }
 }
 
-fn vector(v: &[Block; 3], lane: usize) -> DVec3 {
-    DVec3::new(v[0].0[lane], v[1].0[lane], v[2].0[lane])
-}
-
 #[test]
 fn eight_lanes_equal_scalar() {
     let mut random = Random::new(4);
@@ -89,7 +86,7 @@ fn eight_lanes_equal_scalar() {
         for (lane, bsdf) in bsdfs.iter().enumerate() {
             block.set(lane, &bsdf.as_opaque_base().unwrap());
             let [x, y, z, _] = random.units::<4>();
-            set(&mut wo, lane, DVec3::new(2.0 * x - 1.0, 2.0 * y - 1.0, z * z + 1e-6).normalize());
+            set_vector(&mut wo, lane, DVec3::new(2.0 * x - 1.0, 2.0 * y - 1.0, z * z + 1e-6).normalize());
             [u[0].0[lane], u[1].0[lane], u[2].0[lane], _] = random.units::<4>();
         }
         for instructions in InstructionSet::available() {

@@ -3,6 +3,7 @@
 //! Positions and directions outside `turner-bvh` are `f64`: the classic documents assume real numbers, and a sphere
 //! of radius 5000 seen from one unit away needs the precision. Colours are `f32` ([`crate::color::Spectrum`]).
 
+pub mod block;
 mod bounds;
 pub mod elementary;
 pub mod elementary_x8;

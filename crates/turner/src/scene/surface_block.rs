@@ -1,11 +1,12 @@
 //! Surfaces at hits, eight at a time: points, normals and shading frames, equal to those of [`Scene::surface`] and of
 //! [`prepare`](crate::material::vertex::prepare) bit by bit.
 
-use turner_bvh::lanes::{Block, Block32, F32x8, F64x8, LANES, Mask8, Simd, Vec3x8};
+use turner_bvh::lanes::{Block, Block32, F32x8, F64x8, Mask8, Simd, Vec3x8};
 
 use crate::interaction::SurfaceInteraction;
 use crate::material::bent_normal::HEIGHT;
 use crate::math::DVec3;
+use crate::math::block::{set_vector, vector};
 use crate::math::elementary_x8::is_finite;
 use crate::math::frame_x8::FrameX8;
 use crate::scene::{Hit, Scene};
@@ -69,7 +70,7 @@ impl SurfaceBlock {
         let own = triangle.mesh.error();
         if let Some((offset, side)) = triangle.moved {
             self.moved |= 1 << lane;
-            store(&mut self.offset, lane, offset);
+            set_vector(&mut self.offset, lane, offset);
             self.side.0[lane] = side;
             self.error.0[lane] = own + 4.0 * f64::EPSILON * offset.abs().max_element();
         } else {
@@ -78,7 +79,7 @@ impl SurfaceBlock {
             self.error.0[lane] = own.max(1e-15 * hit.shape.t);
         }
         self.flat |= 1 << lane;
-        store(&mut self.direction, lane, direction);
+        set_vector(&mut self.direction, lane, direction);
         true
     }
 
@@ -86,12 +87,12 @@ impl SurfaceBlock {
     #[inline]
     pub fn set(&mut self, lane: usize, surface: &SurfaceInteraction, mapped: DVec3, direction: DVec3) {
         self.flat &= !(1 << lane);
-        store(&mut self.p, lane, surface.p);
+        set_vector(&mut self.p, lane, surface.p);
         self.error.0[lane] = surface.error;
-        store(&mut self.ng, lane, surface.ng);
-        store(&mut self.ns, lane, surface.ns);
-        store(&mut self.mapped, lane, mapped);
-        store(&mut self.direction, lane, direction);
+        set_vector(&mut self.ng, lane, surface.ng);
+        set_vector(&mut self.ns, lane, surface.ns);
+        set_vector(&mut self.mapped, lane, mapped);
+        set_vector(&mut self.direction, lane, direction);
     }
 
     /// Computes the flat triangles, and all frames.
@@ -276,15 +277,4 @@ fn corner<S: Simd>(simd: S, [x, y, z]: &[Block32; 3]) -> Vec3x8<S> {
         y: F32x8::load(simd, y).widen(),
         z: F32x8::load(simd, z).widen(),
     }
-}
-
-#[inline]
-fn store(to: &mut [Block; 3], lane: usize, v: DVec3) {
-    (to[0].0[lane], to[1].0[lane], to[2].0[lane]) = (v.x, v.y, v.z);
-}
-
-#[inline]
-fn vector([x, y, z]: &[Block; 3], lane: usize) -> DVec3 {
-    debug_assert!(lane < LANES);
-    DVec3::new(x.0[lane], y.0[lane], z.0[lane])
 }

@@ -34,7 +34,6 @@ mod notes;
 mod pane;
 mod path_batch;
 mod probing;
-mod ray_counts;
 mod record;
 mod replay;
 mod settings;

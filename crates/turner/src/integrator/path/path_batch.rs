@@ -32,7 +32,6 @@ use super::guides::Guides;
 use super::light_split::LightSplit;
 use super::lobe_split::LobeSplit;
 use super::media::Media;
-use super::ray_counts::RayCounts;
 use super::record::{Off, Record};
 use super::settings::{Bounces, Settings};
 use super::shade::FIRST_SET;
@@ -42,6 +41,7 @@ use super::shared_paths::SharedPaths;
 use super::simd_shading::VertexBlocks;
 use crate::color::Spectrum;
 use crate::integrator::first_hits::FirstHits;
+use crate::integrator::ray_counts::RayCounts;
 use crate::integrator::{AskedDetails, CameraSamples, Radiance, RayStats, SampleDetails, Tracer, footprint};
 use crate::light::Receiver;
 use crate::math::{DVec3, Ray, RayCone};
@@ -340,7 +340,7 @@ impl<R: Record> PathBatch<'_, R> {
         self.split.begin_round(&queue.samples, &self.paths, out);
         self.lobes.begin_round(&queue.samples, &self.paths, out);
         self.guides.begin_round(&queue.samples, out);
-        self.counts.begin_round(&queue.samples, &self.paths);
+        self.counts.begin_round(&queue.samples, |sample| self.paths[sample].bounces.total);
         if let Some(volumes) = &self.scene.volumes {
             self.sample_media(volumes, &mut queue, &mut hits, out, stats);
         }

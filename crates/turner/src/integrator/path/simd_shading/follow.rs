@@ -1,6 +1,6 @@
 //! The rays that leave the vertices of a block.
 
-use super::{Shading, VertexBlock, get, get32};
+use super::{Shading, VertexBlock, get32};
 use crate::bsdf::Lobe;
 use crate::integrator::path::caustics::NextVertex;
 use crate::integrator::path::lobe_split::Share;
@@ -8,6 +8,7 @@ use crate::integrator::path::path_batch::PathBatch;
 use crate::integrator::path::record::Record;
 use crate::integrator::{RayStats, footprint};
 use crate::math::Ray;
+use crate::math::block::vector;
 
 impl<R: Record> PathBatch<'_, R> {
     /// Traces the shadow ray of a lane.
@@ -17,7 +18,8 @@ impl<R: Record> PathBatch<'_, R> {
         let indirect = self.paths[sample as usize].bounces.total > 0;
         let light = self.settings.clamped(get32(&shading.light, lane), indirect);
         let t_max = if shading.finite >> lane & 1 == 1 { 1.0 } else { f64::INFINITY };
-        let ray = Ray { t_max, ..Ray::new(get(&shading.shadow_origin, lane), get(&shading.shadow, lane)) };
+        let ray =
+            Ray { t_max, ..Ray::new(vector(&shading.shadow_origin, lane), vector(&shading.shadow, lane)) };
         self.groups.push_shadow_ray(shading.groups[lane]);
         // Other BSDFs are not in blocks while lobes are told apart.
         self.lobes.push_shadow_ray(sample, || Share::lobe(true));
@@ -42,7 +44,7 @@ impl<R: Record> PathBatch<'_, R> {
         if self.strategy.is_some() {
             let (p, ng) = (block.surfaces.point(lane), block.surfaces.normal(lane));
             let first = path.bounces.total == 0;
-            let (wi, pdf) = (get(&shading.next, lane), shading.pdf.0[lane]);
+            let (wi, pdf) = (vector(&shading.next, lane), shading.pdf.0[lane]);
             let to = NextVertex { p, ng, wi, pdf, is_delta: false, is_specular: false, from_camera: first };
             self.update_reverse_pdf_lambert(sample, &to, -block.surfaces.direction(lane));
         }
@@ -75,7 +77,7 @@ impl<R: Record> PathBatch<'_, R> {
         if path.beta.is_black() {
             return;
         }
-        let ray = Ray::new(get(&shading.origin, lane), get(&shading.next, lane));
+        let ray = Ray::new(vector(&shading.origin, lane), vector(&shading.next, lane));
         self.next.push_ray(sample, &ray, block.from[lane]);
     }
 }

@@ -15,7 +15,6 @@
 //! scalar code.
 
 mod follow;
-mod kind;
 mod shade;
 mod take;
 
@@ -27,15 +26,14 @@ use super::path_batch::PathBatch;
 use super::record::Record;
 use super::shade::MAX_VERTICES;
 use super::shared_paths::{FirstVertex, Reconnection};
-use crate::bsdf::OpaqueBlock;
+use crate::bsdf::{BsdfBlock, LambertBlock, OpaqueBlock};
 use crate::color::Spectrum;
 use crate::integrator::RayStats;
 use crate::light::Receiver;
 use crate::material::Gloss;
-use crate::math::DVec3;
+use crate::math::block::{bits, set_vector};
 use crate::scene::emitters::LightSample;
 use crate::scene::{LightBatch, RayOrigin, SurfaceBlock};
-use kind::Kind;
 
 /// No light is requested.
 const NONE: u32 = u32::MAX;
@@ -43,7 +41,7 @@ const NONE: u32 = u32::MAX;
 /// The vertices of one round; memory is reused.
 #[derive(Default)]
 pub(super) struct VertexBlocks {
-    lambert: List<Lambert>,
+    lambert: List<LambertBlock>,
     dielectrics: List<OpaqueBlock>,
     metals: List<OpaqueBlock>,
     /// Which hits are in blocks.
@@ -57,12 +55,6 @@ struct List<K> {
     blocks: Vec<VertexBlock<K>>,
     /// Number of vertices; only the last block may have free lanes.
     len: usize,
-}
-
-/// The Lambertian BRDFs of eight vertices.
-#[derive(Default)]
-struct Lambert {
-    f: [Block32; 3],
 }
 
 impl VertexBlocks {
@@ -195,7 +187,7 @@ impl<R: Record> PathBatch<'_, R> {
         self.blocks = vertices;
     }
 
-    fn shade_list<K: Kind>(
+    fn shade_list<K: BsdfBlock>(
         &mut self,
         vertices: &mut List<K>,
         shading: &mut Shading,
@@ -246,7 +238,7 @@ impl<R: Record> PathBatch<'_, R> {
     }
 
     /// As `note_shared_vertex`, for a lane.
-    fn note_shared_vertex_in_block<K: Kind>(&mut self, block: &VertexBlock<K>, lane: usize) {
+    fn note_shared_vertex_in_block<K: BsdfBlock>(&mut self, block: &VertexBlock<K>, lane: usize) {
         let sample = block.samples[lane];
         let (first, second) = (self.may_be_first(sample), self.may_donate(sample));
         let Some(f) = block.kind.lambert(lane).filter(|_| first || second) else { return };
@@ -265,7 +257,7 @@ impl<R: Record> PathBatch<'_, R> {
     }
 
     /// Chooses one of several light candidates for lanes, as `choose_light` does.
-    fn choose_lights<K: Kind>(
+    fn choose_lights<K: BsdfBlock>(
         &self,
         block: &VertexBlock<K>,
         shading: &mut Shading,
@@ -308,7 +300,7 @@ impl<R: Record> PathBatch<'_, R> {
         let weighed = !lit.is_delta && self.settings.light_sampling == LightSampling::Both;
         shading.weighed = shading.weighed & !bit | u8::from(weighed) << lane;
         shading.finite = shading.finite & !bit | u8::from(lit.finite) << lane;
-        set(&mut shading.to_light, lane, lit.to_light);
+        set_vector(&mut shading.to_light, lane, lit.to_light);
         set32(&mut shading.radiance, lane, lit.radiance);
         shading.light_pdf.0[lane] = lit.pdf;
         shading.groups[lane] = self.groups.of_sample(self.scene, lit);
@@ -327,26 +319,6 @@ impl<K> Work for Surfaces<'_, K> {
             block.surfaces.compute(simd);
         }
     }
-}
-
-/// Indices of the set bits.
-#[inline]
-fn bits(mut mask: u8) -> impl Iterator<Item = usize> {
-    std::iter::from_fn(move || {
-        let lane = mask.trailing_zeros() as usize;
-        mask &= mask.wrapping_sub(1);
-        (lane < LANES).then_some(lane)
-    })
-}
-
-#[inline]
-fn set(to: &mut [Block; 3], lane: usize, v: DVec3) {
-    (to[0].0[lane], to[1].0[lane], to[2].0[lane]) = (v.x, v.y, v.z);
-}
-
-#[inline]
-fn get([x, y, z]: &[Block; 3], lane: usize) -> DVec3 {
-    DVec3::new(x.0[lane], y.0[lane], z.0[lane])
 }
 
 #[inline]

@@ -2,13 +2,12 @@
 
 use turner_bvh::lanes::{Block32, F32x8, F64x8, Mask8, Simd, Vec3x8, Work};
 
-use super::kind::{Bands, Kind, Sampled};
 use super::{Shading, VertexBlock};
-use crate::bsdf::MIN_COSINE;
+use crate::bsdf::{Bands, BsdfBlock, MIN_COSINE, Sampled};
 use crate::scene::SurfaceX8;
 
 /// Eight vertices as the rays see them.
-struct Seen<S: Simd, K: Kind> {
+struct Seen<S: Simd, K: BsdfBlock> {
     surface: SurfaceX8<S>,
     /// Towards the rays' origins, in the local frames.
     wo: Vec3x8<S>,
@@ -17,7 +16,7 @@ struct Seen<S: Simd, K: Kind> {
     front: Mask8<S>,
 }
 
-impl<S: Simd, K: Kind> Seen<S, K> {
+impl<S: Simd, K: BsdfBlock> Seen<S, K> {
     #[inline(always)]
     fn new(simd: S, block: &VertexBlock<K>) -> Seen<S, K> {
         let surface = block.surfaces.lanes(simd);
@@ -62,7 +61,7 @@ pub(super) struct Light<'a, K> {
     pub(super) shading: &'a mut Shading,
 }
 
-impl<K: Kind> Work for Light<'_, K> {
+impl<K: BsdfBlock> Work for Light<'_, K> {
     type Output = ();
 
     #[inline(always)]
@@ -78,7 +77,7 @@ pub(super) struct Shade<'a, K> {
     pub(super) shading: &'a mut Shading,
 }
 
-impl<K: Kind> Work for Shade<'_, K> {
+impl<K: BsdfBlock> Work for Shade<'_, K> {
     type Output = ();
 
     #[inline(always)]

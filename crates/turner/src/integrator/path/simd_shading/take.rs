@@ -1,11 +1,11 @@
 //! Which vertices are shaded in blocks.
 
-use super::{LANES, List, VertexBlocks};
+use super::{List, VertexBlocks};
 use crate::integrator::footprint;
 use crate::integrator::path::path_batch::PathBatch;
 use crate::integrator::path::record::Record;
 use crate::material::{BlockBsdf, Material, OpenPbr};
-use crate::math::Ray;
+use crate::math::{DVec3, Ray};
 use crate::scene::{Hit, Scene, SurfaceInteraction};
 
 impl<'a, R: Record> PathBatch<'a, R> {
@@ -42,7 +42,7 @@ impl<'a, R: Record> PathBatch<'a, R> {
         material: &OpenPbr,
     ) -> bool {
         let Some(bsdf) = material.plain().filter(|bsdf| !self.is_scalar(bsdf)) else { return false };
-        if !self.blocks.take(&bsdf, &Place { sample, hit, material }, Flat { scene: self.scene, ray }) {
+        if !self.blocks.take(&bsdf, &Place { sample, ray, hit, material }, &Surface::Flat(self.scene)) {
             return false;
         }
         self.blocks.in_block[number] = true;
@@ -75,8 +75,8 @@ impl<'a, R: Record> PathBatch<'a, R> {
             Some(_) => footprint::curvature(self.scene, surface, -ray.direction),
             None => 0.0,
         };
-        let place = Place { sample, hit: &surface.hit, material };
-        let taken = self.blocks.take(&bsdf, &place, Computed { surface, ray, mapped, curvature });
+        let place = Place { sample, ray, hit: &surface.hit, material };
+        let taken = self.blocks.take(&bsdf, &place, &Surface::Computed(surface, mapped, curvature));
         self.blocks.in_block[number] = taken;
         taken
     }
@@ -85,53 +85,24 @@ impl<'a, R: Record> PathBatch<'a, R> {
 /// What a block knows of a vertex beside its surface and BSDF.
 struct Place<'a> {
     sample: u32,
+    ray: &'a Ray,
     hit: &'a Hit,
     material: &'a OpenPbr,
 }
 
 /// How a surface gets into a block.
-trait Store {
-    /// Stores it in a lane; returns whether that is possible.
-    fn store<K>(&self, block: &mut super::VertexBlock<K>, lane: usize, hit: &Hit) -> bool;
-}
-
-/// A flat triangle, which the block computes.
-struct Flat<'a> {
-    scene: &'a Scene,
-    ray: &'a Ray,
-}
-
-impl Store for Flat<'_> {
-    #[inline]
-    fn store<K>(&self, block: &mut super::VertexBlock<K>, lane: usize, hit: &Hit) -> bool {
-        block.curvature.0[lane] = 0.0;
-        block.surfaces.take(self.scene, lane, hit, self.ray.direction)
-    }
-}
-
-struct Computed<'a> {
-    surface: &'a SurfaceInteraction,
-    ray: &'a Ray,
-    mapped: crate::math::DVec3,
-    curvature: f64,
-}
-
-impl Store for Computed<'_> {
-    #[inline]
-    fn store<K>(&self, block: &mut super::VertexBlock<K>, lane: usize, _: &Hit) -> bool {
-        block.curvature.0[lane] = self.curvature;
-        block.surfaces.set(lane, self.surface, self.mapped, self.ray.direction);
-        true
-    }
+enum Surface<'a> {
+    /// A flat triangle, if it is one: the block computes it.
+    Flat(&'a Scene),
+    /// A surface that is computed, its normal after the material's maps, and its curvature.
+    Computed(&'a SurfaceInteraction, DVec3, f64),
 }
 
 impl VertexBlocks {
     #[inline]
-    fn take(&mut self, bsdf: &BlockBsdf<'_>, place: &Place<'_>, surface: impl Store) -> bool {
+    fn take(&mut self, bsdf: &BlockBsdf<'_>, place: &Place<'_>, surface: &Surface<'_>) -> bool {
         match bsdf {
-            BlockBsdf::Lambert(f) => {
-                self.lambert.take(place, surface, |kind, lane| super::set32(&mut kind.f, lane, *f))
-            }
+            BlockBsdf::Lambert(f) => self.lambert.take(place, surface, |kind, lane| kind.set(lane, *f)),
             BlockBsdf::Opaque(base) if base.is_metal() => {
                 self.metals.take(place, surface, |kind, lane| kind.set(lane, base))
             }
@@ -144,12 +115,17 @@ impl VertexBlocks {
 
 impl<K: Default> List<K> {
     #[inline]
-    fn take(&mut self, place: &Place<'_>, surface: impl Store, set: impl FnOnce(&mut K, usize)) -> bool {
+    fn take(&mut self, place: &Place<'_>, surface: &Surface<'_>, set: impl FnOnce(&mut K, usize)) -> bool {
         let (block, lane) = self.free();
-        debug_assert!(lane < LANES);
-        if !surface.store(block, lane, place.hit) {
-            return false;
-        }
+        let direction = place.ray.direction;
+        block.curvature.0[lane] = match *surface {
+            Surface::Flat(scene) if block.surfaces.take(scene, lane, place.hit, direction) => 0.0,
+            Surface::Flat(_) => return false,
+            Surface::Computed(surface, mapped, curvature) => {
+                block.surfaces.set(lane, surface, mapped, direction);
+                curvature
+            }
+        };
         set(&mut block.kind, lane);
         block.samples[lane] = place.sample;
         block.from[lane] = place.hit.origin();

@@ -1,7 +1,5 @@
 //! The number of rays and of bounces of each sample.
 
-use super::path_batch::Path;
-
 /// The number of rays of each sample of a batch, for the AOV `cost`: the camera ray, the rays that continue its path, its
 /// shadow rays, and the rays that join its path to those of other samples. And the number of bounces of its path.
 #[derive(Default)]
@@ -54,15 +52,16 @@ impl RayCounts {
         }
     }
 
-    /// Counts one ray of each of these samples, whose paths are continued by it.
-    pub(super) fn begin_round(&mut self, samples: &[u32], paths: &[Path]) {
+    /// Counts one ray of each of these samples, whose paths are continued by it. `bounces` is the number of bounces of a
+    /// sample's path.
+    pub(super) fn begin_round(&mut self, samples: &[u32], bounces: impl Fn(usize) -> u32) {
         if self.counts_rays {
             samples.iter().for_each(|sample| self.add(*sample));
         }
         if self.counts_bounces {
             for &sample in samples {
                 let i = sample as usize;
-                self.bounces[i] = paths[i].bounces.total;
+                self.bounces[i] = bounces(i);
             }
         }
     }

@@ -1,29 +1,29 @@
-//! The BSDFs of eight vertices.
+//! The BSDFs of eight points at a time: a common interface, and Lambertian reflection.
 
 use std::f64::consts::PI;
 
-use turner_bvh::lanes::{F32x8, F64x8, Mask8, Simd, Vec3x8};
+use turner_bvh::lanes::{Block32, F32x8, F64x8, Mask8, Simd, Vec3x8};
 
-use super::{Lambert, get32};
-use crate::bsdf::{MIN_COSINE, OpaqueBlock, OpaqueSeen, ScatteredX8, cosine};
+use super::mixture::MIN_COSINE;
+use super::opaque_base::{OpaqueBlock, OpaqueSeen, ScatteredX8, cosine};
 use crate::color::Spectrum;
 
 /// Colours, one register per band.
-pub(super) type Bands<S> = [F32x8<S>; 3];
+pub(crate) type Bands<S> = [F32x8<S>; 3];
 
 /// Eight sampled directions.
-pub(super) struct Sampled<S: Simd> {
-    pub(super) wi: Vec3x8<S>,
-    pub(super) f: Bands<S>,
-    pub(super) pdf: F64x8<S>,
+pub(crate) struct Sampled<S: Simd> {
+    pub(crate) wi: Vec3x8<S>,
+    pub(crate) f: Bands<S>,
+    pub(crate) pdf: F64x8<S>,
     /// Lanes with a sample, by a delta lobe, by a diffuse lobe.
-    pub(super) valid: Mask8<S>,
-    pub(super) is_delta: Mask8<S>,
-    pub(super) is_diffuse: Mask8<S>,
+    pub(crate) valid: Mask8<S>,
+    pub(crate) is_delta: Mask8<S>,
+    pub(crate) is_diffuse: Mask8<S>,
 }
 
-/// The BSDFs of eight vertices, which only reflect light.
-pub(super) trait Kind: Default {
+/// The BSDFs of eight points, which only reflect light.
+pub(crate) trait BsdfBlock: Default {
     /// What depends on wo alone.
     type Seen<S: Simd>: Copy;
 
@@ -48,12 +48,29 @@ pub(super) trait Kind: Default {
     fn sample<S: Simd>(&self, simd: S, wo: Vec3x8<S>, seen: &Self::Seen<S>, u: [F64x8<S>; 3]) -> Sampled<S>;
 }
 
-impl Kind for Lambert {
+/// Eight Lambertian BRDFs.
+#[derive(Default)]
+pub(crate) struct LambertBlock {
+    f: [Block32; 3],
+}
+
+impl LambertBlock {
+    /// Stores a BRDF in a lane.
+    #[inline]
+    pub(crate) fn set(&mut self, lane: usize, f: Spectrum) {
+        for (block, v) in self.f.iter_mut().zip(f.to_array()) {
+            block.0[lane] = v;
+        }
+    }
+}
+
+impl BsdfBlock for LambertBlock {
     type Seen<S: Simd> = ();
 
     #[inline]
     fn lambert(&self, lane: usize) -> Option<Spectrum> {
-        Some(get32(&self.f, lane))
+        let [r, g, b] = &self.f;
+        Some(Spectrum::new(r.0[lane], g.0[lane], b.0[lane]))
     }
 
     #[inline(always)]
@@ -78,7 +95,7 @@ impl Kind for Lambert {
     }
 }
 
-impl Kind for OpaqueBlock {
+impl BsdfBlock for OpaqueBlock {
     type Seen<S: Simd> = OpaqueSeen<S>;
 
     #[inline(always)]
