@@ -49,5 +49,5 @@ pub use scene::{Scene, SceneStats};
 pub use search_cost::SearchCost;
 pub use shadow_catchers::ShadowCatchers;
 pub use spectrum_block::SpectrumBlock;
-pub use surface_block::{SurfaceBlock, SurfaceX8};
+pub(crate) use surface_block::{SurfaceBlock, SurfaceX8};
 pub(crate) use volumes::Volumes;

@@ -13,7 +13,7 @@ use crate::scene::{Hit, Scene};
 
 /// Eight surfaces. Flat triangles are computed here from their corners; others are stored as they are.
 #[derive(Clone, Debug, Default)]
-pub struct SurfaceBlock {
+pub(crate) struct SurfaceBlock {
     /// The lanes of flat triangles: hits of meshes with world-space positions that are shaded with their triangles'
     /// normals.
     flat: u8,
@@ -38,25 +38,25 @@ pub struct SurfaceBlock {
 
 /// Eight surfaces in registers.
 #[derive(Clone, Copy)]
-pub struct SurfaceX8<S: Simd> {
+pub(crate) struct SurfaceX8<S: Simd> {
     /// The points.
-    pub p: Vec3x8<S>,
+    pub(crate) p: Vec3x8<S>,
     /// Bounds on the distances of the points from the true surfaces.
-    pub error: F64x8<S>,
+    pub(crate) error: F64x8<S>,
     /// Geometric and shading normals, out of the shapes.
-    pub ng: Vec3x8<S>,
+    pub(crate) ng: Vec3x8<S>,
     /// See `ng`.
-    pub ns: Vec3x8<S>,
+    pub(crate) ns: Vec3x8<S>,
     /// Shading frames on the side where the rays come from.
-    pub frame: FrameX8<S>,
+    pub(crate) frame: FrameX8<S>,
     /// Directions towards the rays' origins.
-    pub wo: Vec3x8<S>,
+    pub(crate) wo: Vec3x8<S>,
 }
 
 impl SurfaceBlock {
     /// Stores the hit of a ray of this direction in a lane; false if its surface is not a flat triangle.
     #[inline]
-    pub fn take(&mut self, scene: &Scene, lane: usize, hit: &Hit, direction: DVec3) -> bool {
+    pub(crate) fn take(&mut self, scene: &Scene, lane: usize, hit: &Hit, direction: DVec3) -> bool {
         let Some(triangle) = scene.placed_triangle(hit) else { return false };
         if !triangle.own.is_faceted() {
             return false;
@@ -85,7 +85,7 @@ impl SurfaceBlock {
 
     /// Stores a surface that a ray of this direction hits. `mapped` is the shading normal after the material's maps.
     #[inline]
-    pub fn set(&mut self, lane: usize, surface: &SurfaceInteraction, mapped: DVec3, direction: DVec3) {
+    pub(crate) fn set(&mut self, lane: usize, surface: &SurfaceInteraction, mapped: DVec3, direction: DVec3) {
         self.flat &= !(1 << lane);
         set_vector(&mut self.p, lane, surface.p);
         self.error.0[lane] = surface.error;
@@ -97,7 +97,7 @@ impl SurfaceBlock {
 
     /// Computes the flat triangles, and all frames.
     #[inline(always)]
-    pub fn compute<S: Simd>(&mut self, simd: S) {
+    pub(crate) fn compute<S: Simd>(&mut self, simd: S) {
         let one = F64x8::splat(simd, 1.0);
         if self.flat != 0 {
             let flat = Mask8::new(simd, self.flat);
@@ -138,49 +138,49 @@ impl SurfaceBlock {
 
     /// The point in a lane.
     #[inline]
-    pub fn point(&self, lane: usize) -> DVec3 {
+    pub(crate) fn point(&self, lane: usize) -> DVec3 {
         vector(&self.p, lane)
     }
 
     /// The geometric normal in a lane.
     #[inline]
-    pub fn normal(&self, lane: usize) -> DVec3 {
+    pub(crate) fn normal(&self, lane: usize) -> DVec3 {
         vector(&self.ng, lane)
     }
 
     /// The shading normal in a lane.
     #[inline]
-    pub fn shading_normal(&self, lane: usize) -> DVec3 {
+    pub(crate) fn shading_normal(&self, lane: usize) -> DVec3 {
         vector(&self.ns, lane)
     }
 
     /// The shading normal in a lane after the material's maps.
     #[inline]
-    pub fn mapped_normal(&self, lane: usize) -> DVec3 {
+    pub(crate) fn mapped_normal(&self, lane: usize) -> DVec3 {
         vector(&self.mapped, lane)
     }
 
     /// The z axis of the shading frame in a lane.
     #[inline]
-    pub fn frame_normal(&self, lane: usize) -> DVec3 {
+    pub(crate) fn frame_normal(&self, lane: usize) -> DVec3 {
         vector(&self.frame[2], lane)
     }
 
     /// The direction of the ray in a lane.
     #[inline]
-    pub fn direction(&self, lane: usize) -> DVec3 {
+    pub(crate) fn direction(&self, lane: usize) -> DVec3 {
         vector(&self.direction, lane)
     }
 
     /// The origin of rays that leave to a side of the surface: 1 is that of the normal, -1 the other.
     #[inline]
-    pub fn leave(&self, lane: usize, side: f64) -> DVec3 {
+    pub(crate) fn leave(&self, lane: usize, side: f64) -> DVec3 {
         self.point(lane) + self.normal(lane) * (side * 4.0 * self.error.0[lane])
     }
 
     /// All lanes.
     #[inline(always)]
-    pub fn lanes<S: Simd>(&self, simd: S) -> SurfaceX8<S> {
+    pub(crate) fn lanes<S: Simd>(&self, simd: S) -> SurfaceX8<S> {
         let [x, y, z] = &self.frame;
         SurfaceX8 {
             p: Vec3x8::load(simd, &self.p),
@@ -196,7 +196,7 @@ impl SurfaceBlock {
 impl<S: Simd> SurfaceX8<S> {
     /// As [`SurfaceInteraction::leave`].
     #[inline(always)]
-    pub fn leave(&self, simd: S, direction: Vec3x8<S>) -> Vec3x8<S> {
+    pub(crate) fn leave(&self, simd: S, direction: Vec3x8<S>) -> Vec3x8<S> {
         let outwards = direction.dot(self.ng).ge(F64x8::splat(simd, 0.0));
         let side = outwards.select(F64x8::splat(simd, 4.0), F64x8::splat(simd, -4.0));
         self.p + self.ng * (side * self.error)
@@ -205,7 +205,7 @@ impl<S: Simd> SurfaceX8<S> {
     /// Lanes in which light from `wi` is reflected: it arrives on the side of wo, by both normals. `above` are the lanes
     /// in which the cosine to the frame's normal is greater than 0.
     #[inline(always)]
-    pub fn reflects(&self, simd: S, wi: Vec3x8<S>, above: Mask8<S>) -> Mask8<S> {
+    pub(crate) fn reflects(&self, simd: S, wi: Vec3x8<S>, above: Mask8<S>) -> Mask8<S> {
         let zero = F64x8::splat(simd, 0.0);
         let all = Mask8::new(simd, u8::MAX);
         let (o, i) = (self.wo.dot(self.ng), wi.dot(self.ng));
@@ -218,7 +218,7 @@ impl<S: Simd> SurfaceX8<S> {
 
     /// As [`softened`](crate::material::vertex::softened).
     #[inline(always)]
-    pub fn terminator(&self, simd: S, wi: Vec3x8<S>) -> F64x8<S> {
+    pub(crate) fn terminator(&self, simd: S, wi: Vec3x8<S>) -> F64x8<S> {
         let (zero, one) = (F64x8::splat(simd, 0.0), F64x8::splat(simd, 1.0));
         let g = self.ng.dot(wi) / (self.ng.dot(self.ns) * self.ns.dot(wi));
         let soft = g.gt(zero).select(g * (one + g * (one - g)), zero);
