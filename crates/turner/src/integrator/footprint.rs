@@ -78,7 +78,7 @@ pub(super) fn leave_reflected(
 
 /// Curvature of a surface on the side of wo.
 #[inline]
-pub(super) fn curvature(scene: &Scene, surface: &SurfaceInteraction, wo: DVec3) -> f64 {
+fn curvature(scene: &Scene, surface: &SurfaceInteraction, wo: DVec3) -> f64 {
     let side = if wo.dot(surface.ng) >= 0.0 { 1.0 } else { -1.0 };
-    side * scene.curvature(surface)
+    side * scene.curvature(&surface.hit)
 }

@@ -308,7 +308,7 @@ impl Walk {
             }
         }
         let side = if vertex.wo.dot(surface.ng) >= 0.0 { 1.0 } else { -1.0 };
-        let curvature = side * frame.scene.curvature(surface);
+        let curvature = side * frame.scene.curvature(&surface.hit);
         let cone =
             if crosses { walker.cone.refracted(s.eta, curvature) } else { walker.cone.reflected(curvature) };
         let next = Walker {

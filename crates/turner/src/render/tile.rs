@@ -26,7 +26,7 @@ use crate::integrator::path::CELL;
 use crate::integrator::{CameraSamples, PhotonMap, Prepared, Radiance, RayStats, Tracer};
 use crate::math::DVec2;
 use crate::sampler::SampleId;
-use crate::view::{place, take_points};
+use crate::view::{PlaceBuffer, places, take_points};
 
 /// Approximate number of rays between two checks for a cancel: a few milliseconds of work. Small in tests, so
 /// that tiles are traced in strips.
@@ -59,6 +59,9 @@ pub(super) struct TileBuffers<'a> {
     pub(super) non_finite: NonFinite,
     pub(super) stats: RayStats,
     pub(super) samples: CameraSamples,
+    /// The samples to trace, and the positions of samples.
+    ids: Vec<SampleId>,
+    places: PlaceBuffer,
     pub(super) radiance: Vec<Radiance>,
     /// Samples and radiance of the strips of this tile that are already traced.
     earlier: (Vec<SampleId>, Vec<Radiance>),
@@ -97,6 +100,8 @@ impl<'a> TileBuffers<'a> {
             non_finite: NonFinite::default(),
             stats: RayStats::default(),
             samples: CameraSamples::default(),
+            ids: Vec::new(),
+            places: PlaceBuffer::default(),
             radiance: Vec::new(),
             earlier: (Vec::new(), Vec::new()),
             rays_per_sample: 0,
@@ -192,8 +197,8 @@ impl<'a> TileBuffers<'a> {
         }
         let samples = self.samples.ids.iter().zip(&self.radiance);
         if let Some(filter) = &self.reconstruction {
-            for (id, &Radiance { color, alpha }) in samples {
-                let at = place(&self.p.view, &self.filter, id);
+            places(&self.p.view, &self.filter, &self.samples.ids, &mut self.places);
+            for ((id, &Radiance { color, alpha }), &at) in samples.zip(&self.places.places) {
                 let values = SampleValues { color, alpha, extra: &[], index: id.index };
                 if !self.sums.splat(filter, at, &values) {
                     self.non_finite.note(id.x, id.y, id.index);
@@ -271,14 +276,15 @@ impl<'a> TileBuffers<'a> {
         let film = &self.p.view.film;
         let preview = self.preview.filter(|_| index == 0 && self.half.is_none());
         let half = self.half;
-        let points = (traced.y..traced.y + traced.height)
+        let ids = (traced.y..traced.y + traced.height)
             .flat_map(|y| (traced.x..traced.x + traced.width).map(move |x| (x, y)))
             .filter(|(x, y)| half.is_none_or(|half| Half::of(*x, *y) == half))
             .filter(|(x, y)| preview.and_then(|p| p.traced(*x, *y)).is_none())
-            .map(|(x, y)| {
-                let id = SampleId { x, y, index, seed: u64::from(film.seed) };
-                (id, place(&self.p.view, &self.filter, &id))
-            });
+            .map(|(x, y)| SampleId { x, y, index, seed: u64::from(film.seed) });
+        self.ids.clear();
+        self.ids.extend(ids);
+        places(&self.p.view, &self.filter, &self.ids, &mut self.places);
+        let points = self.ids.iter().copied().zip(self.places.places.iter().copied());
         self.samples.clear();
         take_points(&self.p.view, &mut self.samples, points);
         self.trace();

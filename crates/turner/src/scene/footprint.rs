@@ -15,7 +15,7 @@
 
 use crate::math::DVec3;
 use crate::scene::scene::ObjectTransform;
-use crate::scene::{Scene, SurfaceInteraction};
+use crate::scene::{Hit, Scene, SurfaceInteraction};
 use crate::texture::{Footprint, TexturePoint};
 
 impl Scene {
@@ -35,9 +35,9 @@ impl Scene {
     }
 
     /// Approximate curvature: how much the normal rotates per unit of length; above 0 where the surface is convex.
-    pub fn curvature(&self, surface: &SurfaceInteraction) -> f64 {
-        let primitive = &self.primitives[surface.hit.primitive as usize];
-        let own = primitive.shape.curvature(&surface.hit.shape);
+    pub fn curvature(&self, hit: &Hit) -> f64 {
+        let primitive = &self.primitives[hit.primitive as usize];
+        let own = primitive.shape.curvature(&hit.shape);
         match self.transforms.get(primitive.transform as usize) {
             // `stretch` over √3 is the root mean square of the factors by which lengths grow.
             Some(placed) => own * 3f64.sqrt() / placed.stretch,

@@ -6,19 +6,21 @@ use turner_bvh::lanes::{Block, Block32, F32x8, F64x8, Mask8, Simd, Vec3x8};
 use crate::interaction::SurfaceInteraction;
 use crate::material::bent_normal::HEIGHT;
 use crate::math::DVec3;
-use crate::math::block::{set_vector, vector};
+use crate::math::block::{set_bit, set_vector, vector};
 use crate::math::elementary_x8::is_finite;
 use crate::math::frame_x8::FrameX8;
 use crate::scene::{Hit, Scene};
 
-/// Eight surfaces. Flat triangles are computed here from their corners; others are stored as they are.
+/// Eight surfaces. Triangles are computed here from their corners and vertex normals; others are stored as they are.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct SurfaceBlock {
-    /// The lanes of flat triangles: hits of meshes with world-space positions that are shaded with their triangles'
-    /// normals.
-    flat: u8,
+    /// The lanes of triangles with world-space positions and normals, and those of them with vertex normals.
+    triangles: u8,
+    smooth: u8,
     /// Corners of the triangles, by coordinate.
     corners: [[Block32; 3]; 3],
+    /// Their vertex normals, by coordinate.
+    normals: [[Block32; 3]; 3],
     /// Barycentric weights of the second and third corner.
     weights: [Block; 2],
     /// The offset added to points in the lanes of `moved`, and the factor of normals.
@@ -54,31 +56,40 @@ pub(crate) struct SurfaceX8<S: Simd> {
 }
 
 impl SurfaceBlock {
-    /// Stores the hit of a ray of this direction in a lane; false if its surface is not a flat triangle.
+    /// Stores the hit of a ray of this direction in a lane; false if its surface is not a triangle in world space, or has
+    /// vertex normals where only `flat` ones are asked for.
     #[inline]
-    pub(crate) fn take(&mut self, scene: &Scene, lane: usize, hit: &Hit, direction: DVec3) -> bool {
+    pub(crate) fn take(
+        &mut self,
+        scene: &Scene,
+        lane: usize,
+        hit: &Hit,
+        direction: DVec3,
+        flat: bool,
+    ) -> bool {
         let Some(triangle) = scene.placed_triangle(hit) else { return false };
-        if !triangle.own.is_faceted() {
+        let normals = triangle.own.normals_at_corners(hit.shape.part);
+        // Vertex normals are in the space of the object.
+        if normals.is_some() && (flat || triangle.moved.is_some()) {
             return false;
         }
-        for (blocks, corner) in self.corners.iter_mut().zip(triangle.mesh.corners(triangle.part)) {
-            for (block, v) in blocks.iter_mut().zip(corner) {
-                block.0[lane] = v;
-            }
+        set_corners(&mut self.corners, lane, triangle.mesh.corners(triangle.part));
+        if let Some(normals) = normals {
+            set_corners(&mut self.normals, lane, normals);
         }
+        set_bit(&mut self.smooth, lane, normals.is_some());
         (self.weights[0].0[lane], self.weights[1].0[lane]) = (hit.shape.u, hit.shape.v);
         let own = triangle.mesh.error();
+        set_bit(&mut self.moved, lane, triangle.moved.is_some());
         if let Some((offset, side)) = triangle.moved {
-            self.moved |= 1 << lane;
             set_vector(&mut self.offset, lane, offset);
             self.side.0[lane] = side;
             self.error.0[lane] = own + 4.0 * f64::EPSILON * offset.abs().max_element();
         } else {
-            self.moved &= !(1 << lane);
             self.side.0[lane] = 1.0;
             self.error.0[lane] = own.max(1e-15 * hit.shape.t);
         }
-        self.flat |= 1 << lane;
+        set_bit(&mut self.triangles, lane, true);
         set_vector(&mut self.direction, lane, direction);
         true
     }
@@ -86,7 +97,7 @@ impl SurfaceBlock {
     /// Stores a surface that a ray of this direction hits. `mapped` is the shading normal after the material's maps.
     #[inline]
     pub(crate) fn set(&mut self, lane: usize, surface: &SurfaceInteraction, mapped: DVec3, direction: DVec3) {
-        self.flat &= !(1 << lane);
+        set_bit(&mut self.triangles, lane, false);
         set_vector(&mut self.p, lane, surface.p);
         self.error.0[lane] = surface.error;
         set_vector(&mut self.ng, lane, surface.ng);
@@ -95,25 +106,12 @@ impl SurfaceBlock {
         set_vector(&mut self.direction, lane, direction);
     }
 
-    /// Computes the flat triangles, and all frames.
+    /// Computes the triangles, and all frames.
     #[inline(always)]
     pub(crate) fn compute<S: Simd>(&mut self, simd: S) {
         let one = F64x8::splat(simd, 1.0);
-        if self.flat != 0 {
-            let flat = Mask8::new(simd, self.flat);
-            let [a, b, c] = &self.corners;
-            let (a, b, c) = (corner(simd, a), corner(simd, b), corner(simd, c));
-            let (u, v) = (F64x8::load(simd, &self.weights[0]), F64x8::load(simd, &self.weights[1]));
-            let n = (b - a).cross(c - a);
-            let ng = n * (one / n.dot(n).sqrt());
-            let ng = ng * F64x8::load(simd, &self.side);
-            let p = a * (one - u - v) + b * u + c * v;
-            let moved = Mask8::new(simd, self.moved);
-            let p = Vec3x8::select(moved, p + Vec3x8::load(simd, &self.offset), p);
-            Vec3x8::select(flat, p, Vec3x8::load(simd, &self.p)).store(&mut self.p);
-            Vec3x8::select(flat, ng, Vec3x8::load(simd, &self.ng)).store(&mut self.ng);
-            Vec3x8::select(flat, ng, Vec3x8::load(simd, &self.ns)).store(&mut self.ns);
-            Vec3x8::select(flat, ng, Vec3x8::load(simd, &self.mapped)).store(&mut self.mapped);
+        if self.triangles != 0 {
+            self.compute_triangles(simd);
         }
         let ng = Vec3x8::load(simd, &self.ng);
         let n = Vec3x8::load(simd, &self.mapped);
@@ -134,6 +132,33 @@ impl SurfaceBlock {
         frame.x.store(x);
         frame.y.store(y);
         frame.z.store(z);
+    }
+
+    /// As [`TriangleMesh::surface`](crate::shape::TriangleMesh::surface).
+    #[inline(always)]
+    fn compute_triangles<S: Simd>(&mut self, simd: S) {
+        let (zero, one) = (F64x8::splat(simd, 0.0), F64x8::splat(simd, 1.0));
+        let mask = Mask8::new(simd, self.triangles);
+        let [a, b, c] = corners(simd, &self.corners);
+        let (u, v) = (F64x8::load(simd, &self.weights[0]), F64x8::load(simd, &self.weights[1]));
+        let w = one - u - v;
+        let n = (b - a).cross(c - a);
+        let ng = n * (one / n.dot(n).sqrt()) * F64x8::load(simd, &self.side);
+        let p = a * w + b * u + c * v;
+        let moved = Mask8::new(simd, self.moved);
+        let p = Vec3x8::select(moved, p + Vec3x8::load(simd, &self.offset), p);
+        let mut ns = ng;
+        if self.smooth != 0 {
+            let [a, b, c] = corners(simd, &self.normals);
+            let n = normalized(simd, a * w + b * u + c * v);
+            let side = n.dot(ng);
+            let n = Vec3x8::select(side.gt(zero), n, Vec3x8::select(side.lt(zero), -n, ng));
+            ns = Vec3x8::select(Mask8::new(simd, self.smooth), n, ng);
+        }
+        Vec3x8::select(mask, p, Vec3x8::load(simd, &self.p)).store(&mut self.p);
+        Vec3x8::select(mask, ng, Vec3x8::load(simd, &self.ng)).store(&mut self.ng);
+        Vec3x8::select(mask, ns, Vec3x8::load(simd, &self.ns)).store(&mut self.ns);
+        Vec3x8::select(mask, ns, Vec3x8::load(simd, &self.mapped)).store(&mut self.mapped);
     }
 
     /// The point in a lane.
@@ -270,6 +295,12 @@ fn same<S: Simd>(a: Vec3x8<S>, b: Vec3x8<S>) -> Mask8<S> {
     a.x.eq(b.x) & a.y.eq(b.y) & a.z.eq(b.z)
 }
 
+/// Three vectors for each triangle.
+#[inline(always)]
+fn corners<S: Simd>(simd: S, [a, b, c]: &[[Block32; 3]; 3]) -> [Vec3x8<S>; 3] {
+    [corner(simd, a), corner(simd, b), corner(simd, c)]
+}
+
 #[inline(always)]
 fn corner<S: Simd>(simd: S, [x, y, z]: &[Block32; 3]) -> Vec3x8<S> {
     Vec3x8 {
@@ -278,3 +309,16 @@ fn corner<S: Simd>(simd: S, [x, y, z]: &[Block32; 3]) -> Vec3x8<S> {
         z: F32x8::load(simd, z).widen(),
     }
 }
+
+#[inline]
+fn set_corners(to: &mut [[Block32; 3]; 3], lane: usize, corners: [[f32; 3]; 3]) {
+    for (blocks, corner) in to.iter_mut().zip(corners) {
+        for (block, v) in blocks.iter_mut().zip(corner) {
+            block.0[lane] = v;
+        }
+    }
+}
+
+#[cfg(test)]
+#[path = "surface_block_tests.rs"]
+mod tests;

@@ -258,12 +258,6 @@ impl TriangleMesh {
         Some(self.data.triangles.get(part as usize)?.map(|i| wide(self.data.positions[i as usize])))
     }
 
-    /// Whether it is shaded with the geometric normals.
-    #[inline]
-    pub(crate) fn is_faceted(&self) -> bool {
-        self.normals().is_empty()
-    }
-
     /// Bound on the distance of surface points from the true surface.
     #[inline]
     pub(crate) fn error(&self) -> f64 {
@@ -274,6 +268,13 @@ impl TriangleMesh {
     #[inline]
     pub(crate) fn corners(&self, part: u32) -> [[f32; 3]; 3] {
         self.data.triangles[part as usize].map(|i| self.data.positions[i as usize])
+    }
+
+    /// The vertex normals of a triangle; `None` if it is shaded with its geometric normal.
+    #[inline]
+    pub(crate) fn normals_at_corners(&self, part: u32) -> Option<[[f32; 3]; 3]> {
+        let normals = self.normals();
+        (!normals.is_empty()).then(|| self.data.triangles[part as usize].map(|i| normals[i as usize]))
     }
 
     /// The corners of a triangle.

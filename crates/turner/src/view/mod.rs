@@ -6,7 +6,9 @@
 mod sample;
 
 pub use sample::{CameraSamples, camera_ray};
-pub(crate) use sample::{camera_point, check_pixel, place, place_of, sample_id, take_points};
+pub(crate) use sample::{
+    PlaceBuffer, camera_point, check_pixel, place, place_of, places, sample_id, take_points,
+};
 
 use turner_bvh::InstructionSet;
 

@@ -7,7 +7,7 @@ use crate::camera::camera_rays;
 use crate::film::{Antialias, PixelSample};
 use crate::filter::Filter;
 use crate::math::{DVec2, Ray};
-use crate::sampler::{OwenSobol, SampleId, stratified};
+use crate::sampler::{OwenSobol, SampleId, VertexNumbers, stratified};
 use crate::scene::RayBatch;
 use crate::schema::{ErrorCode, Remedy, SceneError};
 
@@ -148,6 +148,31 @@ pub(crate) fn take_points(
 #[inline]
 pub(crate) fn place(view: &View, filter: &Filter, id: &SampleId) -> DVec2 {
     DVec2::new(f64::from(id.x), f64::from(id.y)) + within_pixel(view, filter, id)
+}
+
+/// The positions of samples, as [`place`] gives them one by one.
+pub(crate) fn places(view: &View, filter: &Filter, ids: &[SampleId], buffer: &mut PlaceBuffer) {
+    let PlaceBuffer { requests, numbers, places } = buffer;
+    places.clear();
+    if view.film.antialias != Antialias::MonteCarlo || !view.sobol {
+        places.extend(ids.iter().map(|id| place(view, filter, id)));
+        return;
+    }
+    requests.clear();
+    requests.extend(ids.iter().map(|id| (OwenSobol::new(id), PIXEL_SET)));
+    OwenSobol::vertex_numbers(view.instruction_set, requests, numbers);
+    places.extend(ids.iter().zip(numbers).map(|(id, numbers)| {
+        let [x, y, ..] = numbers.first();
+        DVec2::new(f64::from(id.x), f64::from(id.y)) + filter.place(DVec2::new(x, y))
+    }));
+}
+
+/// The positions of a batch of samples; memory is reused.
+#[derive(Default)]
+pub(crate) struct PlaceBuffer {
+    requests: Vec<(OwenSobol, u32)>,
+    numbers: Vec<VertexNumbers>,
+    pub(crate) places: Vec<DVec2>,
 }
 
 /// The position in the pixel: (0, 0) is its top left corner, (1, 1) the bottom right one. Filters may reach

@@ -53,7 +53,7 @@ impl Task {
     fn arrive(&mut self, scene: &Scene, surface: &mut SurfaceInteraction, direction: DVec3, t: f64) {
         footprint::arrive(&mut self.cone, surface, direction, t);
         let side = if direction.dot(surface.ng) <= 0.0 { 1.0 } else { -1.0 };
-        self.curvature = (side * scene.curvature(surface)) as f32;
+        self.curvature = (side * scene.curvature(&surface.hit)) as f32;
     }
 }
 

@@ -61,8 +61,9 @@ impl<R: Record> PathBatch<'_, R> {
             path.origin = receiver;
         }
         if let Some(pixel) = &self.view.pixel_cone {
-            path.cone =
-                footprint::leave_reflected(pixel, path.cone, block.curvature.0[lane], path.pdf, is_delta);
+            let is_outside = block.surfaces.direction(lane).dot(block.surfaces.normal(lane)) <= 0.0;
+            let curvature = if is_outside { block.curvature.0[lane] } else { -block.curvature.0[lane] };
+            path.cone = footprint::leave_reflected(pixel, path.cone, curvature, path.pdf, is_delta);
         }
         stats.reflected += 1;
         path.begin_roulette();

@@ -8,7 +8,7 @@
 //!  rest:   g g                                                       scalar code, `shade`
 //! ```
 //!
-//! A vertex is sorted into a block at its hit. Flat triangles of constant materials need no
+//! A vertex is sorted into a block at its hit. Triangles of constant materials need no
 //! [`SurfaceInteraction`](crate::scene::SurfaceInteraction): their surfaces are computed in the block. The lanes perform
 //! the operations of [`PathBatch::shade`] in the same order and precision, so each vertex has the same bits as in scalar
 //! code, on every instruction set and in any batch. All other vertices, and all vertices of recorded paths, are shaded by
@@ -102,7 +102,7 @@ struct VertexBlock<K> {
     from: [RayOrigin; LANES],
     /// Glossiness of their materials, for light sampling.
     sides: [Option<Gloss>; LANES],
-    /// Curvatures on the sides of the rays, for ray cones.
+    /// Curvatures, for ray cones; above 0 where a surface is convex.
     curvature: Block,
     /// Receivers for light sampling; also the receivers of emitters that their next rays hit.
     receivers: [Option<Receiver>; LANES],

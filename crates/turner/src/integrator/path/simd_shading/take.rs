@@ -1,7 +1,6 @@
 //! Which vertices are shaded in blocks.
 
 use super::{List, VertexBlocks};
-use crate::integrator::footprint;
 use crate::integrator::path::path_batch::PathBatch;
 use crate::integrator::path::record::Record;
 use crate::material::{BlockBsdf, Material, OpenPbr};
@@ -31,9 +30,15 @@ impl<'a, R: Record> PathBatch<'a, R> {
         matches!(bsdf, BlockBsdf::Opaque(_)) && (self.strategy.is_some() || self.lobes.is_on())
     }
 
-    /// Adds a vertex to a block, if it is on a flat triangle with a constant material.
     #[inline]
-    pub(in crate::integrator::path) fn take_flat(
+    fn place<'b>(&self, sample: u32, ray: &'b Ray, hit: &'b Hit, material: &'b OpenPbr) -> Place<'b> {
+        let curvature = if self.view.pixel_cone.is_some() { self.scene.curvature(hit) } else { 0.0 };
+        Place { sample, ray, hit, material, curvature }
+    }
+
+    /// Adds a vertex to a block, if it is on a triangle in world space with a constant material.
+    #[inline]
+    pub(in crate::integrator::path) fn take_triangle(
         &mut self,
         number: usize,
         sample: u32,
@@ -42,7 +47,9 @@ impl<'a, R: Record> PathBatch<'a, R> {
         material: &OpenPbr,
     ) -> bool {
         let Some(bsdf) = material.plain().filter(|bsdf| !self.is_scalar(bsdf)) else { return false };
-        if !self.blocks.take(&bsdf, &Place { sample, ray, hit, material }, &Surface::Flat(self.scene)) {
+        // The densities of light paths at smooth normals are those of scalar code.
+        let surface = Surface::Triangle { scene: self.scene, flat: self.strategy.is_some() };
+        if !self.blocks.take(&bsdf, &self.place(sample, ray, hit, material), &surface) {
             return false;
         }
         self.blocks.in_block[number] = true;
@@ -71,12 +78,8 @@ impl<'a, R: Record> PathBatch<'a, R> {
         let Some(bsdf) = bsdf.filter(|bsdf| !self.is_scalar(bsdf)) else { return false };
         let has_maps = material.desc.bump().is_some() || material.desc.normal_map.is_some();
         let mapped = if has_maps { material.frame(self.scene, surface).z } else { surface.ns };
-        let curvature = match self.view.pixel_cone {
-            Some(_) => footprint::curvature(self.scene, surface, -ray.direction),
-            None => 0.0,
-        };
-        let place = Place { sample, ray, hit: &surface.hit, material };
-        let taken = self.blocks.take(&bsdf, &place, &Surface::Computed(surface, mapped, curvature));
+        let place = self.place(sample, ray, &surface.hit, material);
+        let taken = self.blocks.take(&bsdf, &place, &Surface::Computed(surface, mapped));
         self.blocks.in_block[number] = taken;
         taken
     }
@@ -88,14 +91,16 @@ struct Place<'a> {
     ray: &'a Ray,
     hit: &'a Hit,
     material: &'a OpenPbr,
+    /// Curvature, for ray cones.
+    curvature: f64,
 }
 
 /// How a surface gets into a block.
 enum Surface<'a> {
-    /// A flat triangle, if it is one: the block computes it.
-    Flat(&'a Scene),
-    /// A surface that is computed, its normal after the material's maps, and its curvature.
-    Computed(&'a SurfaceInteraction, DVec3, f64),
+    /// A triangle in world space, if it is one: the block computes it. Perhaps only `flat` ones.
+    Triangle { scene: &'a Scene, flat: bool },
+    /// A surface that is computed, and its normal after the material's maps.
+    Computed(&'a SurfaceInteraction, DVec3),
 }
 
 impl VertexBlocks {
@@ -118,16 +123,17 @@ impl<K: Default> List<K> {
     fn take(&mut self, place: &Place<'_>, surface: &Surface<'_>, set: impl FnOnce(&mut K, usize)) -> bool {
         let (block, lane) = self.free();
         let direction = place.ray.direction;
-        block.curvature.0[lane] = match *surface {
-            Surface::Flat(scene) if block.surfaces.take(scene, lane, place.hit, direction) => 0.0,
-            Surface::Flat(_) => return false,
-            Surface::Computed(surface, mapped, curvature) => {
-                block.surfaces.set(lane, surface, mapped, direction);
-                curvature
+        match *surface {
+            Surface::Triangle { scene, flat } => {
+                if !block.surfaces.take(scene, lane, place.hit, direction, flat) {
+                    return false;
+                }
             }
-        };
+            Surface::Computed(surface, mapped) => block.surfaces.set(lane, surface, mapped, direction),
+        }
         set(&mut block.kind, lane);
         block.samples[lane] = place.sample;
+        block.curvature.0[lane] = place.curvature;
         block.from[lane] = place.hit.origin();
         block.sides[lane] = place.material.side();
         self.len += 1;

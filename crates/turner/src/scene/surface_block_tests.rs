@@ -1,0 +1,103 @@
+use std::sync::Arc;
+
+use turner_bvh::InstructionSet;
+use turner_bvh::lanes::{LANES, Work, dispatch};
+
+use super::*;
+use crate::description::{ObjectDesc, SceneDesc};
+use crate::integrator::IntegratorDesc;
+use crate::integrator::path::PathDesc;
+use crate::material::Material;
+use crate::material::vertex::prepare;
+use crate::math::Ray;
+use crate::schema::{Asset, MeshData, MeshId, PrepareOptions};
+use crate::shape::{MeshDesc, ShapeDesc};
+use crate::testing::Random;
+
+struct Compute<'a>(&'a mut SurfaceBlock);
+
+impl Work for Compute<'_> {
+    type Output = ();
+    #[inline(always)]
+    fn run<S: Simd>(self, simd: S) {
+        self.0.compute(simd);
+    }
+}
+
+/// Triangles with vertex normals on either side, some of them 0, opposite or far from the geometric normal.
+fn triangles(random: &mut Random, smooth: bool) -> SceneDesc {
+    let mut data = MeshData::default();
+    for i in 0..60u32 {
+        let corner = |random: &mut Random| {
+            let [x, y, z, _] = random.units::<4>();
+            [4.0 * x - 2.0, 4.0 * y - 2.0, 4.0 * z - 2.0].map(|v| v as f32)
+        };
+        for _ in 0..3 {
+            let p = corner(random);
+            data.positions.push(p);
+            let [x, y, z] = corner(random);
+            let normal = match i % 5 {
+                0 => [0.0; 3],
+                1 => [x, y, z],
+                2 => [0.0, 0.0, 1.0],
+                _ => [0.3 * x, 0.3 * y, -1.0],
+            };
+            data.normals.push(normal);
+        }
+        data.triangles.push([3 * i, 3 * i + 1, 3 * i + 2]);
+    }
+    let mut desc =
+        SceneDesc { integrator: IntegratorDesc::Path(PathDesc::default()), ..SceneDesc::default() };
+    desc.meshes.push(Asset { uri: String::new(), data: Arc::new(data) });
+    let shown = MeshDesc { mesh: MeshId(0), smooth: Some(smooth), materials: Vec::new() };
+    desc.objects.push(ObjectDesc::new(ShapeDesc::Mesh(shown)));
+    desc
+}
+
+#[test]
+fn triangles_in_lanes_equal_scalar_surfaces() {
+    let mut random = Random::new(8);
+    let (mut smooth_hits, mut bent) = (0, 0);
+    for smooth in [false, true] {
+        let scene = triangles(&mut random, smooth).prepare(&PrepareOptions::default()).unwrap().scene;
+        let mut block = SurfaceBlock::default();
+        for _ in 0..400 {
+            let mut surfaces = Vec::new();
+            while surfaces.len() < LANES {
+                let [a, b, c, d] = random.units::<4>();
+                let [e, f, ..] = random.units::<4>();
+                let from = DVec3::new(8.0 * a - 4.0, 8.0 * b - 4.0, 8.0 * c - 4.0);
+                let to = DVec3::new(3.0 * d - 1.5, 3.0 * e - 1.5, 3.0 * f - 1.5);
+                let ray = Ray::new(from, (to - from).normalize());
+                let Some(hit) = scene.intersect(&ray) else { continue };
+                let lane = surfaces.len();
+                let surface = scene.surface(&ray, &hit);
+                // Every third lane is stored as it is.
+                if lane % 3 == 2 {
+                    block.set(lane, &surface, surface.ns, ray.direction);
+                } else {
+                    assert_eq!(block.take(&scene, lane, &hit, ray.direction, true), !smooth);
+                    assert!(block.take(&scene, lane, &hit, ray.direction, false));
+                }
+                surfaces.push((ray, surface));
+            }
+            for set in InstructionSet::available() {
+                dispatch(set, Compute(&mut block));
+                for (lane, (ray, surface)) in surfaces.iter().enumerate() {
+                    let own = (block.point(lane), block.normal(lane), block.shading_normal(lane));
+                    assert_eq!(own, (surface.p, surface.ng, surface.ns));
+                    assert_eq!(block.error.0[lane], surface.error);
+                    let Material::OpenPbr(material) = scene.material_at(&surface.hit) else { panic!() };
+                    let outside = ray.direction.dot(surface.ng) < 0.0;
+                    let bsdf = material.constant_bsdf(outside).unwrap();
+                    let vertex = prepare(&*scene, ray, material, surface, bsdf, outside);
+                    let frame = block.frame.each_ref().map(|axis| vector(axis, lane));
+                    assert_eq!(frame, [vertex.frame.x, vertex.frame.y, vertex.frame.z]);
+                    smooth_hits += usize::from(surface.ns != surface.ng);
+                    bent += usize::from(vertex.frame.z.abs() != surface.ns.abs());
+                }
+            }
+        }
+    }
+    assert!(smooth_hits > 1000 && bent > 100, "{smooth_hits} {bent}");
+}
