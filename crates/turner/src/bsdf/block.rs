@@ -5,16 +5,19 @@ use std::f64::consts::PI;
 use turner_bvh::lanes::{Block32, F32x8, F64x8, Mask8, Simd, Vec3x8};
 
 use super::mixture::MIN_COSINE;
-use super::opaque_base::{OpaqueBlock, OpaqueSeen, ScatteredX8, cosine};
+use super::opaque_base::{OpaqueBlock, OpaqueSeen, cosine};
 use crate::color::Spectrum;
 
 /// Colours, one register per band.
 pub(crate) type Bands<S> = [F32x8<S>; 3];
 
-/// Eight sampled directions.
+/// Eight sampled directions, as [`BsdfSample`](super::BsdfSample).
 pub(crate) struct Sampled<S: Simd> {
+    /// Local directions that light comes from.
     pub(crate) wi: Vec3x8<S>,
+    /// The BRDFs, without the cosine.
     pub(crate) f: Bands<S>,
+    /// Densities of `wi` per solid angle; of delta lobes their probabilities.
     pub(crate) pdf: F64x8<S>,
     /// Lanes with a sample, by a delta lobe, by a diffuse lobe.
     pub(crate) valid: Mask8<S>,
@@ -117,9 +120,6 @@ impl BsdfBlock for OpaqueBlock {
 
     #[inline(always)]
     fn sample<S: Simd>(&self, simd: S, wo: Vec3x8<S>, seen: &OpaqueSeen<S>, u: [F64x8<S>; 3]) -> Sampled<S> {
-        let ScatteredX8 { wi, f, pdf, valid, is_delta, is_diffuse } =
-            OpaqueBlock::sample(self, simd, wo, seen, u);
-        let f = [f.x.narrow(), f.y.narrow(), f.z.narrow()];
-        Sampled { wi, f, pdf, valid, is_delta, is_diffuse }
+        OpaqueBlock::sample(self, simd, wo, seen, u)
     }
 }

@@ -14,6 +14,7 @@ use std::f64::consts::PI;
 use turner_bvh::lanes::{Block, F64x8, Mask8, Simd, Vec3x8};
 
 use super::albedo::AlbedoCurveBlock;
+use super::block::Sampled;
 use super::fresnel::Metal;
 use super::interface::{Interface, Spread};
 use super::mixture::MIN_COSINE;
@@ -116,23 +117,6 @@ pub(crate) struct OpaqueSeen<S: Simd> {
     loss: F64x8<S>,
     /// Probabilities of the lobes: interface, diffuse, multiple scattering.
     p: [F64x8<S>; 3],
-}
-
-/// Eight sampled directions, as [`BsdfSample`](super::BsdfSample).
-#[derive(Clone, Copy)]
-pub(crate) struct ScatteredX8<S: Simd> {
-    /// Local direction that light comes from.
-    pub(crate) wi: Vec3x8<S>,
-    /// The BSDF without the cosine.
-    pub(crate) f: Vec3x8<S>,
-    /// Density of `wi`; of delta lobes the probability.
-    pub(crate) pdf: F64x8<S>,
-    /// Lanes with a sample.
-    pub(crate) valid: Mask8<S>,
-    /// Lanes whose lobe is a delta lobe, and lanes whose lobe is diffuse.
-    pub(crate) is_delta: Mask8<S>,
-    /// See `is_delta`.
-    pub(crate) is_diffuse: Mask8<S>,
 }
 
 impl OpaqueBlock {
@@ -304,11 +288,11 @@ impl OpaqueBlock {
         wo: Vec3x8<S>,
         seen: &OpaqueSeen<S>,
         u: [F64x8<S>; 3],
-    ) -> ScatteredX8<S> {
+    ) -> Sampled<S> {
         let splat = |v: f64| F64x8::splat(simd, v);
         let (zero, one, least) = (splat(0.0), splat(1.0), splat(MIN_COSINE));
         let [interface, diffuse, multiple] = seen.p;
-        // As `choose`: the first lobe whose sum of probabilities is above u, else the last that is possible.
+        // As `choose`: the first lobe at which the cumulative probability exceeds u.
         let (first, second, third) = (interface.gt(zero), diffuse.gt(zero), multiple.gt(zero));
         let takes_first = first & (u[0].lt(interface) | Mask8::new(simd, !(second | third).bits()));
         let below = interface + diffuse;
@@ -340,7 +324,8 @@ impl OpaqueBlock {
             & wo.z.gt(least)
             & pdf.gt(zero)
             & (is_finite(simd, pdf) | is_delta);
-        ScatteredX8 { wi, f, pdf, valid, is_delta, is_diffuse: takes_second | takes_third }
+        let f = [f.x.narrow(), f.y.narrow(), f.z.narrow()];
+        Sampled { wi, f, pdf, valid, is_delta, is_diffuse: takes_second | takes_third }
     }
 
     /// A facet visible from `wo`; see `Ggx::sample_visible`.

@@ -1,5 +1,5 @@
 use turner_bvh::InstructionSet;
-use turner_bvh::lanes::{Block, LANES, Work, dispatch};
+use turner_bvh::lanes::{Block32, LANES, Work, dispatch};
 
 use super::*;
 use crate::bsdf::{Bsdf, PrincipledPoint};
@@ -19,7 +19,7 @@ struct All<'a> {
 #[derive(Default)]
 struct Out {
     wi: [Block; 3],
-    f: [Block; 3],
+    f: [Block32; 3],
     pdf: Block,
     masks: [u8; 3],
     evaluated: ([Block; 3], Block),
@@ -35,7 +35,9 @@ impl Work for All<'_> {
         let seen = self.block.towards(simd, wo);
         let s = self.block.sample(simd, wo, &seen, u);
         s.wi.store(&mut self.out.wi);
-        s.f.store(&mut self.out.f);
+        for (band, to) in s.f.into_iter().zip(&mut self.out.f) {
+            band.store(to);
+        }
         s.pdf.store(&mut self.out.pdf);
         self.out.masks = [s.valid.bits(), s.is_delta.bits(), s.is_diffuse.bits()];
         let (f, pdf) = self.block.eval_pdf(simd, wo, &seen, s.wi);
@@ -103,7 +105,8 @@ fn eight_lanes_equal_scalar() {
                     assert_eq!(bsdf.eval_pdf(vector(&wo, lane), wi), wide, "{bsdf:?}");
                 }
                 let Some(s) = sample else { continue };
-                let f = crate::bsdf::spectrum(vector(&out.f, lane));
+                let [r, g, b] = &out.f;
+                let f = Spectrum::new(r.0[lane], g.0[lane], b.0[lane]);
                 assert_eq!((s.wi, s.f, s.pdf), (wi, f, out.pdf.0[lane]), "{bsdf:?}");
                 assert_eq!((s.lobe.is_delta, s.lobe.is_diffuse), (is(1), is(2)), "{bsdf:?}");
                 seen += 1;

@@ -23,14 +23,14 @@ pub(crate) struct SurfaceBlock {
     normals: [[Block32; 3]; 3],
     /// Barycentric weights of the second and third corner.
     weights: [Block; 2],
-    /// The offset added to points in the lanes of `moved`, and the factor of normals.
+    /// Offsets of the world mesh, in the lanes of `moved`; -1 where a transform mirrors, else 1.
     offset: [Block; 3],
     moved: u8,
     side: Block,
     error: Block,
     p: [Block; 3],
     ng: [Block; 3],
-    /// Shading normals, and those that the material's maps make of them.
+    /// Shading normals, and those after bump and normal maps.
     ns: [Block; 3],
     mapped: [Block; 3],
     /// Directions of the rays that hit them, and the shading frames on the side where these come from.

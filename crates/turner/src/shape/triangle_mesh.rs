@@ -294,9 +294,7 @@ impl TriangleMesh {
 
     /// The corners' shading normals, if it is smooth.
     pub(super) fn corner_normals(&self, part: u32) -> Option<[DVec3; 3]> {
-        let normals = self.normals();
-        let corners = self.data.triangles[part as usize];
-        (!normals.is_empty()).then(|| corners.map(|i| wide(normals[i as usize])))
+        self.normals_at_corners(part).map(|normals| normals.map(wide))
     }
 
     /// Whether f64 confirms a hit near `t_min`.

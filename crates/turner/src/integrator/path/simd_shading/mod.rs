@@ -102,7 +102,7 @@ struct VertexBlock<K> {
     from: [RayOrigin; LANES],
     /// Glossiness of their materials, for light sampling.
     sides: [Option<Gloss>; LANES],
-    /// Curvatures, for ray cones; above 0 where a surface is convex.
+    /// Curvatures of the surfaces, positive where convex, for the ray cones after reflection.
     curvature: Block,
     /// Receivers for light sampling; also the receivers of emitters that their next rays hit.
     receivers: [Option<Receiver>; LANES],

@@ -60,7 +60,7 @@ impl<'a, R: Record> PathBatch<'a, R> {
         true
     }
 
-    /// Adds a vertex whose surface is computed to a block, unless its BSDF is none of those in blocks.
+    /// Adds a vertex with its surface interaction to a block; false if its BSDF can only be evaluated by scalar code.
     pub(in crate::integrator::path) fn take_surface(
         &mut self,
         number: usize,
@@ -85,13 +85,13 @@ impl<'a, R: Record> PathBatch<'a, R> {
     }
 }
 
-/// What a block knows of a vertex beside its surface and BSDF.
+/// The path, the ray, the hit and the material of a vertex.
 struct Place<'a> {
     sample: u32,
     ray: &'a Ray,
     hit: &'a Hit,
     material: &'a OpenPbr,
-    /// Curvature, for ray cones.
+    /// Curvature of the surface, for the ray cone after reflection.
     curvature: f64,
 }
 
@@ -99,7 +99,7 @@ struct Place<'a> {
 enum Surface<'a> {
     /// A triangle in world space, if it is one: the block computes it. Perhaps only `flat` ones.
     Triangle { scene: &'a Scene, flat: bool },
-    /// A surface that is computed, and its normal after the material's maps.
+    /// A surface interaction, and its shading normal after bump and normal map.
     Computed(&'a SurfaceInteraction, DVec3),
 }
 

@@ -42,6 +42,9 @@ pub(super) fn scenes() -> Vec<(&'static str, SceneDesc, Occurs)> {
         ("a mesh with textures", textured_mesh(), |p| {
             any(p, |v| v.ns != v.ng && v.scatter.is_some_and(|s| s.terminator < 1.0))
         }),
+        ("curved metal, seen from both sides, before textures", curved_metal(), |p| {
+            p.vertices.len() > 2 && any(p, |v| v.ns != v.ng && v.scatter.is_some())
+        }),
         ("mixes and holes", mixes_and_holes(), |p| {
             any(p, |v| v.chosen.is_some()) && any(p, |v| v.passage == Passage::Hole)
         }),
@@ -199,6 +202,26 @@ fn textured_mesh() -> SceneDesc {
         ..PrincipledMaterial::default()
     };
     desc.with(sheet, material)
+}
+
+/// The curvature of the metal widens or narrows the footprints in the texture.
+fn curved_metal() -> SceneDesc {
+    let mut desc = with_light(base());
+    let front = MeshData {
+        normals: vec![[-0.5, 1.0, -0.4], [0.5, 1.0, -0.4], [0.5, 1.0, 0.4], [-0.5, 1.0, 0.4]],
+        ..sheet()
+    };
+    let mut back = front.clone();
+    back.triangles.iter_mut().for_each(|t| t.swap(1, 2));
+    back.positions.iter_mut().for_each(|[_, y, z]| (*y, *z) = (*y + 0.6, *z - 1.0));
+    let metal = PrincipledMaterial { base_metalness: grey(1.0), ..PrincipledMaterial::default() };
+    let checks = PrincipledMaterial {
+        base_color: desc.texture(TextureDesc::Checkerboard(CheckerboardDesc::default())),
+        ..PrincipledMaterial::default()
+    };
+    let (front, back) = (desc.mesh(front), desc.mesh(back));
+    let behind = rectangle(v(0.0, 3.0, -3.0), v(12.0, 0.0, 0.0), v(0.0, 8.0, 0.0));
+    desc.with(front, metal.clone()).with(back, metal).with(behind, checks)
 }
 
 fn mixes_and_holes() -> SceneDesc {
