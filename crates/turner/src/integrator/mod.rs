@@ -29,6 +29,7 @@ mod debug_views;
 mod first_hits;
 mod footprint;
 pub mod path;
+mod probing;
 mod ray_counts;
 
 pub use crate::view::CameraSamples;

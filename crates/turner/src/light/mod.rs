@@ -44,13 +44,16 @@ pub use area::{AreaLight, DiskLightDesc, RectangleLightDesc, SphereLightDesc};
 pub use background::BackgroundDesc;
 pub use bound::LightBound;
 pub use directional::{Directional, DirectionalDesc};
-pub use environment::{EnvironmentBatch, EnvironmentDesc, EnvironmentLight, EnvironmentSample};
+pub use environment::{
+    AdaptiveEnvironment, EnvironmentBatch, EnvironmentDesc, EnvironmentLearning, EnvironmentLight,
+    EnvironmentSample,
+};
 pub use point::{Point, PointDesc};
 pub use profile::ProfileUnits;
 pub use sky::SkyDesc;
 pub use spot::{Spot, SpotDesc};
 pub(crate) use tree::WIDTH as TREE_WIDTH;
-pub use tree::{LightTree, Receiver};
+pub use tree::{LightTree, NO_CELL, Receiver};
 
 use crate::color::Spectrum;
 use crate::image::Image;

@@ -13,7 +13,7 @@ use turner_bvh::lanes::LANES;
 
 use crate::camera::PixelCone;
 use crate::color::Spectrum;
-use crate::light::Receiver;
+use crate::light::{NO_CELL, Receiver};
 use crate::math::{DVec2, DVec3, Ray, RayCone};
 use crate::preview::buffers::Sample;
 use crate::preview::looks::Looks;
@@ -236,7 +236,7 @@ impl Walk {
         for (i, (walker, hit)) in queue.walkers.iter_mut().zip(&hits).enumerate() {
             let Some(ray) = queue.rays.get(i) else { continue };
             let Some(hit) = hit else {
-                escaped.push(ray.direction);
+                escaped.push(ray.direction, NO_CELL);
                 continue;
             };
             let Some(numbers) = drawn.next() else { continue };
@@ -253,8 +253,8 @@ impl Walk {
             }
             surfaces.push((surface, request));
         }
-        scene.emitters.sample_batch(scene, &mut lights);
-        scene.emitters.escaped_batch(scene, &mut escaped);
+        scene.emitters.sample_batch(scene, None, &mut lights);
+        scene.emitters.escaped_batch(scene, None, &mut escaped);
         let (mut arrived, mut missed, mut drawn) = (surfaces.iter(), 0, numbers.iter());
         for (i, (walker, hit)) in queue.walkers.iter().zip(&hits).enumerate() {
             let Some(ray) = queue.rays.get(i) else { continue };

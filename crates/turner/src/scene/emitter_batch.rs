@@ -7,7 +7,7 @@ use turner_bvh::lanes::LANES;
 
 use crate::color::Spectrum;
 use crate::light::emission::{EmitterBlock, RectangleEmitter, SphereEmitter};
-use crate::light::{EnvironmentBatch, Light, Receiver};
+use crate::light::{AdaptiveEnvironment, EnvironmentBatch, Light, NO_CELL, Receiver};
 use crate::math::DVec3;
 use crate::scene::Scene;
 use crate::scene::emitters::{Emitter, Emitters, LightSample};
@@ -21,6 +21,9 @@ pub struct LightBatch {
     /// Requests for one environment: index of the request, and probability of the choice.
     environment_requests: Vec<(u32, f64)>,
     environment_u: Vec<[f64; 2]>,
+    /// The same for requests in cells of an adaptive environment, with the cell.
+    adaptive_requests: Vec<(u32, f64)>,
+    adaptive_u: Vec<(u32, [f64; 2])>,
     scratch: EnvironmentBatch,
 }
 
@@ -28,6 +31,8 @@ pub struct LightBatch {
 #[derive(Default)]
 pub struct EscapedRays {
     directions: Vec<DVec3>,
+    /// The cells of an adaptive environment that the rays come from.
+    cells: Vec<u32>,
     found: Vec<Option<(Spectrum, f64)>>,
     /// Number of infinite lights.
     lights: usize,
@@ -38,13 +43,15 @@ impl EscapedRays {
     /// Removes all directions.
     pub fn clear(&mut self) {
         self.directions.clear();
+        self.cells.clear();
         self.found.clear();
     }
 
-    /// Adds a unit direction. Indices start at 0.
+    /// Adds a unit direction, and the cell of the receiver it was sampled at. Indices start at 0.
     #[inline]
-    pub fn push(&mut self, direction: DVec3) {
+    pub fn push(&mut self, direction: DVec3, cell: u32) {
         self.directions.push(direction);
+        self.cells.push(cell);
     }
 
     /// The infinite lights in a direction, by the direction's index: for each its index among them, its radiance, and
@@ -145,9 +152,15 @@ impl<'a, E> Queue<'a, E> {
 }
 
 impl Emitters {
-    /// Computes all requested samples.
-    pub fn sample_batch(&self, scene: &Scene, batch: &mut LightBatch) {
-        let LightBatch { requests, samples, environment_requests, environment_u, scratch } = batch;
+    /// Computes all requested samples. `adaptive` is sampled by requests that have a cell.
+    pub fn sample_batch(
+        &self,
+        scene: &Scene,
+        adaptive: Option<&AdaptiveEnvironment>,
+        batch: &mut LightBatch,
+    ) {
+        let LightBatch { requests, samples, environment_requests, environment_u, scratch, .. } = batch;
+        let (adaptive_requests, adaptive_u) = (&mut batch.adaptive_requests, &mut batch.adaptive_u);
         samples.clear();
         samples.resize(requests.len(), None);
         if self.is_empty() || requests.is_empty() {
@@ -159,6 +172,8 @@ impl Emitters {
         let mut environment = None;
         environment_requests.clear();
         environment_u.clear();
+        adaptive_requests.clear();
+        adaptive_u.clear();
         let (mut root, mut remaining) = (None, 0);
         for (index, (at, u)) in requests.iter().enumerate() {
             if remaining == 0 {
@@ -168,7 +183,13 @@ impl Emitters {
             let Some(mut chosen) = self.choose(at, u[2], &mut root) else { continue };
             chosen.choice *= at.candidates();
             let (p, emitter, choice) = (at.p, chosen.emitter, chosen.choice);
-            if let Emitter::Light(i) = emitter
+            if at.cell != NO_CELL
+                && let Emitter::Light(i) = emitter
+                && adaptive.is_some_and(|adaptive| adaptive.light() == *i)
+            {
+                adaptive_requests.push((index as u32, choice));
+                adaptive_u.push((at.cell, [u[0], u[1]]));
+            } else if let Emitter::Light(i) = emitter
                 && matches!(scene.lights.get(*i as usize), Some(Light::Environment(_)))
                 && *environment.get_or_insert(*i) == *i
             {
@@ -202,17 +223,29 @@ impl Emitters {
             let source = i;
             light.sample_batch(scene.instruction_set, environment_u, scratch, |i, sample| {
                 let (index, choice) = environment_requests[i];
-                samples[index as usize] = sample.map(|s| {
-                    let light = LightSample::of_environment(s, source);
-                    LightSample { pdf: light.pdf * choice, ..light }
-                });
+                samples[index as usize] =
+                    sample.map(|s| LightSample::of_environment(s, source).chosen(choice));
+            });
+        }
+        if let Some(adaptive) = adaptive {
+            let source = adaptive.light();
+            adaptive.sample_batch(scene.instruction_set, adaptive_u, scratch, |i, sample| {
+                let (index, choice) = adaptive_requests[i];
+                samples[index as usize] =
+                    sample.map(|s| LightSample::of_environment(s, source).chosen(choice));
             });
         }
     }
 
-    /// Evaluates the infinite lights in all directions.
-    pub fn escaped_batch(&self, scene: &Scene, batch: &mut EscapedRays) {
-        let EscapedRays { directions, found, lights, scratch } = batch;
+    /// Evaluates the infinite lights in all directions. With `adaptive`, the densities of that light hold for the cells
+    /// of the rays.
+    pub fn escaped_batch(
+        &self,
+        scene: &Scene,
+        adaptive: Option<&AdaptiveEnvironment>,
+        batch: &mut EscapedRays,
+    ) {
+        let EscapedRays { directions, cells, found, lights, scratch } = batch;
         *lights = self.infinite_ids().len();
         found.clear();
         found.resize(directions.len() * *lights, None);
@@ -220,6 +253,13 @@ impl Emitters {
             match scene.lights.get(id as usize) {
                 Some(Light::Environment(light)) => {
                     let choice = self.choice_of(id);
+                    if let Some(adaptive) = adaptive.filter(|adaptive| adaptive.light() == id) {
+                        let mut take = |i: usize, (radiance, pdf)| {
+                            found[i * *lights + at] = Some((radiance, choice * pdf));
+                        };
+                        adaptive.found_batch(scene.instruction_set, cells, directions, scratch, &mut take);
+                        continue;
+                    }
                     light.found_batch(scene.instruction_set, directions, scratch, |i, (radiance, pdf)| {
                         found[i * *lights + at] = Some((radiance, choice * pdf));
                     });

@@ -24,7 +24,7 @@
 //! more time.
 
 use crate::color::Spectrum;
-use crate::light::{EnvironmentSample, Light, Receiver, TREE_WIDTH};
+use crate::light::{AdaptiveEnvironment, EnvironmentSample, Light, NO_CELL, Receiver, TREE_WIDTH};
 use crate::material::{Gloss, Material};
 use crate::math::DVec3;
 use crate::sampler::AliasTable;
@@ -71,6 +71,12 @@ impl LightSample {
             light,
             primitive: NO_LIGHT,
         }
+    }
+
+    /// The same sample of a light that is chosen with this probability.
+    #[inline]
+    pub(crate) fn chosen(self, probability: f64) -> LightSample {
+        LightSample { pdf: self.pdf * probability, ..self }
     }
 }
 
@@ -213,6 +219,41 @@ impl Emitters {
         }
         let at = at.into();
         self.choose(&at, u[2], &mut None)?.sample(scene, at.p, [u[0], u[1]])
+    }
+
+    /// The same where requests that have a cell sample `adaptive`.
+    pub fn sample_adaptive(
+        &self,
+        scene: &Scene,
+        adaptive: Option<&AdaptiveEnvironment>,
+        at: Receiver,
+        u: [f64; 3],
+    ) -> Option<LightSample> {
+        let adaptive = adaptive.filter(|_| at.cell != NO_CELL && !self.lights.is_empty());
+        let Some(adaptive) = adaptive else { return self.sample(scene, at, u) };
+        let chosen = self.choose(&at, u[2], &mut None)?;
+        match chosen.emitter {
+            Emitter::Light(i) if *i == adaptive.light() => {
+                let sample = adaptive.sample(at.cell, [u[0], u[1]])?;
+                Some(LightSample::of_environment(sample, *i).chosen(chosen.choice))
+            }
+            _ => chosen.sample(scene, at.p, [u[0], u[1]]),
+        }
+    }
+
+    /// The pdf with which [`Emitters::sample_adaptive`] gives a unit direction to an infinite light.
+    pub(crate) fn infinite_pdf(
+        &self,
+        scene: &Scene,
+        adaptive: Option<&AdaptiveEnvironment>,
+        at: &Receiver,
+        light: u32,
+        direction: DVec3,
+    ) -> f64 {
+        match adaptive.filter(|adaptive| at.cell != NO_CELL && adaptive.light() == light) {
+            Some(adaptive) => self.choice_of(light) * adaptive.found(at.cell, direction).1,
+            None => self.infinite_one(scene, light, direction).map_or(0.0, |(_, pdf)| pdf),
+        }
     }
 
     /// The emitter that `u` chooses for a point; `None` if no emitter in the tree can contribute. `root` caches values

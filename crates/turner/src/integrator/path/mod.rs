@@ -26,6 +26,7 @@ mod dispersion;
 mod emission;
 mod group_split;
 mod guides;
+mod learn_environment;
 mod light_resampling;
 mod light_split;
 mod lobe_split;
@@ -33,7 +34,6 @@ mod media;
 mod notes;
 mod pane;
 mod path_batch;
-mod probing;
 mod record;
 mod replay;
 mod settings;
@@ -63,6 +63,7 @@ use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 use settings::Settings;
 
 use crate::integrator::{Capabilities, Integrator, LightTracer, PreparedIntegrator, Tracer};
+use crate::light::AdaptiveEnvironment;
 use crate::scene::Scene;
 use crate::schema::{Range, SceneError, choice, params};
 use crate::view::View;
@@ -214,6 +215,8 @@ struct Choice {
     strategy: Option<CausticsStrategy>,
     /// Whether neighbouring pixels share paths.
     shares_paths: bool,
+    /// The environment that is sampled by what each part of the scene sees of it, if that reduces noise.
+    adaptive: Option<AdaptiveEnvironment>,
 }
 
 impl PathIntegrator {
@@ -237,6 +240,7 @@ impl PathIntegrator {
             settings: self.settings,
             strategy: self.caustics(),
             shares_paths: self.shares_paths(),
+            adaptive: self.choice.get().and_then(|choice| choice.adaptive.as_ref()),
         }
     }
 }
@@ -251,6 +255,8 @@ struct Context<'a> {
     strategy: Option<&'a CausticsStrategy>,
     /// Whether neighbouring pixels share paths.
     shares_paths: bool,
+    /// The environment that is sampled adaptively, if any.
+    adaptive: Option<&'a AdaptiveEnvironment>,
 }
 
 impl PreparedIntegrator for PathIntegrator {
@@ -273,9 +279,14 @@ impl PreparedIntegrator for PathIntegrator {
     fn choose(&self, scene: &Scene, view: &View) {
         if let Some(desc) = &self.desc {
             self.choice.get_or_init(|| {
-                let (strategy, shares_paths) =
-                    shared_paths::decide(scene, view, desc, CausticsStrategy::new(scene, view, desc));
-                Choice { strategy, shares_paths }
+                let settings = self.settings;
+                let plain =
+                    Context { scene, view, settings, strategy: None, shares_paths: false, adaptive: None };
+                let adaptive = learn_environment::learn(plain);
+                let context = Context { adaptive: adaptive.as_ref(), ..plain };
+                let strategy = CausticsStrategy::new(context, desc);
+                let (strategy, shares_paths) = shared_paths::decide(context, desc, strategy);
+                Choice { strategy, shares_paths, adaptive }
             });
         }
     }

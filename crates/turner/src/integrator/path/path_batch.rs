@@ -29,6 +29,7 @@ use super::Context;
 use super::caustics::{CausticsStrategy, PhotonMap, ReversePdf};
 use super::group_split::GroupSplit;
 use super::guides::Guides;
+use super::learn_environment::LitPoint;
 use super::light_split::LightSplit;
 use super::lobe_split::LobeSplit;
 use super::media::Media;
@@ -43,7 +44,7 @@ use crate::color::Spectrum;
 use crate::integrator::first_hits::FirstHits;
 use crate::integrator::ray_counts::RayCounts;
 use crate::integrator::{AskedDetails, CameraSamples, Radiance, RayStats, SampleDetails, Tracer, footprint};
-use crate::light::Receiver;
+use crate::light::{AdaptiveEnvironment, Receiver};
 use crate::math::{DVec3, Ray, RayCone};
 use crate::sampler::{OwenSobol, SampleId, VertexNumbers};
 use crate::scene::emitters::LightSample;
@@ -190,6 +191,8 @@ pub(super) struct PathBatch<'a, R = Off> {
     escaped: EscapedRays,
     number_requests: Vec<(OwenSobol, u32)>,
     numbers: Vec<VertexNumbers>,
+    /// The environment that is sampled adaptively, if any.
+    pub(super) adaptive: Option<&'a AdaptiveEnvironment>,
     /// The light paths that MIS weights take into account, and the reverse densities of each path; empty without light
     /// paths.
     pub(super) strategy: Option<&'a CausticsStrategy>,
@@ -216,13 +219,15 @@ pub(super) struct PathBatch<'a, R = Off> {
     pub(super) guides: Guides,
     /// The light that arrives at shadow catchers.
     pub(super) catcher: ShadowCatcher,
+    /// Points where lights are sampled, if they are asked for.
+    pub(super) lit_points: Option<Vec<LitPoint>>,
     /// Records the path of a single sample, or nothing.
     pub(super) record: R,
 }
 
 impl<'a, R> PathBatch<'a, R> {
     pub(super) fn new(context: Context<'a>, record: R) -> PathBatch<'a, R> {
-        let Context { scene, view, settings, strategy, shares_paths } = context;
+        let Context { scene, view, settings, strategy, shares_paths, adaptive } = context;
         PathBatch {
             settings,
             scene,
@@ -238,6 +243,7 @@ impl<'a, R> PathBatch<'a, R> {
             escaped: EscapedRays::default(),
             number_requests: Vec::new(),
             numbers: Vec::new(),
+            adaptive,
             strategy,
             reverse_pdfs: Vec::new(),
             shared_paths: SharedPaths::new(shares_paths),
@@ -251,6 +257,7 @@ impl<'a, R> PathBatch<'a, R> {
             first_hits: FirstHits::default(),
             guides: Guides::default(),
             catcher: ShadowCatcher::new(scene),
+            lit_points: None,
             record,
         }
     }
@@ -351,11 +358,12 @@ impl<R: Record> PathBatch<'_, R> {
         self.find_guides(&queue, &hits, &surfaces);
         let mut escaped = std::mem::take(&mut self.escaped);
         escaped.clear();
-        let missing = (0..queue.samples.len()).zip(&hits).filter(|(_, hit)| hit.is_none());
-        for ray in missing.filter_map(|(i, _)| queue.rays.get(i)) {
-            escaped.push(ray.direction);
+        let missing = queue.samples.iter().zip(&hits).enumerate().filter(|(_, (_, hit))| hit.is_none());
+        for (i, (&sample, _)) in missing {
+            let Some(ray) = queue.rays.get(i) else { continue };
+            escaped.push(ray.direction, self.paths[sample as usize].origin.cell);
         }
-        self.scene.emitters.escaped_batch(self.scene, &mut escaped);
+        self.scene.emitters.escaped_batch(self.scene, self.adaptive, &mut escaped);
         let mut donated = std::mem::take(&mut self.shared_paths.donated);
         let mut hit_surfaces = surfaces.iter();
         let mut missed = 0;
@@ -437,7 +445,10 @@ impl<R: Record> PathBatch<'_, R> {
             let path = &self.paths[sample as usize];
             let (mut number, mut extra_candidates) = (u32::MAX, 0);
             if self.may_connect(path, &ray, hit, &surface) {
-                let at = self.scene.receiver(&surface, ray.direction);
+                let at = self.receiver(&surface, ray.direction);
+                if let Some(points) = &mut self.lit_points {
+                    points.push(LitPoint::new(&surface, ray.direction));
+                }
                 extra_candidates = self.extra_light_candidates(path, &at);
                 number = self.request_light(path, at.with_candidates(extra_candidates), lights);
             }
@@ -445,7 +456,22 @@ impl<R: Record> PathBatch<'_, R> {
             surfaces.push((surface, number));
         }
         self.request_lights_in_blocks(lights);
-        self.scene.emitters.sample_batch(self.scene, lights);
+        self.scene.emitters.sample_batch(self.scene, self.adaptive, lights);
+    }
+
+    /// The receiver at a surface hit by a ray of this direction.
+    #[inline]
+    pub(super) fn receiver(&self, surface: &SurfaceInteraction, direction: DVec3) -> Receiver {
+        self.in_cell(self.scene.receiver(surface, direction))
+    }
+
+    /// A receiver in its cell of the adaptive environment.
+    #[inline]
+    pub(super) fn in_cell(&self, at: Receiver) -> Receiver {
+        match self.adaptive {
+            Some(adaptive) => at.in_cell(adaptive.cell(at.p)),
+            None => at,
+        }
     }
 
     /// Traces the shadow rays and adds the radiance that arrives.

@@ -444,6 +444,7 @@ impl<R: Record> PathBatch<'_, R> {
             let first = path.bounces.total == 0;
             self.update_reverse_pdf(sample, v, material, &s, wi, first);
         }
+        let receiver = self.receiver(v.surface, -v.wo);
         let path = &mut self.paths[sample as usize];
         path.beta = path.beta * s.f * (s.wi.z.abs() / s.pdf) as f32;
         let mut terminator = 1.0;
@@ -462,7 +463,7 @@ impl<R: Record> PathBatch<'_, R> {
         path.specular_bounce = s.lobe.is_delta;
         path.any_nonspecular |= !s.lobe.is_delta;
         path.pdf = s.pdf;
-        path.origin = self.scene.receiver(v.surface, -v.wo).with_candidates(path.extra_candidates);
+        path.origin = receiver.with_candidates(path.extra_candidates);
         if let Some(pixel) = &self.view.pixel_cone {
             path.cone = footprint::leave(self.scene, pixel, path.cone, v.surface, v.wo, &s, crosses);
         }

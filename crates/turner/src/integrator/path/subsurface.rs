@@ -247,7 +247,8 @@ impl<'a, R: Record> PathBatch<'a, R> {
             LightSampling::Bsdf => None,
             LightSampling::Both | LightSampling::Light => {
                 let [u0, u1, u2, _] = self.paths[sample as usize].numbers.first();
-                scene.emitters.sample(scene, scene.receiver(&out, -out.ng), [u0, u1, u2])
+                let at = self.receiver(&out, -out.ng);
+                scene.emitters.sample_adaptive(scene, self.adaptive, at, [u0, u1, u2])
             }
         };
         self.paths[sample as usize].extra_candidates = 0;

@@ -9,9 +9,9 @@ use std::hint::black_box;
 use turner_bvh::InstructionSet;
 use turner_bvh::lanes::{Block, F64x8, LANES, Simd, Work, dispatch};
 
-use super::distribution::Row;
+use super::distribution::{Distribution, Row};
 use super::map::Taps;
-use super::{EnvironmentLight, EnvironmentSample, Prepared};
+use super::{AdaptiveEnvironment, EnvironmentLight, EnvironmentSample};
 use crate::color::Spectrum;
 use crate::math::{DVec2, DVec3, elementary_x8 as x8};
 
@@ -21,6 +21,7 @@ pub struct EnvironmentBatch {
     blocks: Vec<Directions>,
     rows: Vec<Option<(Row, [u32; 2])>>,
     taps: Vec<Taps>,
+    factors: Vec<f64>,
 }
 
 /// Eight directions and their positions in the image.
@@ -61,11 +62,24 @@ impl EnvironmentLight {
         scratch: &mut EnvironmentBatch,
         mut take: impl FnMut(usize, Option<EnvironmentSample>),
     ) {
-        scratch.reset(u.len());
-        let Prepared { map, distribution, .. } = &*self.prepared;
-        let EnvironmentBatch { blocks, rows, taps } = scratch;
+        let EnvironmentBatch { rows, .. } = &mut *scratch;
         rows.clear();
-        rows.extend(u.iter().map(|u| distribution.row_of(*u).map(|row| (row, [0; 2]))));
+        rows.extend(u.iter().map(|u| self.prepared.distribution.row_of(*u).map(|row| (row, [0; 2]))));
+        self.sample_in_rows(set, &self.prepared.distribution, scratch, |i, sample, _| take(i, sample));
+    }
+
+    /// Samples in the rows that are chosen; `take` also gets the scratch memory's factors.
+    fn sample_in_rows(
+        &self,
+        set: InstructionSet,
+        distribution: &Distribution,
+        scratch: &mut EnvironmentBatch,
+        mut take: impl FnMut(usize, Option<EnvironmentSample>, &[f64]),
+    ) {
+        let count = scratch.rows.len();
+        scratch.reset(count);
+        let map = &self.prepared.map;
+        let EnvironmentBatch { blocks, rows, taps, factors } = scratch;
         for chosen in &mut *rows {
             *chosen = chosen.and_then(|(row, _)| Some((row, distribution.span(&row)?)));
         }
@@ -77,10 +91,10 @@ impl EnvironmentLight {
                 (block.u.0[lane], block.cos_theta.0[lane], block.pdf.0[lane]) = (across, cos_theta, pdf);
             }
         }
-        let blocks = &mut blocks[..u.len().div_ceil(LANES)];
+        let blocks = &mut blocks[..count.div_ceil(LANES)];
         dispatch(set, ChosenDirections { blocks, rotation: self.rotation });
         taps.clear();
-        taps.extend((0..u.len()).map(|i| map.taps(blocks[i / LANES].uv(i % LANES))));
+        taps.extend((0..count).map(|i| map.taps(blocks[i / LANES].uv(i % LANES))));
         black_box(map.prefetch(taps));
         for (i, taps) in taps.iter().enumerate() {
             let (block, lane) = (&blocks[i / LANES], i % LANES);
@@ -90,7 +104,7 @@ impl EnvironmentLight {
                 radiance: self.scaled(map.blend(taps)),
                 pdf,
             });
-            take(i, sample);
+            take(i, sample, factors);
         }
     }
 
@@ -102,8 +116,23 @@ impl EnvironmentLight {
         scratch: &mut EnvironmentBatch,
         mut take: impl FnMut(usize, (Spectrum, f64)),
     ) {
+        let distribution = &self.prepared.distribution;
+        self.found_at(set, distribution, directions, scratch, |i, radiance, uv| {
+            take(i, (radiance, distribution.pdf_at(uv)));
+        });
+    }
+
+    /// Radiance and (u, v) in the image of each direction. The density there is prefetched.
+    fn found_at(
+        &self,
+        set: InstructionSet,
+        distribution: &Distribution,
+        directions: &[DVec3],
+        scratch: &mut EnvironmentBatch,
+        mut take: impl FnMut(usize, Spectrum, DVec2),
+    ) {
         scratch.reset(directions.len());
-        let Prepared { map, distribution, .. } = &*self.prepared;
+        let map = &self.prepared.map;
         let EnvironmentBatch { blocks, taps, .. } = scratch;
         for (directions, block) in directions.chunks(LANES).zip(&mut *blocks) {
             for (lane, d) in directions.iter().enumerate() {
@@ -120,8 +149,48 @@ impl EnvironmentLight {
         black_box(map.prefetch(taps));
         black_box(distribution.prefetch_at((0..directions.len()).map(position)));
         for (i, taps) in taps.iter().enumerate() {
-            take(i, (self.scaled(map.blend(taps)), distribution.pdf_at(position(i))));
+            take(i, self.scaled(map.blend(taps)), position(i));
         }
+    }
+}
+
+impl AdaptiveEnvironment {
+    /// [`AdaptiveEnvironment::sample`] for each cell and pair of numbers; `take` gets its index and the result.
+    pub fn sample_batch(
+        &self,
+        set: InstructionSet,
+        requests: &[(u32, [f64; 2])],
+        scratch: &mut EnvironmentBatch,
+        mut take: impl FnMut(usize, Option<EnvironmentSample>),
+    ) {
+        let EnvironmentBatch { rows, factors, .. } = &mut *scratch;
+        rows.clear();
+        factors.clear();
+        for (cell, u) in requests {
+            let row = self.row(*cell, *u);
+            rows.push(row.map(|(row, _)| (row, [0; 2])));
+            factors.push(row.map_or(0.0, |(_, factor)| factor));
+        }
+        let (environment, distribution) = self.parts();
+        environment.sample_in_rows(set, distribution, scratch, |i, sample, factors| {
+            let sample = sample.map(|s| EnvironmentSample { pdf: s.pdf * factors[i], ..s });
+            take(i, sample.filter(|s| s.pdf > 0.0));
+        });
+    }
+
+    /// [`AdaptiveEnvironment::found`] for each cell and direction; `take` gets its index and the result.
+    pub fn found_batch(
+        &self,
+        set: InstructionSet,
+        cells: &[u32],
+        directions: &[DVec3],
+        scratch: &mut EnvironmentBatch,
+        mut take: impl FnMut(usize, (Spectrum, f64)),
+    ) {
+        let (environment, distribution) = self.parts();
+        environment.found_at(set, distribution, directions, scratch, |i, radiance, uv| {
+            take(i, (radiance, self.pdf_at(cells[i], uv)));
+        });
     }
 }
 

@@ -181,6 +181,38 @@ impl Distribution {
         Some(Row { y, down, unit: u * f64::from(UNITS) })
     }
 
+    /// Whether no direction has a density above 0.
+    pub(super) fn is_black(&self) -> bool {
+        self.rows.is_empty()
+    }
+
+    /// Width and height in pixels.
+    pub(super) fn size(&self) -> (u32, u32) {
+        (self.width, self.height)
+    }
+
+    /// The units of a row between two columns; the second may be the end of the row.
+    #[inline]
+    fn units(&self, y: u32, columns: [u32; 2]) -> [u32; 2] {
+        let row = self.row(y as usize);
+        columns.map(|x| row.get(x as usize).copied().unwrap_or(UNITS))
+    }
+
+    /// The probability of the pixels of a row between two columns.
+    pub(super) fn probability(&self, y: u32, columns: [u32; 2]) -> f64 {
+        let Some([begin, end]) = self.rows.get(y as usize..y as usize + 2) else { return 0.0 };
+        let [first, last] = self.units(y, columns);
+        (end - begin) * (f64::from(last - first) / f64::from(UNITS))
+    }
+
+    /// A position in a row, with `u` in 0..1 between two columns.
+    #[inline]
+    pub(super) fn row_between(&self, y: u32, down: f64, columns: [u32; 2], u: f64) -> Row {
+        let [first, last] = self.units(y, columns);
+        let unit = f64::from(first) + u.min(1.0 - f64::EPSILON) * f64::from(last - first);
+        Row { y: y as usize, down, unit }
+    }
+
     /// The first and last candidate column.
     #[inline]
     pub(super) fn span(&self, row: &Row) -> Option<[u32; 2]> {

@@ -100,6 +100,38 @@ impl EnvironmentMap {
         Arc::ptr_eq(&self.image, image)
     }
 
+    /// The luminance of the image, scaled down to at most so many rows, and twice as many columns.
+    pub(super) fn reduced(&self, rows: u32) -> EnvironmentMap {
+        let (width, height) = self.size();
+        let (columns, rows) = (width.min(2 * rows), height.min(rows));
+        let part = |i: u32, parts: u32, of: u32| (u64::from(i) * u64::from(parts) / u64::from(of)) as usize;
+        let of_column: Vec<usize> = (0..width).map(|x| part(x, columns, width)).collect();
+        let mut sums = vec![[0.0_f32; 2]; columns as usize * rows as usize];
+        for y in 0..height {
+            let row = &mut sums[part(y, rows, height) * columns as usize..][..columns as usize];
+            let mut add = |column: usize, color: Spectrum| {
+                let [sum, count] = &mut row[column];
+                (*sum, *count) = (*sum + color.luminance(), *count + 1.0);
+            };
+            let channels = usize::from(self.image.channels);
+            match &self.image.pixels {
+                // The same as below, without a choice per pixel.
+                Pixels::F32(v) if channels >= 3 => {
+                    let pixels = v[y as usize * width as usize * channels..].chunks_exact(channels);
+                    for (column, pixel) in of_column.iter().zip(pixels) {
+                        let [r, g, b] =
+                            [pixel[0], pixel[1], pixel[2]].map(|v| if is_light(v) { v } else { 0.0 });
+                        add(*column, Spectrum::new(r, g, b));
+                    }
+                }
+                _ => (0..width).zip(&of_column).for_each(|(x, column)| add(*column, self.pixel(x, y))),
+            }
+        }
+        let means = sums.into_iter().map(|[sum, count]| (sum / count).min(f32::MAX)).collect();
+        let pixels = Pixels::F32(means);
+        EnvironmentMap::new(Arc::new(Image { width: columns, height: rows, channels: 1, pixels }))
+    }
+
     /// Width and height.
     pub(super) fn size(&self) -> (u32, u32) {
         (self.image.width, self.image.height)

@@ -3,10 +3,13 @@
 //! [`map`] relates directions and pixels, [`distribution`] samples directions in proportion to their luminance, and
 //! [`studio`] is the built-in image used when no file is given.
 
+mod adaptive;
 mod batch;
+mod cells;
 mod distribution;
 mod map;
 mod studio;
+mod tiles;
 
 use std::sync::{Arc, OnceLock};
 
@@ -17,6 +20,7 @@ use crate::light::sky::Day;
 use crate::math::{DVec3, radians};
 use crate::schema::error::escape;
 use crate::schema::{Asset, ErrorCode, ImageId, Range, SceneError, params};
+pub use adaptive::{AdaptiveEnvironment, EnvironmentLearning};
 pub use batch::EnvironmentBatch;
 use distribution::Distribution;
 use map::EnvironmentMap;
@@ -296,5 +300,7 @@ impl EnvironmentLight {
     }
 }
 
+#[cfg(test)]
+mod adaptive_tests;
 #[cfg(test)]
 mod tests;

@@ -13,11 +13,11 @@ fn image(width: u32, height: u32, channels: u8, samples: Vec<f32>) -> Image {
     Image { width, height, channels, pixels: Pixels::F32(samples) }
 }
 
-fn desc(file: bool) -> EnvironmentDesc {
+pub(super) fn desc(file: bool) -> EnvironmentDesc {
     EnvironmentDesc { file: file.then_some(ImageId(0)), strength: 1.0, rotation: 0.0, tint: Spectrum::WHITE }
 }
 
-fn light_of(desc: &EnvironmentDesc, image: Image, compensated: bool) -> EnvironmentLight {
+pub(super) fn light_of(desc: &EnvironmentDesc, image: Image, compensated: bool) -> EnvironmentLight {
     let images = [Asset { uri: "sky.hdr".into(), data: Arc::new(image) }];
     desc.prepare(&images, compensated).unwrap()
 }
@@ -31,7 +31,7 @@ fn sky(width: u32, height: u32) -> Image {
     sky_with_sun(width, height, 3000.0)
 }
 
-fn sky_with_sun(width: u32, height: u32, sun: f32) -> Image {
+pub(super) fn sky_with_sun(width: u32, height: u32, sun: f32) -> Image {
     let mut random = Random::new(3);
     let mut samples = Vec::new();
     for (x, y) in (0..height).flat_map(|y| (0..width).map(move |x| (x, y))) {
@@ -44,7 +44,7 @@ fn sky_with_sun(width: u32, height: u32, sun: f32) -> Image {
 }
 
 /// The directions of a grid of `w` x `h` cells of the image (before rotation), with their solid angles.
-fn grid(w: u32, h: u32) -> impl Iterator<Item = (DVec3, f64)> {
+pub(super) fn grid(w: u32, h: u32) -> impl Iterator<Item = (DVec3, f64)> {
     let edge = move |y: u32| cos(PI * f64::from(y) / f64::from(h));
     (0..h).flat_map(move |y| {
         let solid_angle = TAU / f64::from(w) * (edge(y) - edge(y + 1));

@@ -38,7 +38,7 @@ use node::{LEAF, Node};
 use crate::math::DVec3;
 
 /// A point to be lit, with the orientation and gloss of its surface.
-#[derive(Default, Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Receiver {
     /// The point.
     pub p: DVec3,
@@ -48,6 +48,18 @@ pub struct Receiver {
     pub lobe: GlossyLobe,
     /// Number of candidate lights beyond the first that are sampled here; resampling keeps one of all candidates.
     pub extra_candidates: u32,
+    /// The cell of an [`AdaptiveEnvironment`](super::AdaptiveEnvironment) that the environment is sampled for;
+    /// [`NO_CELL`] where it is sampled by luminance.
+    pub cell: u32,
+}
+
+/// No cell.
+pub const NO_CELL: u32 = u32::MAX;
+
+impl Default for Receiver {
+    fn default() -> Receiver {
+        Receiver::from(DVec3::ZERO)
+    }
 }
 
 impl Receiver {
@@ -69,6 +81,12 @@ impl Receiver {
         Receiver { extra_candidates, ..self }
     }
 
+    /// The same point in the cell of an adaptive environment.
+    #[inline]
+    pub fn in_cell(self, cell: u32) -> Receiver {
+        Receiver { cell, ..self }
+    }
+
     /// The number of candidate lights.
     #[inline]
     pub fn candidates(&self) -> f64 {
@@ -80,7 +98,7 @@ impl From<DVec3> for Receiver {
     /// Light counts from all directions.
     #[inline]
     fn from(p: DVec3) -> Receiver {
-        Receiver { p, n: [0.0; 3], lobe: GlossyLobe::default(), extra_candidates: 0 }
+        Receiver { p, n: [0.0; 3], lobe: GlossyLobe::default(), extra_candidates: 0, cell: NO_CELL }
     }
 }
 

@@ -21,6 +21,7 @@ use crate::color::Spectrum;
 use crate::integrator::path::group_split::NO_GROUP;
 use crate::integrator::path::media::Media;
 use crate::integrator::path::settings::Bounces;
+use crate::light::AdaptiveEnvironment;
 use crate::math::{DVec3, Ray};
 use crate::sampler::OwenSobol;
 use crate::scene::caustic_targets::{Source, Start};
@@ -138,8 +139,17 @@ impl LightPath {
 
     /// Ratio of densities: sampling the light from the first surface, over the start of this path. The path leaves that
     /// surface in the direction `to`.
-    pub(super) fn nee_ratio_at(&self, scene: &Scene, surface: &SurfaceInteraction, to: DVec3) -> f64 {
-        let receiver = scene.receiver(surface, -to);
+    pub(super) fn nee_ratio_at(
+        &self,
+        scene: &Scene,
+        adaptive: Option<&AdaptiveEnvironment>,
+        surface: &SurfaceInteraction,
+        to: DVec3,
+    ) -> f64 {
+        let mut receiver = scene.receiver(surface, -to);
+        if let Some(adaptive) = adaptive {
+            receiver = receiver.in_cell(adaptive.cell(receiver.p));
+        }
         let start = self.hit_ratio;
         match self.start.from {
             Source::Shape => {
@@ -154,7 +164,7 @@ impl LightPath {
             }
             Source::Infinite(light) => {
                 let to_light = -self.start.ray.direction;
-                scene.emitters.infinite_one(scene, light, to_light).map_or(0.0, |(_, pdf)| pdf / start)
+                scene.emitters.infinite_pdf(scene, adaptive, &receiver, light, to_light) / start
             }
             Source::Delta(light, _) => scene.emitters.choice_at(receiver, light) / start,
         }

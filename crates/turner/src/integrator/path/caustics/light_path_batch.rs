@@ -31,6 +31,7 @@ use crate::integrator::path::media::{Boundary, Media};
 use crate::integrator::path::settings::{Bounces, Settings};
 use crate::integrator::path::shade::{FIRST_SET, MAX_VERTICES};
 use crate::integrator::{LightTracer, RayStats};
+use crate::light::AdaptiveEnvironment;
 use crate::material::{AlphaMode, Material};
 use crate::math::{DVec2, DVec3, Ray};
 use crate::sampler::{OwenSobol, SampleId};
@@ -57,6 +58,7 @@ pub(in crate::integrator::path) struct LightPathBatch<'a> {
     settings: Settings,
     scene: &'a Scene,
     view: &'a View,
+    adaptive: Option<&'a AdaptiveEnvironment>,
     strategy: &'a CausticsStrategy,
     paths: Vec<LightPath>,
     rays: RayBatch,
@@ -80,11 +82,12 @@ impl<'a> LightPathBatch<'a> {
         context: Context<'a>,
         strategy: &'a CausticsStrategy,
     ) -> LightPathBatch<'a> {
-        let Context { scene, view, settings, .. } = context;
+        let Context { scene, view, settings, adaptive, .. } = context;
         LightPathBatch {
             settings,
             scene,
             view,
+            adaptive,
             strategy,
             paths: Vec::new(),
             rays: RayBatch::default(),
@@ -377,7 +380,8 @@ impl<'a> LightPathBatch<'a> {
         // At the first surface: the ratio of densities at the light.
         let vertex_pdf = path.area_pdf(surface);
         if path.scatterings == 0 {
-            let nee_ratio = if lobe.is_delta { 0.0 } else { path.nee_ratio_at(self.scene, surface, to) };
+            let nee_ratio =
+                if lobe.is_delta { 0.0 } else { path.nee_ratio_at(self.scene, self.adaptive, surface, to) };
             let d2 = (surface.p - path.p).length_squared();
             let found = match path.start.from {
                 Source::Delta(..) => 0.0,

@@ -5,13 +5,11 @@ use super::light_path_batch::LightPathBatch;
 use super::photons::Photon;
 use super::probe::probe;
 use crate::integrator::RayStats;
-use crate::integrator::path::probing::is_cheap;
-use crate::integrator::path::settings::Settings;
 use crate::integrator::path::{Context, LightSampling, PathDesc};
+use crate::integrator::probing::is_cheap;
 use crate::math::DVec2;
 use crate::scene::Scene;
 use crate::scene::caustic_targets::CausticTargets;
-use crate::view::View;
 
 /// Maximum number of light paths per sample index; photons take some 75 MB per million of them.
 const MOST_PATHS: u64 = 1 << 20;
@@ -58,12 +56,10 @@ pub struct CausticsStrategy {
 impl CausticsStrategy {
     /// The strategy for a prepared scene; `None` for no light paths.
     pub(in crate::integrator::path) fn new(
-        scene: &Scene,
-        view: &View,
+        context: Context<'_>,
         desc: &PathDesc,
     ) -> Option<CausticsStrategy> {
-        let context =
-            Context { scene, view, settings: Settings::path(desc), strategy: None, shares_paths: false };
+        let Context { scene, view, .. } = context;
         // Light paths ignore scattering in media.
         let possible = desc.light_sampling == LightSampling::Both && scene.volumes.is_none();
         if desc.caustics == Caustics::Off || !possible {

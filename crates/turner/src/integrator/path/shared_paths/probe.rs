@@ -3,14 +3,12 @@
 
 use super::{CELL, SharedPaths, cluster};
 use crate::integrator::path::path_batch::PathBatch;
-use crate::integrator::path::probing::is_cheap;
 use crate::integrator::path::record::Off;
-use crate::integrator::path::settings::Settings;
 use crate::integrator::path::{CausticsStrategy, Context, PathDesc, SharedPathsMode};
+use crate::integrator::probing::is_cheap;
 use crate::integrator::{CameraSamples, RayStats, Tracer};
 use crate::sampler::SampleId;
-use crate::scene::Scene;
-use crate::view::{View, place_of, take_points};
+use crate::view::{place_of, take_points};
 
 /// Clusters that are measured, along the width and height of the image.
 const SIDE: u32 = 8;
@@ -40,12 +38,11 @@ struct PilotRun {
 /// Decides whether paths are shared. If that gains more than optional light paths, it replaces them. Returns the
 /// remaining light paths, and whether paths are shared.
 pub(in crate::integrator::path) fn decide(
-    scene: &Scene,
-    view: &View,
+    context: Context<'_>,
     desc: &PathDesc,
     strategy: Option<CausticsStrategy>,
 ) -> (Option<CausticsStrategy>, bool) {
-    let settings = Settings::path(desc);
+    let Context { scene, view, settings, .. } = context;
     if !settings.shared_paths {
         return (strategy, false);
     }
@@ -55,7 +52,6 @@ pub(in crate::integrator::path) fn decide(
         return (strategy, shares_paths);
     }
     let least = strategy.as_ref().map_or(Some(MAX_COST), |strategy| strategy.gain);
-    let context = Context { scene, view, settings, strategy: None, shares_paths: false };
     // Scenes with expensive rays are not probed.
     let gains = |least: f64| is_cheap(scene, view) && gain(context) < least.min(MAX_COST);
     match is_possible && least.is_some_and(gains) {

@@ -167,6 +167,7 @@ impl<R: Record> PathBatch<'_, R> {
                     (surfaces.point(lane), surfaces.normal(lane), surfaces.shading_normal(lane));
                 let path = &self.paths[block.samples[lane] as usize];
                 let receiver = self.scene.receiver_of(block.sides[lane], p, ng, ns, surfaces.direction(lane));
+                let receiver = self.in_cell(receiver);
                 let receiver = receiver.with_candidates(self.extra_light_candidates(path, &receiver));
                 block.receivers[lane] = Some(receiver);
                 block.lights[lane] = NONE;

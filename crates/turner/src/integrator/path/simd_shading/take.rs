@@ -12,7 +12,12 @@ impl<'a, R: Record> PathBatch<'a, R> {
     #[inline]
     pub(in crate::integrator::path) fn block_material(&self, sample: u32, hit: &Hit) -> Option<&'a OpenPbr> {
         // SIMD shading knows neither media nor photons.
-        if R::RECORDS || self.settings.direct || self.scene.volumes.is_some() || self.finds_photons(sample) {
+        if R::RECORDS
+            || self.lit_points.is_some()
+            || self.settings.direct
+            || self.scene.volumes.is_some()
+            || self.finds_photons(sample)
+        {
             return None;
         }
         let Material::OpenPbr(material) = self.scene.material_at(hit) else { return None };

@@ -1,11 +1,11 @@
 //! The same light by different estimators.
 
 use crate::description::SceneDesc;
-use crate::integrator::{Caustics, LightSampling, PathDesc};
+use crate::integrator::{Caustics, LightSampling, PathDesc, SharedPathsMode};
 use crate::light::{EnvironmentDesc, LightDesc};
 use crate::material::PrincipledMaterial;
 use crate::math::DVec3;
-use crate::schema::{ColorSource, MeshData};
+use crate::schema::{ColorSource, MeshData, PrepareOptions};
 use crate::shape::{PlaneDesc, ShapeDesc};
 use crate::testing::scenes::{
     Mean, cuboid, emissive, grey, matte, mean_of, path, plane, rectangle, rgb, sphere, v,
@@ -106,4 +106,70 @@ fn a_clamp_removes_indirect_light_only() {
     let (without, with) = (clamped(16, 0.0), clamped(16, 0.1));
     assert!(with.value()[0] < 0.98 * without.value()[0], "{with:?} {without:?}");
     assert_eq!(clamped(1, 0.0).value(), clamped(1, 0.1).value());
+}
+
+/// A closed room with a window, through which the sky lights it.
+pub(super) fn windowed_room(desc: PathDesc) -> SceneDesc {
+    let wall = |a, b| (cuboid(a, b), matte(grey(0.6)));
+    let walls = [
+        wall(v(-2.1, -0.1, -2.1), v(2.1, 0.0, 2.1)),
+        wall(v(-2.1, 2.0, -2.1), v(2.1, 2.1, 2.1)),
+        wall(v(-2.1, 0.0, -2.1), v(2.1, 2.0, -2.0)),
+        wall(v(-2.1, 0.0, 2.0), v(2.1, 2.0, 2.1)),
+        wall(v(2.0, 0.0, -2.0), v(2.1, 2.0, 2.0)),
+        // The wall with the window.
+        wall(v(-2.1, 0.0, -2.0), v(-2.0, 0.8, 2.0)),
+        wall(v(-2.1, 1.6, -2.0), v(-2.0, 2.0, 2.0)),
+        wall(v(-2.1, 0.8, -2.0), v(-2.0, 1.6, -0.4)),
+        wall(v(-2.1, 0.8, 0.3), v(-2.0, 1.6, 2.0)),
+    ];
+    let sky = EnvironmentDesc { rotation: 160.0, ..EnvironmentDesc::studio() };
+    let plastic = PrincipledMaterial { base_color: rgb([0.7, 0.3, 0.2]), ..PrincipledMaterial::default() };
+    let room = path(desc)
+        .seen_at(v(0.5, 1.0, 1.8), v(-0.3, 0.7, 0.0), 60.0)
+        .lit(LightDesc::Environment(sky))
+        .with(sphere(v(-0.5, 0.5, -0.8), 0.5), plastic)
+        .with(sphere(v(0.6, 0.3, -0.2), 0.3), metal(rgb([0.9, 0.6, 0.2]), 0.2));
+    walls.into_iter().fold(room, |room, (shape, material)| room.with(shape, material))
+}
+
+#[test]
+fn adaptive_sampling_of_the_sky_keeps_the_mean() {
+    let by = |samples, light_sampling, shared_paths| {
+        let caustics = Caustics::Off;
+        let desc = PathDesc { max_depth: 3, caustics, light_sampling, shared_paths, ..PathDesc::default() };
+        estimate(samples, windowed_room(desc))
+    };
+    let both = by(32, LightSampling::Both, SharedPathsMode::Off);
+    both.agrees(&by(512, LightSampling::Bsdf, SharedPathsMode::Off), 0.02);
+    both.agrees(&by(64, LightSampling::Light, SharedPathsMode::Off), 0.02);
+    both.agrees(&by(32, LightSampling::Both, SharedPathsMode::Always), 0.02);
+}
+
+/// Light paths weigh the densities of adaptive sampling.
+#[test]
+fn adaptive_sampling_beside_light_paths() {
+    let by = |samples, caustics, light_sampling| {
+        let desc = PathDesc { max_depth: 4, caustics, light_sampling, ..PathDesc::default() };
+        let glass = PrincipledMaterial {
+            transmission_weight: grey(1.0),
+            specular_roughness: grey(0.1),
+            ..PrincipledMaterial::default()
+        };
+        estimate(samples, windowed_room(desc).with(sphere(v(-1.3, 0.4, 0.3), 0.4), glass))
+    };
+    let light_paths = by(64, Caustics::LightTracing, LightSampling::Both);
+    light_paths.agrees(&by(512, Caustics::Off, LightSampling::Bsdf), 0.03);
+}
+
+#[test]
+fn adaptive_sampling_is_chosen_for_rooms() {
+    let chosen = |desc: &SceneDesc| {
+        let prepared = desc.prepare(&PrepareOptions::default()).unwrap();
+        prepared.choose();
+        prepared.path().and_then(|path| path.choice.get()).is_some_and(|choice| choice.adaptive.is_some())
+    };
+    assert!(chosen(&windowed_room(PathDesc::default())));
+    let bsdf = PathDesc { light_sampling: LightSampling::Bsdf, ..PathDesc::default() };
+    assert!(!chosen(&windowed_room(bsdf)));
 }

@@ -1,12 +1,13 @@
 //! Scenes with everything that a path may encounter, for the tests of replay.
 
+use super::estimators;
 use crate::camera::{FisheyeDesc, ThinLensDesc};
 use crate::color::Spectrum;
 use crate::description::{ObjectDesc, SceneDesc};
 use crate::film::Reconstruction;
 use crate::filter::FilterKind;
 use crate::integrator::path::{End, Passage, PathRecord, VertexRecord};
-use crate::integrator::{Caustics, DirectDesc, IntegratorDesc, LightSampling, PathDesc};
+use crate::integrator::{Caustics, DirectDesc, IntegratorDesc, LightSampling, PathDesc, SharedPathsMode};
 use crate::light::{AmbientDesc, DirectionalDesc, EnvironmentDesc, LightDesc};
 use crate::material::{AlphaMode, DielectricMaterial, MetalMaterial, MixMaterial, PrincipledMaterial};
 use crate::math::{DAffine3, DVec3};
@@ -62,6 +63,12 @@ pub(super) fn scenes() -> Vec<(&'static str, SceneDesc, Occurs)> {
         }),
         ("the same under many lamps, with a clamp and limits", many_lights(), |p| {
             p.end == End::Depth && p.vertices.len() > 3
+        }),
+        ("a room lit through a window", windowed_room(), |p| {
+            any(p, |v| v.light.as_ref().is_some_and(|l| l.visible.is_some()))
+                && p.escape
+                    .as_ref()
+                    .is_some_and(|e| e.lights.iter().any(|l| l.weight > 0.0 && l.weight < 1.0))
         }),
         ("direct", direct(), |p| p.end == End::Unlit && p.vertices.len() > 1),
         ("lights by BSDF sampling alone", bsdf_sampling_only(), |p| {
@@ -155,6 +162,12 @@ fn environment() -> SceneDesc {
     let desc =
         base().lit(studio()).lit(LightDesc::Ambient(AmbientDesc::default())).lit(LightDesc::Directional(sun));
     floored(desc).with(ball(0.0), metal(0.3))
+}
+
+/// The sky is sampled adaptively.
+fn windowed_room() -> SceneDesc {
+    let shared_paths = SharedPathsMode::Off;
+    estimators::windowed_room(PathDesc { shared_paths, ..PathDesc::default() }).filmed([WIDTH, HEIGHT], 4)
 }
 
 fn rough_mirrors() -> SceneDesc {

@@ -20,7 +20,7 @@ const MAX_TESTS: f64 = 500.0;
 const SEED: u64 = 0x51de;
 
 /// Whether probes are cheap. The answer is the same for any number of threads and any quality of BVH.
-pub(super) fn is_cheap(scene: &Scene, view: &View) -> bool {
+pub(in crate::integrator) fn is_cheap(scene: &Scene, view: &View) -> bool {
     let mut left = MAX_TESTS * f64::from(2 * SIDE * SIDE);
     for cell in 0..SIDE * SIDE {
         let centre =
