@@ -35,6 +35,11 @@ pub(crate) trait BsdfBlock: Default {
         None
     }
 
+    /// The opaque bases, if these are such.
+    fn opaque(&self) -> Option<&OpaqueBlock> {
+        None
+    }
+
     /// The BSDFs seen from `wo`.
     fn towards<S: Simd>(&self, simd: S, wo: Vec3x8<S>) -> Self::Seen<S>;
 
@@ -100,6 +105,10 @@ impl BsdfBlock for LambertBlock {
 
 impl BsdfBlock for OpaqueBlock {
     type Seen<S: Simd> = OpaqueSeen<S>;
+
+    fn opaque(&self) -> Option<&OpaqueBlock> {
+        Some(self)
+    }
 
     #[inline(always)]
     fn towards<S: Simd>(&self, simd: S, wo: Vec3x8<S>) -> OpaqueSeen<S> {

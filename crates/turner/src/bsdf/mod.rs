@@ -60,7 +60,7 @@ mod subsurface;
 pub(crate) use block::{Bands, BsdfBlock, LambertBlock, Sampled};
 pub(crate) use diffuse::sample_cosine;
 pub(crate) use mixture::MIN_COSINE;
-pub(crate) use opaque_base::{OpaqueBase, OpaqueBlock};
+pub(crate) use opaque_base::{OpaqueBase, OpaqueBlock, OpaqueSeen};
 pub(crate) use parts::MOST_DELTAS;
 pub use point::PrincipledPoint;
 pub use subsurface::Entry;

@@ -11,7 +11,7 @@
 
 use std::f64::consts::PI;
 
-use turner_bvh::lanes::{Block, F64x8, Mask8, Simd, Vec3x8};
+use turner_bvh::lanes::{Block, F64x8, LANES, Mask8, Simd, Vec3x8};
 
 use super::albedo::AlbedoCurveBlock;
 use super::block::Sampled;
@@ -74,6 +74,11 @@ impl OpaqueBase<'_> {
         OpaqueBase { reflect, ..self }
     }
 
+    /// Whether it reflects diffusely, or by a lobe that is at least this wide (α).
+    pub(crate) fn is_wide(&self, alpha: f64) -> bool {
+        self.reflect != Rgb::ZERO || !self.interface.smooth && self.interface.ggx.ax >= alpha
+    }
+
     /// Whether it is metal at least in part; [`OpaqueBlock`]s of one kind are faster than mixed ones.
     pub(crate) fn is_metal(&self) -> bool {
         self.interface.metal > 0.0
@@ -119,6 +124,23 @@ pub(crate) struct OpaqueSeen<S: Simd> {
     p: [F64x8<S>; 3],
 }
 
+impl<S: Simd> OpaqueSeen<S> {
+    #[inline(always)]
+    pub(crate) fn load(simd: S, [below, loss, a, b, c]: &[Block; 5]) -> OpaqueSeen<S> {
+        let load = |block: &Block| F64x8::load(simd, block);
+        OpaqueSeen { below: load(below), loss: load(loss), p: [load(a), load(b), load(c)] }
+    }
+
+    #[inline(always)]
+    pub(crate) fn store(self, [below, loss, a, b, c]: &mut [Block; 5]) {
+        self.below.store(below);
+        self.loss.store(loss);
+        self.p[0].store(a);
+        self.p[1].store(b);
+        self.p[2].store(c);
+    }
+}
+
 impl OpaqueBlock {
     /// Stores a base in a lane.
     pub(crate) fn set(&mut self, lane: usize, base: &OpaqueBase<'_>) {
@@ -155,6 +177,65 @@ impl OpaqueBlock {
             set_vector(&mut self.multi, lane, c.metal);
             (self.spread_k.0[lane], self.spread_log.0[lane]) = (c.spread.k, c.spread.log);
         }
+    }
+
+    /// Copies a lane of another block.
+    pub(crate) fn copy_lane(&mut self, to: usize, other: &OpaqueBlock, from: usize) {
+        let copy = |a: &mut Block, b: &Block| a.0[to] = b.0[from];
+        let copy_bit = |a: &mut u8, b: u8| set_bit(a, to, b >> from & 1 == 1);
+        self.combine(other, copy, copy_bit);
+        self.boundary.copy_lane(to, &other.boundary, from);
+        self.mirror.copy_lane(to, &other.mirror, from);
+    }
+
+    /// Sets all lanes to a lane of another block.
+    pub(crate) fn set_all(&mut self, other: &OpaqueBlock, from: usize) {
+        let spread = |a: &mut Block, b: &Block| a.0 = [b.0[from]; LANES];
+        let spread_bit = |a: &mut u8, b: u8| *a = if b >> from & 1 == 1 { u8::MAX } else { 0 };
+        self.combine(other, spread, spread_bit);
+        self.boundary.set_all(&other.boundary, from);
+        self.mirror.set_all(&other.mirror, from);
+    }
+
+    /// Applies functions to all numbers and masks except those of the curves.
+    #[inline]
+    fn combine(
+        &mut self,
+        other: &OpaqueBlock,
+        number: impl Fn(&mut Block, &Block),
+        mask: impl Fn(&mut u8, u8),
+    ) {
+        mask(&mut self.smooth, other.smooth);
+        mask(&mut self.metals, other.metals);
+        mask(&mut self.multiple, other.multiple);
+        mask(&mut self.diffuse, other.diffuse);
+        mask(&mut self.rough, other.rough);
+        let vectors = [
+            (&mut self.f0, &other.f0),
+            (&mut self.dip, &other.dip),
+            (&mut self.tint, &other.tint),
+            (&mut self.reflect, &other.reflect),
+            (&mut self.lambert, &other.lambert),
+            (&mut self.multi, &other.multi),
+        ];
+        for (a, b) in vectors.into_iter().flat_map(|(a, b)| a.iter_mut().zip(b)) {
+            number(a, b);
+        }
+        number(&mut self.alpha, &other.alpha);
+        number(&mut self.metal, &other.metal);
+        number(&mut self.metal_weight, &other.metal_weight);
+        number(&mut self.opaque, &other.opaque);
+        number(&mut self.index, &other.index);
+        number(&mut self.normalisation, &other.normalisation);
+        number(&mut self.mirror_average, &other.mirror_average);
+        number(&mut self.spread_k, &other.spread_k);
+        number(&mut self.spread_log, &other.spread_log);
+    }
+
+    /// Whether a lane reflects diffusely, or by a lobe that is at least this wide (α).
+    pub(crate) fn is_wide(&self, lane: usize, alpha: f64) -> bool {
+        let is = |mask: u8| mask >> lane & 1 == 1;
+        is(self.diffuse) || !is(self.smooth) && self.alpha.0[lane] >= alpha
     }
 
     /// What depends on wo alone; see `Bsdf::prepare_wo`.

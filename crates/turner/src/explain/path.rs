@@ -8,8 +8,8 @@
 use crate::bsdf::Lobe;
 use crate::color::Spectrum;
 use crate::integrator::path::{
-    EmissionRecord, End, EscapeRecord, LightRecord, MediumSegmentRecord, Passage, PathRecord, ScatterRecord,
-    SharedRecord, VertexRecord,
+    DonorPart, EmissionRecord, End, EscapeRecord, LightRecord, MediumSegmentRecord, Passage, PathRecord,
+    ScatterRecord, SharedRecord, VertexRecord,
 };
 use crate::math::DVec3;
 
@@ -56,20 +56,24 @@ fn kind_of(lobe: &Lobe) -> Kind {
 pub(super) fn grow(out: &mut SampleTree, names: &Names<'_>, path: &PathRecord) {
     out.remarks.push(format!("the path ends: {}", end(path.end)));
     let (mut parent, mut kind) = (None, Kind::Camera);
-    let shared_from = path.shared.as_ref().and_then(|s| s.from);
-    // The weight of the radiance that leaves the first shared vertex.
-    let own = path.shared.iter().flat_map(|s| &s.parts).find(|p| p.id == path.id).map(|p| p.share);
-    let own = own.unwrap_or(Spectrum::BLACK);
+    let shared = path.shared.as_ref().and_then(|s| Some((s.from?, s.until.unwrap_or(usize::MAX))));
+    // The weights of the light of the first shared vertex, and of the light that arrives there.
+    let weight_of = |parts: [DonorPart; 2]| {
+        let own = path.shared.iter().flat_map(|s| &s.parts);
+        let part = own.filter(|p| p.id == path.id).find(|p| parts.contains(&p.part));
+        part.map_or(Spectrum::BLACK, |p| p.share)
+    };
+    let direct = weight_of([DonorPart::Radiance, DonorPart::Direct]);
+    let next = weight_of([DonorPart::Radiance, DonorPart::Next]);
+    let own = |number: usize| {
+        let (from, until) = shared?;
+        (from..until).contains(&number).then_some(if number == from { direct } else { next })
+    };
     let mut nodes = Vec::new();
     for (number, v) in path.vertices.iter().enumerate() {
         let index = out.nodes.len();
         nodes.push(index);
-        vertex(
-            (out, names),
-            RayNode::new(kind, parent, v.origin, v.direction),
-            v,
-            shared_from.filter(|&from| number >= from).map(|_| own),
-        );
+        vertex((out, names), RayNode::new(kind, parent, v.origin, v.direction), v, own(number));
         parent = Some(index);
         kind = match (&v.scatter, v.passage) {
             (Some(s), Passage::Surface | Passage::Medium | Passage::Exit) => kind_of(&s.lobe),
@@ -77,7 +81,7 @@ pub(super) fn grow(out: &mut SampleTree, names: &Names<'_>, path: &PathRecord) {
         };
     }
     if let Some(e) = &path.escape {
-        escape((out, names), RayNode::new(kind, parent, e.origin, e.direction), e, shared_from.map(|_| own));
+        escape((out, names), RayNode::new(kind, parent, e.origin, e.direction), e, own(path.vertices.len()));
     }
     if let Some(shared) = &path.shared {
         donors(out, path, shared, &nodes);
@@ -180,13 +184,22 @@ fn escape(
     }
 }
 
+/// What a part of the sample's own shared path is called.
+fn own_part(part: DonorPart) -> &'static str {
+    match part {
+        DonorPart::Radiance => "own path, shared",
+        DonorPart::Direct => "own path, shared: direct light",
+        DonorPart::Next => "own path, shared: light from the next vertex",
+    }
+}
+
 /// Adds the contributions of the shared paths: the sample's own path is part of its tree, each path of a neighbour is a
 /// ray to that path's second vertex. `nodes` are the nodes of the path's vertices.
 fn donors(out: &mut SampleTree, path: &PathRecord, shared: &SharedRecord, nodes: &[usize]) {
     for part in &shared.parts {
         let weight = color(part.share);
         if let Some(index) = shared.from.filter(|_| part.id == path.id).and_then(|from| nodes.get(from)) {
-            out.parts.push((*index, "own path, shared", part.contribution));
+            out.parts.push((*index, own_part(part.part), part.contribution));
             if let Some(node) = out.nodes.get_mut(*index) {
                 let rows = &mut node.terms;
                 rows.push(Term::new(
@@ -208,7 +221,12 @@ fn donors(out: &mut SampleTree, path: &PathRecord, shared: &SharedRecord, nodes:
         node.contribution = part.contribution;
         let rows = &mut node.terms;
         rows.push(Term::new("hits", vector(part.p)));
-        rows.push(Term::new("radiance", color(part.radiance)));
+        let what = match part.part {
+            DonorPart::Radiance => "radiance",
+            DonorPart::Direct => "direct light",
+            DonorPart::Next => "light from the next vertex",
+        };
+        rows.push(Term::new(what, color(part.radiance)));
         rows.push(Term::new("weight", weight));
         rows.push(Term::new("adds", color(part.contribution)));
         out.parts.push((out.nodes.len(), "path of a neighbouring pixel", part.contribution));

@@ -26,6 +26,7 @@ pub(crate) struct Path<'a> {
 #[derive(Serialize)]
 pub(crate) struct Shared {
     pub(crate) from: Option<usize>,
+    pub(crate) until: Option<usize>,
     pub(crate) paths: Vec<Donated>,
 }
 
@@ -34,6 +35,8 @@ pub(crate) struct Donated {
     pub(crate) pixel: [u32; 2],
     #[serde(serialize_with = "plain")]
     pub(crate) position: DVec3,
+    /// "radiance", "direct" or "next".
+    pub(crate) part: &'static str,
     #[serde(serialize_with = "plain")]
     pub(crate) radiance: Spectrum,
     #[serde(serialize_with = "plain")]
@@ -65,11 +68,12 @@ fn shared(s: &SharedRecord) -> Shared {
     let donated = |p: &DonorRecord| Donated {
         pixel: [p.id.x, p.id.y],
         position: p.p,
+        part: p.part.word(),
         radiance: p.radiance,
         weight: p.share,
         contribution: p.contribution,
     };
-    Shared { from: s.from, paths: s.parts.iter().map(donated).collect() }
+    Shared { from: s.from, until: s.until, paths: s.parts.iter().map(donated).collect() }
 }
 
 #[derive(Serialize)]

@@ -57,6 +57,24 @@ impl AlbedoCurveBlock {
         self.warp.0[lane] = warp(curve.alpha);
     }
 
+    /// Copies the curve of a lane of another block.
+    pub(in crate::bsdf) fn copy_lane(&mut self, to: usize, other: &AlbedoCurveBlock, from: usize) {
+        self.rows[to] = other.rows[from];
+        let copies = [(&mut self.alpha, &other.alpha), (&mut self.warp, &other.warp)];
+        for (a, b) in self.fractions.iter_mut().zip(&other.fractions).chain(copies) {
+            a.0[to] = b.0[from];
+        }
+    }
+
+    /// Sets all lanes to a lane of another block.
+    pub(in crate::bsdf) fn set_all(&mut self, other: &AlbedoCurveBlock, from: usize) {
+        self.rows = [other.rows[from]; LANES];
+        let copies = [(&mut self.alpha, &other.alpha), (&mut self.warp, &other.warp)];
+        for (a, b) in self.fractions.iter_mut().zip(&other.fractions).chain(copies) {
+            a.0 = [b.0[from]; LANES];
+        }
+    }
+
     /// The widths α of the curves.
     #[inline(always)]
     pub(in crate::bsdf) fn alpha<S: Simd>(&self, simd: S) -> F64x8<S> {

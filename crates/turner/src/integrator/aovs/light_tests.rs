@@ -5,7 +5,7 @@ use crate::description::{ObjectDesc, SceneDesc, SceneLight};
 use crate::film::Aov;
 use crate::integrator::{Caustics, DirectDesc, IntegratorDesc, PathDesc, SharedPathsMode};
 use crate::light::{BackgroundDesc, EnvironmentDesc, LightDesc};
-use crate::material::DielectricMaterial;
+use crate::material::{DielectricMaterial, PrincipledMaterial};
 use crate::medium::HomogeneousMedium;
 use crate::testing::scenes::{
     cuboid, emissive, even, grey, lamp, matte, path, plane, rectangle, render, rgb, sphere, v,
@@ -19,7 +19,10 @@ fn groups(integrator: IntegratorDesc, lit: &[&str]) -> SceneDesc {
     let on = |group: &str, value: f64| if lit.contains(&group) { value } else { 0.0 };
     let mut desc = SceneDesc { integrator, ..SceneDesc::default() }
         .with(plane(), matte(rgb([0.6, 0.5, 0.4])))
-        .with(rectangle(v(0.0, 1.0, -1.5), v(5.0, 0.0, 0.0), v(0.0, 4.0, 0.0)), matte(grey(0.7)))
+        .with(
+            rectangle(v(0.0, 1.0, -1.5), v(5.0, 0.0, 0.0), v(0.0, 4.0, 0.0)),
+            PrincipledMaterial { base_color: grey(0.7), ..PrincipledMaterial::default() },
+        )
         .with(sphere(v(-0.5, 0.5, 0.0), 0.5), DielectricMaterial::default())
         .seen_at(v(0.0, 1.2, 4.0), v(0.0, 0.6, 0.0), 45.0)
         .filmed([24, 16], 64);

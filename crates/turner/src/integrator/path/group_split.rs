@@ -5,6 +5,7 @@
 //! the sample, so it is not summed here.
 
 use super::path_batch::Path;
+use super::shared_paths::Destination;
 use crate::color::Spectrum;
 use crate::scene::Scene;
 use crate::scene::emitters::LightSample;
@@ -19,8 +20,9 @@ pub(super) struct GroupSplit {
     groups: usize,
     /// For each sample, the light of each group.
     light: Vec<Spectrum>,
-    /// The same for the radiance that leaves the second vertices of shared paths.
+    /// The same for the radiance of shared paths, and for direct light at their second vertices that is told apart.
     donated: Vec<Spectrum>,
+    direct: Vec<Spectrum>,
     /// The group of each shadow ray of the round.
     shadow_rays: Vec<u32>,
     /// What one ray that leaves the scene finds, or the photons around one vertex bring: group and radiance.
@@ -43,7 +45,7 @@ impl GroupSplit {
         if self.groups == 0 {
             return;
         }
-        for light in [&mut self.light, &mut self.donated] {
+        for light in [&mut self.light, &mut self.donated, &mut self.direct] {
             light.clear();
             light.resize(samples * self.groups, Spectrum::BLACK);
         }
@@ -65,7 +67,7 @@ impl GroupSplit {
         if self.groups > 0
             && let Some(group) = scene.light_group_of(primitive)
         {
-            self.add(sample, path.donates, group, light);
+            self.add(sample, path.destination(), group, light);
         }
     }
 
@@ -89,7 +91,7 @@ impl GroupSplit {
     #[inline]
     pub(super) fn add_found(&mut self, sample: u32, path: &Path, factor: Spectrum) {
         while let Some((group, radiance)) = self.found.pop() {
-            self.add(sample, path.donates, group, radiance * factor);
+            self.add(sample, path.destination(), group, radiance * factor);
         }
     }
 
@@ -103,11 +105,11 @@ impl GroupSplit {
 
     /// The light of a shadow ray of the round arrives.
     #[inline]
-    pub(super) fn arrived(&mut self, ray: usize, sample: u32, path: &Path, light: Spectrum) {
+    pub(super) fn arrived(&mut self, ray: usize, sample: u32, to: Destination, light: Spectrum) {
         if let Some(&group) = self.shadow_rays.get(ray)
             && group != NO_GROUP
         {
-            self.add(sample, path.donates, group, light);
+            self.add(sample, to, group, light);
         }
     }
 
@@ -117,17 +119,22 @@ impl GroupSplit {
         self.shadow_rays.clear();
     }
 
-    /// A sample receives a fraction of the radiance of a shared path.
+    /// A sample receives a fraction of the radiance of a shared path, or of the direct light at its second vertex.
     #[inline]
-    pub(super) fn share(&mut self, from: u32, to: u32, fraction: Spectrum) {
+    pub(super) fn share(&mut self, from: u32, to: u32, direct: bool, fraction: Spectrum) {
         let (from, to) = (from as usize * self.groups, to as usize * self.groups);
         for group in 0..self.groups {
-            self.light[to + group] += fraction * self.donated[from + group];
+            let given = if direct { &self.direct } else { &self.donated };
+            self.light[to + group] += fraction * given[from + group];
         }
     }
 
-    fn add(&mut self, sample: u32, donates: bool, group: u32, light: Spectrum) {
-        let all = if donates { &mut self.donated } else { &mut self.light };
+    fn add(&mut self, sample: u32, to: Destination, group: u32, light: Spectrum) {
+        let all = match to {
+            Destination::Sample => &mut self.light,
+            Destination::Donated => &mut self.donated,
+            Destination::Direct => &mut self.direct,
+        };
         all[sample as usize * self.groups + group as usize] += light;
     }
 }

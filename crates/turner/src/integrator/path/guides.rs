@@ -9,7 +9,8 @@ use std::f64::consts::LOG2_E;
 
 use super::Context;
 use super::light_split::LightSplit;
-use super::path_batch::{PathBatch, RayQueue};
+use super::path_batch::PathBatch;
+use super::ray_queue::RayQueue;
 use super::record::Record;
 use crate::color::Spectrum;
 use crate::integrator::{DenoisingSample, Radiance, footprint};

@@ -19,7 +19,9 @@ use super::LightSampling;
 use super::path_batch::{Path, PathBatch};
 use super::record::Record;
 use crate::light::Receiver;
-use crate::scene::LightBatch;
+use crate::material::GlossyLobe;
+use crate::math::DVec3;
+use crate::scene::{LightBatch, SurfaceInteraction};
 
 /// Number of candidates, M.
 pub(super) const CANDIDATES: usize = 8;
@@ -38,6 +40,29 @@ impl<R: Record> PathBatch<'_, R> {
         let first = path.bounces.total == 0;
         let enabled = self.strategy.is_none() && self.settings.light_sampling != LightSampling::Bsdf;
         if glossy && first && enabled { CANDIDATES as u32 - 1 } else { 0 }
+    }
+
+    /// The receiver at the `number`th vertex of a path, hit by a ray of this direction.
+    #[inline]
+    pub(super) fn receiver(
+        &self,
+        sample: u32,
+        number: u32,
+        surface: &SurfaceInteraction,
+        direction: DVec3,
+    ) -> Receiver {
+        let at = self.in_cell(self.scene.receiver(surface, direction));
+        // Lights that are sampled for several first vertices must not depend on one of them.
+        if self.is_second(sample, number) { at.with_lobe(GlossyLobe::default()) } else { at }
+    }
+
+    /// A receiver in its cell of the adaptive environment.
+    #[inline]
+    pub(super) fn in_cell(&self, at: Receiver) -> Receiver {
+        match self.adaptive {
+            Some(adaptive) => at.in_cell(adaptive.cell(at.p)),
+            None => at,
+        }
     }
 
     /// Requests light samples for a vertex; returns the index of the request.

@@ -10,6 +10,7 @@
 //! the first surface and of shared paths is what remains: it is indirect and reflected diffusely.
 
 use super::path_batch::Path;
+use super::shared_paths::Destination;
 use crate::color::Spectrum;
 use crate::integrator::{LobeParts, Radiance};
 use crate::material::vertex::Vertex;
@@ -148,9 +149,9 @@ impl LobeSplit {
 
     /// The light of a shadow ray of the round arrives.
     #[inline]
-    pub(super) fn arrived(&mut self, ray: usize, sample: u32, path: &Path, light: Spectrum) {
+    pub(super) fn arrived(&mut self, ray: usize, sample: u32, to: Destination, light: Spectrum) {
         if let Some(&share) = self.shadow_rays.get(ray)
-            && !path.donates
+            && to == Destination::Sample
         {
             self.add(sample as usize, share, light, self.bounces[sample as usize] == 0);
         }

@@ -34,8 +34,10 @@ mod media;
 mod notes;
 mod pane;
 mod path_batch;
+mod ray_queue;
 mod record;
 mod replay;
+mod roulette;
 mod settings;
 mod shade;
 mod shadow_catcher;
@@ -49,9 +51,9 @@ mod volume;
 mod volume_light;
 
 pub use record::{
-    DonorRecord, EmissionRecord, End, EscapeRecord, InfiniteLightRecord, LightRecord, MediumSegmentRecord,
-    Passage, PathRecord, PhotonsRecord, RandomWalkRecord, Roulette, ScatterRecord, SharedRecord,
-    VertexRecord,
+    DonorPart, DonorRecord, EmissionRecord, End, EscapeRecord, InfiniteLightRecord, LightRecord,
+    MediumSegmentRecord, Passage, PathRecord, PhotonsRecord, RandomWalkRecord, Roulette, ScatterRecord,
+    SharedRecord, VertexRecord,
 };
 pub use replay::{replay, replay_at};
 pub(crate) use shared_paths::{CELL, cluster as group};

@@ -241,6 +241,26 @@ impl PathRecord {
         });
     }
 
+    /// The direct light of a shared vertex without its BSDF, which is part of the weight of the path.
+    pub(super) fn donates_direct(&mut self, weight: f64, bsdf_pdf: f64, unshadowed: Spectrum) {
+        self.at(|v| {
+            if let Some(light) = &mut v.light {
+                (light.bsdf, light.bsdf_pdf) = (Spectrum::WHITE, bsdf_pdf);
+                (light.weight, light.unshadowed) = (weight, unshadowed);
+            }
+        });
+    }
+
+    /// The same for the next direction.
+    pub(super) fn donates_next(&mut self, weight: Spectrum, pdf: f64, throughput: Spectrum) {
+        self.at(|v| {
+            if let Some(scatter) = &mut v.scatter {
+                (scatter.bsdf, scatter.pdf) = (Spectrum::WHITE, pdf);
+                (scatter.weight, scatter.throughput) = (weight, throughput);
+            }
+        });
+    }
+
     /// The ray left the scene; `throughput` is the fraction of what it finds that reaches the pixel.
     pub(super) fn escaped(
         &mut self,

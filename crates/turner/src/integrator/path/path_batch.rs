@@ -33,12 +33,13 @@ use super::learn_environment::LitPoint;
 use super::light_split::LightSplit;
 use super::lobe_split::LobeSplit;
 use super::media::Media;
+use super::ray_queue::RayQueue;
 use super::record::{Off, Record};
 use super::settings::{Bounces, Settings};
 use super::shade::FIRST_SET;
 use super::shadow_catcher::ShadowCatcher;
 use super::shadow_rays::ShadowRays;
-use super::shared_paths::SharedPaths;
+use super::shared_paths::{Destination, SharedPaths};
 use super::simd_shading::VertexBlocks;
 use crate::color::Spectrum;
 use crate::integrator::first_hits::FirstHits;
@@ -48,7 +49,7 @@ use crate::light::{AdaptiveEnvironment, Receiver};
 use crate::math::{DVec3, Ray, RayCone};
 use crate::sampler::{OwenSobol, SampleId, VertexNumbers};
 use crate::scene::emitters::LightSample;
-use crate::scene::{EscapedRays, Hit, LightBatch, RayBatch, RayOrigin, Scene, SurfaceInteraction};
+use crate::scene::{EscapedRays, Hit, LightBatch, Scene, SurfaceInteraction};
 use crate::view::View;
 
 /// The state of the path of one sample.
@@ -120,6 +121,12 @@ impl Path {
         self.media.clear();
         self.cone = cone;
     }
+
+    /// Where the light goes that the path finds.
+    #[inline]
+    pub(super) fn destination(&self) -> Destination {
+        if self.donates { Destination::Donated } else { Destination::Sample }
+    }
 }
 
 /// A hit to shade, with the lights sampled there.
@@ -129,49 +136,6 @@ pub(super) struct VertexInput<'a> {
     pub(super) surface: &'a SurfaceInteraction,
     /// One light sample, or several candidates of which one is chosen.
     pub(super) lit: &'a [Option<LightSample>],
-}
-
-/// The rays of one round, and the sample of each.
-#[derive(Default)]
-pub(super) struct RayQueue {
-    rays: RayBatch,
-    samples: Vec<u32>,
-}
-
-impl RayQueue {
-    fn clear(&mut self) {
-        self.rays.clear();
-        self.samples.clear();
-    }
-
-    /// Adds a ray that leaves a surface.
-    pub(super) fn push(&mut self, sample: u32, from: &SurfaceInteraction, direction: DVec3) {
-        self.rays.push_from(&Ray::new(from.leave(direction), direction), from);
-        self.samples.push(sample);
-    }
-
-    /// Adds a ray with its origin already offset.
-    #[inline]
-    pub(super) fn push_ray(&mut self, sample: u32, ray: &Ray, from: RayOrigin) {
-        self.rays.push_leaving(ray, from);
-        self.samples.push(sample);
-    }
-
-    /// Adds a ray that leaves a point in a medium.
-    pub(super) fn push_from_medium(&mut self, sample: u32, from: DVec3, direction: DVec3) {
-        self.rays.push(&Ray::new(from, direction));
-        self.samples.push(sample);
-    }
-
-    /// A ray and its sample.
-    pub(super) fn get(&self, i: usize) -> Option<(Ray, u32)> {
-        self.rays.get(i).zip(self.samples.get(i).copied())
-    }
-
-    /// Removes a ray.
-    pub(super) fn remove(&mut self, i: usize) {
-        self.rays.remove(i);
-    }
 }
 
 /// A batch of paths while it is traced. Its buffers are reused from batch to batch.
@@ -391,6 +355,7 @@ impl<R: Record> PathBatch<'_, R> {
         self.split.shaded(&queue.samples, out);
         self.lobes.shaded(&queue.samples, out);
         self.trace_shadow_rays(out, stats);
+        self.end_round_of_shared_paths(&queue.samples);
         self.split.lit(&queue.samples, out);
         queue.clear();
         self.queue = std::mem::replace(&mut self.next, queue);
@@ -445,7 +410,8 @@ impl<R: Record> PathBatch<'_, R> {
             let path = &self.paths[sample as usize];
             let (mut number, mut extra_candidates) = (u32::MAX, 0);
             if self.may_connect(path, &ray, hit, &surface) {
-                let at = self.receiver(&surface, ray.direction);
+                let vertex = path.vertex + 1;
+                let at = self.receiver(sample, vertex, &surface, ray.direction);
                 if let Some(points) = &mut self.lit_points {
                     points.push(LitPoint::new(&surface, ray.direction));
                 }
@@ -457,21 +423,6 @@ impl<R: Record> PathBatch<'_, R> {
         }
         self.request_lights_in_blocks(lights);
         self.scene.emitters.sample_batch(self.scene, self.adaptive, lights);
-    }
-
-    /// The receiver at a surface hit by a ray of this direction.
-    #[inline]
-    pub(super) fn receiver(&self, surface: &SurfaceInteraction, direction: DVec3) -> Receiver {
-        self.in_cell(self.scene.receiver(surface, direction))
-    }
-
-    /// A receiver in its cell of the adaptive environment.
-    #[inline]
-    pub(super) fn in_cell(&self, at: Receiver) -> Receiver {
-        match self.adaptive {
-            Some(adaptive) => at.in_cell(adaptive.cell(at.p)),
-            None => at,
-        }
     }
 
     /// Traces the shadow rays and adds the radiance that arrives.
@@ -501,14 +452,18 @@ impl<R: Record> PathBatch<'_, R> {
             // Occluded rays add nothing: 0 · infinity would be NaN.
             if !through.is_black() {
                 let arrives = *light * through;
-                let to = if self.paths[*sample as usize].donates {
-                    &mut self.shared_paths.donated
-                } else {
-                    &mut *out
+                let at = *sample as usize;
+                let to = match self.shared_paths.directional_at(*sample) {
+                    Some(_) => Destination::Direct,
+                    None => self.paths[at].destination(),
                 };
-                to[*sample as usize].color += arrives;
-                self.groups.arrived(i, *sample, &self.paths[*sample as usize], arrives);
-                self.lobes.arrived(i, *sample, &self.paths[*sample as usize], arrives);
+                match to {
+                    Destination::Sample => out[at].color += arrives,
+                    Destination::Donated => self.shared_paths.donated[at].color += arrives,
+                    Destination::Direct => self.shared_paths.direct[at] += arrives,
+                }
+                self.groups.arrived(i, *sample, to, arrives);
+                self.lobes.arrived(i, *sample, to, arrives);
                 self.record.note(|r| r.light_arrived(through, arrives));
             } else {
                 self.record.note(|r| r.light_arrived(through, Spectrum::BLACK));

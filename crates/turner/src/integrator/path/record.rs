@@ -67,8 +67,9 @@ pub struct PathRecord {
     pub way: Option<MediumSegmentRecord>,
     /// What the samples of its cluster share with it, where paths are shared; `None` for other samples.
     pub shared: Option<SharedRecord>,
-    /// Index in `vertices` of the first vertex whose light is shared.
+    /// Index in `vertices` of the first vertex whose light is shared, and of the first one after it whose light is not.
     pub(super) donated_from: Option<usize>,
+    pub(super) donated_until: Option<usize>,
     /// Whether the next shadow ray starts at the equiangular point of a segment.
     pub(super) next_is_equiangular: bool,
     /// Why the path ended.
@@ -121,6 +122,9 @@ pub struct SharedRecord {
     /// contributions are those of radiance that leaves this vertex, and the sample receives its weight times their sum.
     /// `None` if the path is not shared.
     pub from: Option<usize>,
+    /// Index of the first vertex after it whose light is the sample's own again: a delta lobe leads there, which is no
+    /// other pixel's.
+    pub until: Option<usize>,
     /// The donor paths that contribute to the sample, its own among them, in the order in which they were added.
     pub parts: Vec<DonorRecord>,
 }
@@ -132,13 +136,37 @@ pub struct DonorRecord {
     pub id: SampleId,
     /// The path's second vertex, which is visible from the sample's first one.
     pub p: DVec3,
-    /// Radiance that leaves the second vertex, as the path estimates it.
+    /// Which part of the light at the second vertex this is.
+    pub part: DonorPart,
+    /// That light, as the path estimates it.
     pub radiance: Spectrum,
-    /// Weight of that radiance in the sample: BSDF times cosine over the summed density with which the cluster finds
-    /// the point (balance heuristic).
+    /// Its weight in the sample: BSDF times cosine over the summed density with which the cluster finds the point
+    /// (balance heuristic), times the BSDF of the second vertex unless that is part of the radiance.
     pub share: Spectrum,
     /// What was added to the sample.
     pub contribution: Spectrum,
+}
+
+/// A part of the light at the second vertex of a donor path.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum DonorPart {
+    /// The radiance that leaves it, if its BSDF is Lambertian.
+    Radiance,
+    /// Direct light that arrives there, weighted for MIS, before the BSDF.
+    Direct,
+    /// Light that arrives there from the next vertex, before the BSDF.
+    Next,
+}
+
+impl DonorPart {
+    /// The part as one word.
+    pub fn word(self) -> &'static str {
+        match self {
+            DonorPart::Radiance => "radiance",
+            DonorPart::Direct => "direct",
+            DonorPart::Next => "next",
+        }
+    }
 }
 
 /// What a vertex is to the path.
@@ -414,11 +442,13 @@ impl PathRecord {
         let second = |way: &Option<MediumSegmentRecord>| {
             way.as_ref().and_then(|w| sampled(w.second.as_ref().map(|(_, light)| light)))
         };
-        let (own, donated) = match self.shared.as_ref().and_then(|s| s.from) {
-            Some(from) => (from, true),
-            None => (self.vertices.len(), false),
-        };
-        let vertices = self.vertices.iter().take(own).flat_map(move |v| {
+        // The vertices from..until are shared.
+        let end = self.vertices.len();
+        let shared = self.shared.as_ref().and_then(|s| Some((s.from?, s.until.unwrap_or(usize::MAX))));
+        let (from, until) = shared.unwrap_or((end, end));
+        let donated = until > end;
+        let own = self.vertices.iter().enumerate().filter(move |(i, _)| !(from..until).contains(i));
+        let vertices = own.flat_map(move |(_, v)| {
             let emission = v.emission.map(|e| e.contribution);
             let photons = v.photons.map(|p| p.contribution);
             [emitted(&v.way), emission, photons, second(&v.way), sampled(v.light.as_ref())]

@@ -61,6 +61,7 @@ pub fn replay_at(p: &Prepared, id: SampleId, place: [f64; 2]) -> Result<PathReco
         way: None,
         shared: None,
         donated_from: None,
+        donated_until: None,
         next_is_equiangular: false,
         end: End::Absorbed,
         radiance: Radiance { color: Spectrum::BLACK, alpha: 1.0 },
@@ -72,6 +73,9 @@ pub fn replay_at(p: &Prepared, id: SampleId, place: [f64; 2]) -> Result<PathReco
     }
     let shared = in_cluster(context, id);
     let mut batch = PathBatch::new(context, record);
+    if let Some(InCluster { densities, .. }) = &shared {
+        batch.shared_paths.take_densities(*densities);
+    }
     if let Some(photons) = integrator.photons(scene, view, id.index) {
         batch.find_photons(photons);
     }
@@ -81,15 +85,24 @@ pub fn replay_at(p: &Prepared, id: SampleId, place: [f64; 2]) -> Result<PathReco
     if let Some(radiance) = out.first() {
         record.radiance = *radiance;
     }
-    if let Some((radiance, parts)) = shared {
+    if let Some(InCluster { radiance, parts, .. }) = shared {
         record.radiance = radiance;
-        record.shared = Some(SharedRecord { from: record.donated_from, parts });
+        record.shared = Some(SharedRecord { from: record.donated_from, until: record.donated_until, parts });
     }
     Ok(record)
 }
 
-/// The result of a sample within its cluster and the donor paths that contribute to it, where paths are shared.
-fn in_cluster(context: Context<'_>, id: SampleId) -> Option<(Radiance, Vec<DonorRecord>)> {
+/// A sample within its cluster.
+struct InCluster {
+    radiance: Radiance,
+    /// The donor paths that contribute to it.
+    parts: Vec<DonorRecord>,
+    /// Of its own path, see [`SharedPaths::densities`](super::shared_paths::SharedPaths::densities).
+    densities: [f64; 2],
+}
+
+/// The result of a sample within its cluster, where paths are shared.
+fn in_cluster(context: Context<'_>, id: SampleId) -> Option<InCluster> {
     let view = context.view;
     let mut batch = PathBatch::new(context, Off);
     if !batch.shared_paths.is_on() {
@@ -100,9 +113,10 @@ fn in_cluster(context: Context<'_>, id: SampleId) -> Option<(Radiance, Vec<Donor
     let mut out = Vec::new();
     batch.radiance(&samples, &mut out, &mut RayStats::default());
     let own = samples.ids.iter().position(|other| *other == id)?;
-    let parts = batch.received_by(own).filter_map(|(from, p, share, radiance)| {
+    let parts = batch.received_by(own).filter_map(|(from, p, part, share, radiance)| {
         let id = *samples.ids.get(from)?;
-        Some(DonorRecord { id, p, radiance, share, contribution: share * radiance })
+        Some(DonorRecord { id, p, part, radiance, share, contribution: share * radiance })
     });
-    Some((*out.get(own)?, parts.collect()))
+    let densities = batch.shared_paths.densities(own);
+    Some(InCluster { radiance: *out.get(own)?, parts: parts.collect(), densities })
 }

@@ -14,6 +14,8 @@ pub(super) struct Settings {
     pub(super) rr_start: u32,
     pub(super) clamp_indirect: Option<f32>,
     pub(super) light_sampling: LightSampling,
+    /// Whether the number of bounces alone limits a path, not their kinds.
+    pub(super) counts_only_bounces: bool,
     /// Whether paths may be shared between pixels.
     pub(super) shared_paths: bool,
     /// The "direct" integrator: a path ends after its first non-specular bounce.
@@ -21,7 +23,7 @@ pub(super) struct Settings {
 }
 
 /// Bounces of a path so far, in total and by kind of lobe.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(super) struct Bounces {
     pub(super) total: u32,
     diffuse: u32,
@@ -37,6 +39,9 @@ impl Settings {
             max_glossy: d.max_glossy.unwrap_or(d.max_depth),
             max_transmission: d.max_transmission.unwrap_or(d.max_depth),
             max_transparent: d.max_transparent,
+            counts_only_bounces: [d.max_diffuse, d.max_glossy]
+                .iter()
+                .all(|limit| limit.is_none_or(|limit| limit >= d.max_depth)),
             rr_start: d.rr_start,
             clamp_indirect: (d.clamp_indirect > 0.0).then_some(d.clamp_indirect as f32),
             light_sampling: d.light_sampling,

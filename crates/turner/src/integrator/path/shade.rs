@@ -8,6 +8,7 @@ use super::media::Boundary;
 use super::path_batch::{Path, PathBatch, VertexInput};
 use super::record::{End, InfiniteLightRecord, Passage, Record, Roulette};
 use super::settings::Settings;
+use super::shared_paths::{SecondLight, SecondNext};
 use crate::bsdf::{Bsdf, BsdfSample};
 use crate::color::Spectrum;
 use crate::integrator::{Radiance, RayStats, footprint};
@@ -23,20 +24,6 @@ pub(super) const FIRST_SET: u32 = 2;
 
 /// Maximum number of surfaces along one path, including those that it passes straight through.
 pub(super) const MAX_VERTICES: u32 = 200_000;
-
-impl Path {
-    /// After the first bounce: Russian roulette compares later throughputs with this one. Noise is seen relative to the
-    /// brightness of a pixel, so paths from a dark surface matter as much as those from a white one, down to an albedo of
-    /// a quarter.
-    #[inline]
-    pub(super) fn begin_roulette(&mut self) {
-        /// Paths from darker surfaces end earlier: they would cost more than they are worth.
-        const DARKEST: f32 = 0.25;
-        if self.bounces.total == 1 {
-            self.importance = 1.0 / (self.beta.max_component() * self.eta2).clamp(DARKEST, 1.0);
-        }
-    }
-}
 
 impl Settings {
     /// MIS weight of an emitter that a BSDF-sampled ray hits. `light_pdf` is the density with which light sampling
@@ -78,15 +65,6 @@ impl Settings {
         let light = self.clamped(light, path.bounces.total > 1);
         pixel.color += light;
         light
-    }
-
-    /// Survival probability of Russian roulette after a bounce; `None` before `rr_start` bounces.
-    #[inline]
-    pub(super) fn survival(&self, path: &Path) -> Option<f32> {
-        (path.bounces.total >= self.rr_start).then(|| {
-            let carried = path.beta.max_component() * path.importance * path.eta2;
-            carried.max(0.0).sqrt().clamp(0.05, 1.0)
-        })
     }
 
     /// Applies `clamp_indirect`. `indirect` is true for light that arrives by way of another surface.
@@ -392,6 +370,12 @@ impl<R: Record> PathBatch<'_, R> {
         } else {
             Ray::new(origin, wi)
         };
+        if let Some(second) = self.shared_paths.directional_at(sample) {
+            let k = wi_local.z.abs() * v.terminator(wi) / lit.pdf;
+            let weighed = !lit.is_delta && self.settings.light_sampling == LightSampling::Both;
+            let (radiance, pdf, ray) = (lit.radiance, lit.pdf, self.shadows.light.len());
+            second.set_light(SecondLight { wi: wi_local, radiance, k, pdf, weighed, ray });
+        }
         if self.scene.volumes.is_some() {
             let media = *media;
             self.push_media(sample, media);
@@ -444,8 +428,15 @@ impl<R: Record> PathBatch<'_, R> {
             let first = path.bounces.total == 0;
             self.update_reverse_pdf(sample, v, material, &s, wi, first);
         }
-        let receiver = self.receiver(v.surface, -v.wo);
+        let number = self.paths[sample as usize].vertex;
+        let receiver = self.receiver(sample, number, v.surface, -v.wo);
         let path = &mut self.paths[sample as usize];
+        if s.lobe.is_delta
+            && let Some(second) = self.shared_paths.directional_at(sample)
+        {
+            second.take_back(path);
+            self.record.note(|r| r.donated_until = Some(r.vertices.len()));
+        }
         path.beta = path.beta * s.f * (s.wi.z.abs() / s.pdf) as f32;
         let mut terminator = 1.0;
         if !crosses && !s.lobe.is_delta {
@@ -477,6 +468,7 @@ impl<R: Record> PathBatch<'_, R> {
             stats.reflected += 1;
         }
         path.begin_roulette();
+        let mut survived = 1.0;
         if let Some(survival) = self.settings.survival(path) {
             let survives = u < f64::from(survival);
             self.record.note(|r| r.roulette(Roulette { survival: f64::from(survival), number: u }));
@@ -485,10 +477,16 @@ impl<R: Record> PathBatch<'_, R> {
                 return;
             }
             path.beta *= 1.0 / survival;
+            survived = survival;
             self.record.note(|r| r.set_throughput(path.beta));
         }
         if path.beta.is_black() {
             return;
+        }
+        if !s.lobe.is_delta
+            && let Some(second) = self.shared_paths.directional_at(sample)
+        {
+            second.set_next(SecondNext { wi: s.wi, k: s.wi.z.abs() * terminator, survival: survived });
         }
         self.next.push(sample, v.surface, wi);
     }

@@ -247,7 +247,8 @@ impl<'a, R: Record> PathBatch<'a, R> {
             LightSampling::Bsdf => None,
             LightSampling::Both | LightSampling::Light => {
                 let [u0, u1, u2, _] = self.paths[sample as usize].numbers.first();
-                let at = self.receiver(&out, -out.ng);
+                let number = self.paths[sample as usize].vertex;
+                let at = self.receiver(sample, number, &out, -out.ng);
                 scene.emitters.sample_adaptive(scene, self.adaptive, at, [u0, u1, u2])
             }
         };

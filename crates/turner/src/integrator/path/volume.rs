@@ -26,7 +26,8 @@
 use super::LightSampling;
 use super::dispersion::BAND_SET;
 use super::lobe_split::Share;
-use super::path_batch::{Path, PathBatch, RayQueue};
+use super::path_batch::{Path, PathBatch};
+use super::ray_queue::RayQueue;
 use super::record::{End, Record, Roulette};
 use super::shade::MAX_VERTICES;
 use super::volume_light::Connection;

@@ -244,6 +244,19 @@ fn spread(values: &[f64]) -> f64 {
     values.iter().map(|v| (v - mean) * (v - mean)).sum::<f64>() / (n - 1.0).max(1.0)
 }
 
+/// Cost of a light path in rays of camera paths, when targets are chosen by these weights: paths to targets that matter may
+/// be longer than most.
+fn price_of(context: Context<'_>, strategy: &CausticsStrategy, groups: &[f64]) -> f64 {
+    let mut strategy = strategy.clone();
+    let _ = strategy.caustic_targets.choose_by(groups);
+    let mut batch = LightPathBatch::new(context, &strategy);
+    let mut stats = RayStats::default();
+    batch.advance(u64::MAX / 4, PATHS, &mut stats, |_, _, _| {});
+    let (rays, n) = (stats.light as f64, f64::from(PATHS));
+    let scatterings = SCATTERING_COST * batch.scatterings as f64 + FILM_COST * batch.films as f64;
+    START_COST + (RAY_COST * rays + scatterings) / n
+}
+
 /// Measures a strategy that has as many light paths as pixels.
 pub(super) fn probe(context: Context<'_>, strategy: &CausticsStrategy) -> ProbeResult {
     let view = context.view;
@@ -307,8 +320,11 @@ pub(super) fn probe(context: Context<'_>, strategy: &CausticsStrategy) -> ProbeR
     let seen = || (PilotRun::new(context, None).variance - pilot.variance).max(0.0);
     let variance_camera = sums.variance_without(seen, pixels);
     let variance_light = STRATIFIED_LIGHT * sums.squares / (n * pixels * strategy.paths as f64);
-    let scatterings = SCATTERING_COST * batch.scatterings as f64 + FILM_COST * batch.films as f64;
-    let price = (START_COST * n + RAY_COST * stats.light as f64 + scatterings) / n / pilot.rays.max(1.0);
+    let groups: Vec<f64> = (0u32..)
+        .zip(&sums.of_group)
+        .map(|(g, m)| (m * strategy.caustic_targets.probability(g)).sqrt())
+        .collect();
+    let price = price_of(context, strategy, &groups) / pilot.rays.max(1.0);
     let of_image = |light: f64| light / (n * pixels) / pilot.mean().max(1e-30);
     let (light_paths_only, contribution) = (of_image(sums.light_paths_only), of_image(sums.light));
     let ratio_of = strategy.paths as f64 / pixels;
@@ -336,10 +352,6 @@ pub(super) fn probe(context: Context<'_>, strategy: &CausticsStrategy) -> ProbeR
     let gain = cost(ratio, 0.0) / (STRATIFIED * pilot.variance + of_camera);
     let pays = light_paths_only > MIN_FRACTION || gain < MAX_COST;
     let gain = (light_paths_only <= MIN_FRACTION).then_some(gain);
-    let groups = (0u32..)
-        .zip(&sums.of_group)
-        .map(|(g, m)| (m * strategy.caustic_targets.probability(g)).sqrt())
-        .collect();
     ProbeResult {
         ratio,
         ratio_with_photons,

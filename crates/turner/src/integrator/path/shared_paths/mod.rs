@@ -26,29 +26,37 @@
 //! are counted from the corner of the image, so a sample depends on its own ID and those of its neighbours, never on
 //! tiles, crops or threads.
 
+mod directional;
 mod probe;
+mod reconnections;
 mod terms;
+mod vertices;
 
-use terms::{FirstVertices, ReconnectionTerms};
-use turner_bvh::lanes::{Block, LANES, dispatch};
+use directional::DirectionalVertex;
+use terms::FirstVertices;
+use turner_bvh::lanes::{Block, Block32, LANES};
 
 use super::path_batch::PathBatch;
-use super::record::Record;
-use crate::bsdf::MIN_COSINE;
+use super::record::{DonorPart, Record};
+use crate::bsdf::OpaqueBlock;
 use crate::color::Spectrum;
 use crate::film::Antialias;
-use crate::integrator::{Radiance, RayStats};
-use crate::material::vertex::Vertex;
-use crate::material::{AlphaMode, OpenPbr};
-use crate::math::{DVec3, Ray};
+use crate::integrator::Radiance;
+use crate::math::DVec3;
 use crate::sampler::SampleId;
-use crate::scene::{RayBatch, RayOrigin, Scene, SpectrumBlock};
+use crate::scene::{RayBatch, Scene, SpectrumBlock};
 use crate::view::View;
 
+pub(super) use directional::{SecondLight, SecondNext};
 pub(super) use probe::decide;
+pub(super) use vertices::{FirstVertex, Reconnection};
 
 /// Maximum number of samples that share paths: a cluster.
 const CLUSTER: usize = 16;
+/// SIMD blocks per cluster.
+const BLOCKS: usize = CLUSTER / LANES;
+/// Minimum width α of rough mirrors that share paths.
+pub(super) const WIDE: f64 = 0.1;
 /// Edge of the cells that hold clusters, in pixels.
 pub(crate) const CELL: u32 = 8;
 /// `t_max` of the shadow rays that join two vertices. They end short of the second one, so that single precision does
@@ -80,43 +88,15 @@ pub(crate) fn cluster(view: &View, id: SampleId) -> impl Iterator<Item = SampleI
         .filter(move |other| cluster_in_cell(other) == cluster_in_cell(&id))
 }
 
-/// A first vertex with a Lambertian BSDF. Normals are on the side of the ray.
-pub(super) struct FirstVertex {
-    pub(super) p: DVec3,
-    /// Origin of rays that leave it.
-    pub(super) origin: DVec3,
-    pub(super) from: RayOrigin,
-    /// The shading normal, and the interpolated normal of the shape before normal maps.
-    pub(super) z: DVec3,
-    pub(super) ns: DVec3,
-    pub(super) ng: DVec3,
-    /// The BRDF.
-    pub(super) f: Spectrum,
-}
-
-/// A second vertex with a Lambertian BSDF. Normals are on the side of the ray.
-pub(super) struct Reconnection {
-    pub(super) p: DVec3,
-    /// End point of the shadow rays to it.
-    pub(super) target: DVec3,
-    pub(super) ng: DVec3,
-    /// The shading normal before and after it is bent towards the viewer; `None` where it is the geometric normal.
-    pub(super) bent: Option<[DVec3; 2]>,
-}
-
-impl FirstVertex {
-    /// Whether BSDF sampling at this vertex can find `to`.
-    fn can_sample(&self, to: &Reconnection) -> bool {
-        let offset = to.p - self.p;
-        let square = offset.length_squared();
-        let wi = offset / square.sqrt();
-        let (cos, cos_geometric, cos_to) = (self.z.dot(wi), self.ng.dot(wi), -to.ng.dot(wi));
-        cos > MIN_COSINE
-            && cos_geometric > 0.0
-            && cos_to > MIN_COSINE
-            && cos * cos_to / square < f64::INFINITY
-            && !to.is_bent_differently(wi)
-    }
+/// Where light goes that a path finds.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub(super) enum Destination {
+    /// To its own sample.
+    Sample,
+    /// To the samples of its cluster, by the weights of the path.
+    Donated,
+    /// The same by the weights of direct light.
+    Direct,
 }
 
 /// A path that is shared.
@@ -127,9 +107,12 @@ struct Donor {
     faces: u16,
     visible: u16,
     /// For each first vertex of the cluster: the density with which it samples the second vertex, p_k, and the factor
-    /// G; both per area.
-    pdf: [Block; CLUSTER / LANES],
-    geometry: [Block; CLUSTER / LANES],
+    /// G; both per area. BRDFs, where they are not Lambertian.
+    pdf: [Block; BLOCKS],
+    geometry: [Block; BLOCKS],
+    f: [[Block32; 3]; BLOCKS],
+    /// Index of the second vertex among those whose BSDF depends on the direction.
+    directional: u32,
 }
 
 /// The clusters of a path batch.
@@ -150,6 +133,22 @@ pub(super) struct SharedPaths {
     pub(super) donated: Vec<Radiance>,
     /// For each donor, the weight of that radiance in each sample of its cluster.
     weights: Vec<[Spectrum; CLUSTER]>,
+    /// Whether a sample gives light to others, and whether its second vertex is directional.
+    gives: Vec<bool>,
+    is_directional: Vec<bool>,
+    /// For directional second vertices, the mean densities of the cluster for the light and the next direction; those of
+    /// another batch, if they are given.
+    densities: Vec<[f64; 2]>,
+    given_densities: Option<[f64; 2]>,
+    /// Second vertices whose BSDF depends on the direction, of the round.
+    directional: Vec<DirectionalVertex>,
+    base_scratch: OpaqueBlock,
+    len: usize,
+    /// For each sample the number of its vertex in that list, in the round of the vertex.
+    directional_of: Vec<u32>,
+    /// Direct light of such vertices, without their BSDF, and its weights in the samples of the cluster.
+    pub(super) direct: Vec<Spectrum>,
+    direct_weights: Vec<[Spectrum; CLUSTER]>,
     /// The second vertices of donor paths.
     points: Vec<DVec3>,
     rays: RayBatch,
@@ -216,9 +215,40 @@ impl SharedPaths {
         self.donated.clear();
         self.donated.resize(ids.len(), Radiance { color: Spectrum::BLACK, alpha: 1.0 });
         self.weights.resize(ids.len(), [Spectrum::BLACK; CLUSTER]);
+        self.gives.clear();
+        self.gives.resize(ids.len(), false);
+        self.is_directional.clear();
+        self.is_directional.resize(ids.len(), false);
+        self.densities.clear();
+        self.densities.resize(ids.len(), [0.0; 2]);
+        self.direct.clear();
+        self.direct.resize(ids.len(), Spectrum::BLACK);
+        self.directional_of.clear();
+        self.directional_of.resize(ids.len(), NONE);
+        self.direct_weights.resize(ids.len(), [Spectrum::BLACK; CLUSTER]);
+        self.len = 0;
         self.points.resize(ids.len(), DVec3::ZERO);
         self.donors.clear();
         self.reconnections.clear();
+    }
+
+    /// The parts of the light that a donor gives, with their weights in the samples of its cluster.
+    fn parts(&self, from: usize) -> impl Iterator<Item = (DonorPart, &[Spectrum; CLUSTER], Spectrum)> {
+        let is_directional = self.is_directional[from];
+        let next = if is_directional { DonorPart::Next } else { DonorPart::Radiance };
+        let direct =
+            is_directional.then(|| (DonorPart::Direct, &self.direct_weights[from], self.direct[from]));
+        direct.into_iter().chain([(next, &self.weights[from], self.donated[from].color)])
+    }
+
+    /// Mean densities of the cluster for the light and the next direction sampled at a directional second vertex.
+    pub(super) fn densities(&self, sample: usize) -> [f64; 2] {
+        self.densities.get(sample).copied().unwrap_or_default()
+    }
+
+    /// Takes these densities for the only path of the batch, instead of its own.
+    pub(super) fn take_densities(&mut self, densities: [f64; 2]) {
+        self.given_densities = Some(densities);
     }
 
     fn first(&self, sample: u32) -> Option<&FirstVertex> {
@@ -230,178 +260,6 @@ impl<R: Record> PathBatch<'_, R> {
     pub(super) fn begin_shared_paths(&mut self, ids: &[SampleId]) {
         if self.shared_paths.on {
             self.shared_paths.begin(ids);
-        }
-    }
-
-    /// Whether a path is at its first vertex and may share its path.
-    #[inline]
-    pub(super) fn may_be_first(&self, sample: u32) -> bool {
-        let path = &self.paths[sample as usize];
-        self.shared_paths.on && path.vertex == 1 && path.media.is_empty()
-    }
-
-    /// Whether a path is at its second vertex and may become a donor.
-    #[inline]
-    pub(super) fn may_donate(&self, sample: u32) -> bool {
-        let path = &self.paths[sample as usize];
-        self.shared_paths.on
-            && path.vertex == 2
-            && path.bounces.total == 1
-            && self.shared_paths.first(sample).is_some()
-    }
-
-    /// Stores a first or second vertex with a Lambertian BSDF.
-    pub(super) fn note_shared_vertex(&mut self, sample: u32, v: &Vertex<'_>, material: &OpenPbr) {
-        let (first, second) = (self.may_be_first(sample), self.may_donate(sample));
-        if !first && !second {
-            return;
-        }
-        let Some(f) = v.bsdf.as_lambert() else { return };
-        let side = if v.wo.dot(v.surface.ng) >= 0.0 { 1.0 } else { -1.0 };
-        let (ng, origin) = (side * v.surface.ng, v.surface.leave(v.wo));
-        if first {
-            let (p, from, ns) = (v.surface.p, v.surface.hit.origin(), side * v.surface.ns);
-            self.set_first(sample, FirstVertex { p, origin, from, z: v.frame.z, ns, ng, f });
-        } else if material.desc.alpha_mode != AlphaMode::Blend && !material.is_emissive() {
-            let unbent = || side * material.frame(self.scene, v.surface).z;
-            let bent = (v.frame.z != ng).then(|| [unbent(), v.frame.z]);
-            self.donate(sample, Reconnection { p: v.surface.p, target: origin, ng, bent });
-        }
-    }
-
-    /// Stores the first vertex of a sample.
-    #[inline]
-    pub(super) fn set_first(&mut self, sample: u32, first: FirstVertex) {
-        let shared_paths = &mut self.shared_paths;
-        let member = usize::from(shared_paths.member_of[sample as usize]);
-        if member < CLUSTER {
-            shared_paths.by_cluster[shared_paths.cluster_of[sample as usize] as usize].set(member, &first);
-            shared_paths.first_vertices[sample as usize] = Some(first);
-        }
-    }
-
-    /// Makes a path a donor from its second vertex on, if BSDF sampling at its first vertex can find the second one.
-    pub(super) fn donate(&mut self, sample: u32, second: Reconnection) {
-        let path = &mut self.paths[sample as usize];
-        let importance = path.beta.max_component();
-        let can_sample = self.shared_paths.first(sample).is_some_and(|first| first.can_sample(&second));
-        if !(can_sample && importance > 0.0 && importance < f32::INFINITY) {
-            return;
-        }
-        path.beta = Spectrum::WHITE;
-        path.importance *= importance;
-        path.donates = true;
-        self.record.note(|r| r.donated_from = r.vertices.len().checked_sub(1));
-        self.shared_paths.points[sample as usize] = second.p;
-        let cluster = self.shared_paths.cluster_of[sample as usize];
-        let visible = 1 << self.shared_paths.member_of[sample as usize];
-        let none = [Block([0.0; LANES]); CLUSTER / LANES];
-        self.shared_paths.donors.push(Donor {
-            sample,
-            cluster,
-            faces: 0,
-            visible,
-            pdf: none,
-            geometry: none,
-        });
-        self.shared_paths.reconnections.push(second);
-    }
-
-    /// Traces the reconnections to the second vertices of this round, and computes their weights.
-    pub(super) fn trace_reconnections(&mut self, stats: &mut RayStats) {
-        let shared_paths = &mut self.shared_paths;
-        if shared_paths.donors.is_empty() {
-            return;
-        }
-        shared_paths.rays.clear();
-        shared_paths.reconnections_of_rays.clear();
-        dispatch(
-            self.scene.instruction_set,
-            ReconnectionTerms {
-                donors: &mut shared_paths.donors,
-                reconnections: &shared_paths.reconnections,
-                clusters: &shared_paths.by_cluster,
-            },
-        );
-        for (number, (donor, second)) in
-            shared_paths.donors.iter_mut().zip(&shared_paths.reconnections).enumerate()
-        {
-            let members = &shared_paths.clusters[donor.cluster as usize];
-            let first = |m: usize| shared_paths.first_vertices.get(members[m] as usize)?.as_ref();
-            let cluster = &shared_paths.by_cluster[donor.cluster as usize];
-            donor.finish(cluster, second, |m| first(m).map(|first| (first.p, first.ns, first.ng)));
-            for member in (0..CLUSTER).filter(|m| (donor.faces & !donor.visible) >> m & 1 == 1) {
-                let Some(first) = first(member) else { continue };
-                let ray = Ray { t_max: SHADOW_END, ..Ray::new(first.origin, second.target - first.origin) };
-                shared_paths.rays.push_leaving(&ray, first.from);
-                shared_paths.reconnections_of_rays.push((number as u32, member as u8));
-                self.counts.add(donor.sample);
-            }
-        }
-        stats.shadow += shared_paths.reconnections_of_rays.len() as u64;
-        self.scene.transmittance_batch(&mut shared_paths.rays, &mut shared_paths.through);
-        for (i, &(donor, member)) in shared_paths.reconnections_of_rays.iter().enumerate() {
-            if shared_paths.through[i / LANES].get(i % LANES) == Spectrum::WHITE {
-                shared_paths.donors[donor as usize].visible |= 1 << member;
-            }
-        }
-        for donor in &shared_paths.donors {
-            let reaches = |member: usize| donor.visible >> member & 1 == 1;
-            let of = |blocks: &[Block], member: usize| blocks[member / LANES].0[member % LANES];
-            let sum: f64 = (0..CLUSTER).filter(|m| reaches(*m)).map(|m| of(&donor.pdf, m)).sum();
-            let members = &shared_paths.clusters[donor.cluster as usize];
-            let weights = &mut shared_paths.weights[donor.sample as usize];
-            for (member, &other) in members.iter().enumerate() {
-                let first = shared_paths.first_vertices.get(other as usize).and_then(Option::as_ref);
-                weights[member] = match first.filter(|_| reaches(member)) {
-                    Some(first) => first.f * (of(&donor.geometry, member) / sum) as f32,
-                    None => Spectrum::BLACK,
-                };
-            }
-        }
-        shared_paths.donors.clear();
-        shared_paths.reconnections.clear();
-    }
-
-    /// What the sample at this index of the batch receives: for each donor its index, its second vertex, the weight,
-    /// and the radiance that leaves that vertex.
-    pub(super) fn received_by(
-        &self,
-        place: usize,
-    ) -> impl Iterator<Item = (usize, DVec3, Spectrum, Spectrum)> {
-        let PathBatch { shared_paths, paths, .. } = self;
-        let members = &shared_paths.clusters[shared_paths.cluster_of[place] as usize];
-        let lane = members.iter().position(|&m| m as usize == place);
-        members.iter().map(|&m| m as usize).filter(|&m| paths.get(m).is_some_and(|p| p.donates)).filter_map(
-            move |from| {
-                let geometry = shared_paths.weights[from][lane?];
-                (!geometry.is_black()).then_some((
-                    from,
-                    shared_paths.points[from],
-                    geometry,
-                    shared_paths.donated[from].color,
-                ))
-            },
-        )
-    }
-
-    /// Adds the radiance of all donors to the samples of their clusters.
-    pub(super) fn distribute_shared(&mut self, out: &mut [Radiance]) {
-        let PathBatch { shared_paths, paths, groups, .. } = self;
-        if !shared_paths.on {
-            return;
-        }
-        for members in &shared_paths.clusters {
-            for &from in members.iter().filter(|&&m| m != NONE && paths[m as usize].donates) {
-                let (donated, weights) =
-                    (shared_paths.donated[from as usize].color, &shared_paths.weights[from as usize]);
-                for (&to, geometry) in members.iter().zip(weights) {
-                    if !geometry.is_black() {
-                        out[to as usize].color += *geometry * donated;
-                        groups.share(from, to, *geometry);
-                    }
-                }
-            }
         }
     }
 }

@@ -14,9 +14,9 @@ use crate::view::{place_of, take_points};
 const SIDE: u32 = 8;
 
 /// Cost of a shadow ray that joins two paths, in rays of paths with their shading. Measured.
-const SHADOW_RAY_COST: f64 = 0.45;
+const SHADOW_RAY_COST: f64 = 0.4;
 
-/// In dark clusters errors are relative to the mean luminance: this fraction of its square is added.
+/// In dark clusters errors are relative to the median luminance: this fraction of its square is added.
 const DARK: f64 = 0.1;
 
 /// Maximum cost for the same noise, relative to separate paths.
@@ -70,7 +70,7 @@ fn gain(context: Context<'_>) -> f64 {
         // The mean is that of a cluster: with a few samples of one pixel an outlier would dominate its own mean.
         let means: Vec<f64> =
             separate.clusters.iter().zip(&shared.clusters).map(|(a, b)| mean(a, b)).collect();
-        let all = means.iter().sum::<f64>() / means.len().max(1) as f64;
+        let all = typical(&means);
         let squares: Vec<f64> = means.iter().map(|mean| mean * mean + DARK * all * all).collect();
         let joined = (shared.rays - separate.rays).max(0.0) / separate.rays;
         let (separate, shared) = (separate.noise(&squares), shared.noise(&squares));
@@ -81,6 +81,15 @@ fn gain(context: Context<'_>) -> f64 {
         }
     }
     gain
+}
+
+/// The median, or the mean where the median is 0. A window or a lamp that is seen directly may be a hundred times brighter
+/// than the room, so that beside the mean no noise of the room would count.
+fn typical(values: &[f64]) -> f64 {
+    let mut sorted = values.to_vec();
+    sorted.sort_by(f64::total_cmp);
+    let mean = values.iter().sum::<f64>() / values.len().max(1) as f64;
+    sorted.get(values.len() / 2).copied().filter(|median| *median > 0.0).unwrap_or(mean)
 }
 
 /// Mean luminance of all samples of a cluster.

@@ -2,16 +2,14 @@
 
 use std::f64::consts::PI;
 
-use turner_bvh::lanes::{Block, F64x8, LANES, Simd, Vec3x8, Work};
+use turner_bvh::lanes::{Block, F64x8, LANES, Mask8, Simd, Vec3x8, Work};
 
-use super::{CLUSTER, Donor, FirstVertex, Reconnection};
-use crate::bsdf::MIN_COSINE;
+use super::directional::DirectionalVertex;
+use super::{BLOCKS, CLUSTER, Donor, FirstVertex, Reconnection};
+use crate::bsdf::{BsdfBlock, MIN_COSINE, OpaqueBlock, OpaqueSeen};
 use crate::material::bent_normal::bent_normal;
 use crate::material::vertex::softened;
-use crate::math::DVec3;
-
-/// SIMD blocks per cluster.
-const BLOCKS: usize = CLUSTER / LANES;
+use crate::math::{DVec3, Frame};
 
 /// The first vertices of a cluster as a structure of arrays.
 #[derive(Default)]
@@ -22,14 +20,27 @@ pub(super) struct FirstVertices {
     /// Bit masks: which entries are set, and which soften the shadow terminator.
     used: u16,
     soft: u16,
+    /// Entries that are opaque bases, those bases, and the directions towards the camera in their frames.
+    opaque: u16,
+    bases: [OpaqueBlock; BLOCKS],
+    x: [[Block; 3]; BLOCKS],
+    y: [[Block; 3]; BLOCKS],
+    wo: [[Block; 3]; BLOCKS],
+    /// What depends on those directions alone, once it is known.
+    seen: Option<[[Block; 5]; BLOCKS]>,
 }
 
 impl FirstVertices {
     pub(super) fn clear(&mut self) {
-        (self.used, self.soft) = (0, 0);
+        (self.used, self.soft, self.opaque, self.seen) = (0, 0, 0, None);
     }
 
-    pub(super) fn set(&mut self, member: usize, first: &FirstVertex) {
+    pub(super) fn set(
+        &mut self,
+        member: usize,
+        first: &FirstVertex,
+        set_base: impl FnOnce(&mut OpaqueBlock, usize),
+    ) {
         let (block, lane) = (member / LANES, member % LANES);
         for (to, v) in [(&mut self.p, first.p), (&mut self.z, first.z), (&mut self.ng, first.ng)] {
             for (to, v) in to[block].iter_mut().zip(v.to_array()) {
@@ -37,9 +48,43 @@ impl FirstVertices {
             }
         }
         self.used |= 1 << member;
+        if first.f.is_none() {
+            self.opaque |= 1 << member;
+            self.seen = None;
+            set_base(&mut self.bases[block], lane);
+            let frame = Frame::from_z(first.z);
+            let wo = frame.to_local(first.wo);
+            for (to, v) in [(&mut self.x, frame.x), (&mut self.y, frame.y), (&mut self.wo, wo)] {
+                for (to, v) in to[block].iter_mut().zip(v.to_array()) {
+                    to.0[lane] = v;
+                }
+            }
+        }
         if first.ns != first.ng {
             self.soft |= 1 << member;
         }
+    }
+
+    /// Computes what depends on the directions towards the camera alone.
+    #[inline(always)]
+    fn see<S: Simd>(&mut self, simd: S) {
+        let mut all = [[Block::default(); 5]; BLOCKS];
+        for (block, to) in all.iter_mut().enumerate() {
+            let wo = Vec3x8::load(simd, &self.wo[block]);
+            BsdfBlock::towards(&self.bases[block], simd, wo).store(to);
+        }
+        self.seen = Some(all);
+    }
+
+    /// The vertices of a block, and which of them are set.
+    #[inline(always)]
+    pub(super) fn position<S: Simd>(&self, simd: S, block: usize) -> Vec3x8<S> {
+        Vec3x8::load(simd, &self.p[block])
+    }
+
+    #[inline(always)]
+    pub(super) fn used(&self, block: usize) -> u8 {
+        (self.used >> (block * LANES)) as u8
     }
 }
 
@@ -47,7 +92,8 @@ impl FirstVertices {
 pub(super) struct ReconnectionTerms<'a> {
     pub(super) donors: &'a mut [Donor],
     pub(super) reconnections: &'a [Reconnection],
-    pub(super) clusters: &'a [FirstVertices],
+    pub(super) clusters: &'a mut [FirstVertices],
+    pub(super) directional: &'a mut [DirectionalVertex],
 }
 
 impl Work for ReconnectionTerms<'_> {
@@ -59,7 +105,10 @@ impl Work for ReconnectionTerms<'_> {
         let splat = |v: f64| F64x8::splat(simd, v);
         let (zero, least, endless) = (splat(0.0), splat(MIN_COSINE), splat(f64::INFINITY));
         for (donor, to) in self.donors.iter_mut().zip(self.reconnections) {
-            let first_vertices = &self.clusters[donor.cluster as usize];
+            let first_vertices = &mut self.clusters[donor.cluster as usize];
+            if first_vertices.opaque != 0 && first_vertices.seen.is_none() {
+                first_vertices.see(simd);
+            }
             let (p, n) = (Vec3x8::splat(simd, to.p.to_array()), Vec3x8::splat(simd, to.ng.to_array()));
             for block in 0..BLOCKS {
                 let offset = p - Vec3x8::load(simd, &first_vertices.p[block]);
@@ -71,9 +120,29 @@ impl Work for ReconnectionTerms<'_> {
                 let cos_to = -n.dot(wi);
                 let density = cos * cos_to / square;
                 let faces = cos.gt(least) & cos_geometric.gt(zero) & cos_to.gt(least) & density.lt(endless);
-                density.store(&mut donor.pdf[block]);
+                density.store(&mut donor.geometry[block]);
+                let mut pdf = density / splat(PI);
+                let opaque = (first_vertices.opaque >> (block * LANES)) as u8;
+                if opaque != 0 {
+                    let (x, y) = (&first_vertices.x[block], &first_vertices.y[block]);
+                    let (x, y) = (Vec3x8::load(simd, x), Vec3x8::load(simd, y));
+                    let local = Vec3x8 { x: x.dot(wi), y: y.dot(wi), z: cos };
+                    let wo = Vec3x8::load(simd, &first_vertices.wo[block]);
+                    let base = &first_vertices.bases[block];
+                    let seen = first_vertices.seen.as_ref().map(|seen| OpaqueSeen::load(simd, &seen[block]));
+                    let Some(seen) = seen else { continue };
+                    let (f, of_base) = BsdfBlock::eval_pdf(base, simd, wo, &seen, local);
+                    for (to, f) in donor.f[block].iter_mut().zip(f) {
+                        f.store(to);
+                    }
+                    pdf = Mask8::new(simd, opaque).select(of_base * cos_to / square, pdf);
+                }
+                pdf.store(&mut donor.pdf[block]);
                 let used = (first_vertices.used >> (block * LANES)) as u8;
                 donor.faces |= u16::from(faces.bits() & used) << (block * LANES);
+            }
+            if let Some(second) = self.directional.get_mut(donor.directional as usize) {
+                second.evaluate(simd, to.p, first_vertices);
             }
         }
     }
@@ -81,19 +150,12 @@ impl Work for ReconnectionTerms<'_> {
 
 impl Donor {
     /// The rare parts, one vertex at a time: shading normals that are bent for the viewer, and softened terminators.
-    /// Densities get their factor 1/π.
     pub(super) fn finish(
         &mut self,
         cluster: &FirstVertices,
         to: &Reconnection,
         first: impl Fn(usize) -> Option<(DVec3, DVec3, DVec3)>,
     ) {
-        for (pdf, geometry) in self.pdf.iter_mut().zip(&mut self.geometry) {
-            *geometry = *pdf;
-            for v in &mut pdf.0 {
-                *v /= PI;
-            }
-        }
         let rare = if to.bent.is_some() { self.faces } else { self.faces & cluster.soft };
         for member in (0..CLUSTER).filter(|m| rare >> m & 1 == 1) {
             let Some((p, ns, ng)) = first(member) else { continue };

@@ -22,10 +22,10 @@ use turner_bvh::lanes::{Block, Block32, LANES, Simd, Work, dispatch};
 
 use super::LightSampling;
 use super::light_resampling::{CANDIDATES, resample};
-use super::path_batch::PathBatch;
+use super::path_batch::{Path, PathBatch};
 use super::record::Record;
 use super::shade::MAX_VERTICES;
-use super::shared_paths::{FirstVertex, Reconnection};
+use super::shared_paths::{FirstVertex, Reconnection, WIDE};
 use crate::bsdf::{BsdfBlock, LambertBlock, OpaqueBlock};
 use crate::color::Spectrum;
 use crate::integrator::RayStats;
@@ -242,7 +242,17 @@ impl<R: Record> PathBatch<'_, R> {
     fn note_shared_vertex_in_block<K: BsdfBlock>(&mut self, block: &VertexBlock<K>, lane: usize) {
         let sample = block.samples[lane];
         let (first, second) = (self.may_be_first(sample), self.may_donate(sample));
-        let Some(f) = block.kind.lambert(lane).filter(|_| first || second) else { return };
+        if !first && !second {
+            return;
+        }
+        let f = block.kind.lambert(lane);
+        let bases = block
+            .kind
+            .opaque()
+            .filter(|bases| first && self.settings.counts_only_bounces && bases.is_wide(lane, WIDE));
+        if f.is_none() && bases.is_none() {
+            return;
+        }
         let surfaces = &block.surfaces;
         let (p, ng) = (surfaces.point(lane), surfaces.normal(lane));
         let side = if surfaces.direction(lane).dot(ng) <= 0.0 { 1.0 } else { -1.0 };
@@ -250,10 +260,17 @@ impl<R: Record> PathBatch<'_, R> {
         let z = surfaces.frame_normal(lane);
         if first {
             let ns = side * surfaces.shading_normal(lane);
-            self.set_first(sample, FirstVertex { p, origin, from: block.from[lane], z, ns, ng, f });
+            let Path { beta, bounces, vertex: number, .. } = self.paths[sample as usize];
+            let (from, wo) = (block.from[lane], -surfaces.direction(lane));
+            let first = FirstVertex { p, origin, from, z, ns, ng, f, wo, beta, bounces, number };
+            self.set_first(sample, first, |to, place| {
+                if let Some(bases) = bases {
+                    to.copy_lane(place, bases, lane);
+                }
+            });
         } else {
             let bent = (z != ng).then(|| [side * surfaces.mapped_normal(lane), z]);
-            self.donate(sample, Reconnection { p, target: origin, ng, bent });
+            self.donate(sample, Reconnection { p, target: origin, ng, bent }, NONE);
         }
     }
 

@@ -3,7 +3,7 @@
 use crate::color::Spectrum;
 use crate::description::{ObjectDesc, SceneDesc};
 use crate::film::{Antialias, Picture, PixelSum};
-use crate::integrator::path::{PathRecord, replay};
+use crate::integrator::path::{DonorPart, DonorRecord, PathRecord, replay};
 use crate::integrator::{Caustics, DirectDesc, IntegratorDesc, PathDesc, Prepared, SharedPathsMode};
 use crate::light::{EnvironmentDesc, LightDesc};
 use crate::material::{AlphaMode, DielectricMaterial, MetalMaterial, PrincipledMaterial};
@@ -55,6 +55,31 @@ fn room(shared_paths: SharedPathsMode) -> SceneDesc {
         .with(rectangle(v(0.9, 1.2, 1.0), v(0.5, 0.0, 0.1), v(0.0, 0.8, 0.0)), pane)
 }
 
+/// A room of plastic, rough and smooth, with metal and a mirror, lit by a lamp and a bright ball.
+fn glossy_room(shared_paths: SharedPathsMode) -> SceneDesc {
+    let plastic = |color: [f64; 3], roughness: f64| PrincipledMaterial {
+        base_color: rgb(color),
+        specular_roughness: grey(roughness),
+        ..PrincipledMaterial::default()
+    };
+    let metal = |roughness: f64| MetalMaterial { roughness: grey(roughness), ..MetalMaterial::default() };
+    let room = cuboid(v(-1.2, 0.0, -1.0), v(1.2, 2.0, 4.0));
+    let caustics = Caustics::Off;
+    path(PathDesc { caustics, shared_paths, ..PathDesc::default() })
+        .seen_at(v(0.0, 1.0, 3.6), v(0.0, 0.9, 0.0), 48.0)
+        .filmed([WIDTH, HEIGHT], 5)
+        .with(room, plastic([0.8, 0.6, 0.4], 0.3))
+        .with(cuboid(v(-1.0, 0.0, -0.5), v(1.0, 0.1, 1.5)), plastic([0.2, 0.3, 0.6], 0.12))
+        .with(sphere(v(-0.5, 0.5, 0.0), 0.4), plastic([0.6, 0.1, 0.1], 0.0))
+        .with(sphere(v(0.5, 0.4, 0.3), 0.3), metal(0.3))
+        .with(rectangle(v(0.9, 1.2, 0.0), v(0.3, 0.0, 0.9), v(0.0, 0.8, 0.0)), metal(0.0))
+        .with(sphere(v(0.3, 1.3, -0.3), 0.1), emissive(9.0, rgb([1.0, 0.8, 0.6])))
+        .with(rectangle(v(0.3, 1.98, 0.5), v(0.4, 0.0, 0.0), v(0.0, 0.0, 0.4)), emissive(12.0, grey(1.0)))
+}
+
+/// Both rooms.
+const ROOMS: [fn(SharedPathsMode) -> SceneDesc; 2] = [room, glossy_room];
+
 fn settings(desc: &mut SceneDesc) -> &mut PathDesc {
     let IntegratorDesc::Path(path) = &mut desc.integrator else { panic!("path") };
     path
@@ -74,9 +99,19 @@ fn picture(desc: &SceneDesc) -> Picture {
 
 #[test]
 fn samples_are_sums_of_their_own_path_and_of_donors() {
+    let counts = ROOMS.map(sums_of_samples);
+    for [donated, kept, neighbours, _] in counts {
+        assert!(donated > 200 && kept > 60 && neighbours > 5 * donated, "{counts:?}");
+    }
+    let [[.., without], [.., taken_back]] = counts;
+    assert!(without == 0 && taken_back > 10, "{counts:?}");
+}
+
+/// Numbers of paths that are donated and not, of parts from neighbours, and of paths that go on for their own pixel.
+fn sums_of_samples(room: fn(SharedPathsMode) -> SceneDesc) -> [usize; 4] {
     let desc = room(SharedPathsMode::Always);
     let (scene, picture) = (prepared(&desc), picture(&desc));
-    let (mut donated, mut kept, mut neighbours) = (0, 0, 0);
+    let (mut donated, mut kept, mut neighbours, mut taken_back) = (0, 0, 0, 0);
     for i in 0..160 {
         let (x, y) = (i * 17 % WIDTH, i * 5 % HEIGHT);
         let mut pixel = PixelSum::default();
@@ -87,33 +122,53 @@ fn samples_are_sums_of_their_own_path_and_of_donors() {
             assert_eq!(path.radiance, rendered);
             assert!(pixel.add_or_omit(rendered.color, rendered.alpha));
             let shared = path.shared.as_ref().unwrap();
-            let own = shared.parts.iter().find(|p| p.id == path.id);
+            let own: Vec<&DonorRecord> = shared.parts.iter().filter(|p| p.id == path.id).collect();
             match shared.from {
                 Some(from) => {
                     donated += 1;
-                    // The radiance found from there on is what the cluster shares.
-                    assert_eq!(own.map(|p| p.radiance), Some(found_from(&path, from)));
+                    taken_back += usize::from(shared.until.is_some());
+                    // The light found from there on is what the cluster shares.
+                    for part in &own {
+                        assert_eq!(
+                            part.radiance,
+                            found_from(&path, from, part.part),
+                            "{x},{y} sample {index}"
+                        );
+                    }
+                    let none = shared.until.is_none() && own.is_empty();
+                    assert!(!none || found_from(&path, from, DonorPart::Radiance).is_black());
                 }
-                None => kept += usize::from(own.is_none()),
+                None => kept += usize::from(own.is_empty()),
             }
-            neighbours += shared.parts.len() - usize::from(own.is_some());
+            neighbours += shared.parts.len() - own.len();
         }
         let shown = picture.linear[(y * WIDTH + x) as usize];
         assert_eq!(pixel.mean().unwrap(), shown, "{x},{y}");
     }
-    assert!(donated > 200 && kept > 100 && neighbours > 5 * donated, "{donated} {kept} {neighbours}");
+    [donated, kept, neighbours, taken_back]
 }
 
-/// The sum of a path's contributions from a vertex on.
-fn found_from(path: &PathRecord, from: usize) -> Spectrum {
+/// The sum of a path's contributions from a vertex on, or one part of it.
+fn found_from(path: &PathRecord, from: usize, part: DonorPart) -> Spectrum {
     let mut rest = path.clone();
     rest.shared = None;
-    rest.vertices.drain(..from);
+    match part {
+        DonorPart::Radiance => drop(rest.vertices.drain(..from)),
+        DonorPart::Next => drop(rest.vertices.drain(..=from)),
+        DonorPart::Direct => {
+            let light = path.vertices[from].light.as_ref().filter(|l| l.visible.is_some());
+            return light.map_or(Spectrum::BLACK, |l| l.contribution);
+        }
+    }
     rest.sum()
 }
 
 #[test]
 fn the_mean_is_that_of_separate_paths() {
+    ROOMS.into_iter().for_each(compare_means);
+}
+
+fn compare_means(room: fn(SharedPathsMode) -> SceneDesc) {
     const SEEDS: u32 = 48;
     // Sums over cells of 4 x 3 pixels, because the noise of pixels in a cell is correlated.
     let cells = |shared_paths: SharedPathsMode, first: u32| -> Vec<Vec<f64>> {
@@ -175,6 +230,10 @@ fn pixels_have_less_noise() {
 
 #[test]
 fn the_same_bytes_for_threads_passes_and_crops() {
+    ROOMS.into_iter().for_each(compare_bytes);
+}
+
+fn compare_bytes(room: fn(SharedPathsMode) -> SceneDesc) {
     let desc = room(SharedPathsMode::Always);
     let (whole, stats) = render_with(&desc, 1, u32::MAX);
     for (threads, pass) in [(2, u32::MAX), (5, 1), (3, 2)] {
