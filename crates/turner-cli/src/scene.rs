@@ -120,7 +120,7 @@ pub(crate) struct FilmArgs {
     /// Limit on the radiance of an indirect path, for "path": removes fireflies and some energy
     #[arg(long, value_name = "RADIANCE")]
     clamp_indirect: Option<f64>,
-    /// Shared paths among neighbouring pixels, for "path": less noise on diffuse surfaces
+    /// Shared paths among neighbouring pixels, for "path": less noise of indirect light
     #[arg(long, alias = "reuse", value_name = "MODE", value_parser = words(SharedPathsMode::DOCS))]
     shared_paths: Option<String>,
 }

@@ -10,11 +10,11 @@ use crate::bsdf::sample_cosine;
 use crate::color::Spectrum;
 use crate::integrator::probing::is_cheap;
 use crate::integrator::{CameraSamples, RayStats, Tracer};
-use crate::light::{AdaptiveEnvironment, EnvironmentLearning, Light};
+use crate::light::{AdaptiveEnvironment, EnvironmentLearning, EnvironmentLight, Light};
 use crate::math::{DVec2, DVec3, Frame, Ray};
 use crate::sampler::SampleId;
-use crate::scene::{RayBatch, RayOrigin, SurfaceInteraction};
-use crate::view::take_points;
+use crate::scene::{RayBatch, RayOrigin, Scene, SurfaceInteraction};
+use crate::view::{View, take_points};
 
 /// Maximum number of paths along each side of the image, and pixels for each of them along a side: the paths are a small
 /// part of those of any picture.
@@ -23,6 +23,9 @@ const PIXELS: f64 = 4.0;
 
 /// Shadow rays of a point: half in proportion to the luminance of the environment, half to the cosine.
 const RAYS: u32 = 8;
+
+/// Where more of the light than this arrives, little is gained.
+const MOST_OPEN: f64 = 0.4;
 
 const SEED: u64 = 0x51de;
 
@@ -56,44 +59,81 @@ pub(super) fn learn(context: Context<'_>) -> Option<AdaptiveEnvironment> {
     if !possible || !is_cheap(scene, view) {
         return None;
     }
-    let points = find_points(context);
+    let side = side_of(view);
+    let few = find_points(context, (side / 4).max(1));
+    if open_fraction(scene, light, &few) > MOST_OPEN {
+        return None;
+    }
+    let points = find_points(context, side);
     let mut learning = EnvironmentLearning::new(light, points.iter().map(|point| point.p).collect())?;
-    let (mut rays, mut through, mut waiting) = (RayBatch::default(), Vec::new(), Vec::new());
+    let mut seen = Vec::new();
     for (chunk, points) in (0u32..).zip(points.chunks(256)) {
-        rays.clear();
-        waiting.clear();
-        for (i, point) in (0u32..).zip(points) {
-            for k in 0..RAYS {
-                let id = SampleId { x: i, y: chunk, index: k, seed: SEED };
-                let u = id.unit_square(0).to_array();
-                let direction = match k % 2 {
-                    0 => learning.direction(u),
-                    _ => Some(Frame::from_z(point.n).to_world(sample_cosine(u))),
-                };
-                let Some(direction) = direction else { continue };
-                let cos = direction.dot(point.n);
-                if cos > 0.0 {
-                    rays.push_leaving(&Ray::new(point.origin, direction), point.from);
-                    waiting.push((point.p, direction, cos as f32));
-                } else {
-                    learning.add(point.p, direction, 0.0);
-                }
+        let direction = |i: u32, k: u32, n: DVec3| {
+            let u = SampleId { x: i, y: chunk, index: k, seed: SEED }.unit_square(0).to_array();
+            if k.is_multiple_of(2) {
+                learning.direction(u)
+            } else {
+                Some(Frame::from_z(n).to_world(sample_cosine(u)))
             }
-        }
-        scene.transmittance_batch(&mut rays, &mut through);
-        for (i, (p, direction, cos)) in waiting.iter().enumerate() {
-            let through: Spectrum = through[i / LANES].get(i % LANES);
-            learning.add(*p, *direction, cos * through.max_component());
+        };
+        look(scene, points, direction, &mut seen);
+        for &(p, direction, cos, through) in &seen {
+            learning.add(p, direction, cos.max(0.0) * through);
         }
     }
     learning.finish(index)
 }
 
+/// Traces the shadow rays of points in directions given by the index of the point, that of the ray and the normal. Each
+/// gives the point, the direction, the cosine and the transmittance; below the surface that is 0.
+fn look(
+    scene: &Scene,
+    points: &[LitPoint],
+    direction: impl Fn(u32, u32, DVec3) -> Option<DVec3>,
+    seen: &mut Vec<(DVec3, DVec3, f32, f32)>,
+) {
+    let (mut rays, mut through, mut traced) = (RayBatch::default(), Vec::new(), Vec::new());
+    seen.clear();
+    for (i, point) in (0u32..).zip(points) {
+        for direction in (0..RAYS).filter_map(|k| direction(i, k, point.n)) {
+            let cos = direction.dot(point.n);
+            if cos > 0.0 {
+                rays.push_leaving(&Ray::new(point.origin, direction), point.from);
+                traced.push(seen.len());
+            }
+            seen.push((point.p, direction, cos as f32, 0.0));
+        }
+    }
+    scene.transmittance_batch(&mut rays, &mut through);
+    for (i, place) in traced.into_iter().enumerate() {
+        let left: Spectrum = through[i / LANES].get(i % LANES);
+        seen[place].3 = left.max_component();
+    }
+}
+
+/// The fraction of light above the surfaces at these points that arrives there.
+fn open_fraction(scene: &Scene, light: &EnvironmentLight, points: &[LitPoint]) -> f64 {
+    let mut seen = Vec::new();
+    let direction = |i: u32, k: u32, _: DVec3| {
+        let u = SampleId { x: i, y: 0, index: k, seed: SEED }.unit_square(0).to_array();
+        light.sample(u).map(|s| s.direction)
+    };
+    look(scene, points, direction, &mut seen);
+    let above = seen.iter().filter(|(_, _, cos, _)| *cos > 0.0);
+    let (sum, count) = above.fold((0.0, 0.0), |(sum, n), (.., through)| (sum + f64::from(*through), n + 1.0));
+    if count > 0.0 { sum / count } else { 1.0 }
+}
+
+/// Number of paths of the pilot run along each side of the image.
+fn side_of(view: &View) -> u32 {
+    let pixels = f64::from(view.film.width) * f64::from(view.film.height);
+    ((pixels.sqrt() / PIXELS) as u32).clamp(1, MOST_SIDE)
+}
+
 /// Points where the paths of the image sample lights.
-fn find_points(context: Context<'_>) -> Vec<LitPoint> {
+fn find_points(context: Context<'_>, side: u32) -> Vec<LitPoint> {
     let view = context.view;
     let size = DVec2::new(f64::from(view.film.width), f64::from(view.film.height));
-    let side = (((size.x * size.y).sqrt() / PIXELS) as u32).clamp(1, MOST_SIDE);
     let mut batch = PathBatch::new(context, Off);
     batch.lit_points = Some(Vec::new());
     let mut out = Vec::new();

@@ -15,9 +15,9 @@
 //! together, one bounce at a time (`path_batch`), so that rays are traced in batches; the result of a path does not
 //! depend on the others in its batch.
 //!
-//! Extensions: light paths for caustics (`caustics`), paths shared between pixels (`shared_paths`), participating media
-//! (`volume`), random-walk subsurface scattering (`subsurface`), dispersion, resampling of lights (`light_resampling`)
-//! and a SIMD path for simple vertices (`simd_shading`).
+//! Extensions: light paths for caustics (`caustics`), paths shared between pixels (`shared_paths`), adaptive sampling of
+//! environments (`learn_environment`), participating media (`volume`), random-walk subsurface scattering (`subsurface`),
+//! dispersion, resampling of lights (`light_resampling`) and a SIMD path for simple vertices (`simd_shading`).
 
 mod caustics;
 #[cfg(test)]
@@ -85,7 +85,7 @@ choice! {
 choice! {
     /// Whether neighbouring pixels share their paths.
     pub enum SharedPathsMode {
-        /// Where a short test finds a gain, which is typical of rooms with diffuse surfaces. The mean is the same; the
+        /// Where a short test finds a gain, which is typical of rooms. The mean is the same; the
         /// noise of indirect light is that of many times as many samples.
         Auto = "auto",
         /// Wherever possible. Not possible with motion blur, participating media, light paths, `clamp_indirect`,

@@ -112,7 +112,7 @@ impl SharedPaths {
 }
 
 impl DirectionalVertex {
-    /// The path goes on by a delta lobe, for its own pixel alone.
+    /// The path continues by a delta lobe, for its own pixel alone.
     pub(in crate::integrator::path) fn take_back(&mut self, path: &mut Path) {
         (path.beta, path.importance, path.donates) = (self.beta, self.importance, false);
     }

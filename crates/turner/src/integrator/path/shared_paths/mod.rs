@@ -3,24 +3,27 @@
 //!
 //! ```text
 //!  camera rays:  |       |       |
-//!               x_1     x_2     x_3        first vertices of a cluster of pixels, diffuse
+//!               x_1     x_2     x_3        first vertices of a cluster of pixels
 //!                 .      |      .
 //!                   .    |    .            |  BSDF-sampled ray of donor path 2
 //!                     .  |  .              .  shadow rays (reconnections)
-//!                        y                 second vertex of donor path 2, diffuse; L(y): radiance that leaves it
+//!                        y                 second vertex of donor path 2; L(y): radiance that leaves it
 //! ```
 //!
 //! L(y) is the expensive part of path 2. If y reflects diffusely, L(y) is the same in all directions, so each pixel of
 //! the cluster whose first vertex sees y can use it. From each donor pixel i receives
 //!
 //! ```text
-//!  f_i · G(x_i, y) · L(y) / sum over k of p_k(y)       G = cos_i cos_y / d²,   p_k(y) = cos_k cos_y / (π d²)
+//!  f_i · G(x_i, y) · L(y) / sum over k of p_k(y)       G = cos_i cos_y / d²
 //! ```
 //!
-//! where f is the BRDF and k runs over all first vertices that see y, any of which could have sampled it. This is the
+//! where f is the BRDF, p_k(y) is the density per area with which BSDF sampling at x_k finds y, and k runs over all first
+//! vertices that see y, any of which could have sampled it. This is the
 //! balance heuristic (Veach and Guibas 1995) with one sample of each density, so the mean is that of separate paths. At
 //! best the noise of indirect light falls to that of sixteen times as many paths; the cost is up to fifteen shadow rays
 //! per path. The noise of neighbouring pixels is correlated.
+//!
+//! Where y is not Lambertian, its BSDF belongs to the weights, and more densities are summed: see [`directional`].
 //!
 //! A cluster consists of one sample, with the same index, of each of sixteen pixels in a cell of 8 x 8 pixels. Cells
 //! are counted from the corner of the image, so a sample depends on its own ID and those of its neighbours, never on

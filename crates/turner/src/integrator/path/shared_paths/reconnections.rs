@@ -99,7 +99,7 @@ impl<R: Record> PathBatch<'_, R> {
                     let weight = Spectrum::grey((next.k / densities[1]) as f32);
                     path.beta = weight * (1.0 / next.survival);
                     path.pdf = densities[1];
-                    // Russian roulette goes on as if nothing were shared.
+                    // Russian roulette continues as if nothing were shared.
                     path.importance *= own / path.beta.max_component();
                     self.record.note(|r| r.donates_next(weight, densities[1], path.beta));
                 }

@@ -172,4 +172,7 @@ fn adaptive_sampling_is_chosen_for_rooms() {
     assert!(chosen(&windowed_room(PathDesc::default())));
     let bsdf = PathDesc { light_sampling: LightSampling::Bsdf, ..PathDesc::default() };
     assert!(!chosen(&windowed_room(bsdf)));
+    let sky = LightDesc::Environment(EnvironmentDesc::studio());
+    let ball = path(PathDesc::default()).with(sphere(DVec3::ZERO, 1.0), matte(grey(0.5)));
+    assert!(!chosen(&ball.lit(sky)));
 }
