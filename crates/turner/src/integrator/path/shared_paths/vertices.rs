@@ -63,8 +63,10 @@ impl<R: Record> PathBatch<'_, R> {
     #[inline]
     pub(in crate::integrator::path) fn may_be_first(&self, sample: u32) -> bool {
         let path = &self.paths[sample as usize];
-        // Russian roulette on the way to the second vertex would be part of the densities.
+        // Russian roulette on the way to the second vertex would be part of the densities. A first vertex remains one if its
+        // path continues by a delta lobe: its neighbours' paths do not know.
         self.shared_paths.on
+            && self.shared_paths.first(sample).is_none()
             && !path.any_nonspecular
             && path.bounces.total + 1 < self.settings.rr_start
             && path.media.is_empty()
@@ -127,11 +129,7 @@ impl<R: Record> PathBatch<'_, R> {
                 None => NONE,
             };
             let to = Reconnection { p: v.surface.p, target: origin, ng, bent };
-            let is_donor = match number {
-                NONE => self.donate(sample, to, NONE),
-                _ => self.donate(sample, to, number),
-            };
-            if number != NONE && is_donor {
+            if self.donate(sample, to, number) && number != NONE {
                 self.shared_paths.directional_of[sample as usize] = number;
                 self.shared_paths.is_directional[sample as usize] = true;
             }

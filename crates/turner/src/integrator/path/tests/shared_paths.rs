@@ -65,7 +65,7 @@ fn glossy_room(shared_paths: SharedPathsMode) -> SceneDesc {
     let metal = |roughness: f64| MetalMaterial { roughness: grey(roughness), ..MetalMaterial::default() };
     let room = cuboid(v(-1.2, 0.0, -1.0), v(1.2, 2.0, 4.0));
     let caustics = Caustics::Off;
-    path(PathDesc { caustics, shared_paths, ..PathDesc::default() })
+    let desc = path(PathDesc { caustics, shared_paths, ..PathDesc::default() })
         .seen_at(v(0.0, 1.0, 3.6), v(0.0, 0.9, 0.0), 48.0)
         .filmed([WIDTH, HEIGHT], 5)
         .with(room, plastic([0.8, 0.6, 0.4], 0.3))
@@ -74,7 +74,14 @@ fn glossy_room(shared_paths: SharedPathsMode) -> SceneDesc {
         .with(sphere(v(0.5, 0.4, 0.3), 0.3), metal(0.3))
         .with(rectangle(v(0.9, 1.2, 0.0), v(0.3, 0.0, 0.9), v(0.0, 0.8, 0.0)), metal(0.0))
         .with(sphere(v(0.3, 1.3, -0.3), 0.1), emissive(9.0, rgb([1.0, 0.8, 0.6])))
-        .with(rectangle(v(0.3, 1.98, 0.5), v(0.4, 0.0, 0.0), v(0.0, 0.0, 0.4)), emissive(12.0, grey(1.0)))
+        .with(rectangle(v(0.3, 1.98, 0.5), v(0.4, 0.0, 0.0), v(0.0, 0.0, 0.4)), emissive(12.0, grey(1.0)));
+    // Stripes of the width of a pixel on smooth plastic: clusters hold both, and paths that continue by the delta lobe.
+    let panel = cuboid(v(-1.1, 0.5, -0.9), v(1.1, 1.6, -0.7));
+    let desc = desc.with(panel, plastic([0.05, 0.1, 0.4], 0.0));
+    (0..12).fold(desc, |desc, i| {
+        let left = v(-1.1 + 0.18 * f64::from(i), 0.5, -0.69);
+        desc.with(rectangle(left, v(0.09, 0.0, 0.0), v(0.0, 1.1, 0.0)), matte(grey(0.9)))
+    })
 }
 
 /// Both rooms.
