@@ -67,7 +67,7 @@ pub struct PathRecord {
     pub way: Option<MediumSegmentRecord>,
     /// What the samples of its cluster share with it, where paths are shared; `None` for other samples.
     pub shared: Option<SharedRecord>,
-    /// Index in `vertices` of the first vertex whose light is shared, and of the first one after it whose light is not.
+    /// Indices in `vertices`: light is shared from the first vertex on, up to the second, which is not included.
     pub(super) donated_from: Option<usize>,
     pub(super) donated_until: Option<usize>,
     /// Whether the next shadow ray starts at the equiangular point of a segment.

@@ -14,7 +14,7 @@ pub(super) struct Settings {
     pub(super) rr_start: u32,
     pub(super) clamp_indirect: Option<f32>,
     pub(super) light_sampling: LightSampling,
-    /// Whether the number of bounces alone limits a path, not their kinds.
+    /// Whether `max_diffuse` and `max_glossy` limit no path that `max_depth` does not.
     pub(super) counts_only_bounces: bool,
     /// Whether paths may be shared between pixels.
     pub(super) shared_paths: bool,

@@ -9,7 +9,7 @@
 //!   P(tile | cell)  ∝  luminance of the tile · √(mean g²)        pdf(ω) = P(tile | cell) · p(ω | tile)
 //! ```
 //!
-//! which minimises the variance among all choices of tiles. A part of the choices follows luminance alone, so every
+//! which minimises the variance among all choices of tiles. A tenth of the samples follows luminance alone, so every
 //! direction that emits light has a pdf above 0, and the estimator stays unbiased whatever the pilot run has missed.
 //! Cells with few rays borrow from the larger cells that hold them, and tiles from their neighbours.
 //!
@@ -208,7 +208,7 @@ impl EnvironmentLearning {
         (*count, *sum) = (*count + 1.0, *sum + g * g);
     }
 
-    /// The choices of tiles; `None` where they gain little. `light` is the index of the light.
+    /// The adaptive environment; `None` if it reduces the variance too little. `light` is the index of the light.
     pub fn finish(mut self, light: u32) -> Option<AdaptiveEnvironment> {
         let leaves = self.cells.len();
         let inner = leaves - 1;

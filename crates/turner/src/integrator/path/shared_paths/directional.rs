@@ -1,4 +1,4 @@
-//! Second vertices whose BSDF depends on the direction: each first vertex of the cluster sees them in another way.
+//! Second vertices whose BSDF is not Lambertian: each first vertex of the cluster sees another radiance.
 //!
 //! ```text
 //!  x_1    x_2    x_3         A donor path samples a light and its next direction at y. Pixel i receives
@@ -11,8 +11,8 @@
 //! ```
 //!
 //! Any first vertex that sees y could have sampled both y and the next direction, so the balance heuristic takes the
-//! mean of the densities at y, weighted by p_k(y). MIS between light and BSDF sampling uses the same mean. Directions of
-//! delta lobes are no other first vertex's: there the path contributes to its own pixel alone.
+//! mean of the densities at y, weighted by p_k(y). MIS between light and BSDF sampling uses the same mean. A delta lobe
+//! reflects each first vertex in another direction, so its light is not shared.
 
 use turner_bvh::lanes::{Block, Block32, F64x8, LANES, Mask8, Simd, Vec3x8};
 
@@ -34,7 +34,7 @@ pub(in crate::integrator::path) struct DirectionalVertex {
     /// The BSDF in those directions.
     pub(super) towards_light: Towards,
     pub(super) towards_next: Towards,
-    /// Throughput and importance of the path before it became a donor.
+    /// Throughput and importance of the path before it became a donor; see `take_back`.
     pub(super) beta: Spectrum,
     pub(super) importance: f32,
 }
@@ -100,7 +100,7 @@ impl SharedPaths {
         self.len as u32 - 1
     }
 
-    /// The second vertex that a path is at, if its BSDF depends on the direction.
+    /// The second vertex that a path is at, if its BSDF is not Lambertian.
     #[inline]
     pub(in crate::integrator::path) fn directional_at(
         &mut self,
@@ -112,7 +112,7 @@ impl SharedPaths {
 }
 
 impl DirectionalVertex {
-    /// The path continues by a delta lobe, for its own pixel alone.
+    /// The path continues by a delta lobe, so from here on it contributes to its own pixel only.
     pub(in crate::integrator::path) fn take_back(&mut self, path: &mut Path) {
         (path.beta, path.importance, path.donates) = (self.beta, self.importance, false);
     }

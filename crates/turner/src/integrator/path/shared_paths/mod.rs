@@ -143,7 +143,7 @@ pub(super) struct SharedPaths {
     /// another batch, if they are given.
     densities: Vec<[f64; 2]>,
     given_densities: Option<[f64; 2]>,
-    /// Second vertices whose BSDF depends on the direction, of the round.
+    /// The second vertices of the round whose BSDF is not Lambertian; only the first `len` are in use.
     directional: Vec<DirectionalVertex>,
     base_scratch: OpaqueBlock,
     len: usize,

@@ -30,7 +30,7 @@ const OFFSETS: [[u32; 2]; 2] = [[4, 4], [0, 2]];
 /// be removed by sharing.
 const SAMPLES: u32 = 4;
 
-/// A result is in doubt if it is within this factor of the maximum.
+/// A result within this factor of `MAX_COST` is in doubt: more clusters are traced.
 const DOUBT: f64 = 1.25;
 
 /// Luminances of pixels, two estimates of each, and the number of rays traced.
@@ -88,8 +88,8 @@ fn gain(context: Context<'_>) -> f64 {
     gain
 }
 
-/// The median, or the mean where the median is 0. A window or a lamp that is seen directly may be a hundred times brighter
-/// than the room, so that beside the mean no noise of the room would count.
+/// The median, or the mean where the median is 0. A visible window may be a hundred times brighter than the room, so the
+/// noise of the room is small relative to the mean luminance of the image.
 fn typical(values: &[f64]) -> f64 {
     let mut sorted = values.to_vec();
     sorted.sort_by(f64::total_cmp);
@@ -104,7 +104,7 @@ fn mean(separate: &[[f64; 2]], shared: &[[f64; 2]]) -> f64 {
 }
 
 impl PilotRun {
-    /// Squared differences of the two estimates of each pixel, relative to `squares` of their cluster.
+    /// Sum over all pixels of the squared difference of the two estimates, divided by the square of their cluster.
     fn noise(&self, squares: &[f64]) -> f64 {
         let of_cluster = |cluster: &[[f64; 2]]| cluster.iter().map(|[a, b]| (a - b) * (a - b)).sum::<f64>();
         let terms = self.clusters.iter().zip(squares).filter(|(_, square)| **square > 0.0);

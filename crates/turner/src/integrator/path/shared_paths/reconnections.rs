@@ -119,8 +119,8 @@ impl<R: Record> PathBatch<'_, R> {
         }
     }
 
-    /// What the sample at this index of the batch receives: for each donor its index, its second vertex, the part of the
-    /// light, the weight, and the light.
+    /// What a sample receives from the donors of its cluster. `place` is its index in the batch. Each item has the index of
+    /// the donor, its second vertex, the part of its light, the weight of that part, and the light.
     pub(in crate::integrator::path) fn received_by(
         &self,
         place: usize,

@@ -27,7 +27,7 @@ pub(in crate::integrator::path) struct FirstVertex {
     pub(in crate::integrator::path) f: Option<Spectrum>,
     /// Towards the camera.
     pub(in crate::integrator::path) wo: DVec3,
-    /// Throughput and bounces of the path up to here.
+    /// Throughput, bounces and number of vertices of the path up to here.
     pub(in crate::integrator::path) beta: Spectrum,
     pub(in crate::integrator::path) bounces: Bounces,
     pub(in crate::integrator::path) number: u32,
@@ -63,12 +63,14 @@ impl<R: Record> PathBatch<'_, R> {
     #[inline]
     pub(in crate::integrator::path) fn may_be_first(&self, sample: u32) -> bool {
         let path = &self.paths[sample as usize];
-        // Russian roulette on the way to the second vertex would be part of the densities. A first vertex remains one if its
-        // path continues by a delta lobe: its neighbours' paths do not know.
+        // Russian roulette on the way to the second vertex would be part of the densities. A first vertex stays one if its
+        // path continues by a delta lobe: it receives the light of its neighbours all the same. After dispersion a path
+        // carries one colour band, which other pixels do not share.
         self.shared_paths.on
             && self.shared_paths.first(sample).is_none()
             && !path.any_nonspecular
             && path.bounces.total + 1 < self.settings.rr_start
+            && path.band.is_none()
             && path.media.is_empty()
     }
 
@@ -81,6 +83,7 @@ impl<R: Record> PathBatch<'_, R> {
         self.shared_paths.on && !path.specular_bounce && self.shared_paths.first(sample).is_some_and(follows)
     }
 
+    /// Whether a path is at its second vertex.
     #[inline]
     pub(in crate::integrator::path) fn may_donate(&self, sample: u32) -> bool {
         self.is_second(sample, self.paths[sample as usize].vertex)
