@@ -7,7 +7,7 @@
 //! picture      width, height, region and crop (x, y, width, height each), samples per pixel, seed (u32 each);
 //!              hash of the sampling settings, light paths per sample index (u64 each); whether samples count by weight
 //!              in several pixels (u8), whether there are sums for an error estimate (u8),
-//!              whether the film is adaptive (u8), whether fireflies are removed (u8);
+//!              whether the film is adaptive (u8), whether fireflies are removed (u8), whether pixels share paths (u8);
 //!              whether a scene fingerprint follows (u8), fingerprint (u64)
 //! channels     number of additional channels (u32); for each: length (u16) and name in UTF-8
 //!              then the channels of labels: see label_bytes.rs
@@ -36,7 +36,7 @@ use crate::schema::{ErrorCode, Limits, SceneError};
 const MAGIC: &[u8; 8] = b"TURNFILM";
 
 /// The version that is written and read.
-const VERSION: u32 = 5;
+const VERSION: u32 = 6;
 
 /// Size of the hash in bytes.
 const HASH: usize = 8;
@@ -223,10 +223,8 @@ impl Writer {
         self.words(&[i.samples, i.seed]);
         self.u64(i.sampling);
         self.u64(i.light_paths);
-        self.bytes.push(u8::from(i.weighted));
-        self.bytes.push(u8::from(i.estimates_error));
-        self.bytes.push(u8::from(i.adaptive));
-        self.bytes.push(u8::from(i.removes_fireflies));
+        let flags = [i.weighted, i.estimates_error, i.adaptive, i.removes_fireflies, i.shares_paths];
+        self.bytes.extend(flags.map(u8::from));
         self.bytes.push(u8::from(i.scene.is_some()));
         if let Some(scene) = i.scene {
             self.u64(scene);
@@ -342,7 +340,8 @@ impl<'a> Reader<'a> {
         let (size, region, crop) = (self.words()?, self.rect()?, self.rect()?);
         let [samples, seed] = self.words()?;
         let (sampling, light_paths, weighted) = (self.u64()?, self.u64()?, self.flag()?);
-        let (estimates_error, adaptive, removes_fireflies) = (self.flag()?, self.flag()?, self.flag()?);
+        let (estimates_error, adaptive) = (self.flag()?, self.flag()?);
+        let (removes_fireflies, shares_paths) = (self.flag()?, self.flag()?);
         if adaptive && !estimates_error {
             return Err(damaged("it is adaptive without an error estimate"));
         }
@@ -382,6 +381,7 @@ impl<'a> Reader<'a> {
             adaptive,
             removes_fireflies,
             light_paths,
+            shares_paths,
             scene,
         })
     }

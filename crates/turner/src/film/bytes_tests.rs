@@ -34,6 +34,7 @@ fn full() -> Film {
     let mut film = Film::with_channels(&desc, vec![Channel::new("Z"), Channel::new("N.X")]).unwrap();
     film.estimate_error().unwrap();
     film.take_light(100).unwrap();
+    film.note_shared_paths(true);
     film.set_scene(77);
     let (filter, mut sums) = (desc.filter(), TileSums::default());
     sums.reset(film.tiles().rect(1), 2, true);

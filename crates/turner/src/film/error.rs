@@ -19,7 +19,8 @@
 //!    |error of the picture| / s. So its 95th percentile replaces the 1.96 of a normal distribution: it accounts for
 //!    stratification, for rare bright samples, and for shared paths.
 //! 3. The whole is slightly more accurate than the difference of its parts suggests, the more the better stratified:
-//!    [`whole_from_parts`].
+//!    [`whole_from_parts`]. Where neighbouring pixels share paths, their sequences together are better stratified still:
+//!    [`SHARED`].
 //!
 //! Half-width = percentile · factor · s. Light paths that are splatted have an error of their own, from Σ splat².
 
@@ -68,6 +69,11 @@ fn is_in_half(index: u32) -> bool {
 fn whole_from_parts(percentile: f64) -> f64 {
     (1.0 - 0.13 * (NORMAL - percentile)).clamp(0.9, 1.0)
 }
+
+/// The same, where neighbouring pixels share paths: a pixel's light then is from the paths of a cluster, whose samples
+/// together are well distributed when they are complete. Two rooms, one of them Lambertian only, with 8 to 64 samples
+/// and three filters have 0.80 to 1.0.
+const SHARED: f64 = 0.93;
 
 /// A sample's part of the sums.
 pub(super) struct ErrorSample {
@@ -190,6 +196,7 @@ impl Film {
             let (x, y) = (i as u32 % width, i as u32 / width);
             self.spread(self.crop.x + x, self.crop.y + top + y)
         });
+        let shared = if self.identity.shares_paths { SHARED } else { 1.0 };
         let neighbours = NEIGHBOURS[usize::from(self.identity.weighted)];
         let smooth = smoothed(&spreads, width as usize, neighbours, threads, |s| s.variance);
         let light = smoothed(&spreads, width as usize, LIGHT_NEIGHBOURS, threads, |s| s.splats);
@@ -205,7 +212,7 @@ impl Film {
                 pixels.clear();
                 let around = region_pixels([width, height], top, place).map(|i| standardized[i]);
                 pixels.extend(around.filter(|t| *t > 0.0));
-                *factor = factor_of(&mut pixels);
+                *factor = shared * factor_of(&mut pixels);
             }
         });
         let skipped = ((rows.start - top) * width) as usize;

@@ -28,6 +28,8 @@ pub struct Identity {
     pub removes_fireflies: bool,
     /// Light paths per sample index of the picture.
     pub light_paths: u64,
+    /// Whether neighbouring pixels share paths.
+    pub shares_paths: bool,
     /// Fingerprint of the scene, if the caller set one.
     pub scene: Option<u64>,
 }
@@ -82,6 +84,7 @@ impl Identity {
             adaptive: false,
             removes_fireflies: desc.removes_fireflies(),
             light_paths: 0,
+            shares_paths: false,
             scene: None,
         }
     }
@@ -115,6 +118,7 @@ impl Identity {
             .or_else(|| {
                 words("light paths per sample", self.light_paths.to_string(), other.light_paths.to_string())
             })
+            .or_else(|| words("shared paths", self.shares_paths.to_string(), other.shares_paths.to_string()))
             .or_else(|| words("scene", scene(self), scene(other)))
             .or_else(|| {
                 let differs = self.sampling != other.sampling;

@@ -204,6 +204,11 @@ impl Film {
         Ok(())
     }
 
+    /// Notes whether neighbouring pixels share paths: their errors are smaller than independent samples suggest.
+    pub fn note_shared_paths(&mut self, shared: bool) {
+        self.identity.shares_paths = shared;
+    }
+
     /// The splats, if the film has room for them.
     pub fn splats(&self) -> Option<&Splats> {
         self.splats.as_ref()

@@ -113,6 +113,7 @@ impl Renderer {
             film.sample_adaptively();
         }
         film.take_light(prepared.integrator.light_paths())?;
+        film.note_shared_paths(prepared.integrator.shares_paths());
         let order = TileOrder::new(film.tiles().count());
         let (stats, fault) = (RayStats::default(), OnceLock::new());
         Ok(Renderer { prepared, film, stats, order, denoiser: None, fault, left: Mutex::default() })

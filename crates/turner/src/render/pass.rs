@@ -138,11 +138,13 @@ impl Renderer {
         }
         self.prepared.choose();
         let light_paths = self.prepared.integrator.light_paths();
-        if light_paths > 0 || self.prepared.integrator.shares_paths() {
+        let shares_paths = self.prepared.integrator.shares_paths();
+        if light_paths > 0 || shares_paths {
             // The preview's samples differ from those of this choice.
             self.film.set_preview(None);
         }
         self.film.take_light(light_paths)?;
+        self.film.note_shared_paths(shares_paths);
         Ok(true)
     }
 
