@@ -190,7 +190,7 @@ fn errors_say_what_is_wrong() {
     let content = |bytes: Vec<u8>| bytes[..bytes.len() - 8].to_vec();
     let mut newer = content(full().to_bytes());
     newer[8] = 9;
-    assert_eq!(message(&resealed(newer)), "the film's bytes have version 9; expected 5");
+    assert_eq!(message(&resealed(newer)), "the film's bytes have version 9; expected 6");
     let mut damaged = full().to_bytes();
     damaged[40] ^= 4;
     assert_eq!(message(&damaged), "the film cannot be read: its checksum is wrong");
