@@ -32,9 +32,11 @@
 //! A pilot run (`probe`) tells `strategy` whether light paths reduce noise, how many to trace, and whether photons are
 //! needed.
 
+mod arrivals;
 mod light_path;
 mod light_path_batch;
 mod photons;
+mod pilot;
 mod probe;
 mod reverse_pdf;
 mod strategy;

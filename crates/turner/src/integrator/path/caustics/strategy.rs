@@ -17,12 +17,6 @@ const MOST_PATHS: u64 = 1 << 20;
 /// Light paths per camera path where the scene is not probed.
 const UNPROBED: f64 = 0.25;
 
-/// Minimum fraction of the image's light that must come from photons for them to be used.
-const LEAST_BY_PHOTONS: f64 = 2e-3;
-
-/// Photons are used only if the camera paths of the pilot run miss at least this fraction of their light.
-const LEAST_MISSED: f64 = 0.5;
-
 /// Cost and contribution of light paths, as the probe estimates them from a few paths.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Price {
@@ -91,7 +85,7 @@ impl CausticsStrategy {
         let result = probe(context, &strategy);
         strategy.merges = match desc.caustics {
             Caustics::Full => true,
-            Caustics::Auto => result.by_photons > LEAST_BY_PHOTONS && result.missed > LEAST_MISSED,
+            Caustics::Auto => result.photons_pay,
             Caustics::LightTracing | Caustics::Off => false,
         };
         if desc.caustics == Caustics::Auto && !result.pays && !strategy.merges {
