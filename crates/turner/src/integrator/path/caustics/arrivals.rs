@@ -62,6 +62,11 @@ impl Noise {
 }
 
 impl Arrival {
+    /// The square of what it adds to the picture, relative to the light of its cell.
+    fn square(&self, pilot: &PilotRun) -> f64 {
+        self.weight * self.weight * self.light * self.light * pilot.weight(self.cell)
+    }
+
     /// The number of camera paths, of one per pixel, that find this light; `None` if none can. From the power heuristic
     /// w = 1/(1 + a² + b²): the other strategies together have about √(a² + b²) times the density of all light paths.
     fn camera_paths(&self, paths_of_strategy: f64) -> Option<f64> {
@@ -76,7 +81,7 @@ impl Arrivals {
         self.list.iter().fold(0.0, |sum, a| sum + a.light) / (self.paths * pixels)
     }
 
-    /// The same without the greatest arrivals, which are too rare to say how bright the picture is.
+    /// The mean light per pixel without the greatest arrivals, which are too rare to say how bright the picture is.
     pub(super) fn usual_light(&self, pixels: f64) -> f64 {
         let mut light: Vec<f64> = self.list.iter().map(|a| a.light).collect();
         light.sort_by(|a, b| b.total_cmp(a));
@@ -99,7 +104,7 @@ impl Arrivals {
         (RARE * self.paths).ceil() as usize
     }
 
-    /// The part of it that camera paths never find.
+    /// The mean light per pixel that camera paths never find.
     pub(super) fn light_paths_only(&self, pixels: f64) -> f64 {
         let only = self.list.iter().filter(|a| a.camera_paths(self.paths_of_strategy).is_none());
         only.fold(0.0, |sum, a| sum + a.light) / (self.paths * pixels)
@@ -161,8 +166,7 @@ impl Arrivals {
 
     /// The noise of the light paths, without what is rare.
     pub(super) fn noise(&self, pilot: &PilotRun) -> Noise {
-        let of = |a: &Arrival| a.weight * a.weight * a.light * a.light * pilot.weight(a.cell);
-        let mut squares: Vec<f64> = self.list.iter().map(of).collect();
+        let mut squares: Vec<f64> = self.list.iter().map(|a| a.square(pilot)).collect();
         squares.sort_by(|a, b| b.total_cmp(a));
         Noise {
             square: squares.iter().skip(self.rare()).fold(0.0, |sum, v| sum + v) / self.paths,
@@ -175,7 +179,7 @@ impl Arrivals {
         let mut sums = vec![0.0; groups];
         for a in &self.list {
             if let Some(sum) = sums.get_mut(a.group as usize) {
-                *sum += a.weight * a.weight * a.light * a.light * pilot.weight(a.cell);
+                *sum += a.square(pilot);
             }
         }
         sums
