@@ -25,7 +25,7 @@ pub(super) struct Arrival {
     pub(super) group: u32,
 }
 
-/// All of them.
+/// What arrives from the light paths of the pilot run.
 #[derive(Default)]
 pub(super) struct Arrivals {
     /// The number of light paths, and the number per sample of all pixels for which the weights hold.
@@ -38,15 +38,16 @@ pub(super) struct Arrivals {
 struct CameraPath {
     /// Its contribution squared, relative to the light of its cell.
     square: f64,
-    /// The number of such paths among camera paths of which each pixel has one, and among the light paths.
+    /// The number of camera paths, of one per pixel, that find this light.
     number: f64,
+    /// Luminance of the light path, and its cell.
     light: f64,
     cell: usize,
 }
 
 /// The noise of light paths.
 pub(super) struct Noise {
-    /// Mean square of what a light path contributes, relative to the light of its cell; and how often one arrives.
+    /// Mean square of the contribution of a light path, relative to the light of its cell; and arrivals per light path.
     square: f64,
     arriving: f64,
 }
@@ -88,7 +89,7 @@ impl Arrivals {
         light.iter().skip(self.rare()).fold(0.0, |sum, v| sum + v) / (self.paths * pixels)
     }
 
-    /// The number of arrivals that would be as certain about their mean if all were alike.
+    /// Effective number of arrivals, (Σ x)² / Σ x² (Kish 1965): so many equal ones are as certain about their mean.
     pub(super) fn effective(&self, pilot: &PilotRun) -> f64 {
         let (mut sum, mut squares) = (0.0, 0.0);
         for a in &self.list {

@@ -35,12 +35,14 @@ pub(super) struct PhotonLight {
     pub(super) variance: f64,
     /// The part of it that the camera paths of the pilot run did not find without photons.
     pub(super) missed: f64,
-    /// The number of photons that would be as certain about it if all were alike.
+    /// Effective number of photons: so many equal ones are as certain about it.
     pub(super) effective: f64,
 }
 
 /// The image as a few camera paths see it.
 pub(super) struct PilotRun {
+    /// Luminance of each camera path.
+    values: Vec<f64>,
     /// Mean luminance of each cell.
     cells: Vec<f64>,
     /// Mean luminance of the image.
@@ -54,23 +56,28 @@ pub(super) struct PilotRun {
 }
 
 impl PilotRun {
-    /// `light` is the mean luminance of the light of light paths, which camera paths may not find.
-    pub(super) fn new(context: Context<'_>, strategy: Option<&CausticsStrategy>, light: f64) -> PilotRun {
+    pub(super) fn new(context: Context<'_>, strategy: Option<&CausticsStrategy>) -> PilotRun {
         let mut batch = PathBatch::new(Context { strategy, ..context }, Off);
         let (values, rays) = PilotRun::trace(context.view, &mut batch);
         let each = (PIXELS * SAMPLES) as usize;
         let cells: Vec<f64> =
             values.chunks(each).map(|cell| cell.iter().sum::<f64>() / cell.len() as f64).collect();
-        let mean = (cells.iter().sum::<f64>() / cells.len().max(1) as f64).max(light);
-        let mut pilot = PilotRun { cells, mean, dark: DARK * mean * mean, variance: 0.0, rays };
+        PilotRun { values, cells, mean: 0.0, dark: 0.0, variance: 0.0, rays }
+    }
+
+    /// Makes errors relative to an image whose mean luminance is at least `light`: that of light paths, which camera paths
+    /// may not find.
+    pub(super) fn with_light(mut self, light: f64) -> PilotRun {
+        self.mean = (self.cells.iter().sum::<f64>() / self.cells.len().max(1) as f64).max(light);
+        self.dark = DARK * self.mean * self.mean;
         let mut variance = 0.0;
-        for (cell, mean) in values.chunks(each).zip(&pilot.cells) {
+        for (cell, mean) in self.values.chunks((PIXELS * SAMPLES) as usize).zip(&self.cells) {
             // Variance within one pixel: differences between pixels are not noise.
             let spread: f64 = cell.chunks(SAMPLES as usize).map(spread).sum();
-            variance += spread / f64::from(PIXELS) / (mean * mean + pilot.dark).max(f64::MIN_POSITIVE);
+            variance += spread / f64::from(PIXELS) / (mean * mean + self.dark).max(f64::MIN_POSITIVE);
         }
-        pilot.variance = variance / pilot.cells.len().max(1) as f64;
-        pilot
+        self.variance = variance / self.cells.len().max(1) as f64;
+        self
     }
 
     /// Luminance of each camera path, and their mean number of rays.

@@ -105,13 +105,13 @@ pub(super) fn probe(context: Context<'_>, strategy: &CausticsStrategy) -> ProbeR
         first += u64::from(count);
     };
     trace(PATHS, &mut arrivals, &mut batch);
-    let mut pilot = PilotRun::new(context, Some(strategy), arrivals.usual_light(pixels));
+    let mut pilot = PilotRun::new(context, Some(strategy)).with_light(arrivals.usual_light(pixels));
     // Stop if there is little light, and little noise from it even if a rare bright path was missed.
     let is_little = arrivals.light(pixels) < MIN_FRACTION * pilot.mean.max(1e-30)
         && arrivals.noise_without(&pilot, pixels) < 0.01 * pilot.variance;
     if !is_little {
         trace(MORE, &mut arrivals, &mut batch);
-        pilot = PilotRun::new(context, Some(strategy), arrivals.usual_light(pixels));
+        pilot = pilot.with_light(arrivals.usual_light(pixels));
     }
     let groups: Vec<f64> = (0u32..)
         .zip(arrivals.noise_of_groups(&pilot, strategy.caustic_targets.len()))
@@ -137,7 +137,7 @@ pub(super) fn probe(context: Context<'_>, strategy: &CausticsStrategy) -> ProbeR
     };
     let ((least, ratio), (least_with_photons, ratio_with_photons)) = (best(0.0), best(photons.variance));
     let seen = || {
-        let without = PilotRun::new(context, None, arrivals.usual_light(pixels));
+        let without = PilotRun::new(context, None).with_light(arrivals.usual_light(pixels));
         (without.variance - pilot.variance).max(0.0)
     };
     let mut of_camera = arrivals.error_without(&pilot, pixels, UNKNOWN, seen);

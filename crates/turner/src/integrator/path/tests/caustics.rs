@@ -225,8 +225,8 @@ fn house() -> SceneDesc {
     desc
 }
 
-/// A great mirror outside the house takes nearly all light paths. The few that come in are too few to judge by, and to
-/// light the pixels.
+/// A large mirror outside the house takes nearly all light paths. Those that come in are too few for an estimate, and too
+/// few for the pixels.
 #[test]
 fn a_few_bright_light_paths_are_not_trusted() {
     let desc = house().with(sphere(v(60.0, 20.0, 0.0), 20.0), metal(0.0));
