@@ -9,9 +9,8 @@ use crate::integrator::{ClassicDesc, IntegratorDesc};
 use crate::light::{BackgroundDesc, LightDesc};
 use crate::material::MaterialDesc;
 use crate::medium::MediumDesc;
-use crate::schema::error::unknown_name;
 use crate::schema::value::{Data, Span, Value};
-use crate::schema::{ErrorCode, Named, ReadContext, SceneError, TableReader, foreign, old_names, wrong_type};
+use crate::schema::{self, ErrorCode, Named, ReadContext, SceneError, TableReader, old_names, wrong_type};
 use crate::shape::ShapeDesc;
 use crate::texture::TextureDesc;
 
@@ -100,67 +99,17 @@ fn read_table<T>(
     Ok(read)
 }
 
-/// Reads the `type` of a table and the keys of that type, and reports unknown keys. If the type is invalid, the result
-/// is the default and the keys are not checked.
+/// Reads the `type` of a table and the keys of that type, and reports unknown keys; see [`schema::read_kind`].
 pub(super) fn read_kind<T: Default>(
     table: &mut TableReader<'_>,
     kind: &str,
     default: Option<&str>,
     cx: &mut dyn ReadContext,
-    doc: &crate::schema::FamilyDoc,
+    doc: &schema::FamilyDoc,
     read: impl Fn(&str, &mut TableReader<'_>, &mut dyn ReadContext) -> Result<Option<T>, SceneError>,
 ) -> Result<T, SceneError> {
-    let mut valid: Vec<&str> = doc.entries.iter().map(|e| e.name).collect();
-    if kind == ShapeDesc::DOC.one {
-        valid.extend(["instance", ModelDesc::DOC.name]);
-    }
-    let name = match (table.take("type"), default) {
-        (Some(value), _) => match &value.data {
-            Data::String(name) => name.as_str(),
-            _ => {
-                cx.fault(wrong_type(value, &format!("the name of a {kind}")))?;
-                return Ok(T::default());
-            }
-        },
-        (None, Some(default)) => default,
-        (None, None) => {
-            let message = format!("this {kind} needs the key `type`");
-            cx.fault(
-                SceneError::at(ErrorCode::MissingKey, table.span(), message)
-                    .help(format!("add `type = \"…\"`, one of: {}", valid.join(", "))),
-            )?;
-            return Ok(T::default());
-        }
-    };
-    let span = table.span_of("type");
-    let name = match old_names::new_type(name) {
-        Some(new) if valid.contains(&new) => {
-            old_names::note(name, new, span, cx);
-            new
-        }
-        _ => name,
-    };
-    let before = cx.faults();
-    match read(name, table, cx) {
-        Ok(None) => {
-            cx.fault(unknown_kind(span, kind, name, &valid))?;
-            Ok(T::default())
-        }
-        read => {
-            let read = cx.noted_after(before, read)?.flatten();
-            table.finish(cx)?;
-            Ok(read.unwrap_or_default())
-        }
-    }
-}
-
-/// The error for a `type` that does not exist.
-pub(super) fn unknown_kind(span: Span, kind: &str, name: &str, valid: &[&str]) -> SceneError {
-    let error = unknown_name(ErrorCode::UnknownName, span, kind, name, valid);
-    match foreign::kind(kind, name) {
-        Some(remedy) => error.help(remedy),
-        None => error,
-    }
+    let others: &[&str] = if kind == ShapeDesc::DOC.one { &["instance", ModelDesc::DOC.name] } else { &[] };
+    schema::read_kind(table, (kind, others), default, cx, doc, read)
 }
 
 pub(super) fn read_texture(value: &Value, cx: &mut dyn ReadContext) -> Result<TextureDesc, SceneError> {

@@ -12,7 +12,7 @@ use crate::scene::scene::{NO_TRANSFORM, ObjectTransform, Primitive};
 use crate::scene::shadow_catchers::ShadowCatchers;
 use crate::schema::error::escape;
 use crate::schema::{ErrorCode, MaterialId, Named, SceneError};
-use crate::shape::{Shape, ShapeDesc};
+use crate::shape::{Shape, ShapeDesc, SolidGeometry};
 
 /// Collects the primitives of a scene.
 pub(crate) struct Flattener<'a> {
@@ -174,6 +174,11 @@ impl Flattener<'_> {
         {
             let own = |i| desc.materials.get(i).copied().flatten().unwrap_or(material);
             materials = (0..mesh.data().material_count()).map(own).collect();
+        }
+        if let Shape::Solid(solid) = shape
+            && !solid.materials().is_empty()
+        {
+            materials = solid.materials().iter().map(|own| own.unwrap_or(material)).collect();
         }
         let Some(faces) = Faces::new(materials, self.materials, self.physical) else { return NO_FACES };
         if self.faces.last() != Some(&faces) {

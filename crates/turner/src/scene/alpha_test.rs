@@ -20,7 +20,7 @@ use crate::math::Ray;
 use crate::scene::Scene;
 use crate::scene::scene::{NO_TRANSFORM, Primitive};
 use crate::schema::MaterialId;
-use crate::shape::{Shape, ShapeHit};
+use crate::shape::{Shape, ShapeHit, SolidGeometry};
 use crate::texture::TexturePoint;
 
 /// No index into the scene's faces.
@@ -84,6 +84,7 @@ impl Faces {
     fn of(&self, shape: &Shape, hit: &ShapeHit) -> Option<&FaceMaterial> {
         let number = match shape {
             Shape::Mesh(mesh) => mesh.face_material(hit.part),
+            Shape::Solid(solid) => solid.material_slot(hit),
             _ => 0,
         };
         self.materials.get(number).or(self.materials.last())

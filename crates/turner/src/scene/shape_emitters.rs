@@ -149,7 +149,7 @@ pub(crate) fn shape_emitters(scene: &Scene, index: u32, primitive: &Primitive) -
             let form = points_form(scene, &primitive.shape, points, material, &to_world);
             form.map(|(form, power)| (emitter(0, form), power)).into_iter().collect()
         }
-        Shape::Plane(_) | Shape::Mesh(_) => Vec::new(),
+        Shape::Plane(_) | Shape::Mesh(_) | Shape::Solid(_) => Vec::new(),
     }
 }
 

@@ -110,6 +110,11 @@ impl Cone {
         0.5 * (self.narrow_radius + self.wide_radius)
     }
 
+    /// Whether disks close its ends.
+    pub(super) fn is_capped(&self) -> bool {
+        self.capped
+    }
+
     /// Bounding box.
     pub fn bounds(&self) -> Bounds {
         let n = self.frame.z;

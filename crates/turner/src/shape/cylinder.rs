@@ -81,6 +81,11 @@ impl Cylinder {
         self.radius
     }
 
+    /// Whether disks close its ends.
+    pub(super) fn is_capped(&self) -> bool {
+        self.capped
+    }
+
     /// Bounding box.
     pub fn bounds(&self) -> Bounds {
         let to = self.from + self.height * self.frame.z;

@@ -60,7 +60,7 @@ pub struct MeshCache<'a> {
     /// Shapes of the previous preparation, and all shapes of this one.
     kept: Option<&'a CachedShapes>,
     used: CachedShapes,
-    skipped_points: Vec<String>,
+    other_warnings: Vec<String>,
     /// Statistics of triangles with a non-finite vertex, of triangles without area, and of meshes without any
     /// usable triangle.
     skipped: [Skipped; 3],
@@ -109,7 +109,7 @@ impl<'a> MeshCache<'a> {
             prepared: HashMap::new(),
             kept: None,
             used: CachedShapes::default(),
-            skipped_points: Vec::new(),
+            other_warnings: Vec::new(),
             skipped: Default::default(),
         }
     }
@@ -130,7 +130,7 @@ impl<'a> MeshCache<'a> {
 
     /// One warning for each kind of skipped triangles or points.
     pub fn warnings(&self) -> Vec<String> {
-        let mut out = self.skipped_points.clone();
+        let mut out = self.other_warnings.clone();
         let [infinite, flat, empty] = &self.skipped;
         for (skipped, why) in [(infinite, "with a vertex that is not finite"), (flat, "without area")] {
             let triangles = if skipped.triangles == 1 { "triangle" } else { "triangles" };
@@ -169,10 +169,20 @@ impl<'a> MeshCache<'a> {
         let skipped =
             self.meshes.get(desc.points.index()).map_or(0, |a| a.data.positions.len()) - points.count();
         if skipped > 0 {
-            self.skipped_points
+            self.other_warnings
                 .push(format!("{skipped} points that are not finite, or without a radius, omitted"));
         }
         Ok(points)
+    }
+
+    /// Builds the tree of a mesh that is a part of another shape.
+    pub(super) fn build_tree(&self, mesh: &TriangleMesh) -> Result<(), SceneError> {
+        mesh.build_tree(&self.options)
+    }
+
+    /// Adds a warning.
+    pub(super) fn warn(&mut self, warning: String) {
+        self.other_warnings.push(warning);
     }
 
     /// The prepared mesh of an object.

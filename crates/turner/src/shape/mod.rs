@@ -36,6 +36,7 @@ mod outline;
 mod plane;
 pub mod points;
 mod rectangle;
+pub mod solid;
 mod sphere;
 mod surface_change;
 #[cfg(test)]
@@ -56,6 +57,7 @@ pub use mesh_rays::{BlockRays, MeshRays, NO_TRIANGLE};
 pub use plane::{Plane, PlaneDesc};
 pub use points::{Points, PointsDesc};
 pub use rectangle::{Rectangle, RectangleDesc};
+pub use solid::{ClippedDesc, CsgPart, DifferenceDesc, IntersectionDesc, Solid, SolidGeometry, UnionDesc};
 pub use sphere::{Sphere, SphereDesc};
 pub use torus::{Torus, TorusDesc};
 pub use triangle_mesh::{SkippedTriangles, TriangleMesh};
@@ -65,22 +67,51 @@ use std::sync::Arc;
 use crate::math::elementary::{atan2, sin_cos};
 use crate::math::{Bounds, DVec2, DVec3, Frame, Ray};
 use crate::schema::{ErrorCode, SceneError, family};
+use solid::PrepareSolid;
 
-family! {
-    /// Shapes: the `type` of an `[[object]]`.
-    pub enum ShapeDesc as "shape", "shapes" {
-        Sphere(SphereDesc),
-        Plane(PlaneDesc),
-        Box(BoxDesc),
-        Disk(DiskDesc),
-        Rectangle(RectangleDesc),
-        Cylinder(CylinderDesc),
-        Cone(ConeDesc),
-        Torus(TorusDesc),
-        Mesh(MeshDesc),
-        Points(PointsDesc),
-    }
+/// Declares [`ShapeDesc`]: the basic shapes with how each is prepared, followed by the solids of the table in
+/// [`solid`].
+macro_rules! shapes {
+    (
+        ($($basic:ident($basic_ty:ty) => $prepare:expr,)+)
+        $($solid:ident($solid_ty:ty),)+
+    ) => {
+        family! {
+            /// Shapes: the `type` of an `[[object]]`.
+            pub enum ShapeDesc as "shape", "shapes" {
+                $($basic($basic_ty),)+
+                $($solid($solid_ty),)+
+            }
+        }
+
+        impl ShapeDesc {
+            /// Converts it to the form that rays are intersected with; checks what the reader could not. `meshes`
+            /// are the scene's.
+            pub fn prepare(&self, meshes: &mut MeshCache<'_>) -> Result<Shape, SceneError> {
+                match self {
+                    $(ShapeDesc::$basic(desc) => {
+                        let prepare: fn(&$basic_ty, &mut MeshCache<'_>) -> Result<Shape, SceneError> = $prepare;
+                        prepare(desc, meshes)
+                    })+
+                    $(ShapeDesc::$solid(desc) => desc.prepare_solid(meshes).map(|s| Shape::Solid(Arc::new(s))),)+
+                }
+            }
+        }
+    };
 }
+
+solid::descriptions! { shapes! (
+    Sphere(SphereDesc) => |d, _| Ok(Shape::Sphere(Sphere { center: d.center, radius: d.radius })),
+    Plane(PlaneDesc) => |d, _| Ok(Shape::Plane(d.prepare()?)),
+    Box(BoxDesc) => |d, _| Ok(Shape::Box(d.prepare()?)),
+    Disk(DiskDesc) => |d, _| Ok(Shape::Disk(Box::new(d.prepare()?))),
+    Rectangle(RectangleDesc) => |d, _| Ok(Shape::Rectangle(Box::new(d.prepare()?))),
+    Cylinder(CylinderDesc) => |d, _| Ok(Shape::Cylinder(Box::new(d.prepare()?))),
+    Cone(ConeDesc) => |d, _| Ok(Shape::Cone(Box::new(d.prepare()?))),
+    Torus(TorusDesc) => |d, _| Ok(Shape::Torus(Box::new(d.prepare()?))),
+    Mesh(MeshDesc) => |d, meshes| Ok(Shape::Mesh(meshes.get(d)?)),
+    Points(PointsDesc) => |d, meshes| Ok(Shape::Points(meshes.points(d)?)),
+) }
 
 /// Bound on the distance of a surface point from the surface, per unit of the largest coordinate or length it
 /// is computed from: eighteen roundings. It is generous on purpose: a ray that starts that far outside must
@@ -136,6 +167,8 @@ pub enum Shape {
     Mesh(Arc<TriangleMesh>),
     /// A point cloud, shared by the objects that use it.
     Points(Arc<Points>),
+    /// Another shape; see [`solid`].
+    Solid(Arc<Solid>),
 }
 
 const _: () = assert!(size_of::<Shape>() <= 56);
@@ -154,6 +187,7 @@ impl Shape {
             Shape::Torus(_) => TorusDesc::DOC.name,
             Shape::Mesh(_) => MeshDesc::DOC.name,
             Shape::Points(_) => PointsDesc::DOC.name,
+            Shape::Solid(s) => s.word(),
         }
     }
 
@@ -170,6 +204,7 @@ impl Shape {
             Shape::Torus(s) => Some(s.bounds()),
             Shape::Mesh(s) => Some(s.bounds()),
             Shape::Points(s) => Some(s.bounds()),
+            Shape::Solid(s) => s.bounds(),
         }
     }
 
@@ -188,6 +223,7 @@ impl Shape {
             Shape::Torus(s) => s.intersect(ray),
             Shape::Mesh(s) => s.intersect(ray),
             Shape::Points(s) => s.intersect(ray),
+            Shape::Solid(s) => s.intersect(ray),
         }
     }
 
@@ -205,7 +241,8 @@ impl Shape {
             | Shape::Rectangle(_)
             | Shape::Cylinder(_)
             | Shape::Cone(_)
-            | Shape::Torus(_) => self.intersect(ray).is_some(),
+            | Shape::Torus(_)
+            | Shape::Solid(_) => self.intersect(ray).is_some(),
         }
     }
 
@@ -223,6 +260,7 @@ impl Shape {
             Shape::Torus(s) => s.surface(ray, hit),
             Shape::Mesh(s) => s.surface(hit),
             Shape::Points(s) => s.surface(ray, hit),
+            Shape::Solid(s) => s.surface(ray, hit),
         }
     }
 
@@ -239,6 +277,7 @@ impl Shape {
             Shape::Cone(s) => s.uv(hit.part, point.p),
             Shape::Torus(s) => s.uv(point.p),
             Shape::Mesh(s) => s.uv(hit),
+            Shape::Solid(s) => s.uv(hit, point),
         }
     }
 
@@ -256,6 +295,7 @@ impl Shape {
             | Shape::Torus(_) => 1.0,
             Shape::Mesh(s) => s.tests_per_ray(),
             Shape::Points(s) => s.tests_per_ray(),
+            Shape::Solid(s) => s.tests_per_ray(),
         }
     }
 
@@ -270,26 +310,37 @@ impl Shape {
             Shape::Torus(_) => size_of::<Torus>(),
             Shape::Mesh(s) => s.memory(),
             Shape::Points(s) => s.memory(),
+            Shape::Solid(s) => size_of::<Solid>() + s.memory(),
         }
     }
-}
 
-impl ShapeDesc {
-    /// Converts it to the form that rays are intersected with; checks what the reader could not. `meshes` are
-    /// the scene's.
-    pub fn prepare(&self, meshes: &mut MeshCache<'_>) -> Result<Shape, SceneError> {
-        Ok(match self {
-            ShapeDesc::Sphere(d) => Shape::Sphere(Sphere { center: d.center, radius: d.radius }),
-            ShapeDesc::Plane(d) => Shape::Plane(d.prepare()?),
-            ShapeDesc::Box(d) => Shape::Box(d.prepare()?),
-            ShapeDesc::Disk(d) => Shape::Disk(Box::new(d.prepare()?)),
-            ShapeDesc::Rectangle(d) => Shape::Rectangle(Box::new(d.prepare()?)),
-            ShapeDesc::Cylinder(d) => Shape::Cylinder(Box::new(d.prepare()?)),
-            ShapeDesc::Cone(d) => Shape::Cone(Box::new(d.prepare()?)),
-            ShapeDesc::Torus(d) => Shape::Torus(Box::new(d.prepare()?)),
-            ShapeDesc::Mesh(d) => Shape::Mesh(meshes.get(d)?),
-            ShapeDesc::Points(d) => Shape::Points(meshes.points(d)?),
-        })
+    /// Whether it encloses a volume. A plane encloses the half-space that its normal points away from; a mesh counts
+    /// as closed.
+    pub fn is_closed(&self) -> bool {
+        match self {
+            Shape::Sphere(_) | Shape::Plane(_) | Shape::Box(_) | Shape::Torus(_) | Shape::Mesh(_) => true,
+            Shape::Disk(_) | Shape::Rectangle(_) | Shape::Points(_) => false,
+            Shape::Cylinder(s) => s.is_capped(),
+            Shape::Cone(s) => s.is_capped(),
+            Shape::Solid(s) => s.is_closed(),
+        }
+    }
+
+    /// Whether a ray is inside a closed shape after its last crossing; never, except for unbounded shapes.
+    pub(crate) fn contains_far_end(&self, ray: &Ray) -> bool {
+        match self {
+            Shape::Plane(s) => s.contains_far_end(ray),
+            Shape::Solid(s) => s.contains_far_end(ray),
+            Shape::Sphere(_)
+            | Shape::Box(_)
+            | Shape::Disk(_)
+            | Shape::Rectangle(_)
+            | Shape::Cylinder(_)
+            | Shape::Cone(_)
+            | Shape::Torus(_)
+            | Shape::Mesh(_)
+            | Shape::Points(_) => false,
+        }
     }
 }
 

@@ -1,5 +1,6 @@
 //! Points on the outline of a shape, for framing and drawing it.
 
+use super::solid::SolidGeometry;
 use super::Shape;
 use crate::math::DVec3;
 use crate::math::elementary::sin_cos;
@@ -95,6 +96,7 @@ impl Shape {
                 let step = points.count() / MAX_POINTS + 1;
                 points.spheres().step_by(step).map(|(_, s)| s.center).collect()
             }
+            Shape::Solid(s) => s.hull_points(),
         }
     }
 }

@@ -80,6 +80,12 @@ impl Plane {
         flat_point(ray.at(hit.t), self.point, self.normal)
     }
 
+    /// Whether a ray ends on the side that the normal points away from.
+    pub(super) fn contains_far_end(&self, ray: &Ray) -> bool {
+        let along = ray.direction.dot(self.normal);
+        along < 0.0 || (along == 0.0 && (ray.origin - self.point).dot(self.normal) < 0.0)
+    }
+
     /// (u, v) at a point of the plane.
     pub fn uv(&self, p: DVec3) -> DVec2 {
         let (right, up) = tangents(self.normal);

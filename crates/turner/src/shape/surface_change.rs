@@ -1,5 +1,6 @@
 //! Derivatives of surface coordinates along a surface, and its curvature.
 
+use super::solid::SolidGeometry;
 use super::{Shape, ShapeHit, Sphere, SurfacePoint, TriangleMesh};
 use crate::math::{DVec2, DVec3};
 
@@ -17,7 +18,8 @@ impl Shape {
             | Shape::Cylinder(_)
             | Shape::Cone(_)
             | Shape::Torus(_)
-            | Shape::Points(_) => {
+            | Shape::Points(_)
+            | Shape::Solid(_) => {
                 let size = self.local_size(hit, point);
                 let here = self.uv(hit, point);
                 along.map(|d| {
@@ -48,7 +50,8 @@ impl Shape {
             | Shape::Cylinder(_)
             | Shape::Cone(_)
             | Shape::Torus(_)
-            | Shape::Mesh(_) => self.uv(hit, &SurfacePoint { p, ..*point }),
+            | Shape::Mesh(_)
+            | Shape::Solid(_) => self.uv(hit, &SurfacePoint { p, ..*point }),
         }
     }
 
@@ -59,6 +62,10 @@ impl Shape {
             Shape::Sphere(s) => s.radius.abs(),
             Shape::Points(s) => s.sphere(hit.part).radius,
             Shape::Plane(_) => 1.0 + point.p.abs().max_element(),
+            Shape::Solid(s) => match s.bounds() {
+                Some(bounds) => bounds.size().max_element(),
+                None => 1.0 + point.p.abs().max_element(),
+            },
             Shape::Box(_)
             | Shape::Disk(_)
             | Shape::Rectangle(_)
@@ -76,6 +83,7 @@ impl Shape {
                 true
             }
             Shape::Plane(_) | Shape::Box(_) | Shape::Disk(_) | Shape::Rectangle(_) | Shape::Mesh(_) => false,
+            Shape::Solid(s) => s.wraps(),
         }
     }
 
@@ -92,6 +100,7 @@ impl Shape {
             Shape::Cone(c) => 0.5 / c.mean_radius().max(1e-30),
             Shape::Torus(t) => 0.5 / t.tube_radius().max(1e-30),
             Shape::Mesh(mesh) => mesh.curvature(hit),
+            Shape::Solid(s) => s.curvature(hit),
         }
     }
 }

@@ -10,22 +10,22 @@ pub(crate) use crate::testing::Random;
 
 type Value = Box<dyn Fn(DVec3) -> f64>;
 
-struct Sheet {
+pub(super) struct Sheet {
     value: Value,
     belongs: Box<dyn Fn(DVec3) -> bool>,
 }
 
-struct Case {
-    name: &'static str,
-    shape: Shape,
-    sheets: Vec<Sheet>,
+pub(super) struct Case {
+    pub(super) name: &'static str,
+    pub(super) shape: Shape,
+    pub(super) sheets: Vec<Sheet>,
 }
 
-fn solid(value: impl Fn(DVec3) -> f64 + 'static) -> Vec<Sheet> {
+pub(super) fn solid(value: impl Fn(DVec3) -> f64 + 'static) -> Vec<Sheet> {
     vec![Sheet { value: Box::new(value), belongs: Box::new(|_| true) }]
 }
 
-fn sheet(value: impl Fn(DVec3) -> f64 + 'static, belongs: impl Fn(DVec3) -> bool + 'static) -> Vec<Sheet> {
+pub(super) fn sheet(value: impl Fn(DVec3) -> f64 + 'static, belongs: impl Fn(DVec3) -> bool + 'static) -> Vec<Sheet> {
     vec![Sheet { value: Box::new(value), belongs: Box::new(belongs) }]
 }
 
@@ -120,6 +120,7 @@ fn cases() -> Vec<Case> {
             }),
         });
     }
+    cases.extend(super::solid::testing::cases());
     cases
 }
 
@@ -261,7 +262,7 @@ fn leaving_rays_do_not_hit_again() {
             }
             let leaving = Ray::new(s.p + s.error * s.ng, d);
             let again = case.shape.intersect(&leaving).map(|h| h.t);
-            let concave = matches!(case.shape, Shape::Torus(_));
+            let concave = matches!(case.shape, Shape::Torus(_) | Shape::Solid(_));
             match again {
                 None => {}
                 Some(t) if concave => assert!(t > 1e-7, "{}: again at {t} {ray:?}", case.name),

@@ -74,7 +74,7 @@ use self::prepare::{Kind, PrepareContext};
 use crate::color::Spectrum;
 use crate::math::{DAffine3, DVec2, DVec3};
 use crate::schema::{ColorSource, ImageId, SceneError, TextureId, Transform, family};
-use crate::shape::{Shape, ShapeHit, SurfacePoint, TriangleMesh};
+use crate::shape::{Shape, ShapeHit, SolidGeometry, SurfacePoint, TriangleMesh};
 
 /// The table of textures: `Variant(description => prepared form)`.
 macro_rules! textures {
@@ -220,6 +220,7 @@ impl<'a> TexturePoint<'a> {
     pub fn of_shape(shape: &'a Shape, hit: &ShapeHit, point: &SurfacePoint) -> TexturePoint<'a> {
         let mesh = match shape {
             Shape::Mesh(mesh) => Some((&**mesh, *hit)),
+            Shape::Solid(solid) => solid.mesh_at(hit),
             _ => None,
         };
         let point_color = match shape {

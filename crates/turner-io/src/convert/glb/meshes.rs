@@ -9,6 +9,7 @@ use turner::schema::{ErrorCode, MaterialId, MeshData, MeshId, SceneError};
 use turner::shape::ShapeDesc;
 
 use super::Shapes;
+use super::tessellate::Tessellated;
 use super::buffer::Buffer;
 use super::materials::MaterialWriter;
 use super::remarks::Remarks;
@@ -97,13 +98,22 @@ impl<'a> MeshWriter<'a> {
                 (Source::Mesh(p.points.0), mesh(p.points)?, true, Vec::new(), true)
             }
             other => {
-                let Some(Some(data)) = self.shapes.get(index) else { return Ok(None) };
+                let Some(Some(Tessellated { mesh, materials })) = self.shapes.get(index) else {
+                    return Ok(None);
+                };
                 match other {
                     ShapeDesc::Plane(_) => remarks.approximated("infinite planes: written as large squares"),
                     ShapeDesc::Box(_) | ShapeDesc::Rectangle(_) => {}
-                    _ => remarks.approximated("curved shapes: tessellated, within 0.06 % of the radius"),
+                    ShapeDesc::Sphere(_)
+                    | ShapeDesc::Disk(_)
+                    | ShapeDesc::Cylinder(_)
+                    | ShapeDesc::Cone(_)
+                    | ShapeDesc::Torus(_) => {
+                        remarks.approximated("curved shapes: tessellated, within 0.06 % of the radius");
+                    }
+                    _ => remarks.approximated("solids: tessellated with 96 cells along the longest side"),
                 }
-                (Source::Shape(index), data, false, Vec::new(), false)
+                (Source::Shape(index), mesh, false, materials.clone(), false)
             }
         };
         data.check()?;

@@ -21,10 +21,11 @@ use meshes::MeshWriter;
 use nodes::Nodes;
 use remarks::Remarks;
 use serde_json::{Map, Value, json};
+use tessellate::Tessellated;
 use textures::TextureWriter;
 use turner::color::Transfer;
 use turner::description::{ObjectContent, ObjectDesc, SceneDesc};
-use turner::schema::{ErrorCode, MeshData, SceneError, WarningKind};
+use turner::schema::{ErrorCode, SceneError, WarningKind};
 use turner::shape::ShapeDesc;
 
 use super::{ConvertOptions, Converted, WrittenFile, create, output_error};
@@ -86,14 +87,16 @@ impl std::io::Write for Counted<'_> {
 
 /// Tessellated shapes by object, objects of groups first. Built before everything else, because the buffer borrows
 /// them.
-type Shapes = Vec<Option<MeshData>>;
+type Shapes = Vec<Option<Tessellated>>;
 
 fn shapes(desc: &SceneDesc) -> Result<Shapes, SceneError> {
     let in_groups = desc.groups.iter().flat_map(|g| &g.value.objects);
     let all = || in_groups.clone().chain(&desc.objects);
     let made = |object: &ObjectDesc, planes: Option<f64>| match (&object.content, planes) {
         (ObjectContent::Shape(ShapeDesc::Plane(_)), None) | (ObjectContent::Instance(_), _) => Ok(None),
-        (ObjectContent::Shape(shape), reach) => tessellate::triangles(shape, reach.unwrap_or(1.0)),
+        (ObjectContent::Shape(shape), reach) => {
+            tessellate::triangles(shape, &desc.meshes, reach.unwrap_or(1.0))
+        }
     };
     let mut shapes: Shapes = all().map(|object| made(object, None)).collect::<Result<_, _>>()?;
     // The size of infinite planes depends on everything else.

@@ -252,7 +252,7 @@ pub(super) fn reach(desc: &SceneDesc, shapes: &Shapes) -> f64 {
             (ObjectContent::Shape(ShapeDesc::Mesh(m)), _) => {
                 desc.meshes.get(m.mesh.index()).map(|a| &*a.data)
             }
-            (_, shape) => shape.as_ref(),
+            (_, shape) => shape.as_ref().map(|shape| &shape.mesh),
         };
         let points = data.into_iter().flat_map(|d| &d.positions).map(|p| DVec3::from(p.map(f64::from)));
         let own = Bounds::of(points);

@@ -3,10 +3,11 @@
 //! A circle has 96 corners, so a curved surface lies at most 1 − cos(π/96) = 0.054 % of its radius inside the true
 //! surface. Normals are those of the true surface; (u, v) are those of the shape.
 
-use turner::math::DVec3;
 use turner::math::elementary::{cos, sin};
-use turner::schema::{ErrorCode, MeshData, SceneError};
-use turner::shape::ShapeDesc;
+use turner::math::{Bounds, DVec3};
+use turner::schema::{Asset, ErrorCode, MaterialId, MeshData, SceneError};
+use turner::shape::solid::{SolidGeometry, tessellate};
+use turner::shape::{MeshCache, Shape, ShapeDesc};
 
 /// Corners of a circle.
 const SIDES: u32 = 96;
@@ -99,8 +100,29 @@ fn unit(v: DVec3) -> Result<DVec3, SceneError> {
     v.try_normalize().ok_or_else(|| SceneError::new(ErrorCode::OutOfRange, message))
 }
 
+/// The triangles of a shape.
+pub(super) struct Tessellated {
+    pub(super) mesh: MeshData,
+    /// The materials of its parts, as for meshes; empty if it has no parts with materials.
+    pub(super) materials: Vec<Option<MaterialId>>,
+}
+
+/// Tessellates a solid; `reach` is half the side of the cube that is left of an unbounded one.
+fn solid(shape: &ShapeDesc, meshes: &[Asset<MeshData>], reach: f64) -> Result<Tessellated, SceneError> {
+    let Shape::Solid(solid) = shape.prepare(&mut MeshCache::new(meshes))? else {
+        let message = format!("there is no tessellation of the shape \"{}\"", shape.type_name());
+        return Err(SceneError::new(ErrorCode::Internal, message));
+    };
+    let bounds = solid.bounds().unwrap_or(Bounds::new(DVec3::splat(-reach), DVec3::splat(reach)));
+    Ok(Tessellated { mesh: tessellate(&solid, &bounds), materials: solid.materials().to_vec() })
+}
+
 /// Tessellates a shape; `reach` is half the side of infinite planes. `None` for meshes and points.
-pub(super) fn triangles(shape: &ShapeDesc, reach: f64) -> Result<Option<MeshData>, SceneError> {
+pub(super) fn triangles(
+    shape: &ShapeDesc,
+    meshes: &[Asset<MeshData>],
+    reach: f64,
+) -> Result<Option<Tessellated>, SceneError> {
     let mut b = Builder::default();
     match shape {
         ShapeDesc::Sphere(s) => b.grid(SIDES, SIDES / 2, |u, v| {
@@ -171,8 +193,9 @@ pub(super) fn triangles(shape: &ShapeDesc, reach: f64) -> Result<Option<MeshData
             });
         }
         ShapeDesc::Mesh(_) | ShapeDesc::Points(_) => return Ok(None),
+        _ => return solid(shape, meshes, reach).map(Some),
     }
-    Ok(Some(b.0))
+    Ok(Some(Tessellated { mesh: b.0, materials: Vec::new() }))
 }
 
 #[cfg(test)]
@@ -195,6 +218,10 @@ mod tests {
             "\"cone\"\ntip_radius = 0.4",
             "\"torus\"",
             "\"torus\"\naxis = [1, -1, 0.4]",
+            "\"union\"\nparts = [{ type = \"sphere\" }, { type = \"torus\" }]",
+            "\"intersection\"\nparts = [{ type = \"sphere\", radius = 1.2 }, { type = \"box\" }]",
+            "\"difference\"\nparts = [{ type = \"box\" }, { type = \"sphere\", radius = 1.2 }]",
+            "\"clipped\"\nparts = [{ type = \"sphere\" }, { type = \"plane\" }]",
         ];
         for entry in ShapeDesc::DOC.entries.iter().filter(|e| !matches!(e.name, "mesh" | "points")) {
             let name = format!("\"{}\"", entry.name);
@@ -206,7 +233,7 @@ mod tests {
             let loaded = crate::scene::load_text(text.clone(), "s.toml", &assets, &Default::default());
             let desc = loaded.unwrap_or_else(|e| panic!("{}\n{text}", e.error)).desc;
             let turner::description::ObjectContent::Shape(shape) = &desc.objects[0].content else { panic!() };
-            let mesh = triangles(shape, 10.0).unwrap().unwrap();
+            let mesh = triangles(shape, &[], 10.0).unwrap().unwrap().mesh;
             mesh.check().unwrap();
             assert!(!mesh.triangles.is_empty());
             for t in &mesh.triangles {
