@@ -57,7 +57,7 @@ pub use mesh_rays::{BlockRays, MeshRays, NO_TRIANGLE};
 pub use plane::{Plane, PlaneDesc};
 pub use points::{Points, PointsDesc};
 pub use rectangle::{Rectangle, RectangleDesc};
-pub use solid::{ClippedDesc, CsgPart, DifferenceDesc, IntersectionDesc, Solid, SolidGeometry, UnionDesc};
+pub use solid::{Solid, SolidGeometry};
 pub use sphere::{Sphere, SphereDesc};
 pub use torus::{Torus, TorusDesc};
 pub use triangle_mesh::{SkippedTriangles, TriangleMesh};
@@ -68,6 +68,10 @@ use crate::math::elementary::{atan2, sin_cos};
 use crate::math::{Bounds, DVec2, DVec3, Frame, Ray};
 use crate::schema::{ErrorCode, SceneError, family};
 use solid::PrepareSolid;
+use solid::{
+    BlobDesc, ClippedDesc, DifferenceDesc, IntersectionDesc, IsosurfaceDesc, LatheDesc, PolynomialDesc,
+    PrismDesc, QuadricDesc, SphereSweepDesc, SuperellipsoidDesc, UnionDesc,
+};
 
 /// Declares [`ShapeDesc`]: the basic shapes with how each is prepared, followed by the solids of the table in
 /// [`solid`].

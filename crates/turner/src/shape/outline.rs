@@ -1,7 +1,7 @@
 //! Points on the outline of a shape, for framing and drawing it.
 
-use super::solid::SolidGeometry;
 use super::Shape;
+use super::solid::SolidGeometry;
 use crate::math::DVec3;
 use crate::math::elementary::sin_cos;
 

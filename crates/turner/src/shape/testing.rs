@@ -25,7 +25,10 @@ pub(super) fn solid(value: impl Fn(DVec3) -> f64 + 'static) -> Vec<Sheet> {
     vec![Sheet { value: Box::new(value), belongs: Box::new(|_| true) }]
 }
 
-pub(super) fn sheet(value: impl Fn(DVec3) -> f64 + 'static, belongs: impl Fn(DVec3) -> bool + 'static) -> Vec<Sheet> {
+pub(super) fn sheet(
+    value: impl Fn(DVec3) -> f64 + 'static,
+    belongs: impl Fn(DVec3) -> bool + 'static,
+) -> Vec<Sheet> {
     vec![Sheet { value: Box::new(value), belongs: Box::new(belongs) }]
 }
 

@@ -9,10 +9,10 @@ use turner::schema::{ErrorCode, MaterialId, MeshData, MeshId, SceneError};
 use turner::shape::ShapeDesc;
 
 use super::Shapes;
-use super::tessellate::Tessellated;
 use super::buffer::Buffer;
 use super::materials::MaterialWriter;
 use super::remarks::Remarks;
+use super::tessellate::Tessellated;
 
 /// Origin of a mesh: a mesh of the scene, or the tessellation of an object's shape.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]

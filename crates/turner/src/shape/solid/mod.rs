@@ -4,13 +4,34 @@
 //! the enum [`Solid`] and calls each type directly, without a vtable. The table `descriptions!` adds them to
 //! [`ShapeDesc`](super::ShapeDesc).
 
+mod blob;
+mod contained;
 pub mod csg;
+mod expression;
+mod isosurface;
+mod lathe;
+mod line;
+mod outline;
+mod polynomial;
+mod prism;
+mod quadric;
+mod roots;
+mod sphere_sweep;
+mod superellipsoid;
+mod tessellate;
 #[cfg(test)]
 pub(in crate::shape) mod testing;
-mod tessellate;
 
-pub use tessellate::tessellate;
+pub use blob::{Blob, BlobDesc};
 pub use csg::{ClippedDesc, Csg, CsgPart, DifferenceDesc, IntersectionDesc, UnionDesc};
+pub use isosurface::{Isosurface, IsosurfaceDesc};
+pub use lathe::{Lathe, LatheDesc, LatheSpline};
+pub use polynomial::{Polynomial, PolynomialDesc};
+pub use prism::{Prism, PrismDesc};
+pub use quadric::{Quadric, QuadricDesc};
+pub use sphere_sweep::{SphereSweep, SphereSweepDesc, SweepPath};
+pub use superellipsoid::{Superellipsoid, SuperellipsoidDesc};
+pub use tessellate::tessellate;
 
 use super::{MeshCache, ShapeHit, SurfacePoint, TriangleMesh};
 use crate::math::{Bounds, DVec2, DVec3, Ray};
@@ -95,6 +116,14 @@ macro_rules! descriptions {
             Intersection(IntersectionDesc),
             Difference(DifferenceDesc),
             Clipped(ClippedDesc),
+            Prism(PrismDesc),
+            Lathe(LatheDesc),
+            SphereSweep(SphereSweepDesc),
+            Superellipsoid(SuperellipsoidDesc),
+            Blob(BlobDesc),
+            Quadric(QuadricDesc),
+            Polynomial(PolynomialDesc),
+            Isosurface(IsosurfaceDesc),
         }
     };
 }
@@ -155,4 +184,20 @@ macro_rules! solids {
 solids! {
     /// Constructive solid geometry.
     Csg(Csg): Csg::word,
+    /// An outline that is extended along y.
+    Prism(Prism): |_| PrismDesc::DOC.name,
+    /// An outline that is turned about y.
+    Lathe(Lathe): |_| LatheDesc::DOC.name,
+    /// A sphere that moves along a path.
+    SphereSweep(SphereSweep): |_| SphereSweepDesc::DOC.name,
+    /// A rounded box, cylinder or octahedron.
+    Superellipsoid(Superellipsoid): |_| SuperellipsoidDesc::DOC.name,
+    /// Metaballs.
+    Blob(Blob): |_| BlobDesc::DOC.name,
+    /// A surface of second degree.
+    Quadric(Quadric): |_| QuadricDesc::DOC.name,
+    /// A polynomial surface.
+    Polynomial(Polynomial): |_| PolynomialDesc::DOC.name,
+    /// The surface where an expression is 0.
+    Isosurface(Isosurface): |_| IsosurfaceDesc::DOC.name,
 }

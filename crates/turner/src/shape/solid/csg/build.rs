@@ -34,10 +34,12 @@ fn combined(operation: Operation, parts: &[Option<Bounds>]) -> Option<Bounds> {
     match operation {
         Operation::Union if parts.contains(&None) => None,
         Operation::Union => Some(known.fold(Bounds::EMPTY, |all, b| all.union(b))),
-        Operation::Intersection | Operation::Difference | Operation::Clipped => known.copied().reduce(|a, b| {
-            let both = Bounds::new(a.min.max(b.min), a.max.min(b.max));
-            if both.is_empty() { Bounds::EMPTY } else { both }
-        }),
+        Operation::Intersection | Operation::Difference | Operation::Clipped => {
+            known.copied().reduce(|a, b| {
+                let both = Bounds::new(a.min.max(b.min), a.max.min(b.max));
+                if both.is_empty() { Bounds::EMPTY } else { both }
+            })
+        }
     }
 }
 
@@ -139,7 +141,8 @@ impl Csg {
                 .help("clip the result: make the operation the first part of a `clipped` shape"));
         }
         if !may_be_open && !shape.is_closed() {
-            let message = format!("a {word} encloses no volume and cannot be a part of a {}", operation.word());
+            let message =
+                format!("a {word} encloses no volume and cannot be a part of a {}", operation.word());
             return Err(SceneError::new(ErrorCode::Conflict, message).help(match desc {
                 ShapeDesc::Cylinder(_) | ShapeDesc::Cone(_) => "write `capped = true`",
                 ShapeDesc::Points(_) => "use spheres, or a closed mesh",

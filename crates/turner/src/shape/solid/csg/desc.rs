@@ -4,7 +4,8 @@
 use super::{Csg, Operation};
 use crate::schema::value::{Data, Value};
 use crate::schema::{
-    self, MaterialId, ParamType, ReadContext, Renumber, SceneError, TableReader, Transform, WriteContext, params,
+    self, MaterialId, ParamType, ReadContext, Renumber, SceneError, TableReader, Transform, WriteContext,
+    params,
 };
 use crate::shape::solid::{PrepareSolid, Solid};
 use crate::shape::{MeshCache, ShapeDesc};
