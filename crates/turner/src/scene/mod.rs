@@ -34,6 +34,7 @@ pub(crate) mod spectrum_block;
 pub(crate) mod sphere_culler;
 pub(crate) mod surface_block;
 pub(crate) mod tangent;
+pub(crate) mod traced_emitter;
 pub(crate) mod volumes;
 pub(crate) mod world_mesh;
 

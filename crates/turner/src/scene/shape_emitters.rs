@@ -7,7 +7,8 @@
 //! | disk, ring | area |
 //! | cylinder, cone, torus | area in object space |
 //! | triangles of a mesh | triangle by area × mean emission; then solid angle if near, else area |
-//! | plane | not sampled: it is unbounded; BSDF sampling only |
+//! | solids | cone of directions of the bounding sphere; a ray finds the point |
+//! | plane, unbounded solids | not sampled; BSDF sampling only |
 
 use crate::light::LightBound;
 use crate::light::emission::{
@@ -18,9 +19,10 @@ use crate::math::{DAffine3, DVec3};
 use crate::sampler::AliasTable;
 use crate::scene::emitters::{LightSample, NO_LIGHT, NONE};
 use crate::scene::scene::{NO_TRANSFORM, Primitive};
+use crate::scene::traced_emitter::TracedEmitter;
 use crate::scene::{Scene, SurfaceInteraction};
 use crate::schema::MaterialId;
-use crate::shape::{Points, ROUNDING, Shape, ShapeHit, Sphere, SurfacePoint, TriangleMesh};
+use crate::shape::{Points, ROUNDING, Shape, ShapeHit, SolidGeometry, Sphere, SurfacePoint, TriangleMesh};
 use crate::texture::TexturePoint;
 
 /// An emissive primitive, or one side of an emissive box.
@@ -45,6 +47,7 @@ enum Form {
     Sphere(SphereEmitter),
     Ellipsoid(Box<EllipsoidEmitter>),
     Curved(Box<CurvedEmitter>),
+    Traced(Box<TracedEmitter>),
     Rectangle(RectangleEmitter),
     Disk(DiskEmitter),
     /// Indices of the emissive triangles and the choice among them; `position` maps a triangle to its position in the
@@ -80,7 +83,13 @@ pub(crate) fn shape_emitters(scene: &Scene, index: u32, primitive: &Primitive) -
     // A mirroring transform reverses the orientation of edges, but not the outside.
     let mirrored = to_world.matrix3.determinant() < 0.0;
     let material = scene.material_of(primitive, &ShapeHit { t: 0.0, part: 0, u: 0.0, v: 0.0 });
-    let brightness = mean_emission(scene, material);
+    let mut brightness = mean_emission(scene, material);
+    if let Shape::Solid(solid) = &primitive.shape {
+        // Parts with materials of their own: the mean of all of them.
+        let own = solid.materials().iter().map(|own| mean_emission(scene, own.unwrap_or(primitive.material)));
+        let count = solid.materials().len();
+        brightness = if count > 0 { own.sum::<f64>() / count as f64 } else { brightness };
+    }
     let emitter = |part: u32, form: Form| ShapeEmitter { primitive: index, part, form, reach };
     let rectangle = |part: u32, corner: DVec3, u: DVec3, v: DVec3| {
         let side = if mirrored { -1.0 } else { 1.0 };
@@ -149,7 +158,14 @@ pub(crate) fn shape_emitters(scene: &Scene, index: u32, primitive: &Primitive) -
             let form = points_form(scene, &primitive.shape, points, material, &to_world);
             form.map(|(form, power)| (emitter(0, form), power)).into_iter().collect()
         }
-        Shape::Plane(_) | Shape::Mesh(_) | Shape::Solid(_) => Vec::new(),
+        Shape::Solid(_) => match TracedEmitter::new(&bounds, &to_world) {
+            Some(form) => {
+                let area = form.area();
+                single(Form::Traced(Box::new(form)), area)
+            }
+            None => Vec::new(),
+        },
+        Shape::Plane(_) | Shape::Mesh(_) => Vec::new(),
     }
 }
 
@@ -290,6 +306,10 @@ impl ShapeEmitter {
             Form::Sphere(f) => (f.sample(p, uv)?, 0),
             Form::Ellipsoid(f) => (f.sample(p, uv)?, 0),
             Form::Curved(f) => f.sample(p, uv)?,
+            Form::Traced(f) => {
+                let Shape::Solid(solid) = &primitive.shape else { return None };
+                f.sample(solid, p, uv)?
+            }
             Form::Points { choice, one } => {
                 let Shape::Points(points) = &primitive.shape else { return None };
                 let (part, probability) = match part {
@@ -383,6 +403,7 @@ impl ShapeEmitter {
             Form::Sphere(f) => f.pdf(p, q, surface.ng),
             Form::Ellipsoid(f) => f.pdf(p, q, surface.ng),
             Form::Curved(f) => f.pdf(p, q, surface.ng),
+            Form::Traced(f) => f.pdf(p),
             Form::Points { one, .. } => {
                 let Shape::Points(points) = &scene.primitives[self.primitive as usize].shape else {
                     return 0.0;

@@ -57,8 +57,7 @@ impl Container {
             return Some(found);
         }
         let mut found = None;
-        let from = line.distance(ray.t_min);
-        field.crossings(&line, from - 1e-9 * from.abs(), &mut |s| {
+        field.crossings(&line, line.before(ray.t_min), &mut |s| {
             found = hit(s, 0);
             line.t(s) >= ray.t_min
         });

@@ -280,7 +280,8 @@ impl SolidGeometry for Lathe {
         let turned = |n: DVec2| DVec3::new(n.x * out.x, n.y, n.x * out.y);
         let smooth = piece.normals[0] * (1.0 - x) + piece.normals[1] * x;
         let ng = turned(piece.n).normalize();
-        let ns = turned(smooth).try_normalize().filter(|n| n.dot(ng) > 0.0).unwrap_or(ng);
+        let is_straight = piece.normals == [piece.n; 2];
+        let ns = turned(smooth).try_normalize().filter(|n| n.dot(ng) > 0.0 && !is_straight).unwrap_or(ng);
         SurfacePoint { p: DVec3::new(q.x * out.x, q.y, q.x * out.y), error: self.error, ng, ns }
     }
 

@@ -64,9 +64,9 @@ impl Line {
         self.t + s / self.speed
     }
 
-    /// The distance at the ray's t.
-    pub(super) fn distance(&self, t: f64) -> f64 {
-        (t - self.t) * self.speed
+    /// A distance just before the ray's t: rounding does not move it behind.
+    pub(super) fn before(&self, t: f64) -> f64 {
+        (t - self.t) * self.speed - 8.0 * f64::EPSILON * (t.abs() + self.t.abs()) * self.speed
     }
 }
 

@@ -323,9 +323,7 @@ impl SolidGeometry for SphereSweep {
             return None;
         }
         let line = Line::new(ray, &self.bounds)?;
-        let mut start = line.distance(ray.t_min);
-        // Rounding of the distance may put a boundary just before the start of the ray, or behind it.
-        start -= 4.0 * f64::EPSILON * start.abs();
+        let mut start = line.before(ray.t_min);
         loop {
             let (s, piece) = self.boundary(ray, &line, start)?;
             let t = line.t(s);

@@ -177,13 +177,16 @@ fn line(
             grid.inside[corner] = inside;
         }
         let after = grid.inside[corner];
-        if i == 0 || before == after {
+        // A closed solid has a surface where the sign changes; an open one only where a ray finds it.
+        let crossed = if solid.is_closed() { before != after } else { crossing.is_some() };
+        if i == 0 || !crossed {
             continue;
         }
+        let before = if solid.is_closed() { before } else { crossing.is_some_and(|(_, n, _)| n[axis] > 0.0) };
         let from = lower(at, axis);
         // Lines along another axis may disagree where the surface runs along an edge.
         let middle = 0.5 * (grid.corner(from) + grid.corner(at));
-        let sign = if after { -1.0 } else { 1.0 };
+        let sign = if before { 1.0 } else { -1.0 };
         let (p, n, material) = crossing.unwrap_or((middle, DVec3::AXES[axis] * sign, 0));
         edges.push(Edge { axis, from, inside: before, material });
         for around in cells_around(from, axis, grid).into_iter().flatten() {
