@@ -26,7 +26,7 @@ impl PreparedShapes {
         options: &PrepareOptions,
         kept: &mut CachedShapes,
     ) -> Result<PreparedShapes, SceneError> {
-        let mut cache = MeshCache::with_cached(&desc.meshes, options, kept);
+        let mut cache = MeshCache::with_cached(&desc.meshes, options, kept).with_images(&desc.images);
         let mut prepare = |objects: &[ObjectDesc]| -> Result<Vec<Option<Shape>>, SceneError> {
             objects
                 .iter()

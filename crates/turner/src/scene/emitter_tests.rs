@@ -63,7 +63,7 @@ fn shapes() -> Vec<ObjectDesc> {
         ShapeDesc::Mesh(MeshDesc { mesh: MeshId(1), ..MeshDesc::default() }),
     ];
     plain.extend(solids());
-    for entry in ShapeDesc::DOC.entries.iter().filter(|e| e.name != "plane") {
+    for entry in ShapeDesc::DOC.entries.iter().filter(|e| !matches!(e.name, "plane" | "height_field")) {
         assert!(plain.iter().any(|s| s.type_name() == entry.name), "no shape of the kind {}", entry.name);
     }
     let as_it_is = plain.iter().cloned().map(ObjectDesc::new);
@@ -219,7 +219,10 @@ fn samples_follow_the_density_and_the_density_covers_the_shape_once() {
             }
             assert!((s.radiance.r - 2.0).abs() < 1e-6 && (s.radiance.b - 0.5).abs() < 1e-6);
         }
-        assert!(outside < SAMPLES / 500 && front > SAMPLES / 5, "{shape:?}: {outside} {front}");
+        assert!(
+            outside < SAMPLES / 500 && front > SAMPLES / if first_only { 16 } else { 4 },
+            "{shape:?}: {outside} {front}"
+        );
         let (mut chi2, mut cells, mut whole) = (0.0, 0, 0.0);
         let n = if is_solid(&shape) { 32 } else { 64 };
         for (i, &count) in found.iter().enumerate() {

@@ -208,7 +208,18 @@ pub const KINDS: &[Foreign] = words! {
         "write `type = \"mesh\"` with `file`, or with `positions` and `triangles`";
     SHAPE, "obj" | "gltf" | "glb" | "fbx" | "import" | "asset" => "write `type = \"model\"` with `file = \"FILE\"`";
     SHAPE, "pointcloud" | "particles" | "spheres" => "write `type = \"points\"` with `positions` and `radius`";
-    SHAPE, "group" | "shapegroup" | "object" | "union" => "write `type = \"instance\"` with `group = \"NAME\"`, and the objects as `[[group.NAME.object]]`";
+    SHAPE, "group" | "shapegroup" | "object" => "write `type = \"instance\"` with `group = \"NAME\"`, and the objects as `[[group.NAME.object]]`";
+    SHAPE, "csg" | "boolean" | "merge" | "subtract" | "subtraction" | "cut" =>
+        "write `type = \"union\"`, `\"intersection\"`, `\"difference\"` or `\"clipped\"` with tables `[[object.parts]]`";
+    SHAPE, "clippedby" | "clip" => "write `type = \"clipped\"`: the first of its `[[object.parts]]` is clipped by the others";
+    SHAPE, "superquadric" | "roundbox" | "roundedbox" => "write `type = \"superellipsoid\"` with `round_y` and `round_up`";
+    SHAPE, "sor" | "surfaceofrevolution" | "revolution" | "revolve" | "lathegeometry" => "write `type = \"lathe\"` with `points`";
+    SHAPE, "extrude" | "extrusion" | "linearextrude" | "extrudegeometry" => "write `type = \"prism\"` with `points`, `bottom` and `top`";
+    SHAPE, "metaball" | "metaballs" | "blobby" => "write `type = \"blob\"` with `spheres`";
+    SHAPE, "sdf" | "implicit" | "function" | "distancefield" => "write `type = \"isosurface\"` with `function`, `min` and `max`";
+    SHAPE, "poly" | "quartic" | "cubic" => "write `type = \"polynomial\"` with `terms`";
+    SHAPE, "ellipsoid" | "paraboloid" | "hyperboloid" => "write `type = \"quadric\"`; an ellipsoid is a sphere with `transform = { scale = [1, 2, 3] }`";
+    SHAPE, "capsule" | "capsulegeometry" | "tubegeometry" | "pipe" => "write `type = \"sphere_sweep\"` with `spheres`";
     SHAPE, "light" | "lightsource" | "pointlight" | "emitter" | "area" => "lights are a list of their own: `[[light]]` with `type = \"point\"`; an object emits light with `material = { type = \"emissive\" }`";
     // Materials.
     MATERIAL, "lambert" | "lambertian" | "diffuse" | "orennayar" => "write `type = \"matte\"` with `color`";

@@ -3,9 +3,11 @@
 use std::collections::HashMap;
 use std::sync::Arc;
 
+use super::height_field::HeightFieldDesc;
 use super::mesh::MeshDesc;
 use super::points::{Points, PointsDesc};
 use super::triangle_mesh::{SkippedTriangles, TriangleMesh};
+use crate::image::Image;
 use crate::schema::{Asset, ErrorCode, MeshData, MeshId, PrepareOptions, SceneError};
 
 /// Prepared meshes and point clouds, trees included, by the data they were prepared from. The next preparation
@@ -15,6 +17,7 @@ pub struct CachedShapes {
     /// Key: the address of the data (kept alive by the entry), and whether it is smooth.
     meshes: HashMap<(usize, bool), CachedMesh>,
     points: Vec<CachedPoints>,
+    height_fields: Vec<CachedHeightField>,
 }
 
 #[derive(Clone, Debug)]
@@ -31,7 +34,22 @@ struct CachedPoints {
     points: Arc<Points>,
 }
 
+#[derive(Clone, Debug)]
+struct CachedHeightField {
+    desc: HeightFieldDesc,
+    image: Arc<Image>,
+    mesh: Arc<TriangleMesh>,
+}
+
 impl CachedShapes {
+    fn height_field(&self, desc: &HeightFieldDesc, image: &Arc<Image>) -> Option<Arc<TriangleMesh>> {
+        let same = |k: &&CachedHeightField| {
+            // The number of the image may change; its data decide.
+            Arc::ptr_eq(&k.image, image) && HeightFieldDesc { file: desc.file, ..k.desc.clone() } == *desc
+        };
+        self.height_fields.iter().find(same).map(|k| k.mesh.clone())
+    }
+
     fn points(&self, desc: &PointsDesc, data: &Arc<MeshData>) -> Option<Arc<Points>> {
         let same = |k: &&CachedPoints| {
             Arc::ptr_eq(&k.data, data) && k.desc.radius == desc.radius && k.desc.radii == desc.radii
@@ -55,6 +73,7 @@ const NORMAL_BYTES: u64 = 36;
 #[derive(Debug)]
 pub struct MeshCache<'a> {
     meshes: &'a [Asset<MeshData>],
+    images: &'a [Asset<Image>],
     options: PrepareOptions,
     prepared: HashMap<(MeshId, bool), Arc<TriangleMesh>>,
     /// Shapes of the previous preparation, and all shapes of this one.
@@ -105,6 +124,7 @@ impl<'a> MeshCache<'a> {
     pub fn with_options(meshes: &'a [Asset<MeshData>], options: &PrepareOptions) -> MeshCache<'a> {
         MeshCache {
             meshes,
+            images: &[],
             options: options.clone(),
             prepared: HashMap::new(),
             kept: None,
@@ -121,6 +141,11 @@ impl<'a> MeshCache<'a> {
         kept: &'a CachedShapes,
     ) -> MeshCache<'a> {
         MeshCache { kept: Some(kept), ..MeshCache::with_options(meshes, options) }
+    }
+
+    /// The same cache over the scene's list of images, by [`ImageId`], for height fields.
+    pub fn with_images(self, images: &'a [Asset<Image>]) -> MeshCache<'a> {
+        MeshCache { images, ..self }
     }
 
     /// All shapes of this preparation, for the next cache.
@@ -173,6 +198,36 @@ impl<'a> MeshCache<'a> {
                 .push(format!("{skipped} points that are not finite, or without a radius, omitted"));
         }
         Ok(points)
+    }
+
+    /// The prepared mesh of a height field.
+    ///
+    /// Errors: a missing image; one that is too small or too large; not enough memory.
+    pub fn height_field(&mut self, desc: &HeightFieldDesc) -> Result<Arc<TriangleMesh>, SceneError> {
+        let Some(image) = self.images.get(desc.file.index()).map(|asset| asset.data.clone()) else {
+            let message = format!(
+                "a height field names image {}, but the scene has {}",
+                desc.file.0,
+                self.images.len()
+            );
+            return Err(SceneError::new(ErrorCode::Image, message));
+        };
+        let known = self.kept.and_then(|kept| kept.height_field(desc, &image));
+        let known = known.or_else(|| self.used.height_field(desc, &image));
+        let mesh = match known {
+            Some(mesh) => mesh,
+            None => {
+                let bytes = HeightFieldDesc::bytes(&image);
+                self.options.limits.memory.need(bytes, || "a height field".to_owned())?;
+                let data = Arc::new(desc.mesh(&image)?);
+                let count = data.triangles.len() as u64;
+                self.options.limits.check_triangles(count, || "a height field".to_owned())?;
+                Arc::new(TriangleMesh::without_tree(&data, desc.smooth)?.0)
+            }
+        };
+        let kept = CachedHeightField { desc: desc.clone(), image, mesh: mesh.clone() };
+        self.used.height_fields.push(kept);
+        Ok(mesh)
     }
 
     /// Builds the tree of a mesh that is a part of another shape.

@@ -26,6 +26,7 @@ mod cuboid;
 mod cylinder;
 mod disk;
 pub(crate) mod extent;
+mod height_field;
 mod joined_mesh;
 pub mod mesh;
 mod mesh_attributes;
@@ -51,6 +52,7 @@ pub use cone::{Cone, ConeDesc};
 pub use cuboid::{BoxDesc, Cuboid};
 pub use cylinder::{Cylinder, CylinderDesc};
 pub use disk::{Disk, DiskDesc};
+pub use height_field::HeightFieldDesc;
 pub use mesh::MeshDesc;
 pub use mesh_cache::{CachedShapes, MeshCache};
 pub use mesh_rays::{BlockRays, MeshRays, NO_TRIANGLE};
@@ -115,6 +117,7 @@ solid::descriptions! { shapes! (
     Torus(TorusDesc) => |d, _| Ok(Shape::Torus(Box::new(d.prepare()?))),
     Mesh(MeshDesc) => |d, meshes| Ok(Shape::Mesh(meshes.get(d)?)),
     Points(PointsDesc) => |d, meshes| Ok(Shape::Points(meshes.points(d)?)),
+    HeightField(HeightFieldDesc) => |d, meshes| Ok(Shape::Mesh(meshes.height_field(d)?)),
 ) }
 
 /// Bound on the distance of a surface point from the surface, per unit of the largest coordinate or length it

@@ -103,7 +103,7 @@ impl<'a> MeshWriter<'a> {
                 };
                 match other {
                     ShapeDesc::Plane(_) => remarks.approximated("infinite planes: written as large squares"),
-                    ShapeDesc::Box(_) | ShapeDesc::Rectangle(_) => {}
+                    ShapeDesc::Box(_) | ShapeDesc::Rectangle(_) | ShapeDesc::HeightField(_) => {}
                     ShapeDesc::Sphere(_)
                     | ShapeDesc::Disk(_)
                     | ShapeDesc::Cylinder(_)

@@ -94,9 +94,7 @@ fn shapes(desc: &SceneDesc) -> Result<Shapes, SceneError> {
     let all = || in_groups.clone().chain(&desc.objects);
     let made = |object: &ObjectDesc, planes: Option<f64>| match (&object.content, planes) {
         (ObjectContent::Shape(ShapeDesc::Plane(_)), None) | (ObjectContent::Instance(_), _) => Ok(None),
-        (ObjectContent::Shape(shape), reach) => {
-            tessellate::triangles(shape, &desc.meshes, reach.unwrap_or(1.0))
-        }
+        (ObjectContent::Shape(shape), reach) => tessellate::triangles(shape, desc, reach.unwrap_or(1.0)),
     };
     let mut shapes: Shapes = all().map(|object| made(object, None)).collect::<Result<_, _>>()?;
     // The size of infinite planes depends on everything else.

@@ -3,9 +3,10 @@
 //! A circle has 96 corners, so a curved surface lies at most 1 − cos(π/96) = 0.054 % of its radius inside the true
 //! surface. Normals are those of the true surface; (u, v) are those of the shape.
 
+use turner::description::SceneDesc;
 use turner::math::elementary::{cos, sin};
 use turner::math::{Bounds, DVec3};
-use turner::schema::{Asset, ErrorCode, MaterialId, MeshData, SceneError};
+use turner::schema::{ErrorCode, MaterialId, MeshData, SceneError};
 use turner::shape::solid::{SolidGeometry, tessellate};
 use turner::shape::{MeshCache, Shape, ShapeDesc};
 
@@ -108,19 +109,26 @@ pub(super) struct Tessellated {
 }
 
 /// Tessellates a solid; `reach` is half the side of the cube that is left of an unbounded one.
-fn solid(shape: &ShapeDesc, meshes: &[Asset<MeshData>], reach: f64) -> Result<Tessellated, SceneError> {
-    let Shape::Solid(solid) = shape.prepare(&mut MeshCache::new(meshes))? else {
-        let message = format!("there is no tessellation of the shape \"{}\"", shape.type_name());
-        return Err(SceneError::new(ErrorCode::Internal, message));
+fn solid(shape: &ShapeDesc, desc: &SceneDesc, reach: f64) -> Result<Tessellated, SceneError> {
+    let mut cache = MeshCache::new(&desc.meshes).with_images(&desc.images);
+    let solid = match shape.prepare(&mut cache)? {
+        Shape::Solid(solid) => solid,
+        Shape::Mesh(mesh) => {
+            return Ok(Tessellated { mesh: MeshData::clone(mesh.data()), materials: Vec::new() });
+        }
+        _ => {
+            let message = format!("there is no tessellation of the shape \"{}\"", shape.type_name());
+            return Err(SceneError::new(ErrorCode::Internal, message));
+        }
     };
     let bounds = solid.bounds().unwrap_or(Bounds::new(DVec3::splat(-reach), DVec3::splat(reach)));
     Ok(Tessellated { mesh: tessellate(&solid, &bounds), materials: solid.materials().to_vec() })
 }
 
-/// Tessellates a shape; `reach` is half the side of infinite planes. `None` for meshes and points.
+/// Tessellates a shape of a scene; `reach` is half the side of infinite planes. `None` for meshes and points.
 pub(super) fn triangles(
     shape: &ShapeDesc,
-    meshes: &[Asset<MeshData>],
+    desc: &SceneDesc,
     reach: f64,
 ) -> Result<Option<Tessellated>, SceneError> {
     let mut b = Builder::default();
@@ -193,7 +201,7 @@ pub(super) fn triangles(
             });
         }
         ShapeDesc::Mesh(_) | ShapeDesc::Points(_) => return Ok(None),
-        _ => return solid(shape, meshes, reach).map(Some),
+        _ => return solid(shape, desc, reach).map(Some),
     }
     Ok(Some(Tessellated { mesh: b.0, materials: Vec::new() }))
 }
@@ -223,7 +231,9 @@ mod tests {
             "\"difference\"\nparts = [{ type = \"box\" }, { type = \"sphere\", radius = 1.2 }]",
             "\"clipped\"\nparts = [{ type = \"sphere\" }, { type = \"plane\" }]",
         ];
-        for entry in ShapeDesc::DOC.entries.iter().filter(|e| !matches!(e.name, "mesh" | "points")) {
+        for entry in
+            ShapeDesc::DOC.entries.iter().filter(|e| !matches!(e.name, "mesh" | "points" | "height_field"))
+        {
             let name = format!("\"{}\"", entry.name);
             assert!(scenes.iter().any(|scene| scene.starts_with(&name)), "no scene of the shape {name}");
         }
@@ -233,7 +243,7 @@ mod tests {
             let loaded = crate::scene::load_text(text.clone(), "s.toml", &assets, &Default::default());
             let desc = loaded.unwrap_or_else(|e| panic!("{}\n{text}", e.error)).desc;
             let turner::description::ObjectContent::Shape(shape) = &desc.objects[0].content else { panic!() };
-            let mesh = triangles(shape, &[], 10.0).unwrap().unwrap().mesh;
+            let mesh = triangles(shape, &desc, 10.0).unwrap().unwrap().mesh;
             mesh.check().unwrap();
             assert!(!mesh.triangles.is_empty());
             for t in &mesh.triangles {

@@ -151,7 +151,7 @@ impl Csg {
         }
         let slots = self.materials.len();
         match (desc, &shape) {
-            (ShapeDesc::Mesh(desc), Shape::Mesh(mesh)) => {
+            (desc, Shape::Mesh(mesh)) => {
                 meshes.build_tree(mesh)?;
                 if mesh.data().triangles.len() >> PART_BITS > 0 {
                     let message = "a mesh that is a part of another shape has more than 16,777,216 triangles";
@@ -160,12 +160,13 @@ impl Csg {
                 let open = if may_be_open { 0 } else { open_edges(mesh.data()) };
                 if open > 0 {
                     meshes.warn(format!(
-                        "a mesh that is a part of a {} has {open} open edges: it does not enclose a volume, so \
+                        "a {word} that is a part of a {} has {open} open edges: it does not enclose a volume, so \
                          surfaces may be missing",
                         operation.word()
                     ));
                 }
-                let own = |i: usize| desc.materials.get(i).copied().flatten().or(of.material);
+                let faces = if let ShapeDesc::Mesh(desc) = desc { desc.materials.as_slice() } else { &[] };
+                let own = |i: usize| faces.get(i).copied().flatten().or(of.material);
                 self.materials.extend((0..mesh.data().material_count().max(1)).map(own));
             }
             _ => self.materials.push(of.material),

@@ -4,7 +4,7 @@ use crate::schema::MeshData;
 
 /// The number of edges of a mesh that do not have equally many triangles on both sides; 0 for a closed mesh whose
 /// triangles are oriented alike. Vertices at one position count as one.
-pub(super) fn open_edges(mesh: &MeshData) -> usize {
+pub(in crate::shape) fn open_edges(mesh: &MeshData) -> usize {
     // Adding 0 turns −0 into 0.
     let key = |i: u32| mesh.positions.get(i as usize).map_or([0; 3], |p| p.map(|v| (v + 0.0).to_bits()));
     let mut order: Vec<u32> = (0..mesh.positions.len() as u32).collect();

@@ -28,6 +28,8 @@ mod walk;
 
 pub use desc::{ClippedDesc, CsgPart, DifferenceDesc, IntersectionDesc, UnionDesc};
 
+#[cfg(test)]
+pub(in crate::shape) use closed::open_edges;
 use expression::Expression;
 use leaf::Leaf;
 
