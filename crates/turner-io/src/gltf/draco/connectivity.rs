@@ -77,8 +77,5 @@ fn sequential(reader: &mut Reader<'_>, room: Room<'_>) -> Read<Connectivity> {
         }
         other => return damaged(&format!("has indices in scheme {other}; expected 0 or 1")),
     }
-    if let Some(index) = faces.as_flattened().iter().find(|index| **index >= points) {
-        return damaged(&format!("has index {index}, but there are {points} points"));
-    }
     Ok(Connectivity { points: points as usize, faces, surface: None })
 }

@@ -25,12 +25,17 @@ mod rans;
 mod reader;
 mod seams;
 mod traversal;
+mod unpacked;
 mod values;
 
-pub(super) use values::{Data, Kind};
+pub(super) use unpacked::Unpacked;
+use values::Data;
+
+use std::ops::Range;
 
 use super::budget::Budget;
 use super::fault::{Fault, Outcome};
+use connectivity::Connectivity;
 use reader::Reader;
 
 /// Why a stream is rejected.
@@ -78,39 +83,43 @@ impl Room<'_> {
 
 /// A decoded mesh.
 #[derive(Debug)]
-pub(super) struct Mesh {
+struct Mesh {
     /// Number of points: vertices with all their attributes.
-    pub(super) points: usize,
+    points: usize,
     /// Points of each triangle.
-    pub(super) faces: Vec<[u32; 3]>,
-    /// Its attributes.
-    pub(super) attributes: Vec<Attribute>,
+    faces: Vec<[u32; 3]>,
+    attributes: Vec<Attribute>,
 }
 
 /// An attribute of a decoded mesh.
 #[derive(Debug)]
-pub(super) struct Attribute {
+struct Attribute {
     /// The number by which the file refers to it.
-    pub(super) id: u32,
+    id: u32,
     /// Components per point.
-    pub(super) width: usize,
+    width: usize,
     /// Whether integers stand for fractions.
-    pub(super) normalized: bool,
+    normalized: bool,
     /// The values of its entries.
-    pub(super) data: Data,
+    data: Data,
     /// The entry of each point; all in order if `None`.
     of_point: Option<Vec<u32>>,
 }
 
 impl Attribute {
-    /// The entry of a point.
-    pub(super) fn entry(&self, point: usize) -> usize {
-        self.of_point.as_ref().map_or(point, |map| map.get(point).map_or(usize::MAX, |e| *e as usize))
+    /// Where the values of a point are in its data.
+    fn values(&self, point: usize) -> Range<usize> {
+        let entry = match &self.of_point {
+            Some(map) => map.get(point).map_or(usize::MAX, |entry| *entry as usize),
+            None => point,
+        };
+        let first = entry.saturating_mul(self.width);
+        first..first.saturating_add(self.width)
     }
 }
 
 /// Decodes a mesh. `pointer` is the JSON pointer of the extension, for errors.
-pub(super) fn decode(bytes: &[u8], budget: &Budget, pointer: &str) -> Outcome<Mesh> {
+fn decode(bytes: &[u8], budget: &Budget, pointer: &str) -> Outcome<Mesh> {
     let mut reader = Reader::new(bytes);
     let room = Room { budget, pointer };
     mesh(&mut reader, room).map_err(|damage| match damage {
@@ -123,7 +132,11 @@ fn mesh(reader: &mut Reader<'_>, room: Room<'_>) -> Read<Mesh> {
     let method = header::read(reader)?;
     let connectivity = connectivity::read(method, reader, room)?;
     let attributes = attributes::read(&connectivity, reader, room)?;
-    Ok(Mesh { points: connectivity.points, faces: connectivity.faces, attributes })
+    let Connectivity { points, faces, .. } = connectivity;
+    if let Some(point) = faces.as_flattened().iter().find(|point| **point as usize >= points) {
+        return damaged(&format!("has a face with point {point}, but there are {points}"));
+    }
+    Ok(Mesh { points, faces, attributes })
 }
 
 #[cfg(test)]

@@ -6,7 +6,7 @@ use super::{Read, Room, damaged};
 
 /// The component type of an attribute.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(in crate::gltf) enum Kind {
+pub(super) enum Kind {
     /// An integer.
     I8,
     /// An integer or a truth value.
@@ -66,7 +66,7 @@ impl Kind {
 
 /// The values of an attribute, entry by entry.
 #[derive(Debug)]
-pub(in crate::gltf) enum Data {
+pub(super) enum Data {
     /// Floats.
     Floats(Vec<f32>),
     /// Integers, as bits of this type.
@@ -77,7 +77,7 @@ pub(in crate::gltf) enum Data {
 
 impl Data {
     /// Value `i`, if it is a float.
-    pub(in crate::gltf) fn float(&self, i: usize) -> Option<f32> {
+    pub(super) fn float(&self, i: usize) -> Option<f32> {
         match self {
             Data::Floats(list) => list.get(i).copied(),
             _ => None,
@@ -85,7 +85,7 @@ impl Data {
     }
 
     /// Value `i`, if it is an integer.
-    pub(in crate::gltf) fn integer(&self, i: usize) -> Option<i64> {
+    pub(super) fn integer(&self, i: usize) -> Option<i64> {
         match self {
             Data::Integers(kind, list) => list.get(i).map(|bits| kind.whole(*bits)),
             _ => None,
