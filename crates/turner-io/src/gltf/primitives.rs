@@ -58,7 +58,8 @@ pub(super) fn shape(
         return Ok(None);
     };
     let unpacked = Unpacked::read(document, buffers, primitive, budget, pointer)?;
-    let source = Source { document, buffers, primitive, unpacked: unpacked.as_ref(), request, budget, pointer };
+    let source =
+        Source { document, buffers, primitive, unpacked: unpacked.as_ref(), request, budget, pointer };
     let positions = source.vertices("POSITION", *position, pointer)?.with_width(&[3], "positions")?;
     let count = positions.count;
     let (mut topology, left_over) = source.topology(count)?;

@@ -159,7 +159,12 @@ impl Boundary {
     }
 
     /// Glues the faces of all symbols.
-    fn glue_all(&mut self, symbols: usize, mut splits: Vec<Split>, traversal: &mut Traversal<'_>) -> Read<()> {
+    fn glue_all(
+        &mut self,
+        symbols: usize,
+        mut splits: Vec<Split>,
+        traversal: &mut Traversal<'_>,
+    ) -> Read<()> {
         // Active edges of handles, by the number of the symbol S that needs them.
         let mut of_handles = BTreeMap::new();
         for number in 0..symbols as u32 {

@@ -22,7 +22,7 @@ impl<'a> Reader<'a> {
     pub(super) fn take(&mut self, count: usize) -> Read<&'a [u8]> {
         let Some((taken, rest)) = self.bytes.split_at_checked(count) else {
             let found = self.bytes.len();
-            return Err(Damage::Stream(format!("ends {found} bytes before its end; expected {count} more")));
+            return Err(Damage::Stream(format!("is cut off: it has {found} of {count} bytes")));
         };
         self.bytes = rest;
         Ok(taken)

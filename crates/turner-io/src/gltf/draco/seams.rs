@@ -6,11 +6,7 @@ use super::rans::Decisions;
 use super::{Read, Room, damaged, traversal};
 
 /// Reads the seams of the attributes and builds their corner tables.
-pub(super) fn read(
-    decisions: &mut [Decisions<'_>],
-    corners: &Corners,
-    room: Room<'_>,
-) -> Read<Vec<Corners>> {
+pub(super) fn read(decisions: &mut [Decisions<'_>], corners: &Corners, room: Room<'_>) -> Read<Vec<Corners>> {
     let mut seamed = Vec::with_capacity(decisions.len());
     for _ in 0..decisions.len() {
         let mut opposite = room.list(corners.opposite.len())?;

@@ -132,7 +132,11 @@ fn encode(list: &[u32], table: &[u32], bits: u32) -> Vec<u8> {
 fn raw(list: &[u32], table: &[u32]) -> Vec<u8> {
     let mut bytes = vec![1, 1, table.len() as u8];
     for probability in table {
-        bytes.extend_from_slice(&[(probability << 2) as u8 | 2, (probability >> 6) as u8, (probability >> 14) as u8]);
+        bytes.extend_from_slice(&[
+            (probability << 2) as u8 | 2,
+            (probability >> 6) as u8,
+            (probability >> 14) as u8,
+        ]);
     }
     let coded = encode(list, table, 12);
     bytes.push(coded.len() as u8);
@@ -201,8 +205,8 @@ fn other_streams_are_refused_with_what_was_found() {
         (with(7, 0), "holds a point cloud; expected a mesh"),
         (with(8, 2), "has method 2; expected 0 or 1"),
         (with(11, 1), "has predictive edgebreaker symbols"),
-        (refusal(&stream[..40]), "before its end"),
-        (refusal(b""), "ends 0 bytes before its end; expected 5 more"),
+        (refusal(&stream[..40]), "is cut off"),
+        (refusal(b""), "is cut off: it has 0 of 5 bytes"),
     ] {
         assert!(message.starts_with(start) && message.contains(expected), "{message}");
     }

@@ -129,7 +129,10 @@ impl<'a> Traversal<'a> {
     /// Takes note that a vertex becomes part of another.
     pub(super) fn merged(&mut self, into: u32, from: u32) {
         if let Source::Valence { valences, .. } = &mut self.source {
-            let sum = [into, from].iter().filter_map(|v| valences.get(*v as usize)).fold(0u32, |s, v| s.wrapping_add(*v));
+            let sum = [into, from]
+                .iter()
+                .filter_map(|v| valences.get(*v as usize))
+                .fold(0u32, |s, v| s.wrapping_add(*v));
             put(valences, into, sum);
         }
     }
@@ -137,11 +140,7 @@ impl<'a> Traversal<'a> {
 
 /// Reads for each attribute whether its values differ across each edge. `mark(a, corner)` is called for the corners
 /// that face a seam of attribute `a`.
-pub(super) fn read_seams(
-    seams: &mut [Decisions<'_>],
-    corners: &Corners,
-    mut mark: impl FnMut(usize, u32),
-) {
+pub(super) fn read_seams(seams: &mut [Decisions<'_>], corners: &Corners, mut mark: impl FnMut(usize, u32)) {
     let count = corners.opposite.len() as u32;
     for face in (0..count).step_by(3) {
         for corner in face..face + 3 {

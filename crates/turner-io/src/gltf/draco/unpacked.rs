@@ -83,7 +83,11 @@ fn pack(attribute: &Attribute, mesh: &Mesh, elements: &Elements<'_>, budget: &Bu
         for i in attribute.values(point) {
             let packed = match component {
                 Component::F32 => float(&attribute.data, attribute.normalized, i).map(f32::to_le_bytes),
-                _ => attribute.data.integer(i).filter(|v| component.holds(*v)).map(|v| (v as u32).to_le_bytes()),
+                _ => attribute
+                    .data
+                    .integer(i)
+                    .filter(|v| component.holds(*v))
+                    .map(|v| (v as u32).to_le_bytes()),
             };
             let Some(packed) = packed else {
                 let held = match (&attribute.data, attribute.data.integer(i)) {
@@ -126,3 +130,6 @@ impl Kind {
         }
     }
 }
+
+#[cfg(test)]
+mod tests;

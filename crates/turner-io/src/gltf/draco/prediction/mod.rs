@@ -118,7 +118,11 @@ impl Scheme {
             true => *s as i32,
             false => (s >> 1) as i32 ^ -((s & 1) as i32),
         }));
-        let mesh = || neighbours.ok_or_else(|| Damage::Stream(format!("has prediction {:?} without edgebreaker", self.method)));
+        let mesh = || {
+            neighbours.ok_or_else(|| {
+                Damage::Stream(format!("has prediction {:?} without edgebreaker", self.method))
+            })
+        };
         match self.method {
             Method::None => {}
             Method::Difference if self.octahedral => {
@@ -127,7 +131,12 @@ impl Scheme {
             }
             Method::Difference => {
                 let wrap = Wrap::read(reader)?;
-                each(&mut list, width, |_, done, predicted| before(done, predicted), |p, e| wrap.restore(p, e));
+                each(
+                    &mut list,
+                    width,
+                    |_, done, predicted| before(done, predicted),
+                    |p, e| wrap.restore(p, e),
+                );
             }
             Method::Parallelogram => {
                 let wrap = Wrap::read(reader)?;

@@ -1,11 +1,11 @@
 //! Prediction of normals in octahedral coordinates: by the entry before, or by the faces around.
 
+use super::super::Read;
 use super::super::corners::{at, next, previous};
 use super::super::rans::Decisions;
 use super::super::reader::Reader;
-use super::super::Read;
-use super::transforms::Octahedron;
 use super::Neighbours;
+use super::transforms::Octahedron;
 
 /// The sum of the absolute components of a predicted normal is at most about this.
 const LONGEST: i64 = 1 << 29;

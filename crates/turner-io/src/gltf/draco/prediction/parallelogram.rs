@@ -76,7 +76,8 @@ pub(super) fn several(
         predicted.fill(0);
         let mut used = 0;
         for side in sides.chunks_exact(width).take(count) {
-            let Some(Some((left, creases))) = creases.get_mut(count - 1).filter(|c| c.as_ref().is_some_and(|c| c.0 > 0))
+            let Some(Some((left, creases))) =
+                creases.get_mut(count - 1).filter(|c| c.as_ref().is_some_and(|c| c.0 > 0))
             else {
                 missing = true;
                 break;
