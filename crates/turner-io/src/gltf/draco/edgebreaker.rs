@@ -36,7 +36,7 @@ pub(super) fn read(reader: &mut Reader<'_>, room: Room<'_>) -> Read<Connectivity
     }
     let splits = read_splits(reader, faces, room)?;
     // Each S makes a vertex superfluous.
-    let most = vertices + split_symbols;
+    let most = vertices.saturating_add(split_symbols);
     let mut traversal = Traversal::read(kind, (faces, most, attributes), reader, room)?;
     let mut boundary = Boundary {
         corners: Corners {

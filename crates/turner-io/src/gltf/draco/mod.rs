@@ -122,6 +122,8 @@ impl Attribute {
 fn decode(bytes: &[u8], budget: &Budget, pointer: &str) -> Outcome<Mesh> {
     let mut reader = Reader::new(bytes);
     let room = Room { budget, pointer };
+    // For the time that it takes: many primitives may share a stream.
+    budget.take(bytes.len(), 1, pointer)?;
     mesh(&mut reader, room).map_err(|damage| match damage {
         Damage::Stream(found) => Fault::at(pointer, format!("its Draco stream {found}")),
         Damage::Budget(fault) => fault,
