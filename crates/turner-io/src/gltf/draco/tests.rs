@@ -120,7 +120,7 @@ fn encode(list: &[u32], table: &[u32], bits: u32) -> Vec<u8> {
             out.push(state as u8);
             state >>= 8;
         }
-        state = (state / probability << bits) + before + state % probability;
+        state = ((state / probability) << bits) + before + state % probability;
     }
     let rest = state - base;
     let size = (1..=4).find(|size| rest < 1 << (8 * size - 2)).unwrap();
