@@ -167,7 +167,8 @@ impl<'a> Elements<'a> {
         elements.open_sparse(json, buffers, &at)
     }
 
-    /// Opens an accessor whose elements are elsewhere than in its buffer view: in `bytes`, without padding.
+    /// Opens an accessor whose elements are elsewhere than in its buffer view: in `bytes`, without padding. Their
+    /// number is that of the bytes.
     pub(super) fn open_with(
         document: &Document,
         buffers: &'a Buffers,
@@ -177,6 +178,7 @@ impl<'a> Elements<'a> {
     ) -> Outcome<Elements<'a>> {
         let json = json_of(document, accessor, pointer)?;
         let mut elements = Elements::without_bytes(json, accessor)?;
+        elements.count = bytes.len() / elements.size.max(1);
         elements.base = Some(Strided { bytes, stride: elements.size });
         elements.open_sparse(json, buffers, &format!("/accessors/{}", accessor.0))
     }

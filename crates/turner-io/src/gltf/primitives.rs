@@ -57,7 +57,7 @@ pub(super) fn shape(
         report.ignored("a primitive without positions");
         return Ok(None);
     };
-    let unpacked = Unpacked::read(document, buffers, primitive, budget, pointer)?;
+    let unpacked = Unpacked::read(document, buffers, primitive, (budget, report), pointer)?;
     let source =
         Source { document, buffers, primitive, unpacked: unpacked.as_ref(), request, budget, pointer };
     let positions = source.vertices("POSITION", *position, pointer)?.with_width(&[3], "positions")?;

@@ -1,4 +1,4 @@
-//! The Draco mesh of a primitive in place of its accessors' bytes. Type, count and normalisation remain those of the
+//! The Draco mesh of a primitive in place of its accessors' bytes. Type and normalisation remain those of the
 //! accessors.
 
 use std::collections::BTreeMap;
@@ -10,6 +10,7 @@ use crate::gltf::budget::Budget;
 use crate::gltf::buffers::Buffers;
 use crate::gltf::fault::{Fault, Outcome};
 use crate::gltf::json::{Document, Primitive};
+use crate::gltf::report::Report;
 
 /// Modes of primitives that a Draco mesh may have.
 const TRIANGLES: u32 = 4;
@@ -26,11 +27,14 @@ pub(in crate::gltf) struct Unpacked {
 
 impl Unpacked {
     /// Decodes the Draco mesh of a primitive. `None` if it has none. `pointer` is the primitive's JSON pointer.
+    ///
+    /// The mesh has the last word on the numbers of points and triangles: old exporters wrote those of the mesh before
+    /// it was compressed.
     pub(in crate::gltf) fn read(
         document: &Document,
         buffers: &Buffers,
         primitive: &Primitive,
-        budget: &Budget,
+        (budget, report): (&Budget, &mut Report),
         pointer: &str,
     ) -> Outcome<Option<Unpacked>> {
         let Some(json) = primitive.extensions.as_deref().and_then(|e| e.draco.as_ref()) else {
@@ -43,13 +47,14 @@ impl Unpacked {
         }
         let at = format!("{pointer}/extensions/KHR_draco_mesh_compression");
         let mesh = decode(buffers.view(json.buffer_view, &at)?.0, budget, &at)?;
-        if let Some(indices) = primitive.indices {
-            let elements = Elements::describe(document, indices, pointer)?;
-            // The indices of a strip are counted as those of the strip.
-            if mode == TRIANGLES {
-                elements.with_count(3 * mesh.faces.len(), "the indices of its Draco mesh")?;
+        // The indices of a strip are counted as those of the strip.
+        let mut disagrees = match primitive.indices {
+            Some(at) => {
+                let indices = Elements::describe(document, at, pointer)?;
+                mode == TRIANGLES && indices.count != 3 * mesh.faces.len()
             }
-        }
+            None => false,
+        };
         let mut attributes = BTreeMap::new();
         for (name, id) in &json.attributes {
             // Turner reads no attributes of applications.
@@ -62,8 +67,11 @@ impl Unpacked {
             };
             let elements = Elements::describe(document, *accessor, pointer)?;
             elements.with_width(&[attribute.width], "its Draco attribute")?;
-            elements.with_count(mesh.points, "the points of its Draco mesh")?;
+            disagrees |= elements.count != mesh.points;
             attributes.insert(name.clone(), pack(attribute, &mesh, &elements, budget)?);
+        }
+        if disagrees {
+            report.doubtful("a Draco mesh with another number of vertices or indices than its accessors say");
         }
         Ok(Some(Unpacked { faces: mesh.faces, attributes }))
     }
