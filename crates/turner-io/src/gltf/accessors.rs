@@ -30,11 +30,24 @@ impl Component {
         })
     }
 
-    fn size(self) -> usize {
+    /// Size in bytes.
+    pub(super) fn size(self) -> usize {
         match self {
             Component::I8 | Component::U8 => 1,
             Component::I16 | Component::U16 => 2,
             Component::U32 | Component::F32 => 4,
+        }
+    }
+
+    /// Whether an integer is in the range of this type.
+    pub(super) fn holds(self, value: i64) -> bool {
+        match self {
+            Component::I8 => i8::try_from(value).is_ok(),
+            Component::U8 => u8::try_from(value).is_ok(),
+            Component::I16 => i16::try_from(value).is_ok(),
+            Component::U16 => u16::try_from(value).is_ok(),
+            Component::U32 => u32::try_from(value).is_ok(),
+            Component::F32 => false,
         }
     }
 }
@@ -106,6 +119,8 @@ pub(super) struct Elements<'a> {
     pub(super) normalized: bool,
     /// Index of the accessor in the document.
     pub(super) accessor: Index,
+    /// Bytes per element.
+    size: usize,
     base: Option<Strided<'a>>,
     sparse: Option<Differing<'a>>,
 }
@@ -132,13 +147,48 @@ impl<'a> Elements<'a> {
         accessor: Index,
         pointer: &str,
     ) -> Outcome<Elements<'a>> {
-        match document.accessors.get(accessor.index()) {
-            Some(json) => Elements::check(json, buffers, accessor),
-            None => Err(Fault::dangling(pointer, "accessor", accessor.0, document.accessors.len())),
-        }
+        let json = json_of(document, accessor, pointer)?;
+        let mut elements = Elements::without_bytes(json, accessor)?;
+        let at = format!("/accessors/{}", accessor.0);
+        let (count, size) = (elements.count, elements.size);
+        elements.base = match json.buffer_view {
+            Some(view) => Some(locate(buffers, view, json.byte_offset.0, count, size, &at)?),
+            None => {
+                // Without a buffer view all elements are zero and take no bytes of the file; bound
+                // their count by its size.
+                let most = (buffers.size() as usize).max(65_536);
+                if count > most {
+                    let message = format!("{count} elements without a buffer view; expected at most {most}");
+                    return Err(Fault::too_large(at, message));
+                }
+                None
+            }
+        };
+        elements.open_sparse(json, buffers, &at)
     }
 
-    fn check(json: &Accessor, buffers: &'a Buffers, accessor: Index) -> Outcome<Elements<'a>> {
+    /// Opens an accessor whose elements are elsewhere than in its buffer view: in `bytes`, without padding. Their
+    /// number is that of the bytes.
+    pub(super) fn open_with(
+        document: &Document,
+        buffers: &'a Buffers,
+        accessor: Index,
+        bytes: &'a [u8],
+        pointer: &str,
+    ) -> Outcome<Elements<'a>> {
+        let json = json_of(document, accessor, pointer)?;
+        let mut elements = Elements::without_bytes(json, accessor)?;
+        elements.count = bytes.len() / elements.size.max(1);
+        elements.base = Some(Strided { bytes, stride: elements.size });
+        elements.open_sparse(json, buffers, &format!("/accessors/{}", accessor.0))
+    }
+
+    /// What an accessor says about its elements, without them.
+    pub(super) fn describe(document: &Document, accessor: Index, pointer: &str) -> Outcome<Elements<'a>> {
+        Elements::without_bytes(json_of(document, accessor, pointer)?, accessor)
+    }
+
+    fn without_bytes(json: &Accessor, accessor: Index) -> Outcome<Elements<'a>> {
         let at = format!("/accessors/{}", accessor.0);
         let component = component_of(json.component_type, &at)?;
         let kind = json.kind.as_deref().unwrap_or("");
@@ -154,28 +204,20 @@ impl<'a> Elements<'a> {
         let column = rows * component.size();
         let column = if columns > 1 { column.next_multiple_of(4) } else { column };
         let size = column * columns;
-        let base = match json.buffer_view {
-            Some(view) => Some(locate(buffers, view, json.byte_offset.0, count, size, &at)?),
-            None => {
-                // Without a buffer view all elements are zero and take no bytes of the file; bound
-                // their count by its size.
-                let most = (buffers.size() as usize).max(65_536);
-                if count > most {
-                    let message = format!("{count} elements without a buffer view; expected at most {most}");
-                    return Err(Fault::too_large(at, message));
-                }
-                None
-            }
-        };
-        let mut elements = Elements {
+        Ok(Elements {
             count,
             width: rows * columns,
             component,
             normalized: json.normalized,
             accessor,
-            base,
+            size,
+            base: None,
             sparse: None,
-        };
+        })
+    }
+
+    /// Adds the sparse elements.
+    fn open_sparse(mut self, json: &Accessor, buffers: &'a Buffers, at: &str) -> Outcome<Elements<'a>> {
         if let Some(sparse) = &json.sparse {
             let at = format!("{at}/sparse");
             let changed = usize::try_from(sparse.count.0).unwrap_or(usize::MAX);
@@ -190,11 +232,11 @@ impl<'a> Elements<'a> {
                 count: changed,
                 indices: locate(buffers, indices.buffer_view, offset, changed, size_of_index, &at)?,
                 index_type,
-                values: locate(buffers, values.buffer_view, values.byte_offset.0, changed, size, &at)?,
+                values: locate(buffers, values.buffer_view, values.byte_offset.0, changed, self.size, &at)?,
             };
-            elements.sparse = Some(differing);
+            self.sparse = Some(differing);
         }
-        Ok(elements)
+        Ok(self)
     }
 
     /// Number of sparse elements.
@@ -287,6 +329,11 @@ impl<'a> Elements<'a> {
     pub(super) fn is_unsigned(&self) -> bool {
         matches!(self.component, Component::U8 | Component::U16 | Component::U32)
     }
+}
+
+fn json_of<'d>(document: &'d Document, accessor: Index, pointer: &str) -> Outcome<&'d Accessor> {
+    let all = &document.accessors;
+    all.get(accessor.index()).ok_or_else(|| Fault::dangling(pointer, "accessor", accessor.0, all.len()))
 }
 
 fn component_of(number: Option<Index>, at: &str) -> Outcome<Component> {

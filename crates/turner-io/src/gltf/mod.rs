@@ -3,7 +3,7 @@
 //! ```text
 //! bytes ── glb ──> JSON ── json ──> Document ┐
 //!              └─> chunk ── buffers ─────────┤ ── nodes, animations ──> transforms
-//!                                            ├ ── accessors, primitives ──> meshes ── objects ──> objects
+//!                                            ├ ── accessors, draco, primitives ──> meshes ── objects ──> objects
 //!                                            └ ── images, textures, materials, lights, cameras
 //! ```
 //!
@@ -17,6 +17,7 @@ mod base64;
 mod budget;
 mod buffers;
 mod cameras;
+mod draco;
 mod fault;
 mod glb;
 mod images;
@@ -61,6 +62,7 @@ const KNOWN: &[&str] = &[
     "EXT_mesh_gpu_instancing",
     "EXT_meshopt_compression",
     "EXT_texture_webp",
+    "KHR_draco_mesh_compression",
     "KHR_lights_punctual",
     "KHR_materials_anisotropy",
     "KHR_materials_clearcoat",
@@ -84,7 +86,7 @@ const KNOWN: &[&str] = &[
 ];
 
 /// Extensions that are not reported: they do not affect the picture, or are reported elsewhere.
-const SILENT: &[&str] = &["KHR_xmp_json_ld", "KHR_xmp", "KHR_draco_mesh_compression", "KHR_texture_basisu"];
+const SILENT: &[&str] = &["KHR_xmp_json_ld", "KHR_xmp", "KHR_texture_basisu"];
 
 /// Memory for each byte of JSON text, in bytes, for typical exporters.
 const JSON_PER_BYTE: u64 = 4;
@@ -204,9 +206,6 @@ fn check_extensions(document: &Document, report: &mut Report) -> Outcome<()> {
             format!("the file requires {name}, which is not supported"),
         );
         return Err(match name.as_str() {
-            "KHR_draco_mesh_compression" => {
-                fault.help("export it without Draco compression, or with meshopt")
-            }
             "KHR_texture_basisu" => fault.help("export it with PNG, JPEG or WebP images"),
             _ => fault.help(format!("supported are {}", KNOWN.join(", "))),
         });

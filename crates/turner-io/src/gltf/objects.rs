@@ -28,9 +28,9 @@ const MAX_OBJECTS: usize = 1 << 24;
 /// A material as a mesh needs it: its index in the document, and whether the mesh has vertex colours.
 pub(super) type Wanted = (Option<Index>, bool);
 
-/// What a primitive's mesh is read from: accessors by attribute, indices and mode. A primitive with morph targets is
-/// also identified by its mesh and position there.
-type Geometry<'a> = (Vec<(&'a str, Index)>, Option<Index>, Option<Index>, Option<(Index, usize)>);
+/// What a primitive's mesh is read from: accessors by attribute, indices, mode and the buffer view of a Draco mesh. A
+/// primitive with morph targets is also identified by its mesh and position there.
+type Geometry<'a> = (Vec<(&'a str, Index)>, [Option<Index>; 3], Option<(Index, usize)>);
 
 /// Identifies a mesh: its geometry and how it was processed.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -230,7 +230,9 @@ impl<'a> Objects<'a> {
                 let attributes = primitive.attributes.iter().map(|(name, at)| (name.as_str(), *at)).collect();
                 let place = (!primitive.targets.is_empty()).then_some((mesh, p));
                 let next = geometries.len();
-                *geometries.entry((attributes, primitive.indices, primitive.mode, place)).or_insert(next)
+                let draco = primitive.extensions.as_deref().and_then(|e| e.draco.as_ref());
+                let sources = [primitive.indices, primitive.mode, draco.map(|draco| draco.buffer_view)];
+                *geometries.entry((attributes, sources, place)).or_insert(next)
             };
             primitives.map(number).collect()
         });

@@ -6,6 +6,7 @@ use turner::schema::MeshData;
 use super::accessors::Elements;
 use super::budget::Budget;
 use super::buffers::Buffers;
+use super::draco::Unpacked;
 use super::fault::{Fault, Outcome};
 use super::json::{Document, Index, Primitive};
 use super::report::Report;
@@ -56,20 +57,12 @@ pub(super) fn shape(
         report.ignored("a primitive without positions");
         return Ok(None);
     };
-    let draco = primitive.extensions.as_deref().is_some_and(|e| e.draco.is_some());
-    if draco {
-        let stored = document.accessors.get(position.index()).is_some_and(|a| a.buffer_view.is_some());
-        if !stored {
-            report.ignored("a primitive with KHR_draco_mesh_compression, which is not supported");
-            return Ok(None);
-        }
-    }
-    let source = Source { document, buffers, primitive, request, budget, pointer };
-    let positions = source.open(*position, &[3], None, "positions")?;
+    let unpacked = Unpacked::read(document, buffers, primitive, (budget, report), pointer)?;
+    let source =
+        Source { document, buffers, primitive, unpacked: unpacked.as_ref(), request, budget, pointer };
+    let positions = source.vertices("POSITION", *position, pointer)?.with_width(&[3], "positions")?;
     let count = positions.count;
-    let indices = primitive.indices.map(|a| Elements::open(document, buffers, a, pointer)).transpose()?;
-    let mode = primitive.mode.map_or(4, |m| m.0);
-    let (mut topology, left_over) = Topology::read(mode, indices, count, budget, pointer)?;
+    let (mut topology, left_over) = source.topology(count)?;
     if left_over {
         report.doubtful("surplus vertices after the last complete line or triangle");
     }
@@ -161,20 +154,31 @@ struct Source<'a> {
     document: &'a Document,
     buffers: &'a Buffers,
     primitive: &'a Primitive,
+    /// Its Draco mesh.
+    unpacked: Option<&'a Unpacked>,
     request: Request<'a>,
     budget: &'a Budget,
     pointer: &'a str,
 }
 
 impl<'a> Source<'a> {
-    /// Opens an accessor with the required width and count.
-    fn open(&self, at: Index, widths: &[usize], count: Option<usize>, what: &str) -> Outcome<Elements<'a>> {
-        let elements = Elements::open(self.document, self.buffers, at, self.pointer)?;
-        let elements = elements.with_width(widths, what)?;
-        match count {
-            Some(count) => elements.with_count(count, what),
-            None => Ok(elements),
+    /// Opens an attribute, from the Draco mesh if it is there.
+    fn vertices(&self, name: &str, at: Index, pointer: &str) -> Outcome<Elements<'a>> {
+        match self.unpacked.and_then(|unpacked| unpacked.attribute(name)) {
+            Some(bytes) => Elements::open_with(self.document, self.buffers, at, bytes, pointer),
+            None => Elements::open(self.document, self.buffers, at, pointer),
         }
+    }
+
+    /// The elements of the primitive with `count` vertices, and whether vertices are left over.
+    fn topology(&self, count: usize) -> Outcome<(Topology, bool)> {
+        if let Some(unpacked) = self.unpacked {
+            return Topology::of_faces(&unpacked.faces, count, self.budget, self.pointer);
+        }
+        let open = |at| Elements::open(self.document, self.buffers, at, self.pointer);
+        let indices = self.primitive.indices.map(open).transpose()?;
+        let mode = self.primitive.mode.map_or(4, |m| m.0);
+        Topology::read(mode, indices, count, self.budget, self.pointer)
     }
 
     /// An attribute of the kept vertices, with morph targets applied; empty if the primitive lacks it.
@@ -185,7 +189,8 @@ impl<'a> Source<'a> {
         vertices: &Vertices<'_>,
     ) -> Outcome<Vec<[f32; N]>> {
         let Some(at) = self.primitive.attributes.get(name) else { return Ok(Vec::new()) };
-        let elements = self.open(*at, widths, Some(vertices.count), name)?;
+        let elements = self.vertices(name, *at, self.pointer)?;
+        let elements = elements.with_width(widths, name)?.with_count(vertices.count, name)?;
         self.morphed(elements, name, vertices)
     }
 
@@ -202,7 +207,9 @@ impl<'a> Source<'a> {
             let Some(at) = target.get(name).filter(|_| *weight != 0.0) else { continue };
             // Morph targets of tangents have no fourth component; the handedness does not change.
             let width = if name == "TANGENT" { 3 } else { elements.width };
-            let deltas = self.open(*at, &[width], Some(vertices.count), "a morph target")?;
+            let deltas = Elements::open(self.document, self.buffers, *at, self.pointer)?;
+            let what = "a morph target";
+            let deltas = deltas.with_width(&[width], what)?.with_count(vertices.count, what)?;
             for (value, i) in list.iter_mut().zip(vertices.numbers()) {
                 let delta = deltas.get::<N>(i);
                 for (v, d) in value.iter_mut().zip(delta) {
@@ -261,8 +268,8 @@ impl<'a> Source<'a> {
     /// Skins the vertices. Returns whether that mirrors the mesh.
     fn skin(&self, mesh: &mut MeshData, vertices: &Vertices<'_>, report: &mut Report) -> Outcome<bool> {
         let Some(joints) = self.request.joints else { return Ok(false) };
-        let influences =
-            Influences::open(self.document, self.buffers, self.primitive, vertices.count, self.pointer)?;
+        let open = |name: &str, at, pointer: &str| self.vertices(name, at, pointer);
+        let influences = Influences::open(self.primitive, vertices.count, self.pointer, open)?;
         if influences.is_empty() {
             report.doubtful("a skinned primitive has no joints");
             return Ok(false);

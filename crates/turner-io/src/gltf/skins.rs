@@ -62,31 +62,30 @@ pub(super) struct Influences<'a> {
 }
 
 impl<'a> Influences<'a> {
-    /// Reads those of a primitive with `count` vertices.
+    /// Reads those of a primitive with `count` vertices. `open(name, accessor, pointer)` opens an attribute.
     pub(super) fn open(
-        document: &Document,
-        buffers: &'a Buffers,
         primitive: &Primitive,
         count: usize,
         pointer: &str,
+        open: impl Fn(&str, Index, &str) -> Outcome<Elements<'a>>,
     ) -> Outcome<Influences<'a>> {
         let mut sets = Vec::new();
-        while let Some(joints) = primitive.attributes.get(&format!("JOINTS_{}", sets.len())) {
-            let pointer = format!("{pointer}/attributes/WEIGHTS_{}", sets.len());
-            let Some(weights) = primitive.attributes.get(&format!("WEIGHTS_{}", sets.len())) else {
+        loop {
+            let [joints, weights] = ["JOINTS", "WEIGHTS"].map(|name| format!("{name}_{}", sets.len()));
+            let Some(at_joints) = primitive.attributes.get(&joints) else { break };
+            let pointer = format!("{pointer}/attributes/{weights}");
+            let Some(at_weights) = primitive.attributes.get(&weights) else {
                 return Err(Fault::at(pointer, "is missing, but the joints of this set exist"));
             };
-            let open = |accessor: Index, what: &str| {
-                Elements::open(document, buffers, accessor, &pointer)?
-                    .with_width(&[4], what)?
-                    .with_count(count, what)
+            let open = |name: &str, accessor: &Index, what: &str| {
+                open(name, *accessor, &pointer)?.with_width(&[4], what)?.with_count(count, what)
             };
-            let joints = open(*joints, "the joints of vertices")?;
+            let joints = open(&joints, at_joints, "the joints of vertices")?;
             if !joints.is_unsigned() {
                 let at = format!("/accessors/{}/componentType", joints.accessor.0);
                 return Err(Fault::at(at, "is signed or floating-point; expected unsigned joints"));
             }
-            sets.push((joints, open(*weights, "the weights of vertices")?));
+            sets.push((joints, open(&weights, at_weights, "the weights of vertices")?));
         }
         Ok(Influences { sets })
     }

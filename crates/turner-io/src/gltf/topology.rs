@@ -94,6 +94,22 @@ impl Topology {
         Ok((Topology::Triangles(list), left_over))
     }
 
+    /// The triangles of a Draco mesh of a primitive with `count` vertices.
+    pub(super) fn of_faces(
+        faces: &[[u32; 3]],
+        count: usize,
+        budget: &Budget,
+        pointer: &str,
+    ) -> Outcome<(Topology, bool)> {
+        if let Some(vertex) = faces.as_flattened().iter().find(|vertex| **vertex as usize >= count) {
+            let message = format!("its Draco mesh refers to vertex {vertex}, but there are {count}");
+            return Err(Fault::at(pointer, message));
+        }
+        let mut list = budget.list(faces.len(), pointer)?;
+        list.extend_from_slice(faces);
+        Ok((Topology::Triangles(list), false))
+    }
+
     /// Number of vertex references.
     fn corners(&self) -> usize {
         match self {

@@ -1,6 +1,7 @@
 //! Generated test files: the mesh and the environment map of `scenes/peers/s4.toml`, which other renderers get
 //! as well, and one seed file per format.
 
+mod draco_seed;
 mod mitsuba_seeds;
 mod noisy_sphere;
 pub mod seeds;

@@ -27,6 +27,7 @@ pub fn seeds() -> Vec<Seed> {
         alone("scene.toml", SCENE.as_bytes()),
         alone("model.gltf", gltf().as_bytes()),
         alone("model.glb", &glb()),
+        alone("draco.glb", &super::draco_seed::draco_glb()),
         alone("model.obj", OBJ.as_bytes()),
         shown("model.mtl", MTL.into(), model("cube.obj")),
         alone("text.ply", PLY.as_bytes()),

@@ -154,9 +154,14 @@ pub(super) struct PrimitiveExtensions {
     pub(super) variants: Option<VariantMappings>,
 }
 
-/// `KHR_draco_mesh_compression`. Only its presence matters.
+/// `KHR_draco_mesh_compression` of a primitive.
 #[derive(Debug, Deserialize)]
-pub(super) struct Draco {}
+#[serde(rename_all = "camelCase")]
+pub(super) struct Draco {
+    pub(super) buffer_view: Index,
+    /// The mesh's own numbers of its attributes.
+    pub(super) attributes: BTreeMap<String, Index>,
+}
 
 /// `KHR_materials_variants` of a primitive.
 #[derive(Debug, Default, Deserialize)]

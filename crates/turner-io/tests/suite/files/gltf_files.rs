@@ -138,10 +138,16 @@ fn pictures_and_sets_of_coordinates_are_there() {
 #[test]
 fn a_compressed_model_is_the_same_but_for_rounding() {
     // Positions, normals, weights, indices and animations are quantised, filtered and compressed by
-    // EXT_meshopt_compression.
+    // EXT_meshopt_compression; positions and texture coordinates are quantised by KHR_draco_mesh_compression.
     let walk = ImportOptions { animation: Some("Walk".to_owned()), time: 0.37, ..ImportOptions::default() };
-    let (plain, packed) = (load("Fox.glb", &walk), load("FoxCompressed.glb", &walk));
-    let (a, b) = (bounds(&plain), bounds(&packed));
+    let plain = load("Fox.glb", &walk);
+    for name in ["FoxCompressed.glb", "FoxDraco.glb"] {
+        is_the_same_but_for_rounding(&plain, &load(name, &walk));
+    }
+}
+
+fn is_the_same_but_for_rounding(plain: &SceneDesc, packed: &SceneDesc) {
+    let (a, b) = (bounds(plain), bounds(packed));
     assert!(near(a.min, b.min.to_array(), 0.1) && near(a.max, b.max.to_array(), 0.1), "{a:?} {b:?}");
     let (a, b) = (&plain.meshes[0].data, &packed.meshes[0].data);
     assert_eq!(a.triangles.len(), b.triangles.len());
