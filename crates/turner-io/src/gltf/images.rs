@@ -31,20 +31,21 @@ pub(super) struct Images {
     /// The scene's images.
     pub(super) assets: Vec<Asset<Image>>,
     ids: BTreeMap<Index, ImageId>,
+    /// Bytes of samples of all images.
+    memory: u64,
 }
 
 impl Images {
     /// Decodes the images of the document that `wanted` contains; the flag is true for colours.
     pub(super) fn decode(
+        &mut self,
         document: &Document,
         buffers: &Buffers,
         wanted: &BTreeMap<Index, bool>,
         (uri, assets): (&str, &dyn AssetSource),
         options: &ImportOptions,
         report: &mut Report,
-    ) -> Images {
-        let mut images = Images::default();
-        let mut left = MAX_DECODED;
+    ) {
         let wanted: Vec<(Index, bool)> = wanted.iter().map(|(i, c)| (*i, *c)).collect();
         for round in wanted.chunks(ROUND) {
             let mut read = Vec::new();
@@ -64,6 +65,7 @@ impl Images {
                 options.max_texture_size,
                 ROUND.min(round.len()) as u64,
             );
+            let left = MAX_DECODED.saturating_sub(self.memory);
             limits.max_bytes = limits.max_bytes.min(left / ROUND as u64);
             let encoded: Vec<EncodedPicture<'_>> = read
                 .iter()
@@ -76,13 +78,13 @@ impl Images {
             for ((index, _, name, bytes), result) in read.iter().zip(decoded) {
                 match result {
                     Ok(image) => {
-                        left = left.saturating_sub(image.memory() as u64);
-                        images.ids.insert(*index, ImageId(images.assets.len() as u32));
+                        self.memory = self.memory.saturating_add(image.memory() as u64);
+                        self.ids.insert(*index, ImageId(self.assets.len() as u32));
                         let data = Arc::new(image);
                         if let Some(kept) = options.keeps_pictures() {
                             kept.keep(&data, name, bytes.to_vec());
                         }
-                        images.assets.push(Asset { uri: name.clone(), data });
+                        self.assets.push(Asset { uri: name.clone(), data });
                     }
                     Err(error) => {
                         // The second line holds the remedy.
@@ -93,7 +95,6 @@ impl Images {
                 }
             }
         }
-        images
     }
 
     /// The scene's ID of an image, if it was decoded.
