@@ -127,3 +127,62 @@ fn bytes_of<'a>(
         (None, None) => Err(super::fault::Fault::at(pointer, "has neither uri nor bufferView")),
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use turner::description::SceneDesc;
+    use turner::schema::WarningKind;
+
+    use super::super::testing::{floats, glb};
+    use crate::assets::MemoryAssets;
+    use crate::import::ImportOptions;
+
+    /// A triangle whose base colour has a KTX2 image and a PNG for programs that do not read it.
+    fn read(ktx2: &[u8], fallback: &str) -> SceneDesc {
+        let json = format!(
+            r#""extensionsUsed":["KHR_texture_basisu"],"nodes":[{{"mesh":0}}],
+            "meshes":[{{"primitives":[{{"attributes":{{"POSITION":0}},"material":0}}]}}],
+            "materials":[{{"pbrMetallicRoughness":{{"baseColorTexture":{{"index":0}}}}}}],
+            "textures":[{{{fallback}"extensions":{{"KHR_texture_basisu":{{"source":0}}}}}}],
+            "images":[{{"uri":"a.ktx2"}},{{"uri":"a.png"}}],
+            "accessors":[{{"bufferView":0,"componentType":5126,"count":3,"type":"VEC3"}}],
+            "bufferViews":[{{"buffer":0,"byteLength":36}}],"buffers":[{{"byteLength":36}}]"#
+        );
+        let mut assets = MemoryAssets::default();
+        assets.files.insert("a.ktx2".to_owned(), ktx2.to_vec());
+        let png = include_bytes!("../../tests/data/basn2c08.png");
+        assets.files.insert("a.png".to_owned(), png.to_vec());
+        let model = glb(&json, &floats(&[0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0]));
+        super::super::import(model, "a.glb", &assets, &ImportOptions::default()).unwrap()
+    }
+
+    #[test]
+    fn basis_universal_comes_before_the_image_for_other_programs() {
+        let good = include_bytes!("../../tests/data/etc1s.ktx2");
+        for fallback in ["", r#""source":1,"#] {
+            let scene = read(good, fallback);
+            assert!(scene.warnings.is_empty(), "{:?}", scene.warnings);
+            let image = &scene.images[0];
+            assert_eq!((image.uri.as_str(), image.data.width, image.data.channels), ("a.ktx2", 24, 3));
+            // The file says that its samples are sRGB-encoded, and they are used as colours.
+            assert!(scene.images.len() == 1 && image.data.is_display_encoded());
+        }
+    }
+
+    #[test]
+    fn an_image_that_is_not_read_is_replaced_by_the_next() {
+        let mut cube = *include_bytes!("../../tests/data/etc1s.ktx2");
+        cube[36] = 6;
+        for (fallback, images) in [("", 0), (r#""source":1,"#, 1)] {
+            let scene = read(&cube, fallback);
+            let told = |w: &turner::schema::Warning| {
+                w.kind == WarningKind::Ignored
+                    && w.message.contains("a.ktx2")
+                    && w.message.contains("cube map")
+            };
+            assert!(scene.warnings.iter().any(told), "{:?}", scene.warnings);
+            assert_eq!(scene.images.len(), images);
+            assert!(scene.images.iter().all(|image| image.uri == "a.png" && image.data.width == 32));
+        }
+    }
+}

@@ -3,7 +3,7 @@
 use super::fault::{Fault, Outcome};
 
 /// The first bytes of a file.
-pub(crate) const SIGNATURE: &[u8] = b"\xabKTX 20\xbb\r\n\x1a\n";
+pub(in crate::image) const SIGNATURE: &[u8] = b"\xabKTX 20\xbb\r\n\x1a\n";
 
 /// Bytes of the header with its index.
 const HEADER: usize = 80;
@@ -85,6 +85,9 @@ impl<'a> Container<'a> {
     /// Reads everything but the pixels.
     pub(super) fn read(bytes: &'a [u8]) -> Outcome<Container<'a>> {
         let header = bytes.get(..HEADER).ok_or_else(|| Fault::damaged("the file ends inside the header"))?;
+        if !header.starts_with(SIGNATURE) {
+            return Err(Fault::damaged("the file does not begin with the signature of KTX 2.0"));
+        }
         let number = |at: usize| u32_at(header, at).unwrap_or(0);
         let (format, width, height) = (number(12), number(20), number(24));
         let (depth, layers, faces, levels) = (number(28), number(32), number(36), number(40));

@@ -32,17 +32,23 @@ const FORMAT: ImageFormat = ImageFormat::Ktx2;
 
 /// Reads a KTX2 file: 1 to 4 channels. Samples of 8 and 16 bits that the file says are linear become floats.
 pub fn decode(bytes: &[u8], name: &str, limits: &DecodeLimits) -> Result<Image, ImageError> {
-    let (image, is_linear) = read(bytes, name, limits)?;
+    let (image, is_linear) = read(bytes, name, limits, true)?;
     if is_linear { floats(image, name) } else { Ok(image) }
 }
 
 /// Reads a KTX2 file whose user knows whether samples of 8 and 16 bits are sRGB-encoded, whatever the file says.
 pub fn decode_as_stored(bytes: &[u8], name: &str, limits: &DecodeLimits) -> Result<Image, ImageError> {
-    Ok(read(bytes, name, limits)?.0)
+    Ok(read(bytes, name, limits, false)?.0)
 }
 
-/// The image, and whether the file says that its samples are linear.
-fn read(bytes: &[u8], name: &str, limits: &DecodeLimits) -> Result<(Image, bool), ImageError> {
+/// The image, and whether the file says that its samples are linear. `may_be_floats` tells whether linear samples will
+/// become floats, for which there must be memory.
+fn read(
+    bytes: &[u8],
+    name: &str,
+    limits: &DecodeLimits,
+    may_be_floats: bool,
+) -> Result<(Image, bool), ImageError> {
     contain(name, FORMAT, || {
         let explain = |fault| match fault {
             Fault::Damaged(problem) => ImageError::damaged(name, FORMAT, problem),
@@ -54,7 +60,9 @@ fn read(bytes: &[u8], name: &str, limits: &DecodeLimits) -> Result<(Image, bool)
         let source = Source { name, format: FORMAT, bytes: bytes.len() };
         let (width, height) = (u64::from(container.width), u64::from(container.height));
         let density = coding.pixels_per_byte(container.supercompression);
-        let size = limits.check(source, width, height, coding.working_bytes(), density)?;
+        let is_linear = read::is_linear(&container, coding);
+        let pixel_bytes = coding.working_bytes() + if is_linear && may_be_floats { 16 } else { 0 };
+        let size = limits.check(source, width, height, pixel_bytes, density)?;
         let picture = read::picture(&container, coding).map_err(explain)?;
         let pixels = match picture.samples {
             Samples::U8(samples) => Pixels::U8(samples),
@@ -62,7 +70,7 @@ fn read(bytes: &[u8], name: &str, limits: &DecodeLimits) -> Result<(Image, bool)
             Samples::F32(samples) => Pixels::F32(samples),
         };
         let image = Image { width: size.width, height: size.height, channels: picture.channels, pixels };
-        Ok((image, read::is_linear(&container, coding)))
+        Ok((image, is_linear))
     })
 }
 

@@ -96,23 +96,28 @@ pub(super) fn is_linear(container: &Container<'_>, coding: Coding) -> bool {
     container.descriptor.transfer == LINEAR && !is_srgb
 }
 
+/// A size in memory; `usize::MAX`, for which there is no memory, if it is larger.
+fn product(a: usize, b: usize, c: usize) -> usize {
+    a.saturating_mul(b).saturating_mul(c)
+}
+
 /// Decodes level 0, layer 0. `width` and `height` have passed the limits.
 pub(super) fn picture(container: &Container<'_>, coding: Coding) -> Outcome<Picture> {
     let (width, height) = (container.width as usize, container.height as usize);
     let (samples, stored) = match coding {
         Coding::Plain(plain) => {
-            let bytes = level::bytes_of(container, width * height * plain.pixel_bytes())?;
+            let bytes = level::bytes_of(container, product(width, height, plain.pixel_bytes()))?;
             (plain.decode(&bytes)?, plain.channels)
         }
         Coding::Uastc => {
-            let blocks = width.div_ceil(4) * height.div_ceil(4);
-            let bytes = level::bytes_of(container, blocks * uastc::BLOCK)?;
-            let mut out = list(4 * width * height)?;
+            let size = product(width.div_ceil(4), height.div_ceil(4), uastc::BLOCK);
+            let bytes = level::bytes_of(container, size)?;
+            let mut out = list(product(width, height, 4))?;
             uastc::decode(&bytes, width, &mut out);
             (Samples::U8(out), 4)
         }
         Coding::Etc1s(second) => {
-            let mut out = list(4 * width * height)?;
+            let mut out = list(product(width, height, 4))?;
             etc1s::decode(container.global, container.images, container.level, second, width, &mut out)?;
             (Samples::U8(out), 4)
         }

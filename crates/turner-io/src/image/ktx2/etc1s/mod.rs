@@ -99,6 +99,7 @@ pub(super) fn decode(
         let (palette, selectors) = chosen(&palettes, &selectors, endpoint, selector);
         paint(out, stride, x, y, selectors, |pixel, s| {
             if let Some(alpha) = pixel.last_mut() {
+                // All three are the same; of other files the reference transcoder takes green.
                 *alpha = palette[s][1];
             }
         });
