@@ -61,7 +61,8 @@ fn read(
         let (width, height) = (u64::from(container.width), u64::from(container.height));
         let density = coding.pixels_per_byte(container.supercompression);
         let is_linear = read::is_linear(&container, coding);
-        let pixel_bytes = coding.working_bytes() + if is_linear && may_be_floats { 16 } else { 0 };
+        let pixel_bytes = coding.working_bytes(container.supercompression)
+            + if is_linear && may_be_floats { 16 } else { 0 };
         let size = limits.check(source, width, height, pixel_bytes, density)?;
         let picture = read::picture(&container, coding).map_err(explain)?;
         let pixels = match picture.samples {

@@ -53,12 +53,16 @@ impl Coding {
         Ok(coding)
     }
 
-    /// Bytes per pixel while the file is decoded: the file's, the decoder's and the picture's samples.
-    pub(super) fn working_bytes(self) -> u64 {
+    /// Bytes per pixel while the file is decoded: what is decompressed, the decoder's samples and the picture's.
+    pub(super) fn working_bytes(self, supercompression: Supercompression) -> u64 {
+        let is_packed = supercompression != Supercompression::None;
         match self {
             Coding::Etc1s(_) => 8,
-            Coding::Uastc => 9,
-            Coding::Plain(plain) => (plain.pixel_bytes() + 2 * plain.decoded_bytes()) as u64,
+            Coding::Uastc => 8 + u64::from(is_packed),
+            Coding::Plain(plain) => {
+                let decompressed = if is_packed { plain.pixel_bytes() } else { 0 };
+                (decompressed + 2 * plain.decoded_bytes()) as u64
+            }
         }
     }
 

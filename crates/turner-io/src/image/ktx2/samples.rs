@@ -25,7 +25,7 @@ impl Sample for u8 {
 
     fn divided(self, alpha: u8) -> u8 {
         let (value, alpha) = (u32::from(self) * 255, u32::from(alpha));
-        if alpha == 0 { 0 } else { ((value + alpha / 2) / alpha).min(255) as u8 }
+        (value + alpha / 2).checked_div(alpha).unwrap_or(0).min(255) as u8
     }
 }
 
@@ -34,7 +34,7 @@ impl Sample for u16 {
 
     fn divided(self, alpha: u16) -> u16 {
         let (value, alpha) = (u64::from(self) * 65535, u64::from(alpha));
-        if alpha == 0 { 0 } else { ((value + alpha / 2) / alpha).min(65535) as u16 }
+        (value + alpha / 2).checked_div(alpha).unwrap_or(0).min(65535) as u16
     }
 }
 
