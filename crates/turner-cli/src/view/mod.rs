@@ -29,7 +29,7 @@ use crate::report::Reporter;
                   layers from their smallest to their largest value."
 )]
 pub(crate) struct ViewArgs {
-    /// Picture file: EXR, HDR, PFM, PNG, JPEG, WebP, TGA or BMP
+    /// Picture file: EXR, HDR, PFM, PNG, JPEG, WebP, TGA, BMP or KTX2
     file: PathBuf,
     /// Show only this layer of an EXR file, such as `albedo`
     #[arg(long, value_name = "NAME")]

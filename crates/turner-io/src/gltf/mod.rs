@@ -37,7 +37,7 @@ mod topology;
 mod tubes;
 mod variants;
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use animations::Pose;
 use budget::Budget;
@@ -82,11 +82,12 @@ const KNOWN: &[&str] = &[
     "KHR_mesh_quantization",
     "KHR_meshopt_compression",
     "KHR_node_visibility",
+    "KHR_texture_basisu",
     "KHR_texture_transform",
 ];
 
 /// Extensions that are not reported: they do not affect the picture, or are reported elsewhere.
-const SILENT: &[&str] = &["KHR_xmp_json_ld", "KHR_xmp", "KHR_texture_basisu"];
+const SILENT: &[&str] = &["KHR_xmp_json_ld", "KHR_xmp"];
 
 /// Memory for each byte of JSON text, in bytes, for typical exporters.
 const JSON_PER_BYTE: u64 = 4;
@@ -205,10 +206,7 @@ fn check_extensions(document: &Document, report: &mut Report) -> Outcome<()> {
             format!("/extensionsRequired/{i}"),
             format!("the file requires {name}, which is not supported"),
         );
-        return Err(match name.as_str() {
-            "KHR_texture_basisu" => fault.help("export it with PNG, JPEG or WebP images"),
-            _ => fault.help(format!("supported are {}", KNOWN.join(", "))),
-        });
+        return Err(fault.help(format!("supported are {}", KNOWN.join(", "))));
     }
     for name in &document.extensions_used {
         if !KNOWN.contains(&name.as_str()) && !SILENT.contains(&name.as_str()) {
@@ -227,7 +225,7 @@ fn decode_images(
     options: &ImportOptions,
     report: &mut Report,
 ) -> Outcome<Images> {
-    let mut used: BTreeMap<Index, bool> = BTreeMap::new();
+    let mut textures = Vec::new();
     for material in wanted.iter().filter_map(|(material, _)| *material) {
         for (info, is_color) in materials::textures_of(&document.materials[material]) {
             let pointer = format!("/materials/{}", material.0);
@@ -243,16 +241,29 @@ fn decode_images(
                     return Err(Fault::dangling(pointer, "image", image.0, document.images.len()));
                 }
             }
-            let basisu = texture.extensions.as_deref().is_some_and(|e| e.basisu.is_some());
-            match textures::candidates(texture).next() {
-                // An image used as both colour and data is downscaled as colour.
-                Some(image) => *used.entry(image).or_default() |= is_color,
-                None if basisu => report.ignored("textures with a KHR_texture_basisu image only"),
-                None => report.ignored("textures without an image"),
+            if textures::candidates(texture).next().is_none() {
+                report.ignored("textures without an image");
             }
+            textures.push((texture, is_color));
         }
     }
-    Ok(Images::decode(document, buffers, &used, source, options, report))
+    let mut images = Images::default();
+    let mut tried = BTreeSet::new();
+    // A texture's next image is decoded only where those before it could not be.
+    for preference in 0..textures::MOST_CANDIDATES {
+        let mut used: BTreeMap<Index, bool> = BTreeMap::new();
+        for &(texture, is_color) in &textures {
+            let is_done = textures::candidates(texture).any(|image| images.id(image).is_some());
+            let image = textures::candidates(texture).nth(preference);
+            if let Some(image) = image.filter(|image| !is_done && !tried.contains(image)) {
+                // An image used as both colour and data is downscaled as colour.
+                *used.entry(image).or_default() |= is_color;
+            }
+        }
+        tried.extend(used.keys().copied());
+        images.decode(document, buffers, &used, source, options, report);
+    }
+    Ok(images)
 }
 
 #[cfg(test)]

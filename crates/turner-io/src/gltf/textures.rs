@@ -48,11 +48,15 @@ impl Use {
     }
 }
 
+/// Most images of a texture.
+pub(super) const MOST_CANDIDATES: usize = 3;
+
 /// The images of a texture in order of preference: those of extensions before the fallback for programs without them.
 pub(super) fn candidates(texture: &Texture) -> impl Iterator<Item = Index> {
     let extensions = texture.extensions.as_deref();
     let webp = extensions.and_then(|e| e.webp.as_ref()).and_then(|w| w.source);
-    webp.into_iter().chain(texture.source)
+    let basisu = extensions.and_then(|e| e.basisu.as_ref()).and_then(|b| b.source);
+    webp.into_iter().chain(basisu).chain(texture.source)
 }
 
 /// The UV set of a texture reference.

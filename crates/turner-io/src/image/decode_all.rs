@@ -1,6 +1,6 @@
 //! Decodes several images in parallel.
 
-use super::{DecodeLimits, ImageError, decode, shrink};
+use super::{DecodeLimits, ImageError, decode_as_stored, shrink};
 use std::sync::atomic::{AtomicUsize, Ordering};
 use turner::image::Image;
 
@@ -22,6 +22,8 @@ pub type EncodedPicture<'a> = (&'a [u8], &'a str, ColorOrData);
 /// With `max_size`, an image with more columns or rows is halved until it fits: 2 x 2 pixels are averaged with a box
 /// filter, in linear light for [`ColorOrData::Color`].
 ///
+/// The use decides how samples of 8 and 16 bits are decoded, not what a KTX2 file says of its own.
+///
 /// At most `threads` images are decoded at a time, each within `limits`; the caller bounds their sum.
 pub fn decode_all(
     pictures: &[EncodedPicture<'_>],
@@ -32,7 +34,7 @@ pub fn decode_all(
     let all = std::thread::available_parallelism().map_or(1, usize::from);
     let threads = if threads == 0 { all } else { threads }.min(pictures.len());
     let one = |&(bytes, name, used_as): &EncodedPicture<'_>| {
-        let image = decode(bytes, name, limits)?;
+        let image = decode_as_stored(bytes, name, limits)?;
         match max_size {
             Some(max) => shrink::to_fit(image, max, used_as, name),
             None => Ok(image),

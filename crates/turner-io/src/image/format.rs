@@ -1,6 +1,6 @@
 //! The supported image formats: one table for extensions, signatures and listings.
 
-use super::{ImageError, bmp, pfm, tga};
+use super::{ImageError, bmp, ktx2, pfm, tga};
 use crate::assets::{nearest, printable};
 use std::path::Path;
 
@@ -101,6 +101,15 @@ formats! {
         can_write: false,
         bytes_per_channel: 4,
     }
+    /// Textures for GPUs: Basis Universal, or uncompressed samples. Read only.
+    Ktx2 {
+        name: "KTX2",
+        extensions: &["ktx2"],
+        description: "Basis Universal textures, or samples of 8, 16 or 32 bits",
+        is: |b| b.starts_with(ktx2::SIGNATURE),
+        can_write: false,
+        bytes_per_channel: 1,
+    }
 }
 
 /// Remedies for unsupported formats.
@@ -110,8 +119,7 @@ const CONVERT_STILL: &str = "save the image (or one frame of it) as PNG or JPEG"
 
 /// Well-known formats that are not supported, for better messages: offset of the signature, signature, name, remedy.
 const FOREIGN: &[(usize, &[u8], &str, &str)] = &[
-    (0, b"\xabKTX 20\xbb", "a KTX2 (Basis Universal) texture", CONVERT_GPU),
-    (0, b"\xabKTX", "a KTX texture", CONVERT_GPU),
+    (0, b"\xabKTX", "a KTX 1 texture", CONVERT_GPU),
     (0, b"sB\x13\0", "a Basis Universal texture", CONVERT_GPU),
     (0, b"DDS ", "a DDS texture", CONVERT_GPU),
     (4, b"ftypavi", "an AVIF image", CONVERT_STILL),
@@ -293,7 +301,7 @@ mod tests {
     fn a_foreign_format_is_named_with_a_remedy() {
         let cases: &[(&[u8], &str, &str)] = &[
             (b"GIF89a...", "GIF", "PNG"),
-            (b"\xabKTX 20\xbb\r\n\x1a\n", "KTX2", "ktx extract"),
+            (b"\xabKTX 11\xbb\r\n\x1a\n", "KTX 1", "ktx extract"),
             (b"sB\x13\0....", "Basis", "PNG"),
             (b"DDS |...", "DDS", "texconv"),
             (b"\0\0\0\x20ftypavif", "AVIF", "PNG"),

@@ -1,5 +1,5 @@
-//! Image files: PNG, OpenEXR, Radiance HDR, JPEG and WebP are read and written, TGA, BMP and PFM are read; and safe
-//! replacement of files on disk.
+//! Image files: PNG, OpenEXR, Radiance HDR, JPEG and WebP are read and written, TGA, BMP, PFM and KTX2 are read; and
+//! safe replacement of files on disk.
 //!
 //! ```text
 //! bytes ── decode ──> turner::image::Image          8 and 16 bits are kept, EXR, HDR and PFM become floats
@@ -27,6 +27,7 @@ pub mod hdr;
 mod icc;
 pub mod jpeg;
 mod kept;
+pub mod ktx2;
 mod limits;
 mod metadata;
 mod output;
@@ -69,6 +70,15 @@ pub fn decode(bytes: &[u8], name: &str, limits: &DecodeLimits) -> Result<Image, 
         ImageFormat::Tga => tga::decode(bytes, name, limits),
         ImageFormat::Bmp => bmp::decode(bytes, name, limits),
         ImageFormat::Pfm => pfm::decode(bytes, name, limits),
+        ImageFormat::Ktx2 => ktx2::decode(bytes, name, limits),
+    }
+}
+
+/// Reads an image whose user knows whether its samples of 8 and 16 bits are sRGB-encoded, whatever the file says.
+fn decode_as_stored(bytes: &[u8], name: &str, limits: &DecodeLimits) -> Result<Image, ImageError> {
+    match ImageFormat::of_bytes(bytes, name)? {
+        ImageFormat::Ktx2 => ktx2::decode_as_stored(bytes, name, limits),
+        _ => decode(bytes, name, limits),
     }
 }
 
@@ -88,6 +98,7 @@ pub fn read_metadata(bytes: &[u8], name: &str) -> Result<Metadata, ImageError> {
         | ImageFormat::WebP
         | ImageFormat::Tga
         | ImageFormat::Bmp
-        | ImageFormat::Pfm => Ok(Metadata::new()),
+        | ImageFormat::Pfm
+        | ImageFormat::Ktx2 => Ok(Metadata::new()),
     }
 }

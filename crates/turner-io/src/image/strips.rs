@@ -54,7 +54,7 @@ pub fn write(image: &StripImage<'_>, format: ImageFormat, out: &mut dyn WriteSee
             let encode = if format == ImageFormat::Jpeg { jpeg::encode } else { webp::encode };
             out.write_all(&encode(&whole).map_err(refused)?)
         }
-        ImageFormat::Tga | ImageFormat::Bmp | ImageFormat::Pfm => {
+        ImageFormat::Tga | ImageFormat::Bmp | ImageFormat::Pfm | ImageFormat::Ktx2 => {
             Err(refused(ImageError::encode(format, "the format can be read but not written; use PNG")))
         }
     }

@@ -99,7 +99,7 @@ const FOREIGN: &[(&[&str], &str)] = &[
     (&["fbx", "dae", "3ds", "abc", "max"], "a scene of a modelling program"),
     (&["off", "mtl"], "a model file"),
     (&["pov"], "a POV-Ray scene"),
-    (&["png", "jpg", "jpeg", "exr", "hdr", "tif", "tiff", "gif", "bmp", "webp", "tga"], "an image"),
+    (&["png", "jpg", "jpeg", "exr", "hdr", "tif", "tiff", "gif", "bmp", "webp", "tga", "ktx2"], "an image"),
     (&["zip", "gz", "zst", "7z", "tar"], "an archive"),
 ];
 

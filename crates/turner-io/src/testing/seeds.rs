@@ -82,6 +82,9 @@ pub fn seeds() -> Vec<Seed> {
     let mut pfm = b"PF\n8 8\n-1.0\n".to_vec();
     pfm.extend(light.iter().flat_map(|[r, g, b, _]| [r, g, b].map(|v| v.to_le_bytes())).flatten());
     all.push(shown("picture.pfm", pfm, texture("picture.pfm")));
+    // Made with the basisu encoder from 8 x 8 pixels with alpha.
+    let ktx2 = include_bytes!("etc1s.ktx2").to_vec();
+    all.push(shown("picture.ktx2", ktx2, texture("picture.ktx2")));
     all
 }
 

@@ -69,9 +69,9 @@ impl Encoding {
 }
 
 params! {
-    /// An image file: PNG, JPEG, WebP, TGA, BMP, EXR, HDR or PFM. It covers (u, v) in 0..1 once, upright: the lower
-    /// left corner is at u = v = 0, the upper right corner at u = v = 1. With `mapping = "solid"` it covers x and y
-    /// from −1 to 1 and is the same for every z. Images of 8 and 16 bits are decoded by `encoding` before
+    /// An image file: PNG, JPEG, WebP, TGA, BMP, KTX2, EXR, HDR or PFM. It covers (u, v) in 0..1 once, upright: the
+    /// lower left corner is at u = v = 0, the upper right corner at u = v = 1. With `mapping = "solid"` it covers x
+    /// and y from −1 to 1 and is the same for every z. Images of 8 and 16 bits are decoded by `encoding` before
     /// interpolation; float images are used unchanged, with infinite and NaN samples as 0. An alpha channel affects
     /// only the `opacity` of a material. Around a sphere the image closes without a seam; `wrap_v = "clamp"` keeps
     /// the poles from blending.

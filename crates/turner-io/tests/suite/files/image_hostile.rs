@@ -52,6 +52,10 @@ fn valid_files() -> Vec<(String, Vec<u8>)> {
         "rgba.bmp",
         "rle8.bmp",
         "palette.bmp",
+        "etc1s.ktx2",
+        "etc1s_alpha.ktx2",
+        "uastc.ktx2",
+        "uastc_zstd.ktx2",
     ] {
         files.push((name.to_owned(), std::fs::read(data.join(name)).unwrap()));
     }
@@ -274,7 +278,7 @@ fn webp_tga_and_bmp_with_an_impossible_size() {
 
 #[test]
 fn limits_are_kept_for_every_format() {
-    for name in ["lossy.webp", "lossless.webp", "rgb_rle.tga", "palette.bmp"] {
+    for name in ["lossy.webp", "lossless.webp", "rgb_rle.tga", "palette.bmp", "etc1s.ktx2", "uastc.ktx2"] {
         for tight in [
             DecodeLimits { max_side: 23, ..DecodeLimits::default() },
             DecodeLimits { max_pixels: 24 * 18 - 1, ..DecodeLimits::default() },

@@ -10,6 +10,7 @@ mod image_display;
 mod image_exr_writers;
 mod image_hostile;
 mod image_kinds;
+mod image_ktx2;
 mod image_output;
 mod image_round_trip;
 mod image_strips;
