@@ -246,6 +246,7 @@ fn make(
     if let Some(emission) = usage.emission {
         surface.emission_luminance = emission.radiance;
         surface.emission_color = ColorSource::Constant(emission.color);
+    surface.soften_terminator = false;
         surface.emission_front_only = !emission.two_sided;
     }
     let is_solid_glass = surface.transmission_weight != grey(0.0) && !surface.thin_walled;

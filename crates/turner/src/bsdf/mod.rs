@@ -56,6 +56,7 @@ mod pane;
 mod parts;
 mod point;
 mod subsurface;
+mod terminator;
 
 pub(crate) use block::{Bands, BsdfBlock, LambertBlock, Sampled};
 pub(crate) use diffuse::sample_cosine;
@@ -64,6 +65,7 @@ pub(crate) use opaque_base::{OpaqueBase, OpaqueBlock, OpaqueSeen};
 pub(crate) use parts::MOST_DELTAS;
 pub use point::PrincipledPoint;
 pub use subsurface::Entry;
+pub(crate) use terminator::{Terminator, TerminatorX8};
 
 use albedo::AlbedoDirection;
 use coat::Coat;
@@ -273,7 +275,7 @@ impl Bsdf {
     pub fn towards(&self, wo: DVec3) -> BsdfFromWo<'_> {
         let wo = self.in_aniso_frame(wo);
         let (above, p) = self.prepare_wo(wo);
-        BsdfFromWo { bsdf: self, wo, above, p }
+        BsdfFromWo { bsdf: self, wo, above, p, terminator: None }
     }
 
     /// Whether any lobe is not a delta lobe, so that lights can be sampled.
@@ -334,9 +336,17 @@ pub struct BsdfFromWo<'a> {
     above: mixture::Above,
     p: mixture::LobeProbabilities,
 }
+    /// Where diffuse reflection is softened; in the anisotropy frame.
+    terminator: Option<Terminator>,
 
 impl<'a> BsdfFromWo<'a> {
     /// The BSDF for any direction on the same side; `None` if its coat has a normal of its own, which depends on wo.
+    /// The BSDF whose diffuse reflection is softened at the shadow terminator of a smooth mesh.
+    pub(crate) fn softened(self, terminator: Terminator) -> BsdfFromWo<'a> {
+        let terminator = terminator.turned(|n| self.bsdf.in_aniso_frame(n));
+        BsdfFromWo { terminator: Some(terminator), ..self }
+    }
+
     pub(crate) fn at_any_wo(&self) -> Option<&'a Bsdf> {
         self.bsdf.coat_normal.is_none().then_some(self.bsdf)
     }
@@ -352,11 +362,18 @@ impl BsdfFromWo<'_> {
     /// See [`Bsdf::eval_pdf`].
     #[inline]
     pub fn eval_pdf(&self, wi: DVec3) -> (Spectrum, f64) {
-        let (f, pdf) = self.bsdf.mixture(self.wo, self.bsdf.in_aniso_frame(wi), &self.above, &self.p);
+        let wi = self.bsdf.in_aniso_frame(wi);
+        let (f, pdf) = self.bsdf.mixture(self.wo, wi, &self.above, &self.p, self.terminator.as_ref());
         (spectrum(f), pdf)
     }
 
     /// Fraction of light from behind that passes straight through a thin smooth wall: the mean weight of the samples
+    /// The factor of diffuse reflection for light from `wi`, which [`eval_pdf`](BsdfFromWo::eval_pdf) contains.
+    #[inline]
+    pub(crate) fn softening(&self, wi: DVec3) -> f64 {
+        self.terminator.as_ref().map_or(1.0, |t| t.softening(self.bsdf.in_aniso_frame(wi)))
+    }
+
     /// that pass straight.
     pub fn straight(&self) -> Spectrum {
         self.bsdf.straight(self.wo)
@@ -370,7 +387,8 @@ impl BsdfFromWo<'_> {
     /// See [`Bsdf::sample`].
     #[inline]
     pub fn sample(&self, u: [f64; 3]) -> Option<BsdfSample> {
-        let mut sample = self.bsdf.sample_mixture(self.wo, u, &self.above, &self.p)?;
+        let mut sample =
+            self.bsdf.sample_mixture(self.wo, u, &self.above, &self.p, self.terminator.as_ref())?;
         sample.wi = self.bsdf.out_of_aniso_frame(sample.wi);
         Some(sample)
     }
