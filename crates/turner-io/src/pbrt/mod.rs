@@ -8,6 +8,8 @@
 
 mod assembly;
 mod camera;
+#[cfg(test)]
+mod camera_tests;
 mod directives;
 mod environment;
 mod frame;
