@@ -12,6 +12,7 @@ mod camera;
 mod camera_tests;
 mod directives;
 mod environment;
+mod float_pictures;
 mod frame;
 #[cfg(test)]
 mod frame_tests;
