@@ -308,21 +308,15 @@ impl Maker<'_, '_> {
             ColorSource::Constant(c) => Some(f64::from(c.max_component()) * scale),
             ColorSource::Texture(_) => None,
         };
-        // A weight with which both colours are at most 1. Textures may have any brightness: half each.
+        // The weights are free, because the colours of a thin wall may exceed 1: together it reflects and transmits at
+        // most 1.
         let share = match sources.map(most) {
             [Some(r), Some(t)] if r + t > 0.0 => t / (r + t),
             [Some(_), Some(_)] => 0.0,
-            _ => {
-                let message = "textures of diffuse transmission: reflection and transmission are each limited to half of the light";
-                self.scene.report.approximated(self.params.place, message);
-                0.5
-            }
+            _ => 0.5,
         };
-        let place = self.params.place;
-        let [base_color, subsurface_color] =
-            [(sources[0], 1.0 - share), (sources[1], share)].map(|(c, share)| {
-                if share > 0.0 { map_values(self.scene, c, place, Through::Scale(scale / share)) } else { c }
-            });
+        let [base_color, subsurface_color] = [(sources[0], 1.0 - share), (sources[1], share)]
+            .map(|(c, share)| if share > 0.0 { product(self.scene, c, grey(scale / share)) } else { c });
         Ok(PrincipledMaterial { base_color, subsurface_weight: grey(share), subsurface_color, ..thin })
     }
 

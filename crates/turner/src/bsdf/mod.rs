@@ -159,7 +159,8 @@ impl Bsdf {
         let (base, translucent) = (base_albedo(p.base_color, p.base_weight), color(p.subsurface_color));
         let subsurface = unit(p.subsurface_weight);
         let (reflect, transmit, enter) = if p.thin_walled {
-            (base * (1.0 - subsurface), translucent * subsurface, Rgb::ZERO)
+            let (reflect, transmit) = thin_albedos(p, subsurface);
+            (reflect, transmit, Rgb::ZERO)
         } else if p.subsurface_walk && p.entering {
             (base * (1.0 - subsurface), Rgb::ZERO, translucent * subsurface)
         } else {
@@ -335,18 +336,18 @@ pub struct BsdfFromWo<'a> {
     wo: DVec3,
     above: mixture::Above,
     p: mixture::LobeProbabilities,
-}
     /// Where diffuse reflection is softened; in the anisotropy frame.
     terminator: Option<Terminator>,
+}
 
 impl<'a> BsdfFromWo<'a> {
-    /// The BSDF for any direction on the same side; `None` if its coat has a normal of its own, which depends on wo.
     /// The BSDF whose diffuse reflection is softened at the shadow terminator of a smooth mesh.
     pub(crate) fn softened(self, terminator: Terminator) -> BsdfFromWo<'a> {
         let terminator = terminator.turned(|n| self.bsdf.in_aniso_frame(n));
         BsdfFromWo { terminator: Some(terminator), ..self }
     }
 
+    /// The BSDF for any direction on the same side; `None` if its coat has a normal of its own, which depends on wo.
     pub(crate) fn at_any_wo(&self) -> Option<&'a Bsdf> {
         self.bsdf.coat_normal.is_none().then_some(self.bsdf)
     }
@@ -367,13 +368,13 @@ impl BsdfFromWo<'_> {
         (spectrum(f), pdf)
     }
 
-    /// Fraction of light from behind that passes straight through a thin smooth wall: the mean weight of the samples
     /// The factor of diffuse reflection for light from `wi`, which [`eval_pdf`](BsdfFromWo::eval_pdf) contains.
     #[inline]
     pub(crate) fn softening(&self, wi: DVec3) -> f64 {
         self.terminator.as_ref().map_or(1.0, |t| t.softening(self.bsdf.in_aniso_frame(wi)))
     }
 
+    /// Fraction of light from behind that passes straight through a thin smooth wall: the mean weight of the samples
     /// that pass straight.
     pub fn straight(&self) -> Spectrum {
         self.bsdf.straight(self.wo)
@@ -404,6 +405,19 @@ fn rotation(p: &PrincipledPoint) -> Option<(f64, f64)> {
         let (sin, cos) = sin_cos(angle);
         (cos, sin)
     })
+}
+
+/// What a thin wall reflects and transmits diffusely, of which the fraction `subsurface` transmits. Each colour may exceed
+/// 1 where its fraction makes up for it; together they do not.
+fn thin_albedos(p: &PrincipledPoint, subsurface: f64) -> (Rgb, Rgb) {
+    let of = |c: Spectrum, weight: f64| {
+        let band = |v: f32| if v > 0.0 { (f64::from(v) * weight).min(1.0) } else { 0.0 };
+        Rgb::new(band(c.r), band(c.g), band(c.b))
+    };
+    let reflect = of(p.base_color, unit(p.base_weight) * (1.0 - subsurface));
+    let transmit = of(p.subsurface_color, subsurface);
+    let scale = (reflect + transmit).max(Rgb::ONE).recip();
+    (reflect * scale, transmit * scale)
 }
 
 /// Clamps to 0..=1; 0 for NaN.
