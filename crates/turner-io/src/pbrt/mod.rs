@@ -16,6 +16,8 @@ mod float_pictures;
 mod frame;
 #[cfg(test)]
 mod frame_tests;
+mod goniometric;
+mod layer_colors;
 mod layers;
 mod lexer;
 mod lights;
