@@ -20,6 +20,8 @@ mod goniometric;
 mod layer_colors;
 mod layers;
 mod lexer;
+#[cfg(test)]
+mod light_tests;
 mod lights;
 mod materials;
 mod media;
@@ -32,6 +34,8 @@ mod state;
 mod surfaces;
 #[cfg(test)]
 mod tests;
+#[cfg(test)]
+mod texture_tests;
 mod textures;
 mod transform;
 

@@ -22,7 +22,7 @@ mod upsample;
 pub(crate) use named::{Glass, glass, illuminant, metal};
 pub(crate) use upsample::{Smooth, Upsampling};
 
-use cie::{D65, FIRST, OBSERVER, STEP};
+use cie::{D65, FIRST, LAST, OBSERVER, STEP};
 use turner::color::Spectrum;
 use turner::material::metals::{MetalColors, colors_of_index};
 use turner::math::elementary::{exp, pow_int};
@@ -62,6 +62,20 @@ impl Sampled {
             }
         }
         Sampled::of_pairs(&numbers)
+    }
+
+    /// The same with 0 beyond both ends.
+    pub(crate) fn dark_beyond_its_ends(&self) -> Sampled {
+        // Far less than the distance of two samples.
+        const EDGE: f64 = 1e-6;
+        let mut points = self.points.clone();
+        if let Some(first) = points.first().filter(|p| p.0 > FIRST).map(|p| p.0) {
+            points.insert(0, (first - EDGE, 0.0));
+        }
+        if let Some(last) = points.last().filter(|p| p.0 < LAST).map(|p| p.0) {
+            points.push((last + EDGE, 0.0));
+        }
+        Sampled { points }
     }
 
     /// The value, if all samples have the same.
@@ -116,6 +130,13 @@ impl Sampled {
     }
 }
 
+/// Reflectance at normal incidence and tint at 82° of a metal with the relative complex IOR `eta` + i·`k` at a wavelength.
+pub(crate) fn metal_at(eta: f64, k: f64) -> (f64, f64) {
+    let index = |v: f64| Spectrum::grey(v.clamp(0.0, 1e6) as f32);
+    let c = colors_of_index(index(eta), index(k));
+    (f64::from(c.f0.r), f64::from(c.tint.r))
+}
+
 /// The colours of a metal with the complex IOR `eta` + i·`k`, below a medium with the IOR `outer`.
 pub(crate) fn metal_of_index(eta: &Sampled, k: &Sampled, outer: f64) -> MetalColors {
     // Fresnel's equations per wavelength at normal incidence and at 82° (cos θ = 1/7).
@@ -128,13 +149,6 @@ pub(crate) fn metal_of_index(eta: &Sampled, k: &Sampled, outer: f64) -> MetalCol
     let grazing = seen_in_daylight(|nm| at(nm).1);
     let tint = |f0: f32, grazing: f32| {
         let schlick = f0 + (1.0 - f0) * pow_int(6.0 / 7.0, 5) as f32;
-/// Reflectance at normal incidence and tint at 82° of a metal with the relative complex IOR `eta` + i·`k` at a wavelength.
-pub(crate) fn metal_at(eta: f64, k: f64) -> (f64, f64) {
-    let index = |v: f64| Spectrum::grey(v.clamp(0.0, 1e6) as f32);
-    let c = colors_of_index(index(eta), index(k));
-    (f64::from(c.f0.r), f64::from(c.tint.r))
-}
-
         if schlick > 0.0 { (grazing / schlick).clamp(0.0, 1.0) } else { 1.0 }
     };
     let tint = Spectrum::new(tint(f0.r, grazing.r), tint(f0.g, grazing.g), tint(f0.b, grazing.b));
@@ -252,6 +266,15 @@ fn rgb([x, y, z]: [f64; 3]) -> Spectrum {
     Spectrum::new((cut[0] * factor) as f32, (cut[1] * factor) as f32, (cut[2] * factor) as f32)
 }
 
+/// CIE XYZ to linear Rec. 709, unclipped.
+fn linear_rgb([x, y, z]: [f64; 3]) -> [f64; 3] {
+    [
+        3.240_454_2 * x - 1.537_138_5 * y - 0.498_531_4 * z,
+        -0.969_266 * x + 1.876_010_8 * y + 0.041_556 * z,
+        0.055_643_4 * x - 0.204_025_9 * y + 1.057_225_2 * z,
+    ]
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -266,15 +289,6 @@ mod tests {
         let pairs: Vec<f64> = bins().flat_map(|(nm, _, light)| [nm, light]).collect();
         near(Sampled::of_pairs(&pairs).unwrap().light(), [1.0; 3], 4e-3);
         near(Sampled::of_pairs(&[400.0, 0.5, 700.0, 0.5]).unwrap().reflectance(), [0.5; 3], 0.0);
-/// CIE XYZ to linear Rec. 709, unclipped.
-fn linear_rgb([x, y, z]: [f64; 3]) -> [f64; 3] {
-    [
-        3.240_454_2 * x - 1.537_138_5 * y - 0.498_531_4 * z,
-        -0.969_266 * x + 1.876_010_8 * y + 0.041_556 * z,
-        0.055_643_4 * x - 0.204_025_9 * y + 1.057_225_2 * z,
-    ]
-}
-
         near(Sampled::of_pairs(&[300.0, 0.5, 350.0, 0.2, 360.0, 0.5]).unwrap().reflectance(), [0.5; 3], 1e-6);
         near(of_chromaticity(0.312_71, 0.329_02), [1.0; 3], 1e-3);
     }
