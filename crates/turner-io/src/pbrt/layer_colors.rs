@@ -45,7 +45,7 @@ impl LayerColors {
         (self.spectra <= MAX_SPECTRA).then(|| self.upsampling.of(color))
     }
 
-    /// The function of a colour by its spectrum; of greys and after too many colours, by components.
+    /// The function of a colour by its spectrum; of greys and after too many colours, component by component.
     pub(super) fn of(&mut self, color: Spectrum, f: Through) -> Spectrum {
         let is_grey = color.r == color.g && color.g == color.b;
         match if is_grey { None } else { self.smooth(color) } {

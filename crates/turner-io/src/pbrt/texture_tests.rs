@@ -133,7 +133,7 @@ fn layers_are_computed_by_wavelengths() {
         let expected = (leaves(0.1) + share * (leaves(0.6) - leaves(0.1))).max(0.0);
         assert!((found - expected).abs() < 0.01, "{found} {expected}");
     }
-    // An orange by its spectrum: its red, which the whole spectrum makes up, gets darker than by itself.
+    // An orange: its red, to which the whole spectrum contributes, is darker than the same red alone.
     let orange = color(&format!("{layer} \"rgb reflectance\" [.9 .35 .05]"));
     assert!(orange.r < 0.95 * leaves(0.9) && orange.r > 0.7 * leaves(0.9), "{orange:?} {}", leaves(0.9));
     // White and grey stay.

@@ -81,7 +81,7 @@ impl Through {
 
 /// A function of colours.
 enum Function<'a> {
-    /// Each component by itself.
+    /// Each component on its own.
     Each(Through),
     /// The whole colour, with a name for the function.
     Colors(&'a str, &'a dyn Fn([f64; 3]) -> [f64; 3]),
