@@ -186,8 +186,7 @@ impl Params {
 
     /// The names of all textures. This does not count as use.
     pub(super) fn texture_names(&self) -> impl Iterator<Item = &str> {
-        let of = |p: &'_ Param| p.kind == Type::Texture;
-        self.list.iter().filter(move |p| of(p)).filter_map(|p| match &p.value {
+        self.list.iter().filter(|p| p.kind == Type::Texture).filter_map(|p| match &p.value {
             Value::Strings(v) => v.first().map(String::as_str),
             _ => None,
         })
