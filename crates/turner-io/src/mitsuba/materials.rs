@@ -270,6 +270,7 @@ pub(super) fn shown(
 
 /// Adds emission, opacity, bump map and normal map.
 fn with_use(mut surface: PrincipledMaterial, usage: Use) -> PrincipledMaterial {
+    surface.soften_terminator = false;
     surface.alpha_mode = AlphaMode::Opaque;
     if let Some(opacity) = usage.opacity {
         (surface.opacity, surface.alpha_mode) = (opacity, AlphaMode::Blend);

@@ -82,7 +82,7 @@ fn add_to(scene: &mut Assembly<'_>, object: &Object, depth: u32) -> Result<(), F
         },
         "disk" => {
             let normal = if flip { DVec3::NEG_Z } else { DVec3::Z };
-            let disk = DiskDesc { center: DVec3::ZERO, normal, radius: 1.0, inner_radius: 0.0 };
+            let disk = DiskDesc { normal, ..DiskDesc::default() };
             (ShapeDesc::Disk(disk), DAffine3::IDENTITY, Surface::Other)
         }
         "cylinder" => match cylinder(scene, object, flip)? {

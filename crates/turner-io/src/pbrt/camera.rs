@@ -19,6 +19,8 @@ struct Pose {
     position: DVec3,
     look_at: DVec3,
     up: DVec3,
+    /// The x axis of camera space.
+    right: DVec3,
     handedness: Handedness,
     /// World length of one unit of camera space along the viewing direction.
     unit: f64,
@@ -69,7 +71,7 @@ pub(super) fn define(
             }
             params.pass(&["focaldistance", "fov"]);
             let viewport = screen.viewport(pose.unit);
-            let Pose { position, look_at, up, handedness, unit } = pose;
+            let Pose { position, look_at, up, handedness, unit, .. } = pose;
             let aside = 2.0 * screen.half * screen.shift * unit;
             let right = match handedness {
                 Handedness::Right => (look_at - position).cross(up),
@@ -91,8 +93,7 @@ pub(super) fn define(
                 let message = "the equal-area mapping of a spherical camera: rendered as equirectangular";
                 scene.report.approximated(place, message);
             }
-            let Pose { position, look_at, up, handedness, .. } = pose;
-            CameraDesc::Equirectangular(EquirectangularDesc { position, look_at, up, handedness, near: 0.0 })
+            spherical(&pose)
         }
         "realistic" => {
             params.pass(&["lensfile", "aperturediameter", "focusdistance", "aperture"]);
@@ -135,7 +136,7 @@ fn pose(scene: &mut Assembly<'_>, state: &State, params: &Params) -> Result<Pose
     let position = to_world.translation;
     // Far enough that rounding does not change the direction.
     let look_at = position + forward / unit * (1.0 + position.abs().max_element());
-    Ok(Pose { position, look_at, up, handedness, unit })
+    Ok(Pose { position, look_at, up, right, handedness, unit })
 }
 
 /// Half the size of the screen, whose shorter side is 2 unless the file sets it; its shift; whether the file sets it.
@@ -159,6 +160,18 @@ fn screen(scene: &mut Assembly<'_>, params: &Params) -> Screen {
     Screen { half, shift, is_own: params.has("screenwindow") || params.has("frameaspectratio") }
 }
 
+/// pbrt's columns are azimuths 2πu from +x towards +z: the centre of the picture is −x, and what is right of it is
+/// mirrored.
+fn spherical(pose: &Pose) -> CameraDesc {
+    let Pose { position, up, right, handedness, .. } = *pose;
+    let look_at = position - right.normalize_or(DVec3::X) * (1.0 + position.abs().max_element());
+    let handedness = match handedness {
+        Handedness::Right => Handedness::Left,
+        Handedness::Left => Handedness::Right,
+    };
+    CameraDesc::Equirectangular(EquirectangularDesc { position, look_at, up, handedness, near: 0.0 })
+}
+
 fn perspective(params: &Params, pose: Pose, screen: Screen) -> CameraDesc {
     let fov = params.float("fov").or_else(|| params.float("halffov").map(|v| 2.0 * v)).unwrap_or(90.0);
     let radius = params.float("lensradius").unwrap_or(0.0);
@@ -168,7 +181,7 @@ fn perspective(params: &Params, pose: Pose, screen: Screen) -> CameraDesc {
 }
 
 fn perspective_of(pose: Pose, half: f64, screen: Screen, lens: Option<(f64, f64)>) -> CameraDesc {
-    let Pose { position, look_at, up, handedness, unit } = pose;
+    let Pose { position, look_at, up, handedness, unit, .. } = pose;
     let viewport = Some(screen.viewport(half));
     let (fov, distance, near) = (None, Some(1.0), 0.0);
     match lens {

@@ -5,7 +5,7 @@ use std::f64::consts::{FRAC_2_PI, PI, TAU};
 
 use turner::color::{Spectrum, srgb_decode};
 use turner::image::Image;
-use turner::math::elementary::{atan2, cos};
+use turner::math::elementary::{atan2, cos, sin};
 use turner::math::{DMat3, DVec3};
 use turner::schema::ImageId;
 
@@ -13,14 +13,13 @@ use super::assembly::Assembly;
 use super::source::Place;
 use crate::scene_import::environment_light;
 
-/// The image `name` under the light's transform as an equirectangular map, and the irradiance on a surface,
-/// averaged over all orientations (π for white).
+/// The image `name` under the light's transform as an equirectangular map.
 pub(super) fn equirectangular(
     scene: &mut Assembly<'_>,
     name: &str,
     to_world: DMat3,
     place: Place,
-) -> Option<(ImageId, f64)> {
+) -> Option<ImageId> {
     let id = scene.image(name, place)?;
     let source = scene.images.get(id.index())?.data.clone();
     if source.width != source.height {
@@ -32,16 +31,40 @@ pub(super) fn equirectangular(
     let light = |own: DVec3| if square { look.at(square_of(own)) } else { look.at(lat_long_of(own)) };
     let size = [source.height.saturating_mul(2), source.height];
     let image = environment_light::equirectangular(scene, size, to_world, place, light)?;
-    let (mut sum, mut weight) = (0.0, 0.0);
-    for y in 0..image.height {
-        let edge = |y: u32| cos(PI * f64::from(y) / f64::from(image.height));
-        let band = edge(y) - edge(y + 1);
-        for x in 0..image.width {
-            sum += band * f64::from(Spectrum::from(image.rgb(x, y)).luminance());
-            weight += band;
+    Some(scene.add_image(name, image))
+}
+
+/// What pbrt takes for the illuminance of the image `name`: 2π / N times the sum of Y cos θ over those of its N pixels
+/// that lie above the horizon of the light's own space. Each pixel covers 4π / N, so this is half of the irradiance.
+pub(super) fn illuminance(scene: &mut Assembly<'_>, name: &str, place: Place) -> Option<f64> {
+    let id = scene.image(name, place)?;
+    let source = scene.images.get(id.index())?.data.clone();
+    let look = EncodedView::new(&source);
+    let (w, h) = (f64::from(source.width), f64::from(source.height));
+    let mut sum = 0.0;
+    for y in 0..source.height {
+        let v = (f64::from(y) + 0.5) / h;
+        for x in 0..source.width {
+            // Cosine, and solid angle over 4π / N.
+            let (cos_theta, share) = if source.width == source.height {
+                (height_of([(f64::from(x) + 0.5) / w, v]), 1.0)
+            } else {
+                (cos(PI * v), 0.5 * PI * sin(PI * v))
+            };
+            if cos_theta > 0.0 {
+                let [r, g, b] = look.pixel(i64::from(x), i64::from(y)).map(|c| c as f32);
+                sum += f64::from(Spectrum::new(r, g, b).luminance()) * cos_theta * share;
+            }
         }
     }
-    Some((scene.add_image(name, image), PI * sum / weight))
+    Some(TAU * sum / (w * h))
+}
+
+/// The z coordinate of the direction at (u, v) of the octahedral square.
+fn height_of([u, v]: [f64; 2]) -> f64 {
+    let distance = 1.0 - (2.0 * u - 1.0).abs() - (2.0 * v - 1.0).abs();
+    let r = 1.0 - distance.abs();
+    (1.0 - r * r).copysign(distance)
 }
 
 /// (u, v) of a direction in the latitude-longitude maps of older pbrt versions, where z is up.
@@ -52,7 +75,7 @@ fn lat_long_of(d: DVec3) -> [f64; 2] {
 }
 
 /// (u, v) of a unit direction in the octahedral square.
-fn square_of(d: DVec3) -> [f64; 2] {
+pub(super) fn square_of(d: DVec3) -> [f64; 2] {
     let [x, y, z] = d.abs().to_array();
     let r = (1.0 - z).max(0.0).sqrt();
     let (least, most) = (x.min(y), x.max(y));
@@ -69,19 +92,19 @@ fn square_of(d: DVec3) -> [f64; 2] {
 }
 
 /// An image with bilinear lookup.
-struct EncodedView<'a> {
+pub(super) struct EncodedView<'a> {
     image: &'a Image,
     is_encoded: bool,
 }
 
 impl EncodedView<'_> {
-    fn new(image: &Image) -> EncodedView<'_> {
+    pub(super) fn new(image: &Image) -> EncodedView<'_> {
         EncodedView { image, is_encoded: image.is_display_encoded() }
     }
 
     /// The texel at a column and row. Beyond an edge of an octahedral map lies the texel mirrored at the centre
     /// of that edge.
-    fn pixel(&self, mut x: i64, mut y: i64) -> [f64; 3] {
+    pub(super) fn pixel(&self, mut x: i64, mut y: i64) -> [f64; 3] {
         let (w, h) = (i64::from(self.image.width), i64::from(self.image.height));
         if w == h {
             if x < 0 || x >= w {
@@ -102,7 +125,8 @@ impl EncodedView<'_> {
         })
     }
 
-    fn at(&self, [u, v]: [f64; 2]) -> [f64; 3] {
+    /// The colour at (u, v).
+    pub(super) fn at(&self, [u, v]: [f64; 2]) -> [f64; 3] {
         let (x, y) = (u * f64::from(self.image.width) - 0.5, v * f64::from(self.image.height) - 0.5);
         let (fx, fy) = (x - x.floor(), y - y.floor());
         let (x, y) = (x.floor() as i64, y.floor() as i64);
@@ -143,7 +167,7 @@ mod tests {
             for j in 0..40 {
                 let uv = [(f64::from(i) + 0.5) / 40.0, (f64::from(j) + 0.5) / 40.0];
                 let d = sphere_of(uv);
-                assert!((d.length() - 1.0).abs() < 1e-12);
+                assert!((d.length() - 1.0).abs() < 1e-12 && (height_of(uv) - d.z).abs() < 1e-12);
                 let back = square_of(d);
                 assert!((back[0] - uv[0]).abs() + (back[1] - uv[1]).abs() < 1e-9, "{uv:?} {d} {back:?}");
             }

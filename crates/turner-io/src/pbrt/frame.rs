@@ -6,6 +6,7 @@ use turner::description::SceneDesc;
 use turner::film::{Antialias, TextureFilter};
 use turner::filter::FilterKind;
 use turner::integrator::{AmbientOcclusionDesc, IntegratorDesc, PathDesc};
+use turner::math::{DMat3, DVec3};
 use turner::schema::Named;
 
 use super::params::Params;
@@ -34,8 +35,8 @@ pub(super) struct Frame {
     pub(super) shows_media: bool,
     /// Name of the medium around the camera; empty for none.
     pub(super) medium: String,
-    /// Colour of the light that appears white.
-    white: Spectrum,
+    /// The white balance of the sensor, for linear Rec. 709.
+    balance: Option<DMat3>,
     /// Whether the sensor has an exposure time.
     has_sensor: bool,
     texture_filter: TextureFilter,
@@ -56,7 +57,7 @@ impl Default for Frame {
             clamp_sample: 0.0,
             shows_media: true,
             medium: String::new(),
-            white: Spectrum::WHITE,
+            balance: None,
             has_sensor: true,
             texture_filter: TextureFilter::Auto,
         }
@@ -76,9 +77,9 @@ impl Frame {
 
     /// A light's colour after the film's white balance.
     pub(super) fn balanced(&self, light: Spectrum) -> Spectrum {
-        let ratio = |light: f32, white: f32| light / white.max(1e-3);
-        let white = self.white;
-        Spectrum::new(ratio(light.r, white.r), ratio(light.g, white.g), ratio(light.b, white.b))
+        let Some(balance) = self.balance else { return light };
+        let seen = balance * DVec3::from(light.to_array().map(f64::from));
+        Spectrum::from(seen.max(DVec3::ZERO).as_vec3().to_array())
     }
 
     /// Width over height.
@@ -107,9 +108,8 @@ impl Frame {
             report.approximated(params.place_of("sensor"), message);
         }
         if let Some(kelvin) = params.float("whitebalance").filter(|v| *v > 0.0) {
-            self.white = spectral::daylight(kelvin);
-            let message =
-                "the white balance of the film: the colours of lights are divided by the colour of daylight";
+            self.balance = Some(white_balance(spectral::daylight(kelvin)));
+            let message = "the white balance of the film: applied to the colours of lights";
             report.approximated(params.place_of("whitebalance"), message);
         }
         self.clamp_sample =
@@ -274,6 +274,22 @@ impl Frame {
         scene.cameras = self.camera.iter().cloned().collect();
         scene.camera = self.camera;
     }
+}
+
+/// The matrix, for linear Rec. 709, that makes the colour `white` white: chromatic adaptation by Bradford's cone responses
+/// (Lam 1985), as in pbrt's sensors.
+fn white_balance(white: Spectrum) -> DMat3 {
+    let rows = |m: [[f64; 3]; 3]| DMat3::from_cols_array_2d(&m).transpose();
+    let xyz_of_rgb = rows([
+        [0.412_456_4, 0.357_576_1, 0.180_437_5],
+        [0.212_672_9, 0.715_152_2, 0.072_175],
+        [0.019_333_9, 0.119_192, 0.950_304_1],
+    ]);
+    let bradford = rows([[0.8951, 0.2664, -0.1614], [-0.7502, 1.7135, 0.0367], [0.0389, -0.0685, 1.0296]]);
+    let cones_of_rgb = bradford * xyz_of_rgb;
+    let from = cones_of_rgb * DVec3::from(white.to_array().map(f64::from));
+    let to = cones_of_rgb * DVec3::ONE;
+    cones_of_rgb.inverse() * DMat3::from_diagonal(to / from.max(DVec3::splat(1e-6))) * cones_of_rgb
 }
 
 /// `[first column, first row, columns, rows]` of `x0 x1 y0 y1`; `None` if it is empty or covers the complete picture.

@@ -108,3 +108,43 @@ fn bright_samples_are_cut() {
     assert_eq!(most(""), 0.0);
     assert_eq!(most("\"float maxcomponentvalue\" 10"), 10.0);
 }
+
+/// White balance at 3200 K and 4500 K of a light of another colour: Bradford's cone responses and their published inverse
+/// (Lam 1985; Lindbloom), between CIE XYZ and linear Rec. 709 (IEC 61966-2-1).
+#[test]
+fn the_white_balance_is_bradfords() {
+    let by = |m: [[f64; 3]; 3], v: [f64; 3]| m.map(|row| row[0] * v[0] + row[1] * v[1] + row[2] * v[2]);
+    let (to_cones, to_xyz) = (
+        [[0.8951, 0.2664, -0.1614], [-0.7502, 1.7135, 0.0367], [0.0389, -0.0685, 1.0296]],
+        [[0.986993, -0.147054, 0.159963], [0.432305, 0.51836, 0.0492912], [-0.00852866, 0.0400428, 0.968487]],
+    );
+    let to_rgb = [
+        [3.2404542, -1.5371385, -0.4985314],
+        [-0.969266, 1.8760108, 0.041556],
+        [0.0556434, -0.2040259, 1.0572252],
+    ];
+    let of_rgb = [
+        [0.4124564, 0.3575761, 0.1804375],
+        [0.2126729, 0.7151522, 0.072175],
+        [0.0193339, 0.119192, 0.9503041],
+    ];
+    let color = |film: &str, light: &str| {
+        let scene = read(&format!("Film \"rgb\" {film} WorldBegin LightSource \"infinite\" {light}"));
+        let LightDesc::Environment(e) = &scene.lights[0].value else { panic!("an environment") };
+        e.tint.to_array().map(f64::from)
+    };
+    // Chromaticities of a black body of 3201.8 K (by Planck's law) and of the D series at 4502.5 K (CIE 15).
+    for (kelvin, [x, y]) in [(3200.0, [0.4231, 0.399]), (4500.0, [0.362, 0.3708])] {
+        let light = "\"rgb L\" [1 .8 .5]";
+        let plain = by(of_rgb, color("", light));
+        let cones = |xyz| by(to_cones, xyz);
+        let (from, to) = (cones([x / y, 1.0, (1.0 - x - y) / y]), cones([0.95047, 1.0, 1.08883]));
+        let seen = cones(plain);
+        let adapted = by(to_xyz, [0, 1, 2].map(|i| seen[i] * to[i] / from[i]));
+        let expected = by(to_rgb, adapted);
+        let found = color(&format!("\"float whitebalance\" {kelvin}"), light);
+        for (found, expected) in found.into_iter().zip(expected) {
+            assert!((found / expected - 1.0).abs() < 0.01, "{kelvin}: {found:?} {expected:?}");
+        }
+    }
+}

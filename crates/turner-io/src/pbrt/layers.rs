@@ -12,15 +12,20 @@
 //! same amount; the shapes of the lobes may differ. As in pbrt, each reflection is single scattering at GGX
 //! microfacets.
 //!
+//! pbrt computes with spectra, so both are computed by wavelengths.
+//!
 //! * Diffuse base: reflections between base and interface are a geometric series. With T the transmittance into
 //!   the layer and r the reflectance of its inner side, both averaged over the hemisphere, an albedo ρ shows as
 //!   ρ · gain / (1 − ρ · r), gain ∝ T².
-//! * Conductor: 4096 quasi-random walks give the reflected colour. The colour of OpenPBR's coat is then scaled
-//!   twice by (pbrt's albedo / OpenPBR's albedo), which converges quickly.
+//! * Conductor: 4096 quasi-random walks each give the colours that are reflected of light from all around and of light
+//!   along the normal. OpenPBR's coat and the metal's reflectance along the normal are then scaled in turn by (pbrt's
+//!   albedo / OpenPBR's albedo), which converges quickly.
 //!
 //! A result takes milliseconds and is reused for layers with nearly the same parameters.
 
+use super::layer_colors::LayerColors;
 use crate::scene_import::{Microfacets, incoming};
+use crate::spectral::seen_values;
 use std::collections::BTreeMap;
 use turner::bsdf::{Bsdf, PrincipledPoint};
 use turner::color::Spectrum;
@@ -40,6 +45,8 @@ const MAX_DIFFUSE: usize = 256;
 const MAX_METAL: usize = 128;
 /// A walk ends when its throughput is lower.
 const LITTLE: f64 = 1e-4;
+/// Corrections of each of the colours of a coated metal.
+const ROUNDS: usize = 4;
 
 /// A dielectric layer.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -58,7 +65,22 @@ pub(super) struct Layer {
 #[derive(Default)]
 pub(super) struct Layers {
     diffuse: BTreeMap<[u32; 3], (f64, f64)>,
-    metal: BTreeMap<([u32; 8], u32), Spectrum>,
+    metal: BTreeMap<([u32; 8], u32), CoatedMetal>,
+    pub(super) colors: LayerColors,
+}
+
+/// The colours of OpenPBR's coat and of the metal under it.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct CoatedMetal {
+    pub(super) coat: Spectrum,
+    pub(super) f0: Spectrum,
+}
+
+/// The reflectance of a conductor: OpenPBR's F82-tint, for each wavelength or for each of three colours.
+#[derive(Clone, Debug)]
+pub(super) struct Conductor {
+    /// Reflectance along the normal, and the factor of its dip towards 82°.
+    bands: Vec<[f64; 2]>,
 }
 
 fn step(v: f64) -> u32 {
@@ -76,14 +98,21 @@ impl Layers {
         self.diffuse.get(&key).copied()
     }
 
-    /// The coat colour over a conductor of roughness `alpha` that reflects as much light as pbrt's layer.
-    pub(super) fn over_metal(&mut self, layer: Layer, metal: MetalColors, alpha: f64) -> Option<Spectrum> {
+    /// The colours with which a coated conductor of roughness `alpha` reflects as much light as pbrt's. `conductor` has
+    /// the colours `metal`.
+    pub(super) fn over_metal(
+        &mut self,
+        layer: Layer,
+        metal: MetalColors,
+        conductor: &Conductor,
+        alpha: f64,
+    ) -> Option<CoatedMetal> {
         let [a, b, c] = metal.f0.to_array().map(|v| step(f64::from(v)));
         let sizes = [layer.alpha, layer.ior, layer.thickness, alpha].map(step);
         let [d, e, f, g] = sizes;
         let key = ([a, b, c, step(f64::from(metal.tint.g)), d, e, f, g], layer.depth);
         if !self.metal.contains_key(&key) && self.metal.len() < MAX_METAL {
-            self.metal.insert(key, layer.over_metal(metal, alpha));
+            self.metal.insert(key, layer.over_metal(metal, conductor, alpha));
         }
         self.metal.get(&key).copied()
     }
@@ -123,9 +152,10 @@ impl Layer {
 
     /// The reflectance for light from the directions `from(walk)`: by the interface alone, and by way of the
     /// conductor.
-    fn walked(&self, metal: MetalColors, alpha: f64, from: fn(usize) -> DVec3) -> (f64, [f64; 3]) {
+    fn walked(&self, conductor: &Conductor, alpha: f64, from: fn(usize) -> DVec3) -> (f64, Spectrum) {
         let (boundary, base) = (Microfacets::new(self.alpha, true), Microfacets::new(alpha, true));
-        let (mut first, mut rest) = (0.0, [0.0; 3]);
+        let (mut first, mut rest) = (0.0, vec![0.0; conductor.bands.len()]);
+        let mut color = Vec::new();
         for walk in 0..WALKS {
             let mut numbers = numbers(walk);
             let mut next = || numbers.unit();
@@ -133,7 +163,8 @@ impl Layer {
             let m = boundary.normal(wi, [next(), next()]);
             first += boundary.back(wi, m, self.ior).0;
             let (mut weight, mut mu) = boundary.through(wi, m, self.ior);
-            let mut color = [1.0; 3];
+            color.clear();
+            color.resize(rest.len(), 1.0);
             for turn in 0..self.depth {
                 if weight < LITTLE {
                     break;
@@ -145,13 +176,11 @@ impl Layer {
                     let m = base.normal(wi, u);
                     let (share, up) = base.mirrored(wi, m);
                     (weight, mu) = (weight * share, up);
-                    for (c, f) in color.iter_mut().zip(reflectance(metal, wi.dot(m))) {
-                        *c *= f;
-                    }
+                    conductor.reflect(wi.dot(m), &mut color);
                 } else {
                     let m = boundary.normal(wi, u);
                     let out = weight * boundary.through(wi, m, 1.0 / self.ior).0;
-                    for (sum, c) in rest.iter_mut().zip(color) {
+                    for (sum, c) in rest.iter_mut().zip(&color) {
                         *sum += out * c;
                     }
                     let (share, down) = boundary.back(wi, m, 1.0 / self.ior);
@@ -159,33 +188,40 @@ impl Layer {
                 }
             }
         }
-        (first / WALKS as f64, rest.map(|v| v / WALKS as f64))
+        rest.iter_mut().for_each(|v| *v /= WALKS as f64);
+        (first / WALKS as f64, conductor.seen(&rest))
     }
 
-    fn over_metal(&self, metal: MetalColors, alpha: f64) -> Spectrum {
-        let (first, wanted) = self.walked(metal, alpha, from_all_around);
-        let mut color = Spectrum::WHITE;
-        for _ in 0..2 {
+    fn over_metal(&self, metal: MetalColors, conductor: &Conductor, alpha: f64) -> CoatedMetal {
+        let all_around = self.walked(conductor, alpha, from_all_around);
+        let ahead = self.walked(conductor, alpha, from_ahead);
+        let mut made = CoatedMetal { coat: Spectrum::WHITE, f0: metal.f0 };
+        for round in 0..2 * ROUNDS {
             let bsdf = Bsdf::new(&PrincipledPoint {
-                base_color: metal.f0,
+                base_color: made.f0,
                 base_metalness: 1.0,
                 specular_color: metal.tint,
                 specular_roughness: alpha.sqrt(),
                 specular_multiple_scattering: false,
                 coat_weight: 1.0,
-                coat_color: color,
+                coat_color: made.coat,
                 coat_roughness: self.alpha.sqrt(),
                 coat_ior: self.ior,
                 ..PrincipledPoint::default()
             });
-            let here = albedo(&bsdf);
+            // In turn: the coat for light from all around, the metal for light along the normal.
+            let (from, (first, wanted), color) = match round % 2 {
+                0 => (from_all_around as fn(usize) -> DVec3, all_around, &mut made.coat),
+                _ => (from_ahead as fn(usize) -> DVec3, ahead, &mut made.f0),
+            };
+            let here = albedo(&bsdf, from);
             let mut next = color.to_array();
-            for ((c, wanted), here) in next.iter_mut().zip(wanted).zip(here) {
-                *c = (f64::from(*c) * wanted / (here - first).max(1e-6)).clamp(0.0, 1.0) as f32;
+            for ((c, wanted), here) in next.iter_mut().zip(wanted.to_array()).zip(here) {
+                *c = (f64::from(*c) * f64::from(wanted) / (here - first).max(1e-6)).clamp(0.0, 1.0) as f32;
             }
-            color = next.into();
+            *color = next.into();
         }
-        color
+        made
     }
 }
 
@@ -199,13 +235,18 @@ fn from_all_around(walk: usize) -> DVec3 {
     incoming(((walk as f64 + 0.5) / WALKS as f64).sqrt())
 }
 
-/// Fraction of uniform illumination that a BSDF reflects.
-fn albedo(bsdf: &Bsdf) -> [f64; 3] {
+/// The direction of a walk whose light comes along the normal.
+fn from_ahead(_: usize) -> DVec3 {
+    incoming(0.999_999)
+}
+
+/// Fraction of the light from the directions `from(walk)` that a BSDF reflects.
+fn albedo(bsdf: &Bsdf, from: fn(usize) -> DVec3) -> [f64; 3] {
     let mut sum = DVec3::ZERO;
     for walk in 0..WALKS {
         let mut numbers = numbers(walk);
         let mut next = || numbers.unit();
-        if let Some(s) = bsdf.sample(from_all_around(walk), [next(), next(), next()]) {
+        if let Some(s) = bsdf.sample(from(walk), [next(), next(), next()]) {
             let f = DVec3::from(s.f.to_array().map(f64::from));
             sum += f * (s.wi.z.abs() / s.pdf);
         }
@@ -213,23 +254,51 @@ fn albedo(bsdf: &Bsdf) -> [f64; 3] {
     (sum / WALKS as f64).to_array()
 }
 
-/// Reflectance of the conductor (OpenPBR's F82-tint).
-fn reflectance(metal: MetalColors, mu: f64) -> [f64; 3] {
-    let schlick = |f0: f64, mu: f64| f0 + (1.0 - f0) * pow_int(1.0 - mu, 5);
-    let grazing = 1.0 / 7.0;
-    let at = |f0: f32, tint: f32| {
-        let (f0, tint) = (f64::from(f0), f64::from(tint));
-        let dip = schlick(f0, grazing) * (1.0 - tint) / (grazing * pow_int(1.0 - grazing, 6));
-        (schlick(f0, mu) - dip * mu * pow_int(1.0 - mu, 6)).clamp(0.0, 1.0)
-    };
-    let (f0, tint) = (metal.f0, metal.tint);
-    [at(f0.r, tint.r), at(f0.g, tint.g), at(f0.b, tint.b)]
+impl Conductor {
+    /// From reflectances along the normal and tints at 82°.
+    pub(super) fn new(bands: impl IntoIterator<Item = (f64, f64)>) -> Conductor {
+        let of = |(f0, tint): (f64, f64)| {
+            let dip = schlick(f0, GRAZING) * (1.0 - tint) / (GRAZING * pow_int(1.0 - GRAZING, 6));
+            [f0, dip]
+        };
+        Conductor { bands: bands.into_iter().map(of).collect() }
+    }
+
+    /// By the three colours.
+    pub(super) fn of_colors(metal: MetalColors) -> Conductor {
+        let colors = metal.f0.to_array().into_iter().zip(metal.tint.to_array());
+        Conductor::new(colors.map(|(f0, tint)| (f64::from(f0), f64::from(tint))))
+    }
+
+    /// Multiplies the bands by the reflectance at a cosine.
+    fn reflect(&self, mu: f64, bands: &mut [f64]) {
+        let rise = pow_int(1.0 - mu, 5);
+        let fall = mu * rise * (1.0 - mu);
+        for (band, [f0, dip]) in bands.iter_mut().zip(&self.bands) {
+            *band *= (f0 + (1.0 - f0) * rise - dip * fall).clamp(0.0, 1.0);
+        }
+    }
+
+    /// The colour of its bands.
+    fn seen(&self, bands: &[f64]) -> Spectrum {
+        match *bands {
+            [r, g, b] => Spectrum::new(r as f32, g as f32, b as f32),
+            _ => seen_values(bands),
+        }
+    }
+}
+
+/// cos 82°.
+const GRAZING: f64 = 1.0 / 7.0;
+
+fn schlick(f0: f64, mu: f64) -> f64 {
+    f0 + (1.0 - f0) * pow_int(1.0 - mu, 5)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::spectral::{metal, metal_of_index};
+    use crate::spectral::{at_each_wavelength, metal, metal_at, metal_of_index, seen_in_daylight};
 
     fn layer(roughness: f64) -> Layer {
         Layer { alpha: roughness.sqrt(), ior: 1.5, thickness: 0.01, depth: 10 }
@@ -250,8 +319,8 @@ mod tests {
         ] {
             let mean = |from: fn(usize) -> DVec3| {
                 let alpha = f64::sqrt(conductor);
-                let (first, rest) = layer(interface).walked(silver, alpha, from);
-                first + rest.iter().sum::<f64>() / 3.0
+                let (first, rest) = layer(interface).walked(&Conductor::of_colors(silver), alpha, from);
+                first + rest.to_array().map(f64::from).iter().sum::<f64>() / 3.0
             };
             let found = [mean(|_| incoming(0.999_999)), mean(|_| incoming(0.5))];
             for (found, expected) in found.into_iter().zip([ahead, aslant]) {
@@ -262,5 +331,35 @@ mod tests {
             }
         }
         assert!(bad.is_empty(), "\n{bad}");
+    }
+
+    /// A mirror of gold under a smooth layer, along the normal. Per wavelength the reflections are a geometric series:
+    /// r + (1 − r)² a² F / (1 − a² F r), where r = 0.04 and a² = exp(−2 · 0.01).
+    #[test]
+    fn smooth_coated_metals_are_mirrors_of_pbrts_colour() {
+        let [eta, k] = metal("Au").unwrap();
+        let at = |nm: f64| metal_at(eta.at(nm, false) / 1.5, k.at(nm, false) / 1.5);
+        let (r, a2) = (0.04, exp(-0.02));
+        let expected = seen_in_daylight(|nm| {
+            let f = at(nm).0;
+            r + (1.0 - r) * (1.0 - r) * a2 * f / (1.0 - a2 * f * r)
+        });
+        let colors = metal_of_index(&eta, &k, 1.5);
+        let made = layer(0.0).over_metal(colors, &Conductor::new(at_each_wavelength(at)), 0.0);
+        let bsdf = Bsdf::new(&PrincipledPoint {
+            base_color: made.f0,
+            base_metalness: 1.0,
+            specular_color: colors.tint,
+            specular_roughness: 0.0,
+            coat_weight: 1.0,
+            coat_color: made.coat,
+            coat_ior: 1.5,
+            ..PrincipledPoint::default()
+        });
+        let found = albedo(&bsdf, from_ahead);
+        for (found, expected) in found.into_iter().zip(expected.to_array()) {
+            // In red, where gold reflects nearly all light, no colour of the metal is bright enough for both directions.
+            assert!((found / f64::from(expected) - 1.0).abs() < 0.008, "{found} {expected}");
+        }
     }
 }

@@ -8,14 +8,18 @@ use std::f64::consts::{PI, TAU};
 
 use turner::color::Spectrum;
 use turner::light::{
-    Attenuation, DirectionalDesc, EnvironmentDesc, LightDesc, PointDesc, SphereLightDesc, SpotDesc,
+    Attenuation, DirectionalDesc, EnvironmentDesc, LightDesc, PointDesc, ProfileUnits, SphereLightDesc,
+    SpotDesc,
 };
 use turner::math::elementary::{cbrt, cos};
-use turner::math::{DAffine3, DMat3, DVec3, radians};
+use turner::math::{DAffine3, DVec3, radians};
+use turner::schema::ColorSource;
 use turner::shape::ShapeDesc;
+use turner::texture::{Encoding, ImageDesc, TextureDesc, Wrap};
 
-use super::assembly::Assembly;
+use super::assembly::{Assembly, Texture};
 use super::environment;
+use super::goniometric;
 use super::params::Params;
 use super::report::Fault;
 use super::shapes::Made;
@@ -41,15 +45,7 @@ pub(super) fn add(scene: &mut Assembly<'_>, state: &State, name: &str, params: P
     let mut light = Light { scene, state, params: &params, to_world: state.ctm[0], scale };
     let desc = match name {
         "point" => light.point()?,
-        "goniometric" => {
-            params.pass(&["filename"]);
-            let desc = light.point()?;
-            light
-                .scene
-                .report
-                .approximated(place, "a goniometric light: rendered as a point light without its image");
-            desc
-        }
+        "goniometric" => light.goniometric()?,
         "spot" => light.spot()?,
         "projection" => light.projection()?,
         "distant" => light.distant()?,
@@ -83,7 +79,7 @@ struct Light<'a, 'b> {
 impl Light<'_, '_> {
     fn color(&mut self, name: &'static str) -> Result<Spectrum, Fault> {
         let found = color(self.scene, self.state.color_space, self.params, name, Role::Light)?;
-        Ok(self.scene.frame.balanced(found.unwrap_or(Spectrum::WHITE)))
+        Ok(self.scene.frame.balanced(found.unwrap_or(self.state.color_space.white())))
     }
 
     /// A parameter that is greater than 0.
@@ -103,6 +99,23 @@ impl Light<'_, '_> {
             intensity: sound(self.scale),
             attenuation: INVERSE_SQUARE,
             ..PointDesc::default()
+        })))
+    }
+
+    /// A point light with the intensities of an image. `power` is that of all directions together.
+    fn goniometric(&mut self) -> Result<Option<LightDesc>, Fault> {
+        let file = self.params.string("filename").map(str::to_owned);
+        let place = self.params.place_of("filename");
+        let found = file.and_then(|name| goniometric::intensities(self.scene, &name, &self.to_world, place));
+        let Some(LightDesc::Point(point)) = self.point()? else { return Ok(None) };
+        let Some(found) = found else { return Ok(Some(LightDesc::Point(point))) };
+        let by = if self.positive("power").is_some() { 1.0 / found.mean.max(1e-30) } else { 1.0 };
+        Ok(Some(LightDesc::Point(PointDesc {
+            intensity: sound(point.intensity * by),
+            ies: Some(found.profile),
+            ies_units: ProfileUnits::Candela,
+            ies_axis: goniometric::AXIS,
+            ..point
         })))
     }
 
@@ -184,16 +197,15 @@ impl Light<'_, '_> {
             Some(_) => self.scene.frame.balanced(Spectrum::WHITE),
             None => self.color("L")?,
         };
-        let made = match file {
-            None => Some((environment_light::white(self.scene), PI)),
-            Some(name) => {
-                let place = params.place_of("filename");
-                environment::equirectangular(self.scene, &name, self.to_world.matrix3, place)
-            }
+        let place = params.place_of("filename");
+        let image = match &file {
+            None => Some(environment_light::white(self.scene)),
+            Some(name) => environment::equirectangular(self.scene, name, self.to_world.matrix3, place),
         };
-        let Some((image, mean_irradiance)) = made else { return Ok(None) };
+        let Some(image) = image else { return Ok(None) };
         if let Some(illuminance) = illuminance {
-            self.scale *= illuminance / mean_irradiance.max(1e-30);
+            let own = file.and_then(|name| environment::illuminance(self.scene, &name, place));
+            self.scale *= illuminance / own.unwrap_or(PI).max(1e-30);
         }
         let strength = sound(self.scale);
         Ok(Some(LightDesc::Environment(EnvironmentDesc { file: Some(image), strength, rotation: 0.0, tint })))
@@ -208,7 +220,7 @@ pub(super) fn sound(v: f64) -> f64 {
 /// The emission of a surface.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Emission {
-    pub(super) color: Spectrum,
+    pub(super) color: ColorSource,
     /// Radiance, as a factor on the colour.
     pub(super) radiance: f64,
     pub(super) two_sided: bool,
@@ -223,7 +235,11 @@ pub(super) fn unseen(
     made: &Made,
     place: Place,
 ) -> Result<(), Fault> {
-    let Made::Shape(ShapeDesc::Sphere(sphere), _) = made else {
+    if scene.materials.is_interface(state.material) {
+        scene.report.ignored(place, "an area light on an interface material: it emits no light, as in pbrt");
+        return Ok(());
+    }
+    let &Made::Shape(ShapeDesc::Sphere(ref sphere), _, area) = made else {
         scene
             .report
             .ignored(place, "an invisible area light (alpha 0) that is not a full sphere: it emits no light");
@@ -232,11 +248,16 @@ pub(super) fn unseen(
     let to_world = &state.ctm[0];
     let size = cbrt(to_world.matrix3.determinant().abs());
     let radius = sphere.radius * size;
-    let Some(emission) = area(scene, state, params, |_| 4.0 * PI * radius * radius)? else { return Ok(()) };
+    let emission = self::area(scene, state, params, &[area])?.pop().flatten();
+    let Some(emission) = emission else { return Ok(()) };
     if !(radius > 0.0 && radius.is_finite()) {
         scene.report.doubtful(place, "an area light of zero size: omitted");
         return Ok(());
     }
+    let ColorSource::Constant(color) = emission.color else {
+        scene.report.ignored(place, "an invisible area light (alpha 0) with an image: it emits no light");
+        return Ok(());
+    };
     scene.report.approximated(place, "an invisible area light (alpha 0): replaced by a sphere light");
     // A sphere of radiance L and radius r has the intensity L · π r².
     let light = SphereLightDesc {
@@ -244,7 +265,7 @@ pub(super) fn unseen(
         radius,
         samples: 1,
         jitter: true,
-        color: emission.color,
+        color,
         intensity: sound(emission.radiance * PI * radius * radius),
         attenuation: INVERSE_SQUARE,
     };
@@ -252,28 +273,57 @@ pub(super) fn unseen(
     Ok(())
 }
 
-/// The emission of a shape. `part_area` is the mean area of its parts.
+/// The emission of a shape whose lights have these areas, for each of them.
 pub(super) fn area(
     scene: &mut Assembly<'_>,
     state: &State,
     params: &Params,
-    part_area: impl FnOnce(&DMat3) -> f64,
-) -> Result<Option<Emission>, Fault> {
-    let mut radiance = params.float("scale").unwrap_or(1.0) * scene.frame.exposure();
-    let color = color(scene, state.color_space, params, "L", Role::Light)?.unwrap_or(Spectrum::WHITE);
-    let color = scene.frame.balanced(color);
+    areas: &[f64],
+) -> Result<Vec<Option<Emission>>, Fault> {
+    let radiance = params.float("scale").unwrap_or(1.0) * scene.frame.exposure();
+    let color = color(scene, state.color_space, params, "L", Role::Light)?;
+    let color = color.unwrap_or(state.color_space.white());
+    // The luminance by which `power` is divided: that of a constant colour does not count.
+    let (mut color, mut luminance) = (ColorSource::Constant(scene.frame.balanced(color)), 1.0);
+    if let Some(name) = params.string("filename").map(str::to_owned)
+        && let Some(shown) = shown(scene, &name, params.place_of("filename"))
+    {
+        (color, luminance) = shown;
+    }
     let two_sided = params.bool("twosided").unwrap_or(false);
-    if let Some(power) = params.float("power").filter(|p| *p > 0.0) {
-        let sides = if two_sided { 2.0 } else { 1.0 };
-        radiance *= power / (sides * PI * part_area(&state.ctm[0].matrix3).max(1e-30));
-    }
-    if params.has("filename") {
-        params.pass(&["filename"]);
-        let message = "the image of an area light: not used, the light emits uniformly";
-        scene.report.approximated(params.place_of("filename"), message);
-    }
+    let power = params.float("power").filter(|p| *p > 0.0);
+    let sides = if two_sided { 2.0 } else { 1.0 };
     params.pass(&["nsamples", "samples"]);
     params.finish("the area light", &mut scene.report);
-    let radiance = radiance.clamp(0.0, 1e15);
-    Ok((radiance > 0.0 && radiance.is_finite()).then_some(Emission { color, radiance, two_sided }))
+    let of_area = |area: &f64| {
+        let density = power.map_or(1.0, |power| power / (sides * PI * (luminance * area).max(1e-30)));
+        let radiance = (radiance * density).clamp(0.0, 1e15);
+        (radiance > 0.0 && radiance.is_finite()).then_some(Emission { color, radiance, two_sided })
+    };
+    Ok(areas.iter().map(of_area).collect())
+}
+
+/// The image of an area light as the colour of its emission, and its mean luminance.
+fn shown(scene: &mut Assembly<'_>, name: &str, place: Place) -> Option<(ColorSource, f64)> {
+    let file = scene.image(name, place)?;
+    let image = scene.images.get(file.index())?.data.clone();
+    let look = environment::EncodedView::new(&image);
+    let mut sum = 0.0;
+    for y in 0..i64::from(image.height) {
+        for x in 0..i64::from(image.width) {
+            let [r, g, b] = look.pixel(x, y);
+            sum += 0.212_673 * r + 0.715_152 * g + 0.072_175 * b;
+        }
+    }
+    let mean = sum / (f64::from(image.width) * f64::from(image.height));
+    // All shapes of the light share the texture. The key is no name.
+    let key = format!("\0light {}", file.index());
+    if let Some(known) = scene.textures.get(&key) {
+        return Some((known.source, mean));
+    }
+    let tint = scene.frame.balanced(Spectrum::WHITE);
+    let desc = ImageDesc { file, encoding: Encoding::Srgb, wrap: Wrap::Clamp, tint, ..ImageDesc::default() };
+    let source = scene.texture(TextureDesc::Image(desc));
+    scene.textures.insert(key, Texture { source });
+    Some((source, mean))
 }

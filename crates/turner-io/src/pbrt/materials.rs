@@ -115,6 +115,16 @@ impl Materials {
         self.list.iter().any(|(_, usage)| usage.interior == Some(medium))
     }
 
+    /// The parameters of a slot; `None` for a name that is not defined yet.
+    pub(super) fn params(&self, slot: usize) -> Option<&Params> {
+        self.slots.get(slot).and_then(|s| s.written.as_ref()).map(|w| &w.1)
+    }
+
+    /// The slot of a name that was used or defined.
+    pub(super) fn slot_named(&self, name: &str) -> Option<usize> {
+        self.named.get(name).copied()
+    }
+
     /// Whether a slot is an interface without a surface, as far as it is defined.
     pub(super) fn is_interface(&self, slot: usize) -> bool {
         let kind = self.slots.get(slot).and_then(|s| s.written.as_ref()).map(|w| w.0.as_str());
@@ -167,14 +177,11 @@ fn make(
     let mut surface = match kind {
         "interface" | "none" | "" => {
             params.finish(&what, &mut maker.scene.report);
-            if usage.emission.is_none() {
-                return Ok(MaterialDesc::Interface(InterfaceMaterial { interior: usage.interior }));
+            if usage.emission.is_some() {
+                let message = "an area light on an interface material: it emits no light, as in pbrt";
+                maker.scene.report.ignored(params.place, message);
             }
-            maker.scene.report.approximated(
-                params.place,
-                "an emissive shape with an interface material: its surface is black",
-            );
-            PrincipledMaterial { base_color: grey(0.0), ..PrincipledMaterial::matte() }
+            return Ok(MaterialDesc::Interface(InterfaceMaterial { interior: usage.interior }));
         }
         "mix" => return maker.mix(usage),
         "diffuse" => {
@@ -239,13 +246,14 @@ fn make(
     maker.details(&mut surface)?;
     params.finish(&what, &mut maker.scene.report);
     single_scattering(&mut surface);
+    surface.soften_terminator = false;
     surface.alpha_mode = AlphaMode::Opaque;
     if let Some(alpha) = usage.alpha {
         (surface.opacity, surface.alpha_mode) = (alpha, AlphaMode::Blend);
     }
     if let Some(emission) = usage.emission {
         surface.emission_luminance = emission.radiance;
-        surface.emission_color = ColorSource::Constant(emission.color);
+        surface.emission_color = emission.color;
         surface.emission_front_only = !emission.two_sided;
     }
     let is_solid_glass = surface.transmission_weight != grey(0.0) && !surface.thin_walled;

@@ -8,13 +8,20 @@
 
 mod assembly;
 mod camera;
+#[cfg(test)]
+mod camera_tests;
 mod directives;
 mod environment;
+mod float_pictures;
 mod frame;
 #[cfg(test)]
 mod frame_tests;
+mod goniometric;
+mod layer_colors;
 mod layers;
 mod lexer;
+#[cfg(test)]
+mod light_tests;
 mod lights;
 mod materials;
 mod media;
@@ -27,6 +34,8 @@ mod state;
 mod surfaces;
 #[cfg(test)]
 mod tests;
+#[cfg(test)]
+mod texture_tests;
 mod textures;
 mod transform;
 

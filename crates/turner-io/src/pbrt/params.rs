@@ -184,6 +184,22 @@ impl Params {
         self.list.iter().any(|p| p.name == name)
     }
 
+    /// The names of all textures. This does not count as use.
+    pub(super) fn texture_names(&self) -> impl Iterator<Item = &str> {
+        self.list.iter().filter(|p| p.kind == Type::Texture).filter_map(|p| match &p.value {
+            Value::Strings(v) => v.first().map(String::as_str),
+            _ => None,
+        })
+    }
+
+    /// The strings of a parameter. This does not count as use.
+    pub(super) fn unread_strings(&self, name: &str) -> &[String] {
+        match self.list.iter().find(|p| p.name == name).map(|p| &p.value) {
+            Some(Value::Strings(v)) => v,
+            _ => &[],
+        }
+    }
+
     /// The position of a parameter, or of the list.
     pub(super) fn place_of(&self, name: &str) -> Place {
         self.list.iter().find(|p| p.name == name).map_or(self.place, |p| p.place)

@@ -61,7 +61,10 @@ pub(super) fn curve(
                 [r, g, b, ..] => (r, g, b),
                 _ => return Err(Fault::at(param.place, ErrorCode::WrongType, "rgb has three numbers")),
             };
-            let mut c = space.to_rec709([r, g, b]);
+            let mut c = match role {
+                Role::Light => space.light_to_rec709([r, g, b]),
+                Role::Albedo | Role::Unbounded => space.to_rec709([r, g, b]),
+            };
             let most = if role == Role::Albedo { 1.0 } else { f64::from(f32::MAX) };
             if [r, g, b].iter().any(|v| *v < 0.0 || *v > most) {
                 let message = format!("rgb {} has a value out of range: clamped", printable(&param.name));
@@ -108,8 +111,11 @@ pub(super) fn to_color(curve: &Curve, role: Role) -> Result<Spectrum, Fault> {
         (Curve::Rgb(c), _) => *c,
         (Curve::Blackbody(kelvin), _) => spectral::blackbody(*kelvin),
         (Curve::Sampled(s), Role::Light) => s.light(),
-        (Curve::Sampled(s), Role::Albedo) => s.reflectance().map(|v| v.clamp(0.0, 1.0)),
-        (Curve::Sampled(s), Role::Unbounded) => s.reflectance().map(|v| v.max(0.0)),
+        // pbrt's spectra are 0 beyond their ends.
+        (Curve::Sampled(s), Role::Albedo) => {
+            s.dark_beyond_its_ends().reflectance().map(|v| v.clamp(0.0, 1.0))
+        }
+        (Curve::Sampled(s), Role::Unbounded) => s.dark_beyond_its_ends().reflectance().map(|v| v.max(0.0)),
         (Curve::Named(name), _) => match (spectral::illuminant(name), glass_of(name)) {
             (Some(light), _) => light,
             (_, Some(glass)) => Spectrum::grey(glass.ior as f32),

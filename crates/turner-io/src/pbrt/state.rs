@@ -2,6 +2,7 @@
 
 use super::params::{Param, Params};
 use std::rc::Rc;
+use turner::color::Spectrum;
 use turner::math::DAffine3;
 
 /// The current transformation matrix at the start and the end of the motion.
@@ -48,7 +49,28 @@ impl ColorSpace {
         ("aces2065-1", ColorSpace::Aces),
     ];
 
-    /// To linear Rec. 709; white stays white.
+    /// Light to linear Rec. 709. White is the light of the space's white point, with luminance 1.
+    pub(super) fn light_to_rec709(self, [r, g, b]: [f64; 3]) -> [f64; 3] {
+        let by = |m: [[f64; 3]; 3]| m.map(|row| row[0] * r + row[1] * g + row[2] * b);
+        match self {
+            // Their white point is D65.
+            ColorSpace::Srgb | ColorSpace::DciP3 | ColorSpace::Rec2020 => self.to_rec709([r, g, b]),
+            // From the primaries of ACES2065-1 and its white point, x = 0.32168, y = 0.33767.
+            ColorSpace::Aces => by([
+                [2.558_279, -1.119_424, -0.391_796],
+                [-0.277_981, 1.365_996, -0.093_486],
+                [-0.017_175, -0.148_569, 1.081_307],
+            ]),
+        }
+    }
+
+    /// The light of the white point, with luminance 1.
+    pub(super) fn white(self) -> Spectrum {
+        let [r, g, b] = self.light_to_rec709([1.0; 3]).map(|v| v as f32);
+        Spectrum::new(r, g, b)
+    }
+
+    /// The colour of a surface to linear Rec. 709; white stays white.
     pub(super) fn to_rec709(self, [r, g, b]: [f64; 3]) -> [f64; 3] {
         let by = |m: [[f64; 3]; 3]| m.map(|row| row[0] * r + row[1] * g + row[2] * b);
         match self {

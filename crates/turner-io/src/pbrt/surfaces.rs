@@ -7,7 +7,7 @@ use turner::math::elementary::exp;
 use turner::schema::{ColorSource, ErrorCode};
 
 use super::assembly::Assembly;
-use super::layers::Layer;
+use super::layers::{Conductor, Layer};
 use super::materials::Use;
 use super::media;
 use super::params::{Params, Type};
@@ -16,8 +16,8 @@ use super::spectra::{Curve, Role, color, curve, glass_of, metal_of, to_color};
 use super::state::ColorSpace;
 use super::textures::{normal_picture, source_named};
 use crate::assets::printable;
-use crate::scene_import::{Through, inner_reflectance, map_values};
-use crate::spectral::metal_of_index;
+use crate::scene_import::{Through, inner_reflectance, map_colors, map_values, product};
+use crate::spectral::{at_each_wavelength, metal_at, metal_of_index, seen_in_daylight};
 
 /// A grey colour.
 pub(super) fn grey(v: f64) -> ColorSource {
@@ -25,17 +25,18 @@ pub(super) fn grey(v: f64) -> ColorSource {
 }
 
 /// The reflectance of a conductor.
-#[derive(Clone, Copy)]
+#[derive(Clone)]
 enum Metal {
-    Constant(MetalColors),
+    /// Its colours, and its reflectance by wavelength or colour.
+    Constant(MetalColors, Conductor),
     Texture(ColorSource),
 }
 
 impl Metal {
-    fn surface(self) -> PrincipledMaterial {
+    fn surface(&self) -> PrincipledMaterial {
         let (color, tint) = match self {
-            Metal::Constant(colors) => (ColorSource::Constant(colors.f0), colors.tint),
-            Metal::Texture(color) => (color, Spectrum::WHITE),
+            Metal::Constant(colors, _) => (ColorSource::Constant(colors.f0), colors.tint),
+            Metal::Texture(color) => (*color, Spectrum::WHITE),
         };
         PrincipledMaterial {
             base_color: color,
@@ -159,11 +160,18 @@ impl Maker<'_, '_> {
             // pbrt: η = 1, and the k with this reflectance at normal incidence.
             let color = self.color(reflectance, 0.5)?;
             let ColorSource::Constant(f0) = color else { return Ok(Metal::Texture(color)) };
-            let index = f0.map(|r| {
+            let index = |r: f64| {
                 let r = r.clamp(0.0, 0.9999);
                 2.0 * r.sqrt() / (1.0 - r).sqrt()
-            });
-            return Ok(Metal::Constant(colors_of_index(Spectrum::grey(by), index * by)));
+            };
+            let colors = colors_of_index(Spectrum::grey(by), f0.map(|r| index(f64::from(r)) as f32) * by);
+            let conductor = match self.scene.layers.colors.smooth(f0) {
+                Some(smooth) => Conductor::new(at_each_wavelength(|nm| {
+                    metal_at(1.0 / outer, index(smooth.at(nm)) / outer)
+                })),
+                None => Conductor::of_colors(colors),
+            };
+            return Ok(Metal::Constant(colors, conductor));
         }
         let mut curves = [None, None];
         for ((slot, name), copper) in curves.iter_mut().zip([eta, k]).zip(["metal-Cu-eta", "metal-Cu-k"]) {
@@ -178,15 +186,19 @@ impl Maker<'_, '_> {
             }
             *slot = slot.take().or_else(|| metal_of(copper).map(Curve::Sampled));
         }
-        Ok(Metal::Constant(match curves {
-            [Some(Curve::Sampled(eta)), Some(Curve::Sampled(k))] => metal_of_index(&eta, &k, outer),
+        Ok(match curves {
+            [Some(Curve::Sampled(eta)), Some(Curve::Sampled(k))] => {
+                let at = |nm: f64| metal_at(eta.at(nm, false) / outer, k.at(nm, false) / outer);
+                Metal::Constant(metal_of_index(&eta, &k, outer), Conductor::new(at_each_wavelength(at)))
+            }
             [eta, k] => {
                 let or = |c: Option<Curve>, or: f32| {
                     c.map_or(Ok(Spectrum::grey(or)), |c| to_color(&c, Role::Unbounded))
                 };
-                colors_of_index(or(eta, 1.0)? * by, or(k, 0.0)? * by)
+                let colors = colors_of_index(or(eta, 1.0)? * by, or(k, 0.0)? * by);
+                Metal::Constant(colors, Conductor::of_colors(colors))
             }
-        }))
+        })
     }
 
     pub(super) fn conductor(&mut self) -> Result<PrincipledMaterial, Fault> {
@@ -251,6 +263,10 @@ impl Maker<'_, '_> {
     /// as its base colour, Turner's dielectric reflects the same, since its base receives what the layer
     /// transmits. Rough and absorbing layers pass less ([`Layer`]).
     pub(super) fn coated_diffuse(&mut self) -> Result<PrincipledMaterial, Fault> {
+        let spectrum = match self.params.spectrum("reflectance") {
+            Some(param) => Some(curve(self.scene, self.space, param, Role::Albedo)?),
+            None => None,
+        };
         let color = self.color("reflectance", 0.5)?;
         let (ior, roughness, layer) =
             self.layer(["roughness", "uroughness", "vroughness"], "eta", "thickness")?;
@@ -258,7 +274,22 @@ impl Maker<'_, '_> {
         let smooth = inner_reflectance(ior);
         let (gain, inner) =
             layer.and_then(|l| self.scene.layers.over_diffuse(l)).unwrap_or((1.0 - smooth, smooth));
-        let color = map_values(self.scene, color, self.params.place, Through::Layer { gain, inner, turns });
+        let f = Through::Layer { gain, inner, turns };
+        let color = match (color, spectrum) {
+            (_, Some(Curve::Sampled(s))) => {
+                ColorSource::Constant(seen_in_daylight(|nm| f.of(s.at(nm, true).clamp(0.0, 1.0))))
+            }
+            (ColorSource::Constant(c), _) => ColorSource::Constant(self.scene.layers.colors.of(c, f)),
+            (texture, _) => {
+                let name = format!("by wavelengths {f:?}");
+                match self.scene.layers.colors.table(f) {
+                    Some(table) => {
+                        map_colors(self.scene, texture, self.params.place, &name, &|color| table.at(color))
+                    }
+                    None => map_values(self.scene, texture, self.params.place, f),
+                }
+            }
+        };
         Ok(PrincipledMaterial {
             base_color: color,
             specular_ior: ior,
@@ -285,15 +316,18 @@ impl Maker<'_, '_> {
         surface.coat_roughness = roughness;
         surface.coat_ior = ior;
         if let Some(layer) = layer {
-            let known = match (metal, surface.specular_roughness) {
-                (Metal::Constant(metal), ColorSource::Constant(r)) => {
-                    self.scene.layers.over_metal(layer, metal, f64::from(r.g * r.g))
+            let known = match (&metal, surface.specular_roughness) {
+                (Metal::Constant(metal, conductor), ColorSource::Constant(r)) => {
+                    self.scene.layers.over_metal(layer, *metal, conductor, f64::from(r.g * r.g))
                 }
                 _ => None,
             };
+            if let Some(known) = known {
+                surface.base_color = ColorSource::Constant(known.f0);
+            }
             // A coat's colour is its transmittance in and out at normal incidence.
             let absorbed = Spectrum::grey(exp(-2.0 * layer.thickness) as f32);
-            surface.coat_color = ColorSource::Constant(known.unwrap_or(absorbed));
+            surface.coat_color = ColorSource::Constant(known.map_or(absorbed, |known| known.coat));
         }
         Ok(surface)
     }
@@ -308,21 +342,15 @@ impl Maker<'_, '_> {
             ColorSource::Constant(c) => Some(f64::from(c.max_component()) * scale),
             ColorSource::Texture(_) => None,
         };
-        // A weight with which both colours are at most 1. Textures may have any brightness: half each.
+        // The weights are free, because the colours of a thin wall may exceed 1: together it reflects and transmits at
+        // most 1.
         let share = match sources.map(most) {
             [Some(r), Some(t)] if r + t > 0.0 => t / (r + t),
             [Some(_), Some(_)] => 0.0,
-            _ => {
-                let message = "textures of diffuse transmission: reflection and transmission are each limited to half of the light";
-                self.scene.report.approximated(self.params.place, message);
-                0.5
-            }
+            _ => 0.5,
         };
-        let place = self.params.place;
-        let [base_color, subsurface_color] =
-            [(sources[0], 1.0 - share), (sources[1], share)].map(|(c, share)| {
-                if share > 0.0 { map_values(self.scene, c, place, Through::Scale(scale / share)) } else { c }
-            });
+        let [base_color, subsurface_color] = [(sources[0], 1.0 - share), (sources[1], share)]
+            .map(|(c, share)| if share > 0.0 { product(self.scene, c, grey(scale / share)) } else { c });
         Ok(PrincipledMaterial { base_color, subsurface_weight: grey(share), subsurface_color, ..thin })
     }
 

@@ -14,7 +14,7 @@ use super::import;
 use crate::assets::MemoryAssets;
 use crate::import::ImportOptions;
 
-fn read_with(text: &str, files: &[(&str, &[u8])]) -> Result<SceneDesc, SceneError> {
+pub(super) fn read_with(text: &str, files: &[(&str, &[u8])]) -> Result<SceneDesc, SceneError> {
     let mut assets = MemoryAssets::default();
     assets.files.insert("scene.pbrt".into(), text.as_bytes().to_vec());
     for (name, bytes) in files {
@@ -32,12 +32,12 @@ fn refused(text: &str) -> SceneError {
 }
 
 /// A scene with this world block.
-fn world(text: &str) -> SceneDesc {
+pub(super) fn world(text: &str) -> SceneDesc {
     read(&format!("WorldBegin\n{text}"))
 }
 
 /// The material of the only object.
-fn material(text: &str) -> PrincipledMaterial {
+pub(super) fn material(text: &str) -> PrincipledMaterial {
     let scene = world(&format!("{text}\nShape \"sphere\""));
     match &scene.materials[scene.objects[0].material.unwrap().index()].value {
         MaterialDesc::Principled(m) => m.clone(),
@@ -49,7 +49,7 @@ fn grey(v: f32) -> ColorSource {
     ColorSource::Constant(Spectrum::grey(v))
 }
 
-fn value(source: ColorSource) -> f32 {
+pub(super) fn value(source: ColorSource) -> f32 {
     match source {
         ColorSource::Constant(c) => c.r,
         ColorSource::Texture(_) => panic!("a texture"),
@@ -161,6 +161,17 @@ fn thin_walls_reflect_and_transmit_what_they_say() {
         let w = value(m.subsurface_weight);
         let found = ((1.0 - w) * value(m.base_color), w * value(m.subsurface_color));
         assert!((found.0 - r).abs() < 1e-6 && (found.1 - t).abs() < 1e-6, "{r} {t}: {found:?}");
+    }
+    // Together at most 1 in each band, though no weights keep both colours below 1.
+    let m = material(
+        "Material \"diffusetransmission\" \"rgb reflectance\" [.9 .1 .3] \"rgb transmittance\" [.1 .8 .6]",
+    );
+    let w = value(m.subsurface_weight);
+    let (ColorSource::Constant(c), ColorSource::Constant(s)) = (m.base_color, m.subsurface_color) else {
+        panic!()
+    };
+    for (found, expected) in [(c * (1.0 - w), [0.9, 0.1, 0.3]), (s * w, [0.1, 0.8, 0.6])] {
+        assert!(found.to_array().into_iter().zip(expected).all(|(a, b)| (a - b).abs() < 1e-6), "{found:?}");
     }
 }
 

@@ -10,6 +10,7 @@ use turner::texture::{
 };
 
 use super::assembly::{Assembly, Texture};
+use super::float_pictures;
 use super::params::{Params, Type};
 use super::report::Fault;
 use super::source::Place;
@@ -249,8 +250,11 @@ impl Maker<'_, '_> {
                 Wrap::Repeat
             }
         };
+        let of_type = |ending: &str| name.to_ascii_lowercase().ends_with(ending);
         let encoding = match self.params.string("encoding") {
-            Some("linear") => Encoding::Linear,
+            // As in pbrt, it counts for PNG files only.
+            Some("linear") if of_type(".png") => Encoding::Linear,
+            Some("linear") => Encoding::Srgb,
             None | Some("sRGB") => Encoding::Srgb,
             Some(other) => {
                 let message = format!("the image encoding \"{}\": sRGB replaces it", printable(other));
@@ -262,9 +266,12 @@ impl Maker<'_, '_> {
         let invert = self.params.bool("invert").unwrap_or(false);
         self.params.pass(&["maxanisotropy", "trilinear"]);
         let Some(file) = self.scene.image(&name, place) else { return Ok(grey(0.5)) };
-        // A float texture reads the alpha channel, if the image has one.
-        let has_alpha = self.scene.images.get(file.index()).is_some_and(|i| i.data.channels == 4);
-        let channel = if self.is_float && has_alpha { ImageChannel::A } else { ImageChannel::Rgb };
+        // pbrt drops the alpha channel of formats other than these.
+        let has_alpha = of_type(".png") || of_type(".exr");
+        let (file, channel) = match self.is_float {
+            true => float_pictures::of_float(self.scene, file, encoding, has_alpha),
+            false => (file, ImageChannel::Rgb),
+        };
         let plain = [su, sv, du, dv] == [1.0, 1.0, 0.0, 0.0];
         let desc = ImageDesc {
             filter,

@@ -21,4 +21,4 @@ pub(crate) use orient::orient;
 pub(crate) use report::{Place, unknown};
 pub(crate) use revolution::{ALONG, AROUND, Surface, upright};
 pub(crate) use scene_files::{FilesAhead, LoadedFile, LoadedMesh, SceneFile};
-pub(crate) use values::{Through, map_values, mix, product};
+pub(crate) use values::{Through, map_colors, map_values, mix, product};

@@ -79,6 +79,30 @@ impl Through {
     }
 }
 
+/// A function of colours.
+enum Function<'a> {
+    /// Each component on its own.
+    Each(Through),
+    /// The whole colour, with a name for the function.
+    Colors(&'a str, &'a dyn Fn([f64; 3]) -> [f64; 3]),
+}
+
+impl Function<'_> {
+    fn of(&self, color: [f64; 3]) -> [f64; 3] {
+        match self {
+            Function::Each(f) => color.map(|v| f.of(v)),
+            Function::Colors(_, f) => f(color),
+        }
+    }
+
+    fn name(&self) -> String {
+        match self {
+            Function::Each(f) => format!("{f:?}"),
+            Function::Colors(name, _) => (*name).to_owned(),
+        }
+    }
+}
+
 /// Deepest nesting of textures.
 const MAX_DEPTH: u32 = 32;
 
@@ -90,21 +114,35 @@ pub(crate) fn map_values(
     place: Place,
     f: Through,
 ) -> ColorSource {
-    mapped_source(scene, source, place, f, 0)
+    mapped_source(scene, source, place, &Function::Each(f), 0)
+}
+
+/// The same with a function of whole colours; `name` tells it from others.
+pub(crate) fn map_colors(
+    scene: &mut CommonParts<'_>,
+    source: ColorSource,
+    place: Place,
+    name: &str,
+    f: &dyn Fn([f64; 3]) -> [f64; 3],
+) -> ColorSource {
+    mapped_source(scene, source, place, &Function::Colors(name, f), 0)
 }
 
 fn mapped_source(
     scene: &mut CommonParts<'_>,
     source: ColorSource,
     place: Place,
-    f: Through,
+    f: &Function<'_>,
     depth: u32,
 ) -> ColorSource {
     let id = match source {
-        ColorSource::Constant(c) => return ColorSource::Constant(c.map(|v| f.of(f64::from(v)) as f32)),
+        ColorSource::Constant(c) => {
+            let made = f.of(c.to_array().map(f64::from)).map(|v| v as f32);
+            return ColorSource::Constant(made.into());
+        }
         ColorSource::Texture(id) => id,
     };
-    let key = (id, format!("{f:?}"));
+    let key = (id, f.name());
     if let Some(&known) = scene.mapped.get(&key) {
         return known;
     }
@@ -122,7 +160,7 @@ fn mapped_texture(
     scene: &mut CommonParts<'_>,
     source: ColorSource,
     place: Place,
-    f: Through,
+    f: &Function<'_>,
     depth: u32,
 ) -> Option<ColorSource> {
     let desc = scene.texture_desc(source)?.clone();
@@ -133,16 +171,18 @@ fn mapped_texture(
             let (old, uri) = (asset.data.clone(), asset.uri.clone());
             let is_encoded = old.is_display_encoded() && image.encoding != Encoding::Linear;
             let (tint, offset) = (image.tint.to_array(), image.offset.to_array());
-            let value = |v: f32, i: usize| {
-                let (tint, offset) =
-                    (tint.get(i).copied().unwrap_or(1.0), offset.get(i).copied().unwrap_or(0.0));
-                let v = f64::from(v * tint) * image.gain + f64::from(offset);
-                f.of(if v.is_finite() { v } else { 0.0 }) as f32
+            let value = |color: [f32; 3]| {
+                let shown = [0, 1, 2].map(|i| {
+                    let v = f64::from(color[i] * tint[i]) * image.gain + f64::from(offset[i]);
+                    if v.is_finite() { v } else { 0.0 }
+                });
+                f.of(shown).map(|v| v as f32)
             };
             if !scene.may_copy(u64::from(old.width) * u64::from(old.height) * 12) {
                 return None;
             }
-            let made = mapped_picture(&old, is_encoded, &value)?;
+            let is_separable = matches!(f, Function::Each(_));
+            let made = mapped_picture(&old, is_encoded, is_separable, &value)?;
             let file = scene.add_image(&uri, made);
             TextureDesc::Image(ImageDesc {
                 file,
@@ -166,21 +206,29 @@ fn mapped_texture(
     Some(scene.texture(desc))
 }
 
-/// An image with its values mapped by channel; 8-bit images stay 8-bit. `None` if memory is short.
-fn mapped_picture(old: &Image, is_encoded: bool, value: &dyn Fn(f32, usize) -> f32) -> Option<Image> {
+/// An image with its colours mapped; 8-bit images stay 8-bit. `None` if memory is short.
+fn mapped_picture(
+    old: &Image,
+    is_encoded: bool,
+    is_separable: bool,
+    value: &dyn Fn([f32; 3]) -> [f32; 3],
+) -> Option<Image> {
     let count = (old.width as usize).checked_mul(old.height as usize)?.checked_mul(3)?;
     let rgb = |i: usize| old.rgb((i % old.width as usize) as u32, (i / old.width as usize) as u32);
     let pixels = if let (Pixels::U8(_), true) = (&old.pixels, is_encoded) {
         let byte = |v: f32| (srgb_encode(v.clamp(0.0, 1.0)) * 255.0 + 0.5) as u8;
-        let table: Vec<[u8; 3]> = (0..=u8::MAX)
-            .map(|v| [0, 1, 2].map(|i| byte(value(srgb_decode(f32::from(v) / 255.0), i))))
-            .collect();
+        let decoded: Vec<f32> = (0..=u8::MAX).map(|v| srgb_decode(f32::from(v) / 255.0)).collect();
+        let of_byte = |v: f32| (v * 255.0 + 0.5) as usize;
+        let table: Vec<[u8; 3]> = decoded.iter().map(|v| value([*v; 3]).map(byte)).collect();
         let mut bytes = Vec::new();
         bytes.try_reserve_exact(count).ok()?;
         for i in 0..count / 3 {
-            for (channel, v) in rgb(i).into_iter().enumerate() {
-                let of = table.get((v * 255.0 + 0.5) as usize).copied().unwrap_or_default();
-                bytes.push(of[channel]);
+            let at = rgb(i).map(of_byte);
+            if is_separable {
+                let of = at.map(|v| table.get(v).copied().unwrap_or_default());
+                bytes.extend([of[0][0], of[1][1], of[2][2]]);
+            } else {
+                bytes.extend(value(at.map(|v| decoded.get(v).copied().unwrap_or_default())).map(byte));
             }
         }
         Pixels::U8(bytes)
@@ -188,9 +236,7 @@ fn mapped_picture(old: &Image, is_encoded: bool, value: &dyn Fn(f32, usize) -> f
         let mut floats = Vec::new();
         floats.try_reserve_exact(count).ok()?;
         for i in 0..count / 3 {
-            for (channel, v) in rgb(i).into_iter().enumerate() {
-                floats.push(value(if is_encoded { srgb_decode(v) } else { v }, channel));
-            }
+            floats.extend(value(if is_encoded { rgb(i).map(srgb_decode) } else { rgb(i) }));
         }
         Pixels::F32(floats)
     };

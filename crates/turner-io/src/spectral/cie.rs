@@ -4,6 +4,8 @@
 pub(super) const FIRST: f64 = 380.0;
 /// Step, nm.
 pub(super) const STEP: f64 = 10.0;
+/// Last wavelength, nm.
+pub(super) const LAST: f64 = FIRST + STEP * (COUNT - 1) as f64;
 /// Number of wavelengths.
 const COUNT: usize = 41;
 

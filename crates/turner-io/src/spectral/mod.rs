@@ -17,10 +17,12 @@
 mod cie;
 mod metals;
 mod named;
+mod upsample;
 
 pub(crate) use named::{Glass, glass, illuminant, metal};
+pub(crate) use upsample::{Smooth, Upsampling};
 
-use cie::{D65, FIRST, OBSERVER, STEP};
+use cie::{D65, FIRST, LAST, OBSERVER, STEP};
 use turner::color::Spectrum;
 use turner::material::metals::{MetalColors, colors_of_index};
 use turner::math::elementary::{exp, pow_int};
@@ -62,6 +64,20 @@ impl Sampled {
         Sampled::of_pairs(&numbers)
     }
 
+    /// The same with 0 beyond both ends.
+    pub(crate) fn dark_beyond_its_ends(&self) -> Sampled {
+        // Far less than the distance of two samples.
+        const EDGE: f64 = 1e-6;
+        let mut points = self.points.clone();
+        if let Some(first) = points.first().filter(|p| p.0 > FIRST).map(|p| p.0) {
+            points.insert(0, (first - EDGE, 0.0));
+        }
+        if let Some(last) = points.last().filter(|p| p.0 < LAST).map(|p| p.0) {
+            points.push((last + EDGE, 0.0));
+        }
+        Sampled { points }
+    }
+
     /// The value, if all samples have the same.
     fn constant(&self) -> Option<f64> {
         let first = self.points.first()?.1;
@@ -69,7 +85,7 @@ impl Sampled {
     }
 
     /// The value at a wavelength; beyond the ends that of the end, or 0 for lights.
-    fn at(&self, nm: f64, is_light: bool) -> f64 {
+    pub(crate) fn at(&self, nm: f64, is_light: bool) -> f64 {
         let after = self.points.partition_point(|p| p.0 <= nm);
         let below = after.checked_sub(1).and_then(|i| self.points.get(i));
         match (below, self.points.get(after)) {
@@ -114,15 +130,20 @@ impl Sampled {
     }
 }
 
+/// Reflectance at normal incidence and tint at 82° of a metal with the relative complex IOR `eta` + i·`k` at a wavelength.
+pub(crate) fn metal_at(eta: f64, k: f64) -> (f64, f64) {
+    let index = |v: f64| Spectrum::grey(v.clamp(0.0, 1e6) as f32);
+    let c = colors_of_index(index(eta), index(k));
+    (f64::from(c.f0.r), f64::from(c.tint.r))
+}
+
 /// The colours of a metal with the complex IOR `eta` + i·`k`, below a medium with the IOR `outer`.
 pub(crate) fn metal_of_index(eta: &Sampled, k: &Sampled, outer: f64) -> MetalColors {
     // Fresnel's equations per wavelength at normal incidence and at 82° (cos θ = 1/7).
     let at = |nm: f64| {
-        let index = |s: &Sampled| Spectrum::grey((s.at(nm, false) / outer).clamp(0.0, 1e6) as f32);
-        let c = colors_of_index(index(eta), index(k));
-        let head_on = f64::from(c.f0.r);
+        let (head_on, tint) = metal_at(eta.at(nm, false) / outer, k.at(nm, false) / outer);
         let schlick = head_on + (1.0 - head_on) * pow_int(6.0 / 7.0, 5);
-        (head_on, schlick * f64::from(c.tint.r))
+        (head_on, schlick * tint)
     };
     let f0 = seen_in_daylight(|nm| at(nm).0);
     let grazing = seen_in_daylight(|nm| at(nm).1);
@@ -187,22 +208,36 @@ fn bins() -> impl Iterator<Item = (f64, [f64; 3], f64)> {
     OBSERVER.iter().zip(&D65).enumerate().map(|(i, (seen, light))| (FIRST + STEP * i as f64, *seen, *light))
 }
 
-fn seen_in_daylight(value: impl Fn(f64) -> f64) -> Spectrum {
-    let (mut sum, mut white) = ([0.0; 3], [0.0; 3]);
+/// The colour of a surface with this reflectance under D65.
+pub(crate) fn seen_in_daylight(value: impl Fn(f64) -> f64) -> Spectrum {
+    let mut xyz = [0.0; 3];
     for (nm, seen, light) in bins() {
         let v = value(nm);
-        for ((s, w), c) in sum.iter_mut().zip(&mut white).zip(seen) {
-            *s += v * c * light;
-            *w += c * light;
-        }
+        xyz.iter_mut().zip(seen).for_each(|(s, c)| *s += v * c * light);
     }
-    // Relative to white, so that a surface that reflects all light is exactly white.
+    let white = white_under_daylight();
+    rgb([xyz[0] * white[0], xyz[1] * white[1], xyz[2] * white[2]])
+}
+
+/// Factors on sums of x̄ D65, ȳ D65, z̄ D65: a surface that reflects all light is exactly white.
+fn white_under_daylight() -> [f64; 3] {
+    let mut white = [0.0; 3];
+    for (_, seen, light) in bins() {
+        white.iter_mut().zip(seen).for_each(|(w, c)| *w += c * light);
+    }
     let d65 = [0.950_470, 1.0, 1.088_830];
-    let mut xyz = [0.0; 3];
-    for (i, v) in xyz.iter_mut().enumerate() {
-        *v = sum[i] / white[i] * d65[i];
-    }
-    rgb(xyz)
+    [d65[0] / white[0], d65[1] / white[1], d65[2] / white[2]]
+}
+
+/// What a function of the wavelength is at each of the wavelengths that [`seen_in_daylight`] asks for.
+pub(crate) fn at_each_wavelength<T>(value: impl Fn(f64) -> T) -> Vec<T> {
+    bins().map(|(nm, ..)| value(nm)).collect()
+}
+
+/// [`seen_in_daylight`] of values at each wavelength.
+pub(crate) fn seen_values(values: &[f64]) -> Spectrum {
+    let index = |nm: f64| ((nm - FIRST) / STEP).round() as usize;
+    seen_in_daylight(|nm| values.get(index(nm)).copied().unwrap_or(0.0))
 }
 
 fn of_light(power: impl Fn(f64) -> f64) -> Spectrum {
@@ -224,15 +259,20 @@ fn of_chromaticity(x: f64, y: f64) -> Spectrum {
 
 /// CIE XYZ to linear Rec. 709. Colours outside it are clipped at 0 and scaled to keep their luminance.
 fn rgb([x, y, z]: [f64; 3]) -> Spectrum {
-    let v = [
-        3.240_454_2 * x - 1.537_138_5 * y - 0.498_531_4 * z,
-        -0.969_266 * x + 1.876_010_8 * y + 0.041_556 * z,
-        0.055_643_4 * x - 0.204_025_9 * y + 1.057_225_2 * z,
-    ];
+    let v = linear_rgb([x, y, z]);
     let cut = v.map(|v| v.max(0.0));
     let luminance = 0.212_672_9 * cut[0] + 0.715_152_2 * cut[1] + 0.072_175 * cut[2];
     let factor = if v != cut && luminance > 0.0 && y > 0.0 { y / luminance } else { 1.0 };
     Spectrum::new((cut[0] * factor) as f32, (cut[1] * factor) as f32, (cut[2] * factor) as f32)
+}
+
+/// CIE XYZ to linear Rec. 709, unclipped.
+fn linear_rgb([x, y, z]: [f64; 3]) -> [f64; 3] {
+    [
+        3.240_454_2 * x - 1.537_138_5 * y - 0.498_531_4 * z,
+        -0.969_266 * x + 1.876_010_8 * y + 0.041_556 * z,
+        0.055_643_4 * x - 0.204_025_9 * y + 1.057_225_2 * z,
+    ]
 }
 
 #[cfg(test)]

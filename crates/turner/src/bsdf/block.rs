@@ -43,17 +43,26 @@ pub(crate) trait BsdfBlock: Default {
     /// The BSDFs seen from `wo`.
     fn towards<S: Simd>(&self, simd: S, wo: Vec3x8<S>) -> Self::Seen<S>;
 
-    /// The BRDF and the density of directions above the surface.
+    /// The BRDF and the density of directions above the surface. `softening` is the factor of diffuse reflection at
+    /// shadow terminators.
     fn eval_pdf<S: Simd>(
         &self,
         simd: S,
         wo: Vec3x8<S>,
         seen: &Self::Seen<S>,
         wi: Vec3x8<S>,
+        softening: F64x8<S>,
     ) -> (Bands<S>, F64x8<S>);
 
-    /// Samples a direction per lane from three random numbers.
-    fn sample<S: Simd>(&self, simd: S, wo: Vec3x8<S>, seen: &Self::Seen<S>, u: [F64x8<S>; 3]) -> Sampled<S>;
+    /// Samples a direction per lane from three random numbers. `softening` is as for `eval_pdf`, by direction.
+    fn sample<S: Simd>(
+        &self,
+        simd: S,
+        wo: Vec3x8<S>,
+        seen: &Self::Seen<S>,
+        u: [F64x8<S>; 3],
+        softening: impl Fn(Vec3x8<S>) -> F64x8<S>,
+    ) -> Sampled<S>;
 }
 
 /// Eight Lambertian BRDFs.
@@ -85,16 +94,31 @@ impl BsdfBlock for LambertBlock {
     fn towards<S: Simd>(&self, _: S, _: Vec3x8<S>) {}
 
     #[inline(always)]
-    fn eval_pdf<S: Simd>(&self, simd: S, _: Vec3x8<S>, (): &(), wi: Vec3x8<S>) -> (Bands<S>, F64x8<S>) {
+    fn eval_pdf<S: Simd>(
+        &self,
+        simd: S,
+        _: Vec3x8<S>,
+        (): &(),
+        wi: Vec3x8<S>,
+        softening: F64x8<S>,
+    ) -> (Bands<S>, F64x8<S>) {
         let [r, g, b] = &self.f;
-        let f = [F32x8::load(simd, r), F32x8::load(simd, g), F32x8::load(simd, b)];
+        let softening = softening.narrow();
+        let f = [r, g, b].map(|band| F32x8::load(simd, band) * softening);
         (f, wi.z / F64x8::splat(simd, PI))
     }
 
     #[inline(always)]
-    fn sample<S: Simd>(&self, simd: S, wo: Vec3x8<S>, (): &(), [_, u0, u1]: [F64x8<S>; 3]) -> Sampled<S> {
+    fn sample<S: Simd>(
+        &self,
+        simd: S,
+        wo: Vec3x8<S>,
+        (): &(),
+        [_, u0, u1]: [F64x8<S>; 3],
+        softening: impl Fn(Vec3x8<S>) -> F64x8<S>,
+    ) -> Sampled<S> {
         let wi = cosine(simd, [u0, u1]);
-        let (f, pdf) = self.eval_pdf(simd, wo, &(), wi);
+        let (f, pdf) = self.eval_pdf(simd, wo, &(), wi, softening(wi));
         let (zero, least) = (F64x8::splat(simd, 0.0), F64x8::splat(simd, MIN_COSINE));
         let valid_pdf = pdf.gt(zero) & pdf.lt(F64x8::splat(simd, f64::INFINITY));
         let valid = wo.z.gt(least) & wi.z.gt(least) & valid_pdf;
@@ -122,13 +146,21 @@ impl BsdfBlock for OpaqueBlock {
         wo: Vec3x8<S>,
         seen: &OpaqueSeen<S>,
         wi: Vec3x8<S>,
+        softening: F64x8<S>,
     ) -> (Bands<S>, F64x8<S>) {
-        let (f, pdf) = OpaqueBlock::eval_pdf(self, simd, wo, seen, wi);
+        let (f, pdf) = OpaqueBlock::eval_pdf(self, simd, wo, seen, wi, softening);
         ([f.x.narrow(), f.y.narrow(), f.z.narrow()], pdf)
     }
 
     #[inline(always)]
-    fn sample<S: Simd>(&self, simd: S, wo: Vec3x8<S>, seen: &OpaqueSeen<S>, u: [F64x8<S>; 3]) -> Sampled<S> {
-        OpaqueBlock::sample(self, simd, wo, seen, u)
+    fn sample<S: Simd>(
+        &self,
+        simd: S,
+        wo: Vec3x8<S>,
+        seen: &OpaqueSeen<S>,
+        u: [F64x8<S>; 3],
+        softening: impl Fn(Vec3x8<S>) -> F64x8<S>,
+    ) -> Sampled<S> {
+        OpaqueBlock::sample(self, simd, wo, seen, u, softening)
     }
 }

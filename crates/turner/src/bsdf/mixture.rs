@@ -7,7 +7,9 @@ use super::albedo::AlbedoDirection;
 use super::coat::Coat;
 use super::diffuse::{eon, sample_cosine};
 use super::fuzz::Charlie;
-use super::{Bsdf, BsdfSample, Lobe, Rgb, spectrum};
+use super::terminator::Terminator;
+use super::{Bsdf, BsdfSample, Lobe, Rgb, lambert, spectrum};
+use crate::color::Spectrum;
 use crate::math::{DVec3, Frame, reflect};
 
 /// Directions whose cosine is below this count as below the surface.
@@ -228,21 +230,46 @@ impl Bsdf {
 
     /// f and pdf, summed over all lobes but delta lobes.
     #[inline]
-    pub(super) fn mixture(&self, wo: DVec3, wi: DVec3, o: &Above, p: &LobeProbabilities) -> (Rgb, f64) {
+    pub(super) fn mixture(
+        &self,
+        wo: DVec3,
+        wi: DVec3,
+        o: &Above,
+        p: &LobeProbabilities,
+        terminator: Option<&Terminator>,
+    ) -> (Rgb, f64) {
         if !(wo.z > MIN_COSINE && wi.z.abs() > MIN_COSINE) {
             return (Rgb::ZERO, 0.0);
         }
         if self.lambert {
             let above = wi.z > 0.0;
-            return if above { (self.diffuse.reflect / PI, wi.z / PI) } else { (Rgb::ZERO, 0.0) };
+            if !above {
+                return (Rgb::ZERO, 0.0);
+            }
+            let f = self.softened_lambert(wi, terminator).to_array().map(f64::from);
+            return (Rgb::from(f), wi.z / PI);
         }
         if self.exits {
-            return self.eval_exit(wi);
+            let (f, pdf) = self.eval_exit(wi);
+            return (f * softening(terminator, wi), pdf);
         }
-        self.mixture_with(wo, wi, o, p)
+        self.mixture_with(wo, wi, o, p, terminator)
     }
 
-    fn mixture_with(&self, wo: DVec3, wi: DVec3, o: &Above, p: &[f64; LOBES]) -> (Rgb, f64) {
+    /// The BRDF of a purely Lambertian surface, in the precision of blocks.
+    #[inline]
+    fn softened_lambert(&self, wi: DVec3, terminator: Option<&Terminator>) -> Spectrum {
+        lambert(self.diffuse.reflect) * softening(terminator, wi) as f32
+    }
+
+    fn mixture_with(
+        &self,
+        wo: DVec3,
+        wi: DVec3,
+        o: &Above,
+        p: &[f64; LOBES],
+        terminator: Option<&Terminator>,
+    ) -> (Rgb, f64) {
         let transmitted = wi.z < 0.0;
         if transmitted && p[TRANSMIT] + p[MULTI_TRANSMIT] == 0.0 && p[INTERFACE] == 0.0 {
             return (Rgb::ZERO, 0.0);
@@ -269,7 +296,8 @@ impl Bsdf {
                 } else {
                     eon((diffuse / self.diffuse.weight).min(Rgb::ONE), self.diffuse.roughness, wo, wi)
                         * self.diffuse.weight
-                };
+                }
+                * if transmitted { 1.0 } else { softening(terminator, wi) };
         }
         if let Some(interface) = &self.interface {
             let (single, density) =
@@ -306,6 +334,7 @@ impl Bsdf {
         u: [f64; 3],
         o: &Above,
         p: &LobeProbabilities,
+        terminator: Option<&Terminator>,
     ) -> Option<BsdfSample> {
         if wo.z.is_nan() || wo.z <= MIN_COSINE {
             return None;
@@ -313,11 +342,12 @@ impl Bsdf {
         if self.lambert {
             let wi = sample_cosine([u[1], u[2]]);
             let lobe = Lobe { is_delta: false, is_transmission: false, is_diffuse: true };
-            let f = spectrum(self.diffuse.reflect / PI);
+            let f = self.softened_lambert(wi, terminator);
             return (wi.z > MIN_COSINE).then(|| BsdfSample { wi, f, pdf: wi.z / PI, lobe, eta: 1.0 });
         }
         if self.exits {
-            return self.sample_exit([u[1], u[2]]);
+            let sample = self.sample_exit([u[1], u[2]])?;
+            return Some(BsdfSample { f: sample.f * softening(terminator, sample.wi) as f32, ..sample });
         }
         let (lobe, u0) = choose(p, u[0])?;
         let mut eta = 1.0;
@@ -384,7 +414,7 @@ impl Bsdf {
         if wi.z.is_nan() || wi.z.abs() <= MIN_COSINE || (wi.z < 0.0 && matches!(lobe, COAT)) {
             return None;
         }
-        let (f, pdf) = self.mixture_with(wo, wi, o, p);
+        let (f, pdf) = self.mixture_with(wo, wi, o, p, terminator);
         let lobe = Lobe {
             is_delta: false,
             is_transmission: wi.z < 0.0,
@@ -392,6 +422,12 @@ impl Bsdf {
         };
         (pdf > 0.0 && pdf.is_finite()).then(|| BsdfSample { wi, f: spectrum(f), pdf, lobe, eta })
     }
+}
+
+/// The factor of diffuse reflection at a shadow terminator.
+#[inline]
+fn softening(terminator: Option<&Terminator>, wi: DVec3) -> f64 {
+    terminator.map_or(1.0, |t| t.softening(wi))
 }
 
 /// The sample of a delta lobe that carries the fraction `color` of light.

@@ -56,6 +56,7 @@ mod pane;
 mod parts;
 mod point;
 mod subsurface;
+mod terminator;
 
 pub(crate) use block::{Bands, BsdfBlock, LambertBlock, Sampled};
 pub(crate) use diffuse::sample_cosine;
@@ -64,6 +65,7 @@ pub(crate) use opaque_base::{OpaqueBase, OpaqueBlock, OpaqueSeen};
 pub(crate) use parts::MOST_DELTAS;
 pub use point::PrincipledPoint;
 pub use subsurface::Entry;
+pub(crate) use terminator::{Terminator, TerminatorX8};
 
 use albedo::AlbedoDirection;
 use coat::Coat;
@@ -157,7 +159,8 @@ impl Bsdf {
         let (base, translucent) = (base_albedo(p.base_color, p.base_weight), color(p.subsurface_color));
         let subsurface = unit(p.subsurface_weight);
         let (reflect, transmit, enter) = if p.thin_walled {
-            (base * (1.0 - subsurface), translucent * subsurface, Rgb::ZERO)
+            let (reflect, transmit) = thin_albedos(p, subsurface);
+            (reflect, transmit, Rgb::ZERO)
         } else if p.subsurface_walk && p.entering {
             (base * (1.0 - subsurface), Rgb::ZERO, translucent * subsurface)
         } else {
@@ -273,7 +276,7 @@ impl Bsdf {
     pub fn towards(&self, wo: DVec3) -> BsdfFromWo<'_> {
         let wo = self.in_aniso_frame(wo);
         let (above, p) = self.prepare_wo(wo);
-        BsdfFromWo { bsdf: self, wo, above, p }
+        BsdfFromWo { bsdf: self, wo, above, p, terminator: None }
     }
 
     /// Whether any lobe is not a delta lobe, so that lights can be sampled.
@@ -333,9 +336,17 @@ pub struct BsdfFromWo<'a> {
     wo: DVec3,
     above: mixture::Above,
     p: mixture::LobeProbabilities,
+    /// Where diffuse reflection is softened; in the anisotropy frame.
+    terminator: Option<Terminator>,
 }
 
 impl<'a> BsdfFromWo<'a> {
+    /// The BSDF whose diffuse reflection is softened at the shadow terminator of a smooth mesh.
+    pub(crate) fn softened(self, terminator: Terminator) -> BsdfFromWo<'a> {
+        let terminator = terminator.turned(|n| self.bsdf.in_aniso_frame(n));
+        BsdfFromWo { terminator: Some(terminator), ..self }
+    }
+
     /// The BSDF for any direction on the same side; `None` if its coat has a normal of its own, which depends on wo.
     pub(crate) fn at_any_wo(&self) -> Option<&'a Bsdf> {
         self.bsdf.coat_normal.is_none().then_some(self.bsdf)
@@ -352,8 +363,15 @@ impl BsdfFromWo<'_> {
     /// See [`Bsdf::eval_pdf`].
     #[inline]
     pub fn eval_pdf(&self, wi: DVec3) -> (Spectrum, f64) {
-        let (f, pdf) = self.bsdf.mixture(self.wo, self.bsdf.in_aniso_frame(wi), &self.above, &self.p);
+        let wi = self.bsdf.in_aniso_frame(wi);
+        let (f, pdf) = self.bsdf.mixture(self.wo, wi, &self.above, &self.p, self.terminator.as_ref());
         (spectrum(f), pdf)
+    }
+
+    /// The factor of diffuse reflection for light from `wi`, which [`eval_pdf`](BsdfFromWo::eval_pdf) contains.
+    #[inline]
+    pub(crate) fn softening(&self, wi: DVec3) -> f64 {
+        self.terminator.as_ref().map_or(1.0, |t| t.softening(self.bsdf.in_aniso_frame(wi)))
     }
 
     /// Fraction of light from behind that passes straight through a thin smooth wall: the mean weight of the samples
@@ -370,7 +388,8 @@ impl BsdfFromWo<'_> {
     /// See [`Bsdf::sample`].
     #[inline]
     pub fn sample(&self, u: [f64; 3]) -> Option<BsdfSample> {
-        let mut sample = self.bsdf.sample_mixture(self.wo, u, &self.above, &self.p)?;
+        let mut sample =
+            self.bsdf.sample_mixture(self.wo, u, &self.above, &self.p, self.terminator.as_ref())?;
         sample.wi = self.bsdf.out_of_aniso_frame(sample.wi);
         Some(sample)
     }
@@ -386,6 +405,19 @@ fn rotation(p: &PrincipledPoint) -> Option<(f64, f64)> {
         let (sin, cos) = sin_cos(angle);
         (cos, sin)
     })
+}
+
+/// What a thin wall reflects and transmits diffusely, of which the fraction `subsurface` transmits. Each colour may exceed
+/// 1 where its fraction makes up for it; together they do not.
+fn thin_albedos(p: &PrincipledPoint, subsurface: f64) -> (Rgb, Rgb) {
+    let of = |c: Spectrum, weight: f64| {
+        let band = |v: f32| if v > 0.0 { (f64::from(v) * weight).min(1.0) } else { 0.0 };
+        Rgb::new(band(c.r), band(c.g), band(c.b))
+    };
+    let reflect = of(p.base_color, unit(p.base_weight) * (1.0 - subsurface));
+    let transmit = of(p.subsurface_color, subsurface);
+    let scale = (reflect + transmit).max(Rgb::ONE).recip();
+    (reflect * scale, transmit * scale)
 }
 
 /// Clamps to 0..=1; 0 for NaN.

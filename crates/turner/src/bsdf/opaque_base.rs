@@ -312,7 +312,7 @@ impl OpaqueBlock {
         Vec3x8::select(Mask8::new(simd, self.metals), metal + opaque, opaque)
     }
 
-    /// BRDF and density of `wi` above the surface; see `Bsdf::mixture`.
+    /// BRDF and density of `wi` above the surface; see `Bsdf::mixture`. `softening` is the factor of diffuse reflection.
     #[inline(always)]
     pub(crate) fn eval_pdf<S: Simd>(
         &self,
@@ -320,6 +320,7 @@ impl OpaqueBlock {
         wo: Vec3x8<S>,
         seen: &OpaqueSeen<S>,
         wi: Vec3x8<S>,
+        softening: F64x8<S>,
     ) -> (Vec3x8<S>, F64x8<S>) {
         let splat = |v: f64| F64x8::splat(simd, v);
         let (zero, one, four, pi) = (splat(0.0), splat(1.0), splat(4.0), splat(PI));
@@ -331,7 +332,7 @@ impl OpaqueBlock {
         if self.diffuse != 0 {
             let through = seen.below * self.below(simd, capped) / F64x8::load(simd, &self.normalisation);
             let lit = Mask8::new(simd, self.diffuse).select(through, zero);
-            f = Vec3x8::load(simd, &self.lambert) * lit;
+            f = Vec3x8::load(simd, &self.lambert) * lit * softening;
         }
         let none = zero;
         let mut single = Vec3x8 { x: none, y: none, z: none };
@@ -369,6 +370,7 @@ impl OpaqueBlock {
         wo: Vec3x8<S>,
         seen: &OpaqueSeen<S>,
         u: [F64x8<S>; 3],
+        softening: impl Fn(Vec3x8<S>) -> F64x8<S>,
     ) -> Sampled<S> {
         let splat = |v: f64| F64x8::splat(simd, v);
         let (zero, one, least) = (splat(0.0), splat(1.0), splat(MIN_COSINE));
@@ -394,7 +396,7 @@ impl OpaqueBlock {
             wi = Vec3x8::select(takes_third, self.spread(simd, takes_third.bits(), [u[1], u[2]]), wi);
         }
         let is_delta = takes_first & smooth;
-        let (f, pdf) = self.eval_pdf(simd, wo, seen, wi);
+        let (f, pdf) = self.eval_pdf(simd, wo, seen, wi, softening(wi));
         // The delta lobe: color / |wi.z|, with the probability of its lobe.
         let color = self.reflectance(simd, smaller(wo.z, one));
         let mirror = Vec3x8 { x: color.x / wi.z, y: color.y / wi.z, z: color.z / wi.z };

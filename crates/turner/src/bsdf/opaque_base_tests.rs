@@ -2,16 +2,21 @@ use turner_bvh::InstructionSet;
 use turner_bvh::lanes::{Block32, LANES, Work, dispatch};
 
 use super::*;
-use crate::bsdf::{Bsdf, PrincipledPoint};
+use crate::bsdf::{Bsdf, PrincipledPoint, Terminator, TerminatorX8};
 use crate::color::Spectrum;
 use crate::math::DVec3;
 use crate::math::block::vector;
 use crate::testing::Random;
 
+/// The lanes with softened terminators.
+const SOFT: u8 = 0b0110_1101;
+
 struct All<'a> {
     block: &'a OpaqueBlock,
     wo: &'a [Block; 3],
     u: &'a [Block; 3],
+    /// Geometric normals; the shading normals are +z.
+    ng: &'a [Block; 3],
     /// wi, f, pdf; lanes with a sample, by delta lobes, by diffuse lobes.
     out: &'a mut Out,
 }
@@ -33,14 +38,17 @@ impl Work for All<'_> {
         let [a, b, c] = self.u;
         let u = [F64x8::load(simd, a), F64x8::load(simd, b), F64x8::load(simd, c)];
         let seen = self.block.towards(simd, wo);
-        let s = self.block.sample(simd, wo, &seen, u);
+        let up = Vec3x8::splat(simd, [0.0, 0.0, 1.0]);
+        let terminator = TerminatorX8::new(simd, up, Vec3x8::load(simd, self.ng), Mask8::new(simd, SOFT));
+        let s = self.block.sample(simd, wo, &seen, u, |wi| terminator.softening(simd, wi));
         s.wi.store(&mut self.out.wi);
         for (band, to) in s.f.into_iter().zip(&mut self.out.f) {
             band.store(to);
         }
         s.pdf.store(&mut self.out.pdf);
         self.out.masks = [s.valid.bits(), s.is_delta.bits(), s.is_diffuse.bits()];
-        let (f, pdf) = self.block.eval_pdf(simd, wo, &seen, s.wi);
+        let softening = terminator.softening(simd, s.wi);
+        let (f, pdf) = self.block.eval_pdf(simd, wo, &seen, s.wi, softening);
         f.store(&mut self.out.evaluated.0);
         pdf.store(&mut self.out.evaluated.1);
     }
@@ -84,25 +92,30 @@ fn eight_lanes_equal_scalar() {
                 }
             }
         });
-        let (mut wo, mut u) = ([Block::default(); 3], [Block::default(); 3]);
+        let (mut wo, mut u, mut ng) = ([Block::default(); 3], [Block::default(); 3], [Block::default(); 3]);
         for (lane, bsdf) in bsdfs.iter().enumerate() {
             block.set(lane, &bsdf.as_opaque_base().unwrap());
             let [x, y, z, _] = random.units::<4>();
             set_vector(&mut wo, lane, DVec3::new(2.0 * x - 1.0, 2.0 * y - 1.0, z * z + 1e-6).normalize());
             [u[0].0[lane], u[1].0[lane], u[2].0[lane], _] = random.units::<4>();
+            set_vector(&mut ng, lane, (DVec3::Z + random.direction() * 0.9).normalize());
         }
         for instructions in InstructionSet::available() {
             let mut out = Out::default();
-            dispatch(instructions, All { block: &block, wo: &wo, u: &u, out: &mut out });
+            dispatch(instructions, All { block: &block, wo: &wo, u: &u, ng: &ng, out: &mut out });
             for (lane, bsdf) in bsdfs.iter().enumerate() {
                 let is = |i: usize| out.masks[i] >> lane & 1 == 1;
                 let wi = vector(&out.wi, lane);
-                let sample = bsdf.sample(vector(&wo, lane), [u[0].0[lane], u[1].0[lane], u[2].0[lane]]);
+                let mut scalar = bsdf.towards(vector(&wo, lane));
+                if SOFT >> lane & 1 == 1 {
+                    scalar = scalar.softened(Terminator::new(DVec3::Z, vector(&ng, lane)));
+                }
+                let sample = scalar.sample([u[0].0[lane], u[1].0[lane], u[2].0[lane]]);
                 assert_eq!(sample.is_some(), is(0), "{bsdf:?}");
                 if wi.z > MIN_COSINE {
                     let f = crate::bsdf::spectrum(vector(&out.evaluated.0, lane));
                     let wide = (f, out.evaluated.1.0[lane]);
-                    assert_eq!(bsdf.eval_pdf(vector(&wo, lane), wi), wide, "{bsdf:?}");
+                    assert_eq!(scalar.eval_pdf(wi), wide, "{bsdf:?}");
                 }
                 let Some(s) = sample else { continue };
                 let [r, g, b] = &out.f;

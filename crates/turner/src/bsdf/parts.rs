@@ -55,10 +55,10 @@ impl BsdfFromWo<'_> {
             return Spectrum::BLACK;
         }
         let wi = bsdf.in_aniso_frame(wi);
-        let (whole, _) = bsdf.mixture(self.wo, wi, &self.above, &self.p);
+        let (whole, _) = bsdf.mixture(self.wo, wi, &self.above, &self.p, self.terminator.as_ref());
         let mut other = *bsdf;
         (other.diffuse.reflect, other.diffuse.transmit) = (Rgb::ZERO, Rgb::ZERO);
-        let (other, _) = other.mixture(self.wo, wi, &self.above, &self.p);
+        let (other, _) = other.mixture(self.wo, wi, &self.above, &self.p, self.terminator.as_ref());
         let fraction =
             |c: usize| if whole[c] > 0.0 { (1.0 - other[c] / whole[c]).clamp(0.0, 1.0) } else { 0.0 };
         spectrum(Rgb::new(fraction(0), fraction(1), fraction(2)))

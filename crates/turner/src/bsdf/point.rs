@@ -4,7 +4,8 @@
 use crate::color::Spectrum;
 
 /// The parameters of a [`PrincipledMaterial`](crate::material::PrincipledMaterial) at one point, under the same names.
-/// Weights, colours and roughnesses are clamped to 0..=1; NaN counts as 0.
+/// Weights, colours and roughnesses are clamped to 0..=1; NaN counts as 0. The colours of diffuse thin walls may exceed 1
+/// as long as what is reflected and transmitted together does not.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PrincipledPoint {
     /// Factor of the base colour.

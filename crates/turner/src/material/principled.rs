@@ -176,6 +176,9 @@ params! {
         bump_scale: f64 = 0.1;
         /// The unit of `bump_scale`.
         bump_unit: BumpUnit = BumpUnit::Scene;
+        /// Whether diffuse reflection of meshes with smooth normals fades before the shadow terminator, which hides the
+        /// edges of coarse triangles. The total reflectance stays. pbrt and Mitsuba do not do this.
+        soften_terminator: bool = true;
         /// Ambient occlusion texture: the fraction of ambient light that arrives. Only for the integrator "classic";
         /// "path" and "direct" compute it.
         occlusion_map: Option<ColorSource> = None;

@@ -2,7 +2,7 @@
 
 use super::bent_normal::{bent_normal, with_normal};
 use super::{MaterialEvalContext, OpenPbr};
-use crate::bsdf::{Bsdf, BsdfFromWo, BsdfSample};
+use crate::bsdf::{Bsdf, BsdfFromWo, BsdfSample, Terminator};
 use crate::color::Spectrum;
 use crate::interaction::SurfaceInteraction;
 use crate::math::{DVec3, Frame, Ray};
@@ -29,7 +29,7 @@ pub(crate) struct Met {
     pub(crate) distance: f64,
     /// Whether the light is transmitted through the surface.
     pub(crate) crosses: bool,
-    /// The BSDF, with the shadow terminator factor, and the density with which BSDF sampling finds `wi`.
+    /// The BSDF and the density with which BSDF sampling finds `wi`.
     pub(crate) f: Spectrum,
     pub(crate) pdf: f64,
 }
@@ -49,7 +49,7 @@ impl Vertex<'_> {
         self.frame.z.dot(w).abs()
     }
 
-    /// The BSDF for light from `wi`, with the shadow terminator factor, and its sampling density.
+    /// The BSDF for light from `wi` and its sampling density.
     pub(crate) fn eval_towards(&self, wi: DVec3) -> (Spectrum, f64) {
         let found = self.eval(wi, self.frame.to_local(wi));
         found.map_or((Spectrum::BLACK, 0.0), |(_, f, pdf)| (f, pdf))
@@ -59,10 +59,7 @@ impl Vertex<'_> {
     #[inline]
     fn eval(&self, wi: DVec3, wi_local: DVec3) -> Option<(bool, Spectrum, f64)> {
         let crosses = self.crosses(wi, wi_local)?;
-        let (mut f, pdf) = self.bsdf.eval_pdf(wi_local);
-        if !crosses {
-            f *= self.terminator(wi) as f32;
-        }
+        let (f, pdf) = self.bsdf.eval_pdf(wi_local);
         Some((crosses, f, pdf))
     }
 
@@ -99,35 +96,11 @@ impl Vertex<'_> {
         }
     }
 
-    /// Shadow terminator factor for light from `wi`: smooth normals over flat triangles are darkened where a triangle
-    /// faces away from the light before its smooth normal does (Chiang, Li and Burley 2019, "Taming the shadow
-    /// terminator", eq. 3 and 4). At most 1.
-    #[inline]
-    pub(crate) fn terminator(&self, wi: DVec3) -> f64 {
-        softened(self.surface.ns, self.surface.ng, wi)
-    }
-
     /// Whether light from `wi` is transmitted; `None` where the shading and geometric normals disagree on the sides.
     #[inline]
     pub(crate) fn crosses(&self, wi: DVec3, wi_local: DVec3) -> Option<bool> {
         let crosses = (wi.dot(self.ng) > 0.0) != (self.wo.dot(self.ng) > 0.0);
         (crosses == ((wi_local.z > 0.0) != (self.wo_local.z > 0.0))).then_some(crosses)
-    }
-}
-
-/// Shadow terminator factor of a smooth normal `ns` over a flat surface of normal `ng`: see [`Vertex::terminator`].
-#[inline]
-pub(crate) fn softened(ns: DVec3, ng: DVec3, wi: DVec3) -> f64 {
-    if ns == ng {
-        return 1.0;
-    }
-    let g = ng.dot(wi) / (ng.dot(ns) * ns.dot(wi));
-    if g >= 1.0 {
-        1.0
-    } else if g > 0.0 {
-        g * (1.0 + g * (1.0 - g))
-    } else {
-        0.0
     }
 }
 
@@ -158,7 +131,11 @@ pub(crate) fn prepare<'a>(
         }
     }
     let wo_local = frame.to_local(wo);
-    Vertex { surface, frame, ng, bsdf: bsdf.towards(wo_local), wo, wo_local }
+    let mut bsdf = bsdf.towards(wo_local);
+    if material.desc.soften_terminator && surface.ns != surface.ng {
+        bsdf = bsdf.softened(Terminator::new(frame.to_local(surface.ns), frame.to_local(surface.ng)));
+    }
+    Vertex { surface, frame, ng, bsdf, wo, wo_local }
 }
 
 /// The BSDF with the coat's own normal, if it has one.

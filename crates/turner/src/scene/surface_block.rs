@@ -3,6 +3,7 @@
 
 use turner_bvh::lanes::{Block, Block32, F32x8, F64x8, Mask8, Simd, Vec3x8};
 
+use crate::bsdf::TerminatorX8;
 use crate::interaction::SurfaceInteraction;
 use crate::material::bent_normal::HEIGHT;
 use crate::math::DVec3;
@@ -17,6 +18,8 @@ pub(crate) struct SurfaceBlock {
     /// The lanes of triangles with world-space positions and normals, and those of them with vertex normals.
     triangles: u8,
     smooth: u8,
+    /// The lanes of materials that soften shadow terminators.
+    softens: u8,
     /// Corners of the triangles, by coordinate.
     corners: [[Block32; 3]; 3],
     /// Their vertex normals, by coordinate.
@@ -53,6 +56,8 @@ pub(crate) struct SurfaceX8<S: Simd> {
     pub(crate) frame: FrameX8<S>,
     /// Directions towards the rays' origins.
     pub(crate) wo: Vec3x8<S>,
+    /// Lanes whose shadow terminators are softened.
+    soft: Mask8<S>,
 }
 
 impl SurfaceBlock {
@@ -104,6 +109,19 @@ impl SurfaceBlock {
         set_vector(&mut self.ns, lane, surface.ns);
         set_vector(&mut self.mapped, lane, mapped);
         set_vector(&mut self.direction, lane, direction);
+    }
+
+    /// Whether the material in a lane softens shadow terminators.
+    #[inline]
+    pub(crate) fn set_softens(&mut self, lane: usize, softens: bool) {
+        set_bit(&mut self.softens, lane, softens);
+    }
+
+    /// The shading normal in a lane, where its shadow terminator is softened.
+    #[inline]
+    pub(crate) fn soft_normal(&self, lane: usize) -> Option<DVec3> {
+        let ns = vector(&self.ns, lane);
+        (self.softens >> lane & 1 == 1 && ns != self.normal(lane)).then_some(ns)
     }
 
     /// Computes the triangles, and all frames.
@@ -207,13 +225,15 @@ impl SurfaceBlock {
     #[inline(always)]
     pub(crate) fn lanes<S: Simd>(&self, simd: S) -> SurfaceX8<S> {
         let [x, y, z] = &self.frame;
+        let (ng, ns) = (Vec3x8::load(simd, &self.ng), Vec3x8::load(simd, &self.ns));
         SurfaceX8 {
             p: Vec3x8::load(simd, &self.p),
             error: F64x8::load(simd, &self.error),
-            ng: Vec3x8::load(simd, &self.ng),
-            ns: Vec3x8::load(simd, &self.ns),
+            ng,
+            ns,
             frame: FrameX8 { x: Vec3x8::load(simd, x), y: Vec3x8::load(simd, y), z: Vec3x8::load(simd, z) },
             wo: -Vec3x8::load(simd, &self.direction),
+            soft: Mask8::new(simd, self.softens).and_not(same(ns, ng)),
         }
     }
 }
@@ -241,13 +261,11 @@ impl<S: Simd> SurfaceX8<S> {
         above & ((outside & i.gt(zero)) | within.and_not(outside))
     }
 
-    /// As [`softened`](crate::material::vertex::softened).
+    /// The shadow terminators in the local frames.
     #[inline(always)]
-    pub(crate) fn terminator(&self, simd: S, wi: Vec3x8<S>) -> F64x8<S> {
-        let (zero, one) = (F64x8::splat(simd, 0.0), F64x8::splat(simd, 1.0));
-        let g = self.ng.dot(wi) / (self.ng.dot(self.ns) * self.ns.dot(wi));
-        let soft = g.gt(zero).select(g * (one + g * (one - g)), zero);
-        (g.ge(one) | same(self.ns, self.ng)).select(one, soft)
+    pub(crate) fn terminator(&self, simd: S) -> TerminatorX8<S> {
+        let (ns, ng) = (self.frame.to_local(self.ns), self.frame.to_local(self.ng));
+        TerminatorX8::new(simd, ns, ng, self.soft)
     }
 }
 

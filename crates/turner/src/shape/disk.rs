@@ -1,14 +1,18 @@
 //! Flat disks and rings.
 
+use std::f64::consts::TAU;
+
 use super::plane::{crossing, flat_point, tangents};
 use super::{ROUNDING, ShapeHit, SurfacePoint, direction};
+use crate::math::elementary::atan2;
 use crate::math::{Bounds, DVec2, DVec3, Ray};
 use crate::schema::{ErrorCode, Range, SceneError, params};
 
 params! {
     /// A flat disk, or a ring if `inner_radius` is above 0. (u, v) covers the square around the disk: the
     /// centre is (0.5, 0.5), and the rim touches 0 and 1. u runs to the right and v up, as seen from the side
-    /// that the normal points to; with the normal +y, u runs along +x and v along −z (see "plane").
+    /// that the normal points to; with the normal +y, u runs along +x and v along −z (see "plane"). With
+    /// `polar`, u is the azimuth, counter-clockwise from the right, and v grows from the rim to the inner radius.
     pub struct DiskDesc as "disk" {
         /// Centre.
         center: DVec3 = DVec3::ZERO;
@@ -18,6 +22,8 @@ params! {
         radius: f64 = 1.0, in Range::POSITIVE;
         /// Radius of the hole, less than `radius`; 0 is a full disk.
         inner_radius: f64 = 0.0, in Range::NON_NEGATIVE;
+        /// Whether (u, v) are azimuth and radius, as in pbrt.
+        polar: bool = false;
     }
     example r#"[[object]]
 type = "disk"
@@ -34,6 +40,7 @@ pub struct Disk {
     normal: DVec3,
     radius: f64,
     inner_radius: f64,
+    polar: bool,
 }
 
 impl DiskDesc {
@@ -46,7 +53,7 @@ impl DiskDesc {
             return Err(SceneError::new(ErrorCode::OutOfRange, message).help("make the hole smaller"));
         }
         let normal = direction(self.normal, "disk", "normal")?;
-        Ok(Disk { center: self.center, normal, radius, inner_radius })
+        Ok(Disk { center: self.center, normal, radius, inner_radius, polar: self.polar })
     }
 }
 
@@ -84,10 +91,20 @@ impl Disk {
         flat_point(ray.at(hit.t), self.center, self.normal)
     }
 
+    /// Whether u wraps around.
+    pub(super) fn is_polar(&self) -> bool {
+        self.polar
+    }
+
     /// (u, v) at a point of the disk.
     pub fn uv(&self, p: DVec3) -> DVec2 {
         let (right, up) = tangents(self.normal);
         let f = (p - self.center) / self.radius;
+        if self.polar {
+            let (x, y) = (f.dot(right), f.dot(up));
+            let v = (1.0 - (x * x + y * y).sqrt()) / (1.0 - self.inner_radius / self.radius);
+            return DVec2::new((atan2(y, x) / TAU).rem_euclid(1.0), v.clamp(0.0, 1.0));
+        }
         DVec2::new(0.5 * f.dot(right) + 0.5, 0.5 * f.dot(up) + 0.5).clamp(DVec2::ZERO, DVec2::ONE)
     }
 }
@@ -98,11 +115,21 @@ mod tests {
 
     #[test]
     fn rings_have_holes() {
-        let desc = DiskDesc { center: DVec3::ZERO, normal: DVec3::Y, radius: 2.0, inner_radius: 1.0 };
+        let desc = DiskDesc { normal: DVec3::Y, radius: 2.0, inner_radius: 1.0, ..DiskDesc::default() };
         let ring = desc.prepare().unwrap();
         let hit = |x: f64| ring.intersect(&Ray::new(DVec3::new(x, 5.0, 0.0), DVec3::NEG_Y)).map(|h| h.t);
         assert_eq!([0.9, 1.0, 1.5, 2.0, 2.1].map(hit), [None, Some(5.0), Some(5.0), Some(5.0), None]);
         assert_eq!(ring.uv(DVec3::new(2.0, 0.0, -1.0)), DVec2::new(1.0, 0.75));
+        let polar = DiskDesc { polar: true, ..desc.clone() }.prepare().unwrap();
+        // Right is +x and up −z.
+        for (p, u, v) in [
+            (DVec3::new(2.0, 0.0, 0.0), 0.0, 0.0),
+            (DVec3::new(0.0, 0.0, -1.5), 0.25, 0.5),
+            (DVec3::new(-1.0, 0.0, 0.0), 0.5, 1.0),
+            (DVec3::new(0.0, 0.0, 1.25), 0.75, 0.75),
+        ] {
+            assert!((polar.uv(p) - DVec2::new(u, v)).length() < 1e-12, "{p}");
+        }
         assert!(DiskDesc { inner_radius: 2.0, ..desc.clone() }.prepare().is_err());
         assert!(DiskDesc { normal: DVec3::ZERO, ..desc }.prepare().is_err());
     }

@@ -82,7 +82,8 @@ impl Shape {
             Shape::Sphere(_) | Shape::Points(_) | Shape::Cylinder(_) | Shape::Cone(_) | Shape::Torus(_) => {
                 true
             }
-            Shape::Plane(_) | Shape::Box(_) | Shape::Disk(_) | Shape::Rectangle(_) | Shape::Mesh(_) => false,
+            Shape::Disk(d) => d.is_polar(),
+            Shape::Plane(_) | Shape::Box(_) | Shape::Rectangle(_) | Shape::Mesh(_) => false,
             Shape::Solid(s) => s.wraps(),
         }
     }

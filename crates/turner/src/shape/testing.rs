@@ -66,6 +66,7 @@ fn cases() -> Vec<Case> {
                 normal: n,
                 radius: 1.0,
                 inner_radius: 0.4,
+                polar: false,
             })),
             sheets: sheet(move |p| (p - c).dot(unit), move |p| (0.4..=1.0).contains(&p.distance(c))),
         },

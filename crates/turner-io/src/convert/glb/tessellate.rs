@@ -50,15 +50,16 @@ impl Builder {
         }
     }
 
-    /// Adds a disk or annulus facing `n`.
-    fn disk(&mut self, center: DVec3, n: DVec3, radius: f64, inner: f64) {
+    /// Adds a disk or annulus facing `n`; `polar` as in [`DiskDesc`](turner::shape::DiskDesc).
+    fn disk(&mut self, center: DVec3, n: DVec3, [radius, inner]: [f64; 2], polar: bool) {
         let (right, up) = plane_axes(n);
         let rows = 1;
         self.grid(SIDES, rows, |s, t| {
             // t runs inwards, so that ∂p/∂s × ∂p/∂t points along n.
             let r = radius + (inner - radius) * t;
             let (x, y) = (cos(TAU * s) * r, sin(TAU * s) * r);
-            (center + right * x + up * y, n, 0.5 + 0.5 * x / radius, 0.5 + 0.5 * y / radius)
+            let (u, v) = if polar { (s, t) } else { (0.5 + 0.5 * x / radius, 0.5 + 0.5 * y / radius) };
+            (center + right * x + up * y, n, u, v)
         });
     }
 
@@ -167,7 +168,7 @@ pub(super) fn triangles(
                 });
             }
         }
-        ShapeDesc::Disk(d) => b.disk(d.center, unit(d.normal)?, d.radius, d.inner_radius),
+        ShapeDesc::Disk(d) => b.disk(d.center, unit(d.normal)?, [d.radius, d.inner_radius], d.polar),
         ShapeDesc::Rectangle(r) => {
             let n = unit(r.edge_u.cross(r.edge_v))?;
             b.grid(1, 1, |s, t| (r.center + r.edge_u * (s - 0.5) + r.edge_v * (t - 0.5), n, s, t));
@@ -176,17 +177,17 @@ pub(super) fn triangles(
             let axis = unit(c.to - c.from)?;
             b.side(c.from, c.to, [c.radius; 2]);
             if c.capped {
-                b.disk(c.from, -axis, c.radius, 0.0);
-                b.disk(c.to, axis, c.radius, 0.0);
+                b.disk(c.from, -axis, [c.radius, 0.0], false);
+                b.disk(c.to, axis, [c.radius, 0.0], false);
             }
         }
         ShapeDesc::Cone(c) => {
             let axis = unit(c.to - c.from)?;
             b.side(c.from, c.to, [c.radius, c.tip_radius]);
             if c.capped {
-                b.disk(c.from, -axis, c.radius, 0.0);
+                b.disk(c.from, -axis, [c.radius, 0.0], false);
                 if c.tip_radius > 0.0 {
-                    b.disk(c.to, axis, c.tip_radius, 0.0);
+                    b.disk(c.to, axis, [c.tip_radius, 0.0], false);
                 }
             }
         }
@@ -219,6 +220,7 @@ mod tests {
             "\"box\"\nmin = [0, 1, 2]\nmax = [1, 5, 3]",
             "\"disk\"",
             "\"disk\"\ninner_radius = 0.3\nnormal = [1, 2, 3]",
+            "\"disk\"\ninner_radius = 0.3\npolar = true",
             "\"rectangle\"",
             "\"cylinder\"",
             "\"cylinder\"\nfrom = [0, 1, 2]\nto = [3, 1, 1]",

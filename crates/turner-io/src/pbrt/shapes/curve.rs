@@ -22,6 +22,7 @@ use super::super::assembly::Assembly;
 use super::super::params::Params;
 use super::super::report::Fault;
 use super::super::state::State;
+use super::light_parts::LightParts;
 use super::{Made, orient};
 use crate::assets::printable;
 
@@ -29,6 +30,8 @@ use crate::assets::printable;
 /// of a segment.
 const TURN: f64 = 6.0;
 const STEPS: std::ops::RangeInclusive<u32> = 2..=48;
+/// Most times that a segment is split into two lights.
+const MAX_SPLITS: i32 = 10;
 /// Sides of a tube.
 const SIDES: u32 = 6;
 
@@ -40,7 +43,7 @@ pub(super) fn curve(scene: &mut Assembly<'_>, state: &State, params: &mut Params
     let degree = params.integer("degree").unwrap_or(3);
     let width = params.float("width").unwrap_or(1.0);
     let widths = [params.float("width0").unwrap_or(width), params.float("width1").unwrap_or(width)];
-    params.pass(&["splitdepth"]);
+    let splits = params.integer("splitdepth").unwrap_or(3).clamp(0, MAX_SPLITS);
     let points: Vec<DVec3> =
         params.take_triples("P").into_iter().map(|p| DVec3::from(p.map(f64::from))).collect();
     let normals: Vec<DVec3> =
@@ -81,7 +84,46 @@ pub(super) fn curve(scene: &mut Assembly<'_>, state: &State, params: &mut Params
     );
     let mut data = sweep(&segments, widths, if ribbon { Some(&normals) } else { None }, across);
     orient(&mut data, state.reverse);
-    Ok(Made::Mesh(data))
+    let per_row = 2 * (if ribbon { 1 } else { SIDES }) as usize;
+    let lights = rows_of(&segments).zip(rows_of(&segments).skip(1)).map(|((segment, t), _)| {
+        let area = segments
+            .get(segment)
+            .map_or(1.0, |points| light_area(points, t, 1 << splits, [segment, segments.len()], widths));
+        (per_row, area)
+    });
+    Ok(Made::Mesh(data, LightParts::Runs(lights.collect())))
+}
+
+/// Segment and parameter of each row; a segment begins where the last one ends.
+fn rows_of(segments: &[Vec<DVec3>]) -> impl Iterator<Item = (usize, f64)> {
+    let inner = segments.iter().enumerate().flat_map(|(i, points)| {
+        let steps = steps(points);
+        (0..steps).map(move |k| (i, f64::from(k) / f64::from(steps)))
+    });
+    inner.chain([(segments.len().saturating_sub(1), 1.0)])
+}
+
+/// The area with which pbrt divides the power of the part of a segment that contains `t`: the length of its control
+/// polygon times its mean width. Each segment has `parts` equal parts; `[segment, count]` is its place in the curve.
+fn light_area(points: &[DVec3], t: f64, parts: u32, [segment, count]: [usize; 2], widths: [f64; 2]) -> f64 {
+    let cubic = match *points {
+        [a, b, c] => [a, a.lerp(b, 2.0 / 3.0), c.lerp(b, 2.0 / 3.0), c],
+        [a, b, c, d] => [a, b, c, d],
+        _ => return 1.0,
+    };
+    let n = f64::from(parts);
+    let part = (t * n).floor().min(n - 1.0);
+    let [from, to] = [part / n, (part + 1.0) / n];
+    // The blossom of the segment at three parameters.
+    let at = |t: [f64; 3]| {
+        let [a, b, c, d] = cubic;
+        let [e, f, g] = [a.lerp(b, t[0]), b.lerp(c, t[0]), c.lerp(d, t[0])];
+        e.lerp(f, t[1]).lerp(f.lerp(g, t[1]), t[2])
+    };
+    let polygon = [at([from; 3]), at([from, from, to]), at([from, to, to]), at([to; 3])];
+    let length: f64 = polygon.windows(2).map(|w| (w[1] - w[0]).length()).sum();
+    let middle = (segment as f64 + 0.5 * (from + to)) / count.max(1) as f64;
+    length * (widths[0] + (widths[1] - widths[0]) * middle)
 }
 
 /// The Bézier points of one span of a uniform B-spline of degree 2 or 3.
@@ -118,17 +160,10 @@ fn steps(points: &[DVec3]) -> u32 {
 fn sweep(segments: &[Vec<DVec3>], widths: [f64; 2], normals: Option<&[DVec3]>, across: u32) -> MeshData {
     let mut data = MeshData::default();
     let single = |v: DVec3| v.as_vec3().to_array();
-    // Segment and parameter of each row; a segment begins where the last one ends.
-    let mut rows: Vec<(usize, f64)> = Vec::new();
-    for (i, points) in segments.iter().enumerate() {
-        let steps = steps(points);
-        rows.extend((0..steps).map(|k| (i, f64::from(k) / f64::from(steps))));
-    }
-    rows.push((segments.len().saturating_sub(1), 1.0));
     // The frame is carried along with little twist.
     let mut side = DVec3::ZERO;
     let mut forward = DVec3::Z;
-    for (segment, t) in rows {
+    for (segment, t) in rows_of(segments) {
         let Some(points) = segments.get(segment) else { break };
         let (p, d) = at(points, t);
         forward = d.try_normalize().unwrap_or(forward);

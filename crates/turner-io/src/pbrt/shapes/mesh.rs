@@ -1,13 +1,14 @@
 //! Triangle meshes: `trianglemesh` and `plymesh`.
 
-use turner::math::{DMat3, DVec3};
-use turner::schema::{ErrorCode, MeshData};
+use turner::schema::{ColorSource, ErrorCode, MeshData};
 
 use super::super::assembly::Assembly;
 use super::super::params::Params;
 use super::super::report::Fault;
+use super::super::source::Place;
 use super::super::state::State;
-use super::{Made, orient};
+use super::light_parts::LightParts;
+use super::{Made, default_uvs, orient};
 use crate::assets::printable;
 use crate::{gzip, mesh};
 
@@ -53,7 +54,12 @@ pub(super) fn fitting<T>(
 }
 
 /// `trianglemesh`.
-pub(super) fn triangles(scene: &mut Assembly<'_>, state: &State, params: &mut Params) -> Result<Made, Fault> {
+pub(super) fn triangles(
+    scene: &mut Assembly<'_>,
+    state: &State,
+    params: &mut Params,
+    alpha: Option<ColorSource>,
+) -> Result<Made, Fault> {
     let positions = params.take_triples("P");
     let count = positions.len();
     let triangles = if params.has("indices") {
@@ -74,20 +80,29 @@ pub(super) fn triangles(scene: &mut Assembly<'_>, state: &State, params: &mut Pa
     params.pass(&["S", "faceIndices", "uv", "st", "edgelength"]);
     let normals = fitting(scene, params, "N", normals, count);
     let uvs = fitting(scene, params, "uv", uvs, count);
-    let uvs = if uvs.is_empty() { default_uvs(count, &triangles) } else { uvs };
     let mut data = MeshData { positions, normals, uvs, triangles, ..MeshData::default() };
+    if data.uvs.is_empty() && default_uvs::are_used(scene, state, alpha) {
+        add_uvs(scene, &mut data, params.place);
+    }
     orient(&mut data, state.reverse);
-    Ok(Made::Mesh(data))
+    Ok(Made::Mesh(data, LightParts::Triangles))
 }
 
-/// Without (u, v) each triangle has (0, 0), (1, 0), (1, 1). Only a single triangle can have that without copied
-/// vertices.
-fn default_uvs(count: usize, triangles: &[[u32; 3]]) -> Vec<[f32; 2]> {
-    if count == 3 && triangles == [[0, 1, 2]] { vec![[0.0, 0.0], [1.0, 0.0], [1.0, 1.0]] } else { Vec::new() }
+/// Gives a mesh the (u, v) of meshes that have none.
+fn add_uvs(scene: &mut Assembly<'_>, data: &mut MeshData, place: Place) {
+    match default_uvs::with_own_vertices(data, scene.options.limits.memory.left() / 2) {
+        Some(with_uvs) => *data = with_uvs,
+        None => scene.report.approximated(place, "a textured mesh without uv: too large for default ones"),
+    }
 }
 
 /// `plymesh`, possibly compressed.
-pub(super) fn ply(scene: &mut Assembly<'_>, state: &State, params: &Params) -> Result<Made, Fault> {
+pub(super) fn ply(
+    scene: &mut Assembly<'_>,
+    state: &State,
+    params: &Params,
+    alpha: Option<ColorSource>,
+) -> Result<Made, Fault> {
     let place = params.place_of("filename");
     let Some(name) = params.string("filename").map(str::to_owned) else {
         return Err(Fault::at(params.place, ErrorCode::MissingKey, "a plymesh needs \"string filename\""));
@@ -97,9 +112,10 @@ pub(super) fn ply(scene: &mut Assembly<'_>, state: &State, params: &Params) -> R
         scene.report.ignored(params.place_of("displacement"), message);
     }
     params.pass(&["displacement", "edgelength", "displacement.edgelength"]);
-    let key = (name.clone(), state.reverse);
+    let wants_uvs = default_uvs::are_used(scene, state, alpha);
+    let key = (if wants_uvs { format!("{name}\0uv") } else { name.clone() }, state.reverse);
     if let Some(known) = scene.mesh_ids.get(&key) {
-        return Ok(known.map_or(Made::Nothing, Made::Shared));
+        return Ok(known.map_or(Made::Nothing, |id| Made::Shared(id, LightParts::Triangles)));
     }
     let (path, mut bytes) = scene.read(&name, MAX_PLY, place)?;
     let damaged =
@@ -123,23 +139,13 @@ pub(super) fn ply(scene: &mut Assembly<'_>, state: &State, params: &Params) -> R
         scene.mesh_ids.insert(key, None);
         return Ok(Made::Nothing);
     }
+    if wants_uvs && data.uvs.is_empty() {
+        add_uvs(scene, &mut data, place);
+    }
     orient(&mut data, state.reverse);
     // pbrt ignores vertex colours.
     data.colors = Vec::new();
     let id = scene.mesh(printable(&name), data);
     scene.mesh_ids.insert(key, Some(id));
-    Ok(Made::Shared(id))
-}
-
-/// The mean area of the transformed triangles: in pbrt each triangle is a light of the given power.
-pub(super) fn mean_area(data: &MeshData, m: &DMat3) -> f64 {
-    let corner = |i: u32| {
-        let p = data.positions.get(i as usize).copied().unwrap_or_default();
-        *m * DVec3::from(p.map(f64::from))
-    };
-    let area = |t: &[u32; 3]| {
-        let [a, b, c] = t.map(corner);
-        0.5 * (b - a).cross(c - a).length()
-    };
-    data.triangles.iter().map(area).sum::<f64>() / data.triangles.len().max(1) as f64
+    Ok(Made::Shared(id, LightParts::Triangles))
 }

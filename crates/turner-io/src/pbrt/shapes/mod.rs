@@ -1,6 +1,8 @@
 //! Shapes: meshes and full quadrics keep their type, all others become triangles.
 
 mod curve;
+mod default_uvs;
+mod light_parts;
 mod mesh;
 mod patch;
 mod quadric;
@@ -8,7 +10,7 @@ mod subdivision;
 
 use turner::color::Spectrum;
 use turner::description::ObjectContent;
-use turner::math::DMat3;
+use turner::math::DAffine3;
 use turner::schema::{ColorSource, ErrorCode, MaterialId, MeshData, MeshId};
 use turner::shape::ShapeDesc;
 use turner::shape::mesh::MeshDesc;
@@ -23,15 +25,17 @@ use super::state::{Ctm, State};
 use super::textures::source_named;
 use crate::assets::printable;
 use crate::scene_import::orient;
+use light_parts::LightParts;
 
 /// The result of a `Shape` directive.
 pub(super) enum Made {
-    /// A mesh of its own.
-    Mesh(MeshData),
-    /// A mesh that several shapes share.
-    Shared(MeshId),
-    /// A shape, and the transform from its space to that of pbrt's shape.
-    Shape(ShapeDesc, turner::math::DAffine3),
+    /// A mesh of its own, and its lights.
+    Mesh(MeshData, LightParts),
+    /// A mesh that several shapes share, and its lights.
+    Shared(MeshId, LightParts),
+    /// A shape, the transform from its space to that of pbrt's shape, and the area of its light. As in pbrt, a scaled
+    /// shape counts with the area that it has without the scale.
+    Shape(ShapeDesc, DAffine3, f64),
     /// Nothing, after a report.
     Nothing,
 }
@@ -47,8 +51,8 @@ pub(super) fn add(
     let place = params.place;
     let alpha = alpha(scene, &params)?;
     let made = match name {
-        "trianglemesh" => mesh::triangles(scene, state, &mut params)?,
-        "plymesh" => mesh::ply(scene, state, &params)?,
+        "trianglemesh" => mesh::triangles(scene, state, &mut params, alpha)?,
+        "plymesh" => mesh::ply(scene, state, &params, alpha)?,
         "bilinearmesh" => patch::patches(scene, state, &mut params)?,
         "loopsubdiv" => subdivision::surface(scene, state, &mut params)?,
         "curve" => curve::curve(scene, state, &mut params)?,
@@ -73,15 +77,16 @@ pub(super) fn add(
     if let (true, false, Some(light)) = (unseen, in_object, &state.area_light) {
         return lights::unseen(scene, state, light, &made, place);
     }
-    let content = match made {
+    let has_power = !in_object && state.area_light.as_ref().is_some_and(|light| light.has("power"));
+    let mut areas = vec![1.0];
+    let mesh = match made {
         Made::Nothing => return Ok(()),
-        Made::Shape(shape, own) => {
-            let area = |m: &DMat3| quadric::area(&shape, m);
-            let material = material(scene, state, alpha, in_object, place, area)?;
+        Made::Shape(shape, own, area) => {
+            let material = materials(scene, state, alpha, in_object, place, &[area])?.first().copied();
             let ctm: Ctm = state.ctm.map(|m| m * own);
-            return scene.place_at(ObjectContent::Shape(shape), Some(material), ctm, place);
+            return scene.place_at(ObjectContent::Shape(shape), material, ctm, place);
         }
-        Made::Mesh(data) => {
+        Made::Mesh(mut data, parts) => {
             if data.triangles.is_empty() {
                 scene.report.doubtful(place, format!("a {} without triangles", printable(name)));
                 return Ok(());
@@ -89,15 +94,46 @@ pub(super) fn add(
             if data.positions.len() > u32::MAX as usize {
                 return Err(Fault::at(place, ErrorCode::TooLarge, "a mesh of more than 2^32 vertices"));
             }
+            if has_power {
+                (areas, data.face_materials) = parts.areas(&data, &state.ctm[0].matrix3);
+            }
             scene.mesh(String::new(), data)
         }
-        Made::Shared(id) => id,
+        Made::Shared(id, parts) if has_power => {
+            let own;
+            (areas, own) = with_areas(scene, state, id, &parts, place);
+            own.unwrap_or(id)
+        }
+        Made::Shared(id, _) => id,
     };
-    let data = scene.meshes.get(content.index()).map(|m| m.data.clone());
-    let area = |m: &DMat3| data.map_or(1.0, |data| mesh::mean_area(&data, m));
-    let material = material(scene, state, alpha, in_object, place, area)?;
-    let desc = ShapeDesc::Mesh(MeshDesc { mesh: content, smooth: None, materials: Vec::new() });
-    scene.place(ObjectContent::Shape(desc), Some(material), state, place)
+    let made = materials(scene, state, alpha, in_object, place, &areas)?;
+    let first = made.first().copied();
+    let materials = if made.len() > 1 { made.into_iter().map(Some).collect() } else { Vec::new() };
+    let desc = ShapeDesc::Mesh(MeshDesc { mesh, smooth: None, materials });
+    scene.place(ObjectContent::Shape(desc), first, state, place)
+}
+
+/// The areas of the lights of a shared mesh, and a copy of it whose triangles refer to them, if there are several.
+fn with_areas(
+    scene: &mut Assembly<'_>,
+    state: &State,
+    id: MeshId,
+    parts: &LightParts,
+    place: Place,
+) -> (Vec<f64>, Option<MeshId>) {
+    let Some(data) = scene.meshes.get(id.index()).map(|m| m.data.clone()) else { return (vec![1.0], None) };
+    let (areas, of_triangles) = parts.areas(&data, &state.ctm[0].matrix3);
+    if of_triangles.is_empty() {
+        return (areas, None);
+    }
+    if scene.divide(data.positions.len() as u64, place).is_err() {
+        let message = "the power of an area light on a large mesh: all its triangles have the same radiance";
+        scene.report.approximated(place, message);
+        return (vec![areas.iter().sum::<f64>() / areas.len() as f64], None);
+    }
+    let name = scene.meshes.get(id.index()).map_or_else(String::new, |m| m.uri.clone());
+    let copy = MeshData { face_materials: of_triangles, ..(*data).clone() };
+    (areas, Some(scene.mesh(name, copy)))
 }
 
 /// The `alpha` of a shape, a number or a texture; `None` if it is opaque.
@@ -111,22 +147,23 @@ fn alpha(scene: &mut Assembly<'_>, params: &Params) -> Result<Option<ColorSource
     Ok(alpha.map(|a| ColorSource::Constant(Spectrum::grey(a.max(0.0) as f32))))
 }
 
-/// The state's material as this shape uses it.
-fn material(
+/// The state's material as this shape uses it, once for each of the areas of its lights.
+fn materials(
     scene: &mut Assembly<'_>,
     state: &State,
     alpha: Option<ColorSource>,
     in_object: bool,
     place: Place,
-    part_area: impl FnOnce(&DMat3) -> f64,
-) -> Result<MaterialId, Fault> {
+    areas: &[f64],
+) -> Result<Vec<MaterialId>, Fault> {
     let mut usage = Use { alpha, ..Use::default() };
+    let mut emissions = vec![None];
     if let Some(light) = &state.area_light {
         if in_object {
             // As in pbrt.
             scene.report.ignored(place, "an area light inside an instanced object: it emits no light");
         } else {
-            usage.emission = lights::area(scene, state, light, part_area)?;
+            emissions = lights::area(scene, state, light, areas)?;
         }
     }
     let inside = &state.media[0];
@@ -142,5 +179,6 @@ fn material(
             scene.report.doubtful(place, message);
         }
     }
-    Ok(scene.materials.wanted(state.material, usage))
+    let mut wanted = |emission| scene.materials.wanted(state.material, Use { emission, ..usage.clone() });
+    Ok(emissions.into_iter().map(&mut wanted).collect())
 }

@@ -7,6 +7,7 @@ use super::super::assembly::Assembly;
 use super::super::params::Params;
 use super::super::report::Fault;
 use super::super::state::State;
+use super::light_parts::LightParts;
 use super::mesh::{corners, fitting};
 use super::{Made, orient};
 
@@ -36,6 +37,7 @@ pub(super) fn patches(scene: &mut Assembly<'_>, state: &State, params: &mut Para
     let normals = fitting(scene, params, "N", normals, count);
     let uvs = fitting(scene, params, "uv", uvs, count);
     let mut data = MeshData::default();
+    let mut lights = Vec::new();
     let single = |v: DVec3| v.as_vec3().to_array();
     for patch in &patches {
         let p =
@@ -48,6 +50,8 @@ pub(super) fn patches(scene: &mut Assembly<'_>, state: &State, params: &mut Para
         if parts > 1 {
             scene.divide(u64::from(parts + 1) * u64::from(parts + 1), params.place)?;
         }
+        let area = light_area(p.map(|p| state.ctm[0].transform_vector3(p)));
+        lights.push((2 * (parts * parts) as usize, area));
         let first = data.positions.len() as u32;
         let own =
             |list: &[[f32; 2]], i: usize, or: DVec2| match patch.get(i).and_then(|v| list.get(*v as usize)) {
@@ -86,5 +90,20 @@ pub(super) fn patches(scene: &mut Assembly<'_>, state: &State, params: &mut Para
         }
     }
     orient(&mut data, state.reverse);
-    Ok(Made::Mesh(data))
+    Ok(Made::Mesh(data, LightParts::Runs(lights)))
+}
+
+/// The area with which pbrt divides the power of a patch: that of a rectangle, or the sum over three by three quads of
+/// the cross products of their diagonals. p00, p10, p01, p11.
+fn light_area([a, b, c, d]: [DVec3; 4]) -> f64 {
+    const QUADS: u32 = 3;
+    let point = |i: u32, j: u32| {
+        let (u, v) = (f64::from(i) / f64::from(QUADS), f64::from(j) / f64::from(QUADS));
+        a.lerp(c, v).lerp(b.lerp(d, v), u)
+    };
+    let quad = |(i, j): (u32, u32)| {
+        let (rising, falling) = (point(i + 1, j + 1) - point(i, j), point(i + 1, j) - point(i, j + 1));
+        0.5 * rising.cross(falling).length()
+    };
+    (0..QUADS).flat_map(|i| (0..QUADS).map(move |j| (i, j))).map(quad).sum()
 }

@@ -5,11 +5,12 @@ use super::super::assembly::Assembly;
 use super::super::params::Params;
 use super::super::report::Fault;
 use super::super::state::State;
+use super::default_uvs;
+use super::light_parts::LightParts;
 use super::{Made, orient};
 use crate::scene_import::{ALONG, AROUND, Surface, upright};
-use std::f64::consts::{PI, TAU};
 use turner::math::elementary::acos;
-use turner::math::{DAffine3, DMat3, DVec3, radians};
+use turner::math::{DAffine3, DVec3, radians};
 use turner::shape::{CylinderDesc, DiskDesc, ShapeDesc, SphereDesc};
 
 /// `sphere`, `disk`, `cylinder`.
@@ -29,39 +30,43 @@ pub(super) fn quadric(
         return Ok(Made::Nothing);
     }
     let whole = phi >= 360.0 && !state.reverse;
-    let surface = match name {
+    let around = radians(phi) * radius;
+    let (surface, area) = match name {
         "sphere" => {
             let (zmin, zmax) =
                 (params.float("zmin").unwrap_or(-radius), params.float("zmax").unwrap_or(radius));
             let (zmin, zmax) = (zmin.min(zmax).max(-radius), zmax.max(zmin).min(radius));
+            let area = around * (zmax - zmin);
             if whole && zmin <= -radius && zmax >= radius {
                 let sphere = SphereDesc { center: DVec3::ZERO, radius };
-                return Ok(Made::Shape(ShapeDesc::Sphere(sphere), upright()));
+                return Ok(Made::Shape(ShapeDesc::Sphere(sphere), upright(), area));
             }
-            Surface::Sphere {
-                radius,
-                from: acos((zmin / radius).clamp(-1.0, 1.0)),
-                to: acos((zmax / radius).clamp(-1.0, 1.0)),
-            }
+            let [from, to] = [zmin, zmax].map(|z| acos((z / radius).clamp(-1.0, 1.0)));
+            (Surface::Sphere { radius, from, to }, area)
         }
         "disk" => {
             let height = params.float("height").unwrap_or(0.0);
             let inner = params.float("innerradius").unwrap_or(0.0).clamp(0.0, radius);
-            if phi >= 360.0 && inner < radius {
+            let area = 0.5 * radians(phi) * (radius * radius - inner * inner);
+            // Turner's azimuth is counter-clockwise around the normal.
+            let is_mirrored = state.reverse && default_uvs::are_used(scene, state, None);
+            if phi >= 360.0 && inner < radius && !is_mirrored {
                 let normal = if state.reverse { DVec3::NEG_Z } else { DVec3::Z };
-                let disk = DiskDesc { center: DVec3::Z * height, normal, radius, inner_radius: inner };
-                return Ok(Made::Shape(ShapeDesc::Disk(disk), DAffine3::IDENTITY));
+                let center = DVec3::Z * height;
+                let disk = DiskDesc { center, normal, radius, inner_radius: inner, polar: true };
+                return Ok(Made::Shape(ShapeDesc::Disk(disk), DAffine3::IDENTITY, area));
             }
-            Surface::Disk { radius, inner, height }
+            (Surface::Disk { radius, inner, height }, area)
         }
         _ => {
             let (zmin, zmax) = (params.float("zmin").unwrap_or(-1.0), params.float("zmax").unwrap_or(1.0));
+            let area = around * (zmax - zmin).abs();
             if whole && zmin < zmax {
                 let cylinder =
                     CylinderDesc { from: DVec3::Y * zmin, to: DVec3::Y * zmax, radius, capped: false };
-                return Ok(Made::Shape(ShapeDesc::Cylinder(cylinder), upright()));
+                return Ok(Made::Shape(ShapeDesc::Cylinder(cylinder), upright(), area));
             }
-            Surface::Cylinder { radius, from: zmin, to: zmax }
+            (Surface::Cylinder { radius, from: zmin, to: zmax }, area)
         }
     };
     let message = "a partial or reversed sphere, disk or cylinder: rendered as triangles";
@@ -69,27 +74,12 @@ pub(super) fn quadric(
     // Equal shapes share a mesh. The key is no file name.
     let key = (format!("\0{surface:?} {phi}"), state.reverse);
     if let Some(&Some(known)) = scene.mesh_ids.get(&key) {
-        return Ok(Made::Shared(known));
+        return Ok(Made::Shared(known, LightParts::Whole(area)));
     }
     scene.divide(u64::from(AROUND + 1) * u64::from(ALONG + 1), place)?;
     let mut data = surface.cut(radians(phi));
     orient(&mut data, state.reverse);
     let id = scene.mesh(String::new(), data);
     scene.mesh_ids.insert(key, Some(id));
-    Ok(Made::Shared(id))
-}
-
-/// The area of a shape under a transform; approximate for an ellipsoid.
-pub(super) fn area(shape: &ShapeDesc, m: &DMat3) -> f64 {
-    let scale = m.determinant().abs();
-    let even = turner::math::elementary::cbrt(scale);
-    match shape {
-        ShapeDesc::Sphere(s) => 4.0 * PI * s.radius * s.radius * even * even,
-        ShapeDesc::Disk(d) => {
-            let own = PI * (d.radius * d.radius - d.inner_radius * d.inner_radius);
-            own * (*m * DVec3::X).cross(*m * DVec3::Y).length()
-        }
-        ShapeDesc::Cylinder(c) => TAU * c.radius * (c.to - c.from).length() * even * even,
-        _ => 1.0,
-    }
+    Ok(Made::Shared(id, LightParts::Whole(area)))
 }

@@ -29,6 +29,7 @@ use super::super::assembly::Assembly;
 use super::super::params::Params;
 use super::super::report::Fault;
 use super::super::state::State;
+use super::light_parts::LightParts;
 use super::mesh::corners;
 use super::{Made, orient};
 
@@ -57,7 +58,7 @@ pub(super) fn surface(scene: &mut Assembly<'_>, state: &State, params: &mut Para
     };
     // The faces define the orientation; the normals follow.
     orient(&mut data, state.reverse);
-    Ok(Made::Mesh(data))
+    Ok(Made::Mesh(data, LightParts::Triangles))
 }
 
 /// An edge, the lower index first.

@@ -145,3 +145,25 @@ fn a_coat_over_a_matte_base_is_plastic() {
         }
     }
 }
+
+/// A diffuse thin wall reflects R = (1 − w) · C and transmits T = w · S, band by band, also where C or S is above 1; where
+/// R + T is above 1, both are divided by it.
+#[test]
+fn thin_walls_reflect_and_transmit_by_band() {
+    let wall = PrincipledPoint {
+        thin_walled: true,
+        specular_weight: 0.0,
+        subsurface_weight: 0.5,
+        base_color: Spectrum::new(1.8, 0.2, 1.6),
+        subsurface_color: Spectrum::new(0.2, 1.6, 1.6),
+        ..PrincipledPoint::default()
+    };
+    let bsdf = Bsdf::new(&wall);
+    let (wo, wi) = (direction(0.7, 0.1), direction(0.4, 2.0));
+    let pi = std::f32::consts::PI;
+    for (found, expected) in [(bsdf.eval(wo, wi), [0.9, 0.1, 0.5]), (bsdf.eval(wo, -wi), [0.1, 0.8, 0.5])] {
+        for (found, expected) in (found * pi).to_array().into_iter().zip(expected) {
+            assert!((found - expected).abs() < 1e-6, "{found} {expected}");
+        }
+    }
+}

@@ -191,7 +191,7 @@ impl PathRecord {
                 cosine,
                 eta: s.eta,
                 terminator,
-                weight: s.f * (cosine / s.pdf) as f32 * terminator as f32,
+                weight: s.f * (cosine / s.pdf) as f32,
                 roulette: None,
                 throughput,
             });

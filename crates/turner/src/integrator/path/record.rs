@@ -375,9 +375,9 @@ pub struct ScatterRecord {
     pub cosine: f64,
     /// Relative index of refraction: that of the side it goes to over that of the side it comes from.
     pub eta: f64,
-    /// Softening of the shadow terminator that smooth normals over flat triangles cause.
+    /// Factor of diffuse reflection, which `bsdf` contains: the softened shadow terminator of smooth meshes.
     pub terminator: f64,
-    /// f·cos·terminator / pdf.
+    /// f·cos / pdf.
     pub weight: Spectrum,
     /// Russian roulette, where it was played.
     pub roulette: Option<Roulette>,

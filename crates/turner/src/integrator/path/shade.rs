@@ -371,10 +371,10 @@ impl<R: Record> PathBatch<'_, R> {
             Ray::new(origin, wi)
         };
         if let Some(second) = self.shared_paths.directional_at(sample) {
-            let k = wi_local.z.abs() * v.terminator(wi) / lit.pdf;
+            let (k, softening) = (wi_local.z.abs() / lit.pdf, v.bsdf.softening(wi_local));
             let weighed = !lit.is_delta && self.settings.light_sampling == LightSampling::Both;
             let (radiance, pdf, ray) = (lit.radiance, lit.pdf, self.shadows.light.len());
-            second.set_light(SecondLight { wi: wi_local, radiance, k, pdf, weighed, ray });
+            second.set_light(SecondLight { wi: wi_local, radiance, k, softening, pdf, weighed, ray });
         }
         if self.scene.volumes.is_some() {
             let media = *media;
@@ -438,12 +438,8 @@ impl<R: Record> PathBatch<'_, R> {
             self.record.note(|r| r.donated_until = Some(r.vertices.len()));
         }
         path.beta = path.beta * s.f * (s.wi.z.abs() / s.pdf) as f32;
-        let mut terminator = 1.0;
-        if !crosses && !s.lobe.is_delta {
-            terminator = v.terminator(wi);
-            path.beta *= terminator as f32;
-        }
-        self.record.note(|r| r.scattered(wi, &s, terminator, path.beta));
+        let softening = if crosses || s.lobe.is_delta { 1.0 } else { v.bsdf.softening(s.wi) };
+        self.record.note(|r| r.scattered(wi, &s, softening, path.beta));
         self.lobes.leaves(sample, || match s.lobe.is_delta && !crosses {
             true => Share::lobe(false),
             false => Share::of_vertex(v, s.wi, crosses),
@@ -486,7 +482,7 @@ impl<R: Record> PathBatch<'_, R> {
         if !s.lobe.is_delta
             && let Some(second) = self.shared_paths.directional_at(sample)
         {
-            second.set_next(SecondNext { wi: s.wi, k: s.wi.z.abs() * terminator, survival: survived });
+            second.set_next(SecondNext { wi: s.wi, k: s.wi.z.abs(), softening, survival: survived });
         }
         self.next.push(sample, v.surface, wi);
     }

@@ -112,8 +112,7 @@ impl SurfaceBsdf<'_> {
     }
 
     /// The BSDF for light from `light` that leaves towards `wo`, and the density of the reverse direction, `wo` to
-    /// `light`. The BSDF includes the factors of path tracing: the cosine of the shading normal to the light, and the
-    /// shadow terminator.
+    /// `light`. It includes the cosine of the shading normal to the light, as in path tracing.
     pub(super) fn light_to_camera(&self, light: DVec3, wo: DVec3) -> (Spectrum, f64) {
         if let Some(f) = self.lambert() {
             return self.lambert_between(f, light, wo);

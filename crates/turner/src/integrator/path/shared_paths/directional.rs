@@ -50,8 +50,10 @@ pub(super) struct Towards {
 pub(in crate::integrator::path) struct SecondLight {
     pub(in crate::integrator::path) wi: DVec3,
     pub(in crate::integrator::path) radiance: Spectrum,
-    /// Cosine and terminator over the density.
+    /// Cosine over the density.
     pub(in crate::integrator::path) k: f64,
+    /// Factor of diffuse reflection at the shadow terminator.
+    pub(in crate::integrator::path) softening: f64,
     pub(in crate::integrator::path) pdf: f64,
     /// Whether rays can hit the light, too (MIS).
     pub(in crate::integrator::path) weighed: bool,
@@ -62,8 +64,10 @@ pub(in crate::integrator::path) struct SecondLight {
 /// The next direction at a second vertex.
 pub(in crate::integrator::path) struct SecondNext {
     pub(in crate::integrator::path) wi: DVec3,
-    /// Cosine and terminator.
+    /// Cosine.
     pub(in crate::integrator::path) k: f64,
+    /// Factor of diffuse reflection at the shadow terminator.
+    pub(in crate::integrator::path) softening: f64,
     /// Probability of surviving Russian roulette.
     pub(in crate::integrator::path) survival: f32,
 }
@@ -148,12 +152,13 @@ impl DirectionalVertex {
             let above = wo.z.gt(least) & Mask8::new(simd, first_vertices.used(block));
             let seen = BsdfBlock::towards(&self.base, simd, wo);
             let directions = [
-                (self.light.as_ref().map(|light| light.wi), &mut self.towards_light),
-                (self.next.as_ref().map(|next| next.wi), &mut self.towards_next),
+                (self.light.as_ref().map(|light| (light.wi, light.softening)), &mut self.towards_light),
+                (self.next.as_ref().map(|next| (next.wi, next.softening)), &mut self.towards_next),
             ];
             for (wi, to) in directions {
-                let Some(wi) = wi else { continue };
-                let (f, pdf) = BsdfBlock::eval_pdf(&self.base, simd, wo, &seen, splat(wi));
+                let Some((wi, softening)) = wi else { continue };
+                let softening = F64x8::splat(simd, softening);
+                let (f, pdf) = BsdfBlock::eval_pdf(&self.base, simd, wo, &seen, splat(wi), softening);
                 let none = turner_bvh::lanes::F32x8::splat(simd, 0.0);
                 for (to, f) in to.f[block].iter_mut().zip(f) {
                     above.select32(f, none).store(to);

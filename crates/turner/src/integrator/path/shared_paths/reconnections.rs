@@ -36,8 +36,7 @@ impl<R: Record> PathBatch<'_, R> {
         {
             let members = &shared_paths.clusters[donor.cluster as usize];
             let first = |m: usize| shared_paths.first_vertices.get(members[m] as usize)?.as_ref();
-            let cluster = &shared_paths.by_cluster[donor.cluster as usize];
-            donor.finish(cluster, second, |m| first(m).map(|first| (first.p, first.ns, first.ng)));
+            donor.finish(second, |m| first(m).map(|first| first.p));
             let kind = |first: &FirstVertex| (first.bounces, first.number);
             let own = shared_paths.first_vertices[donor.sample as usize].as_ref().map(kind);
             for member in (0..CLUSTER).filter(|m| (donor.faces & !donor.visible) >> m & 1 == 1) {

@@ -6,9 +6,8 @@ use turner_bvh::lanes::{Block, F64x8, LANES, Mask8, Simd, Vec3x8, Work};
 
 use super::directional::DirectionalVertex;
 use super::{BLOCKS, CLUSTER, Donor, FirstVertex, Reconnection};
-use crate::bsdf::{BsdfBlock, MIN_COSINE, OpaqueBlock, OpaqueSeen};
+use crate::bsdf::{BsdfBlock, MIN_COSINE, OpaqueBlock, OpaqueSeen, TerminatorX8};
 use crate::material::bent_normal::bent_normal;
-use crate::material::vertex::softened;
 use crate::math::{DVec3, Frame};
 
 /// The first vertices of a cluster as a structure of arrays.
@@ -17,9 +16,10 @@ pub(super) struct FirstVertices {
     p: [[Block; 3]; BLOCKS],
     z: [[Block; 3]; BLOCKS],
     ng: [[Block; 3]; BLOCKS],
-    /// Bit masks: which entries are set, and which soften the shadow terminator.
+    /// Bit masks: which entries are set, and which soften the shadow terminator. Interpolated normals of the latter.
     used: u16,
     soft: u16,
+    ns: [[Block; 3]; BLOCKS],
     /// Entries that are opaque bases, those bases, and the directions towards the camera in their frames.
     opaque: u16,
     bases: [OpaqueBlock; BLOCKS],
@@ -60,8 +60,11 @@ impl FirstVertices {
                 }
             }
         }
-        if first.ns != first.ng {
+        if let Some(ns) = first.soft {
             self.soft |= 1 << member;
+            for (to, v) in self.ns[block].iter_mut().zip(ns.to_array()) {
+                to.0[lane] = v;
+            }
         }
     }
 
@@ -116,13 +119,18 @@ impl Work for ReconnectionTerms<'_> {
                 let length = square.sqrt();
                 let wi = Vec3x8 { x: offset.x / length, y: offset.y / length, z: offset.z / length };
                 let cos = Vec3x8::load(simd, &first_vertices.z[block]).dot(wi);
-                let cos_geometric = Vec3x8::load(simd, &first_vertices.ng[block]).dot(wi);
+                let ng = Vec3x8::load(simd, &first_vertices.ng[block]);
+                let cos_geometric = ng.dot(wi);
                 let cos_to = -n.dot(wi);
                 let density = cos * cos_to / square;
                 let faces = cos.gt(least) & cos_geometric.gt(zero) & cos_to.gt(least) & density.lt(endless);
-                density.store(&mut donor.geometry[block]);
-                let mut pdf = density / splat(PI);
                 let opaque = (first_vertices.opaque >> (block * LANES)) as u8;
+                let soft = Mask8::new(simd, (first_vertices.soft >> (block * LANES)) as u8);
+                let ns = Vec3x8::load(simd, &first_vertices.ns[block]);
+                let softening = TerminatorX8::new(simd, ns, ng, soft).softening(simd, wi);
+                let lambert = Mask8::new(simd, !opaque);
+                (density * lambert.select(softening, splat(1.0))).store(&mut donor.geometry[block]);
+                let mut pdf = density / splat(PI);
                 if opaque != 0 {
                     let (x, y) = (&first_vertices.x[block], &first_vertices.y[block]);
                     let (x, y) = (Vec3x8::load(simd, x), Vec3x8::load(simd, y));
@@ -131,7 +139,7 @@ impl Work for ReconnectionTerms<'_> {
                     let base = &first_vertices.bases[block];
                     let seen = first_vertices.seen.as_ref().map(|seen| OpaqueSeen::load(simd, &seen[block]));
                     let Some(seen) = seen else { continue };
-                    let (f, of_base) = BsdfBlock::eval_pdf(base, simd, wo, &seen, local);
+                    let (f, of_base) = BsdfBlock::eval_pdf(base, simd, wo, &seen, local, softening);
                     for (to, f) in donor.f[block].iter_mut().zip(f) {
                         f.store(to);
                     }
@@ -149,22 +157,17 @@ impl Work for ReconnectionTerms<'_> {
 }
 
 impl Donor {
-    /// The rare parts, one vertex at a time: shading normals that are bent for the viewer, and softened terminators.
-    pub(super) fn finish(
-        &mut self,
-        cluster: &FirstVertices,
-        to: &Reconnection,
-        first: impl Fn(usize) -> Option<(DVec3, DVec3, DVec3)>,
-    ) {
-        let rare = if to.bent.is_some() { self.faces } else { self.faces & cluster.soft };
+    /// The rare part, one vertex at a time: shading normals that are bent for the viewer. `first` are the points of the
+    /// first vertices.
+    pub(super) fn finish(&mut self, to: &Reconnection, first: impl Fn(usize) -> Option<DVec3>) {
+        let rare = if to.bent.is_some() { self.faces } else { 0 };
         for member in (0..CLUSTER).filter(|m| rare >> m & 1 == 1) {
-            let Some((p, ns, ng)) = first(member) else { continue };
+            let Some(p) = first(member) else { continue };
             let offset = to.p - p;
             let wi = offset / offset.length_squared().sqrt();
             if to.is_bent_differently(wi) {
                 self.faces &= !(1 << member);
             }
-            self.geometry[member / LANES].0[member % LANES] *= softened(ns, ng, wi);
         }
     }
 }

@@ -19,9 +19,10 @@ pub(in crate::integrator::path) struct FirstVertex {
     /// Origin of rays that leave it.
     pub(in crate::integrator::path) origin: DVec3,
     pub(in crate::integrator::path) from: RayOrigin,
-    /// The shading normal, and the interpolated normal of the shape before normal maps.
+    /// The shading normal.
     pub(in crate::integrator::path) z: DVec3,
-    pub(in crate::integrator::path) ns: DVec3,
+    /// The interpolated normal of a smooth mesh before normal maps, where the shadow terminator is softened.
+    pub(in crate::integrator::path) soft: Option<DVec3>,
     pub(in crate::integrator::path) ng: DVec3,
     /// The BRDF, if it is Lambertian.
     pub(in crate::integrator::path) f: Option<Spectrum>,
@@ -115,10 +116,12 @@ impl<R: Record> PathBatch<'_, R> {
         let side = if v.wo.dot(v.surface.ng) >= 0.0 { 1.0 } else { -1.0 };
         let (ng, origin) = (side * v.surface.ng, v.surface.leave(v.wo));
         if first {
-            let (p, from, ns) = (v.surface.p, v.surface.hit.origin(), side * v.surface.ns);
+            let (p, from) = (v.surface.p, v.surface.hit.origin());
+            let softens = material.desc.soften_terminator && v.surface.ns != v.surface.ng;
+            let soft = softens.then(|| side * v.surface.ns);
             let (z, wo) = (v.frame.z, v.wo);
             let Path { beta, bounces, vertex: number, .. } = self.paths[sample as usize];
-            let first = FirstVertex { p, origin, from, z, ns, ng, f, wo, beta, bounces, number };
+            let first = FirstVertex { p, origin, from, z, soft, ng, f, wo, beta, bounces, number };
             self.set_first(sample, first, |bases, lane| {
                 if let Some(base) = &base {
                     bases.set(lane, base);

@@ -259,10 +259,10 @@ impl<R: Record> PathBatch<'_, R> {
         let (origin, ng) = (surfaces.leave(lane, side), side * ng);
         let z = surfaces.frame_normal(lane);
         if first {
-            let ns = side * surfaces.shading_normal(lane);
+            let soft = surfaces.soft_normal(lane).map(|ns| side * ns);
             let Path { beta, bounces, vertex: number, .. } = self.paths[sample as usize];
             let (from, wo) = (block.from[lane], -surfaces.direction(lane));
-            let first = FirstVertex { p, origin, from, z, ns, ng, f, wo, beta, bounces, number };
+            let first = FirstVertex { p, origin, from, z, soft, ng, f, wo, beta, bounces, number };
             self.set_first(sample, first, |to, place| {
                 if let Some(bases) = bases {
                     to.copy_lane(place, bases, lane);

@@ -3,7 +3,7 @@
 use turner_bvh::lanes::{Block32, F32x8, F64x8, Mask8, Simd, Vec3x8, Work};
 
 use super::{Shading, VertexBlock};
-use crate::bsdf::{Bands, BsdfBlock, MIN_COSINE, Sampled};
+use crate::bsdf::{Bands, BsdfBlock, MIN_COSINE, Sampled, TerminatorX8};
 use crate::scene::SurfaceX8;
 
 /// Eight vertices as the rays see them.
@@ -12,6 +12,7 @@ struct Seen<S: Simd, K: BsdfBlock> {
     /// Towards the rays' origins, in the local frames.
     wo: Vec3x8<S>,
     bsdf: K::Seen<S>,
+    terminator: TerminatorX8<S>,
     /// Lanes that are not hit at grazing angles.
     front: Mask8<S>,
 }
@@ -22,7 +23,8 @@ impl<S: Simd, K: BsdfBlock> Seen<S, K> {
         let surface = block.surfaces.lanes(simd);
         let wo = surface.frame.to_local(surface.wo);
         let bsdf = block.kind.towards(simd, wo);
-        Seen { surface, wo, bsdf, front: wo.z.gt(F64x8::splat(simd, MIN_COSINE)) }
+        let front = wo.z.gt(F64x8::splat(simd, MIN_COSINE));
+        Seen { surface, wo, bsdf, terminator: surface.terminator(simd), front }
     }
 
     /// Unshadowed contributions of the sampled lights.
@@ -34,9 +36,8 @@ impl<S: Simd, K: BsdfBlock> Seen<S, K> {
         let distance = to_light.dot(to_light).sqrt();
         let wi = Vec3x8 { x: to_light.x / distance, y: to_light.y / distance, z: to_light.z / distance };
         let local = self.surface.frame.to_local(wi);
-        let (f, pdf) = kind.eval_pdf(simd, self.wo, &self.bsdf, local);
-        let terminator = self.surface.terminator(simd, wi).narrow();
-        let f = mul(f, [terminator, terminator, terminator]);
+        let softening = self.terminator.softening(simd, local);
+        let (f, pdf) = kind.eval_pdf(simd, self.wo, &self.bsdf, local, softening);
         let light_pdf = F64x8::load(simd, &shading.light_pdf);
         let r = pdf / light_pdf;
         let weight = Mask8::new(simd, shading.weighed).select(one / (one + r * r), one);
@@ -89,21 +90,17 @@ impl<K: BsdfBlock> Work for Shade<'_, K> {
         } else {
             seen.light(simd, &block.kind, shading);
         }
-        let Seen { surface, wo, bsdf, front } = seen;
+        let Seen { surface, wo, bsdf, terminator, front } = seen;
         let [u0, u1, u2] = &shading.u;
         let u = [F64x8::load(simd, u0), F64x8::load(simd, u1), F64x8::load(simd, u2)];
         let Sampled { wi: local, f, pdf, valid, is_delta, is_diffuse } =
-            block.kind.sample(simd, wo, &bsdf, u);
+            block.kind.sample(simd, wo, &bsdf, u, |wi| terminator.softening(simd, wi));
         let next = surface.frame.to_world(local);
         surface.leave(simd, next).store(&mut shading.origin);
         next.store(&mut shading.next);
         pdf.store(&mut shading.pdf);
         let k = (local.z / pdf).narrow();
-        let beta = mul(mul(load(simd, &shading.beta), f), [k, k, k]);
-        // Delta lobes keep their light.
-        let (one, terminator) = (F32x8::splat(simd, 1.0), surface.terminator(simd, next).narrow());
-        let terminator = is_delta.select32(one, terminator);
-        store(mul(beta, [terminator, terminator, terminator]), &mut shading.beta_next);
+        store(mul(mul(load(simd, &shading.beta), f), [k, k, k]), &mut shading.beta_next);
         shading.delta = is_delta.bits();
         shading.diffuse = is_diffuse.bits();
         let above = front & valid & local.z.gt(F64x8::splat(simd, 0.0));

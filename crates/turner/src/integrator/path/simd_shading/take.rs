@@ -138,6 +138,7 @@ impl<K: Default> List<K> {
             }
             Surface::Computed(surface, mapped) => block.surfaces.set(lane, surface, mapped, direction),
         }
+        block.surfaces.set_softens(lane, place.material.desc.soften_terminator);
         set(&mut block.kind, lane);
         block.samples[lane] = place.sample;
         block.curvature.0[lane] = place.curvature;

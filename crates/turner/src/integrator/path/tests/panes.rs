@@ -2,9 +2,10 @@
 
 use std::f64::consts::PI;
 
+use crate::bsdf::Terminator;
 use crate::description::SceneDesc;
 use crate::integrator::{DirectDesc, IntegratorDesc, LightSampling, PathDesc};
-use crate::light::{Attenuation, EnvironmentDesc, LightDesc, PointDesc};
+use crate::light::{Attenuation, DirectionalDesc, EnvironmentDesc, LightDesc, PointDesc};
 use crate::material::{AlphaMode, DielectricMaterial, MaterialDesc, MixMaterial, PrincipledMaterial};
 use crate::math::DVec3;
 use crate::schema::{MaterialId, MeshData};
@@ -159,4 +160,33 @@ fn the_terminator_of_smooth_meshes_is_the_same_for_both_strategies() {
             .with(sphere(DVec3::new(0.0, 4.0, 0.7), 1.0), emissive(1.0, grey(1.0)))
     };
     mean(256, lit(LightSampling::Both)).agrees(&mean(2048, lit(LightSampling::Bsdf)), 0.03);
+}
+
+/// A white triangle whose shading normal is (0.6, 0, 0.8): without softening, the light of a sun falls off with the cosine
+/// to that normal.
+#[test]
+fn materials_choose_whether_terminators_are_soft() {
+    let to_sun = v(0.98, 0.0, 0.2).normalize();
+    let lit = |soften_terminator: bool| {
+        let mut desc = path(PathDesc { max_depth: 1, ..PathDesc::default() }).seen_at(
+            v(0.0, 0.0, 4.0),
+            DVec3::ZERO,
+            0.001,
+        );
+        let triangle = desc.mesh(MeshData {
+            positions: vec![[-1.0, -1.0, 0.0], [1.0, -1.0, 0.0], [0.0, 1.0, 0.0]],
+            normals: vec![[0.6, 0.0, 0.8]; 3],
+            triangles: vec![[0, 1, 2]],
+            ..MeshData::default()
+        });
+        let sun = DirectionalDesc { from: Some(to_sun), intensity: PI, ..DirectionalDesc::default() };
+        let white = PrincipledMaterial { soften_terminator, ..matte(grey(1.0)) };
+        desc.with(triangle, white).lit(LightDesc::Directional(sun))
+    };
+    let ns = v(0.6, 0.0, 0.8);
+    let cosine = ns.dot(to_sun);
+    mean(1, lit(false)).is_grey(cosine, 0.0);
+    let softening = Terminator::new(ns, DVec3::Z).softening(to_sun);
+    assert!(softening < 0.6, "{softening}");
+    mean(1, lit(true)).is_grey(cosine * softening, 0.0);
 }
