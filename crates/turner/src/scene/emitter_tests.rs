@@ -45,7 +45,7 @@ fn meshes() -> [MeshData; 2] {
     ]
 }
 
-/// Every bounded shape, without a transform and with one that scales non-uniformly. Points and the mesh are of
+/// Every bounded shape with a transform that scales non-uniformly, the basic ones also without. Points and the mesh are of
 /// [`meshes`].
 fn shapes() -> Vec<ObjectDesc> {
     let (from, to) = (v(0.0, -0.6, 0.1), v(0.2, 0.7, 0.0));
@@ -66,7 +66,8 @@ fn shapes() -> Vec<ObjectDesc> {
     for entry in ShapeDesc::DOC.entries.iter().filter(|e| !matches!(e.name, "plane" | "height_field")) {
         assert!(plain.iter().any(|s| s.type_name() == entry.name), "no shape of the kind {}", entry.name);
     }
-    let as_it_is = plain.iter().cloned().map(ObjectDesc::new);
+    let basic = plain.len() - solids().len();
+    let as_it_is = plain[..basic].iter().cloned().map(ObjectDesc::new);
     as_it_is.chain(plain.iter().cloned().map(slanted)).collect()
 }
 

@@ -37,12 +37,13 @@ const PIXEL_BYTES: u64 = 12 + 12 + 8 + 24;
 impl HeightFieldDesc {
     /// The triangles.
     ///
-    /// Errors: an image of less than two columns or rows, or with more vertices than a mesh may have; an empty box.
+    /// Errors: an image with more pixels than a mesh may have vertices; an empty box.
     pub(super) fn mesh(&self, image: &Image) -> Result<MeshData, SceneError> {
-        let (w, h) = (image.width, image.height);
-        if w < 2 || h < 2 || u64::from(w) * u64::from(h) > u64::from(u32::MAX / 8) || !image.is_consistent() {
+        // Pixels beyond the border repeat it, so one row or column makes a flat strip.
+        let (w, h) = (image.width.max(2), image.height.max(2));
+        if u64::from(w) * u64::from(h) > u64::from(u32::MAX / 8) || !image.is_consistent() {
             let message =
-                format!("a height field needs an image of 2x2 to about 23,000x23,000 pixels, found {w}x{h}");
+                format!("a height field needs an image of up to about 23,000x23,000 pixels, found {w}x{h}");
             return Err(SceneError::new(ErrorCode::Image, message).help("scale the image"));
         }
         if !(self.min.cmplt(self.max).all()) {
@@ -178,9 +179,10 @@ mod tests {
     }
 
     #[test]
-    fn refusals() {
-        let thin = Image { width: 1, height: 3, channels: 1, pixels: Pixels::U8(vec![0; 3]) };
-        assert!(HeightFieldDesc::default().mesh(&thin).unwrap_err().message.contains("found 1x3"));
+    fn small_images_and_refusals() {
+        let one = Image { width: 1, height: 1, channels: 1, pixels: Pixels::U8(vec![255]) };
+        let mesh = HeightFieldDesc::default().mesh(&one).unwrap();
+        assert!(mesh.positions.len() == 4 && mesh.positions.iter().all(|p| p[1] == 0.5), "a flat square");
         let flat = HeightFieldDesc { max: DVec3::ZERO, ..HeightFieldDesc::default() };
         assert!(flat.mesh(&slope()).unwrap_err().message.contains("`min` of a height field"));
         let missing = ShapeDesc::HeightField(HeightFieldDesc::default());

@@ -202,7 +202,7 @@ impl<'a> MeshCache<'a> {
 
     /// The prepared mesh of a height field.
     ///
-    /// Errors: a missing image; one that is too small or too large; not enough memory.
+    /// Errors: a missing image; one that is too large; not enough memory.
     pub fn height_field(&mut self, desc: &HeightFieldDesc) -> Result<Arc<TriangleMesh>, SceneError> {
         let Some(image) = self.images.get(desc.file.index()).map(|asset| asset.data.clone()) else {
             let message = format!(

@@ -291,7 +291,8 @@ impl SphereSweep {
         let mut exit: Option<(f64, usize)> = None;
         let mut at = start;
         loop {
-            let (mut furthest, mut entry): (Option<(f64, usize)>, Option<(f64, usize)>) = (None, None);
+            let mut furthest: Option<(f64, usize)> = None;
+            let mut entry: Option<(f64, usize)> = None;
             self.intervals(ray, line, |i, from, to| {
                 // A piece that begins where another one ends has no gap before it.
                 let contains = from < at || (exit.is_some() && from == at);

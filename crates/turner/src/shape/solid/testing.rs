@@ -153,7 +153,7 @@ fn outlined() -> Vec<Case> {
     };
     let outline = [v(0.5, -0.6), v(0.9, 0.0), v(0.4, 0.7)];
     let lathe = move |p: DVec3| {
-        let q = v(p.x.hypot(p.z), p.y);
+        let q = v((p.x * p.x + p.z * p.z).sqrt(), p.y);
         let beside = |a: DVec2, b: DVec2| {
             let n = v((b - a).y, -(b - a).x).normalize();
             n.dot(q - a)

@@ -105,9 +105,9 @@ impl SolidGeometry for Csg {
     fn intersect(&self, ray: &Ray) -> Option<ShapeHit> {
         // Arrays on the stack in few sizes: the small ones are the usual ones.
         match self.leaves.len().max(self.expression.nodes()) {
-            ..=4 => self.walk::<4>(ray),
-            ..=16 => self.walk::<16>(ray),
-            ..=64 => self.walk::<64>(ray),
+            0..=4 => self.walk::<4>(ray),
+            5..=16 => self.walk::<16>(ray),
+            17..=64 => self.walk::<64>(ray),
             _ => self.walk::<MAX_LEAVES>(ray),
         }
     }
