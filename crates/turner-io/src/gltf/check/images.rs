@@ -1,5 +1,7 @@
 //! URIs of buffers, and images whether used or not: URIs, media types and the first bytes.
 
+use std::io::Read;
+
 use super::add;
 use super::walk::Faults;
 use crate::assets::AssetSource;
@@ -7,6 +9,9 @@ use crate::gltf::base64;
 use crate::gltf::buffers::{Buffers, strip_scheme};
 use crate::gltf::json::{Document, ImageJson, Index};
 use crate::image::{ImageFormat, read_metadata};
+
+/// Larger image files are not read here.
+const MOST_BYTES: u64 = 1 << 20;
 
 pub(super) fn check(
     document: &Document,
@@ -83,11 +88,16 @@ fn contents(
                 let bytes = base64::decode(data).ok_or("has a data: URI that is not valid base64")?;
                 sniff(&bytes)
             }
-            None => match assets.resolve(from, uri).and_then(|path| assets.open(&path, u64::MAX).map(|_| ()))
-            {
-                Ok(()) => Ok(None),
-                Err(e) => Err(e.to_scene_error().message),
-            },
+            None => {
+                let path = assets.resolve(from, uri).map_err(|e| e.to_scene_error().message)?;
+                let file = assets.open(&path, u64::MAX).map_err(|e| e.to_scene_error().message)?;
+                let mut bytes = Vec::new();
+                file.take(MOST_BYTES + 1)
+                    .read_to_end(&mut bytes)
+                    .map_err(|e| format!("cannot be read: {e}"))?;
+                // Only small files are read twice.
+                if bytes.len() as u64 > MOST_BYTES { Ok(None) } else { sniff(&bytes) }
+            }
         },
         (None, Some(view)) if !buffers.is_absent(view) => match buffers.view(view, "") {
             Ok((bytes, _)) => sniff(bytes),

@@ -2,12 +2,13 @@
 //! tell why a picture is not as expected. Each is a warning with a JSON pointer.
 //!
 //! ```text
-//!   JSON text ── walk, schema ──> types, ranges, required members, references, places of extensions
+//!   JSON text ── walk, schema, extensions ──> types, ranges, required members, references, places of extensions
 //!   Document ── meaning, layout, meshes, skeleton, images ──> what members mean together
 //!   accessors ── data ──> values: bounds, unit vectors, indices, times
 //! ```
 
 mod data;
+mod extensions;
 mod images;
 mod layout;
 mod meaning;

@@ -1,6 +1,4 @@
-//! The schema of glTF 2.0 and of the extensions that Turner reads: types, ranges, required members and references.
-
-use std::f64::consts::FRAC_PI_2;
+//! The schema of glTF 2.0: types, ranges, required members and references.
 
 /// The kind of a value.
 #[derive(Debug)]
@@ -92,7 +90,7 @@ impl List {
 /// An object.
 #[derive(Debug)]
 pub(super) struct Object {
-    /// Its name in messages and in [`EXTENSIONS`].
+    /// Its name in messages and in [`EXTENSIONS`](super::extensions::EXTENSIONS).
     pub(super) name: &'static str,
     pub(super) fields: &'static [(&'static str, Kind)],
     pub(super) required: &'static [&'static str],
@@ -102,7 +100,7 @@ pub(super) struct Object {
     pub(super) one_of: &'static [&'static str],
 }
 
-const fn object(
+pub(super) const fn object(
     name: &'static str,
     fields: &'static [(&'static str, Kind)],
     required: &'static [&'static str],
@@ -110,30 +108,30 @@ const fn object(
     Object { name, fields, required, needs: &[], one_of: &[] }
 }
 
-const MOST: f64 = f64::MAX;
-const NUMBER: Kind = Kind::Number(-MOST, MOST);
-const UNIT: Kind = Kind::Number(0.0, 1.0);
-const POSITIVE: Kind = Kind::Number(f64::MIN_POSITIVE, MOST);
-const NON_NEGATIVE: Kind = Kind::Number(0.0, MOST);
-const OFFSET: Kind = Kind::Whole { least: 0.0, most: MOST, multiple: 1.0 };
+pub(super) const MOST: f64 = f64::MAX;
+pub(super) const NUMBER: Kind = Kind::Number(-MOST, MOST);
+pub(super) const UNIT: Kind = Kind::Number(0.0, 1.0);
+pub(super) const POSITIVE: Kind = Kind::Number(f64::MIN_POSITIVE, MOST);
+pub(super) const NON_NEGATIVE: Kind = Kind::Number(0.0, MOST);
+pub(super) const OFFSET: Kind = Kind::Whole { least: 0.0, most: MOST, multiple: 1.0 };
 const COUNT: Kind = Kind::Whole { least: 1.0, most: MOST, multiple: 1.0 };
 const STRIDE: Kind = Kind::Whole { least: 4.0, most: 252.0, multiple: 4.0 };
 
-const fn some(of: &'static Kind) -> Kind {
+pub(super) const fn some(of: &'static Kind) -> Kind {
     Kind::Array { of, least: 1, most: usize::MAX, unique: false }
 }
 
-const fn exactly(count: usize, of: &'static Kind) -> Kind {
+pub(super) const fn exactly(count: usize, of: &'static Kind) -> Kind {
     Kind::Array { of, least: count, most: count, unique: false }
 }
 
-const fn set(of: &'static Kind) -> Kind {
+pub(super) const fn set(of: &'static Kind) -> Kind {
     Kind::Array { of, least: 1, most: usize::MAX, unique: true }
 }
 
-const COLOR: Kind = exactly(3, &UNIT);
+pub(super) const COLOR: Kind = exactly(3, &UNIT);
 const BOUNDS: Kind = Kind::Array { of: &NUMBER, least: 1, most: 16, unique: false };
-const ATTRIBUTES: Kind = Kind::Map(&Kind::Index(List::Accessors));
+pub(super) const ATTRIBUTES: Kind = Kind::Map(&Kind::Index(List::Accessors));
 
 static ASSET: Object =
     object("the asset", &[("version", Kind::Text), ("minVersion", Kind::Text)], &["version"]);
@@ -231,7 +229,7 @@ static IMAGE: Object = Object {
 
 macro_rules! texture_info {
     ($id:ident, $name:literal, $(($more:literal, $kind:expr)),*) => {
-        static $id: Object = object(
+        pub(super) static $id: Object = object(
             $name,
             &[("index", Kind::Index(List::Textures)), ("texCoord", OFFSET), $(($more, $kind)),*],
             &["index"],
@@ -242,7 +240,7 @@ texture_info!(TEXTURE_INFO, "a texture reference",);
 texture_info!(NORMAL_INFO, "a texture reference", ("scale", NUMBER));
 texture_info!(OCCLUSION_INFO, "a texture reference", ("strength", UNIT));
 
-const MAP: Kind = Kind::Object(&TEXTURE_INFO);
+pub(super) const MAP: Kind = Kind::Object(&TEXTURE_INFO);
 
 static PBR: Object = object(
     "metallic roughness",
@@ -349,167 +347,3 @@ static DOCUMENT: Object = object(
 
 /// The whole document.
 pub(super) static ROOT: Kind = Kind::Object(&DOCUMENT);
-
-const IN_MATERIAL: &[&str] = &["a material"];
-const IN_TEXTURE_INFO: &[&str] = &["a texture reference"];
-
-macro_rules! extension {
-    ($name:literal, $of:expr, [$($required:literal),*], $(($field:literal, $kind:expr)),* $(,)?) => {
-        ($name, $of, {
-            static OBJECT: Object = object($name, &[$(($field, $kind)),*], &[$($required),*]);
-            Kind::Object(&OBJECT)
-        })
-    };
-}
-
-static SPOT: Object = object(
-    "a spot light",
-    &[
-        ("innerConeAngle", Kind::Number(0.0, FRAC_PI_2)),
-        ("outerConeAngle", Kind::Number(f64::MIN_POSITIVE, FRAC_PI_2)),
-    ],
-    &[],
-);
-static LIGHT: Object = object(
-    "a light",
-    &[
-        ("color", COLOR),
-        ("intensity", NON_NEGATIVE),
-        ("type", Kind::Text),
-        ("range", POSITIVE),
-        ("spot", Kind::Object(&SPOT)),
-    ],
-    &["type"],
-);
-static VARIANT: Object = object("a variant", &[("name", Kind::Text)], &["name"]);
-static MAPPING: Object = object(
-    "a mapping",
-    &[("material", Kind::Index(List::Materials)), ("variants", set(&Kind::Index(List::Variants)))],
-    &["material", "variants"],
-);
-
-/// Extensions, the objects that may have them, and what they contain.
-pub(super) static EXTENSIONS: &[(&str, &[&str], Kind)] = &[
-    extension!("EXT_mesh_gpu_instancing", &["a node"], ["attributes"], ("attributes", ATTRIBUTES)),
-    extension!("EXT_texture_webp", &["a texture"], [], ("source", Kind::Index(List::Images))),
-    extension!("KHR_texture_basisu", &["a texture"], [], ("source", Kind::Index(List::Images))),
-    extension!(
-        "EXT_lights_image_based",
-        &["a scene"],
-        ["light"],
-        ("light", Kind::Index(List::EnvironmentLights))
-    ),
-    ("EXT_lights_image_based", &["the document"], Kind::Any),
-    extension!("KHR_animation_pointer", &["a target"], ["pointer"], ("pointer", Kind::Text)),
-    extension!("KHR_lights_punctual", &["the document"], ["lights"], ("lights", some(&Kind::Object(&LIGHT)))),
-    extension!("KHR_lights_punctual", &["a node"], ["light"], ("light", Kind::Index(List::Lights))),
-    extension!(
-        "KHR_materials_anisotropy",
-        IN_MATERIAL,
-        [],
-        ("anisotropyStrength", UNIT),
-        ("anisotropyRotation", NUMBER),
-        ("anisotropyTexture", MAP),
-    ),
-    extension!(
-        "KHR_materials_clearcoat",
-        IN_MATERIAL,
-        [],
-        ("clearcoatFactor", UNIT),
-        ("clearcoatTexture", MAP),
-        ("clearcoatRoughnessFactor", UNIT),
-        ("clearcoatRoughnessTexture", MAP),
-        ("clearcoatNormalTexture", Kind::Object(&NORMAL_INFO)),
-    ),
-    extension!(
-        "KHR_materials_diffuse_transmission",
-        IN_MATERIAL,
-        [],
-        ("diffuseTransmissionFactor", UNIT),
-        ("diffuseTransmissionTexture", MAP),
-        ("diffuseTransmissionColorFactor", exactly(3, &NON_NEGATIVE)),
-        ("diffuseTransmissionColorTexture", MAP),
-    ),
-    extension!("KHR_materials_dispersion", IN_MATERIAL, [], ("dispersion", NON_NEGATIVE)),
-    extension!("KHR_materials_emissive_strength", IN_MATERIAL, [], ("emissiveStrength", NON_NEGATIVE)),
-    ("KHR_materials_ior", IN_MATERIAL, Kind::Any),
-    extension!(
-        "KHR_materials_iridescence",
-        IN_MATERIAL,
-        [],
-        ("iridescenceFactor", UNIT),
-        ("iridescenceTexture", MAP),
-        ("iridescenceIor", Kind::Number(1.0, MOST)),
-        ("iridescenceThicknessMinimum", NON_NEGATIVE),
-        ("iridescenceThicknessMaximum", NON_NEGATIVE),
-        ("iridescenceThicknessTexture", MAP),
-    ),
-    extension!(
-        "KHR_materials_pbrSpecularGlossiness",
-        IN_MATERIAL,
-        [],
-        ("diffuseFactor", exactly(4, &UNIT)),
-        ("diffuseTexture", MAP),
-        ("specularFactor", COLOR),
-        ("glossinessFactor", UNIT),
-        ("specularGlossinessTexture", MAP),
-    ),
-    extension!(
-        "KHR_materials_sheen",
-        IN_MATERIAL,
-        [],
-        ("sheenColorFactor", COLOR),
-        ("sheenColorTexture", MAP),
-        ("sheenRoughnessFactor", UNIT),
-        ("sheenRoughnessTexture", MAP),
-    ),
-    extension!(
-        "KHR_materials_specular",
-        IN_MATERIAL,
-        [],
-        ("specularFactor", UNIT),
-        ("specularTexture", MAP),
-        ("specularColorFactor", exactly(3, &NON_NEGATIVE)),
-        ("specularColorTexture", MAP),
-    ),
-    extension!(
-        "KHR_materials_transmission",
-        IN_MATERIAL,
-        [],
-        ("transmissionFactor", UNIT),
-        ("transmissionTexture", MAP),
-    ),
-    ("KHR_materials_unlit", IN_MATERIAL, Kind::Any),
-    extension!(
-        "KHR_materials_variants",
-        &["the document"],
-        ["variants"],
-        ("variants", some(&Kind::Object(&VARIANT))),
-    ),
-    extension!(
-        "KHR_materials_variants",
-        &["a primitive"],
-        ["mappings"],
-        ("mappings", some(&Kind::Object(&MAPPING))),
-    ),
-    extension!(
-        "KHR_materials_volume",
-        IN_MATERIAL,
-        [],
-        ("thicknessFactor", NON_NEGATIVE),
-        ("thicknessTexture", MAP),
-        ("attenuationDistance", POSITIVE),
-        ("attenuationColor", COLOR),
-    ),
-    ("KHR_mesh_quantization", &[], Kind::Any),
-    extension!("KHR_node_visibility", &["a node"], [], ("visible", Kind::Bool)),
-    extension!(
-        "KHR_texture_transform",
-        IN_TEXTURE_INFO,
-        [],
-        ("offset", exactly(2, &NUMBER)),
-        ("rotation", NUMBER),
-        ("scale", exactly(2, &NUMBER)),
-        ("texCoord", OFFSET),
-    ),
-];

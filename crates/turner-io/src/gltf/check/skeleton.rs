@@ -63,6 +63,11 @@ fn animated(document: &Document, animation: &Animation, i: usize, faults: &mut F
         }
     }
     for (c, channel) in animation.channels.iter().enumerate() {
+        let pointer = channel.target.extensions.as_deref().and_then(|e| e.pointer.as_ref());
+        if pointer.is_some() && channel.target.path != "pointer" {
+            let message = "is another than pointer, but KHR_animation_pointer is given";
+            add(faults, "/animations", i, &format!("/channels/{c}/target/path"), message);
+        }
         let member = format!("/channels/{c}/sampler");
         let Some(sampler) = animation.samplers.get(channel.sampler.index()) else {
             let count = animation.samplers.len();

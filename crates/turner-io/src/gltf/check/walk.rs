@@ -6,7 +6,8 @@ use std::fmt;
 
 use serde::de::{DeserializeSeed, Deserializer, Error, IgnoredAny, MapAccess, SeqAccess, Visitor};
 
-use super::schema::{EXTENSIONS, Kind, LISTS, Object};
+use super::extensions::EXTENSIONS;
+use super::schema::{Kind, LISTS, Object};
 use crate::assets::printable;
 use crate::gltf::report::Report;
 
