@@ -67,7 +67,7 @@ pub(crate) struct StudioArgs {
     /// Frames per second for --frame and --frames, and of animation files
     #[arg(long, value_name = "N", default_value_t = 24.0, value_parser = parse_rate)]
     fps: f64,
-    /// Animation of the model, by name or index
+    /// Animation of the model, by name or index; none is the pose without animation
     #[arg(long, value_name = "NAME")]
     animation: Option<String>,
     /// Material variant of the model, by name or index

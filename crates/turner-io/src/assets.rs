@@ -99,13 +99,22 @@ pub enum AssetError {
         help: String,
     },
     /// The operating system reported an error.
-    #[error("{uri}: cannot be read: {source}\n  check its permissions")]
+    #[error("{uri}: cannot be read: {source}\n  {}", remedy_of(source))]
     Io {
         /// The URI as given.
         uri: String,
         /// The system's error.
         source: io::Error,
     },
+}
+
+/// What to do about an error of the operating system.
+fn remedy_of(error: &io::Error) -> &'static str {
+    match error.kind() {
+        io::ErrorKind::NotFound => "check its path",
+        io::ErrorKind::NotADirectory => "check its path: a part of it is a file",
+        _ => "check its permissions",
+    }
 }
 
 impl AssetError {

@@ -66,6 +66,34 @@ fn shape(kind: &str) -> Option<(usize, usize)> {
     })
 }
 
+/// The bytes of an element, and those that the last one needs.
+#[derive(Clone, Copy, Debug)]
+struct Size {
+    all: usize,
+    last: usize,
+}
+
+impl Size {
+    /// Each column of a matrix starts at a multiple of four bytes (§3.6.2.4); the last column of the last element needs no
+    /// padding.
+    fn of_element(component: usize, rows: usize, columns: usize) -> Size {
+        let column = rows * component;
+        let padded = if columns > 1 { column.next_multiple_of(4) } else { column };
+        Size { all: padded * columns, last: padded * (columns - 1) + column }
+    }
+
+    fn of(all: usize) -> Size {
+        Size { all, last: all }
+    }
+}
+
+/// Bytes of a component, of an element, and of the last element without padding, and the columns of an element.
+pub(super) fn layout(component: u32, kind: &str) -> Option<[u64; 4]> {
+    let (part, (rows, columns)) = (Component::of(component)?.size(), shape(kind)?);
+    let size = Size::of_element(part, rows, columns);
+    Some([part, size.all, size.last, columns].map(|v| v as u64))
+}
+
 /// Elements at a regular stride in bytes.
 #[derive(Clone, Copy, Debug)]
 struct Strided<'a> {
@@ -119,8 +147,7 @@ pub(super) struct Elements<'a> {
     pub(super) normalized: bool,
     /// Index of the accessor in the document.
     pub(super) accessor: Index,
-    /// Bytes per element.
-    size: usize,
+    size: Size,
     base: Option<Strided<'a>>,
     sparse: Option<Differing<'a>>,
 }
@@ -178,8 +205,9 @@ impl<'a> Elements<'a> {
     ) -> Outcome<Elements<'a>> {
         let json = json_of(document, accessor, pointer)?;
         let mut elements = Elements::without_bytes(json, accessor)?;
-        elements.count = bytes.len() / elements.size.max(1);
-        elements.base = Some(Strided { bytes, stride: elements.size });
+        let size = elements.size.all;
+        elements.count = bytes.len() / size.max(1);
+        elements.base = Some(Strided { bytes, stride: size });
         elements.open_sparse(json, buffers, &format!("/accessors/{}", accessor.0))
     }
 
@@ -200,10 +228,7 @@ impl<'a> Elements<'a> {
             return Err(Fault::at(format!("{at}/count"), "is missing; expected the number of elements"));
         };
         let count = usize::try_from(count.0).unwrap_or(usize::MAX);
-        // Each column of a matrix starts at a multiple of four bytes (§3.6.2.4).
-        let column = rows * component.size();
-        let column = if columns > 1 { column.next_multiple_of(4) } else { column };
-        let size = column * columns;
+        let size = Size::of_element(component.size(), rows, columns);
         Ok(Elements {
             count,
             width: rows * columns,
@@ -227,10 +252,17 @@ impl<'a> Elements<'a> {
                 return Err(Fault::at(format!("{at}/indices"), message));
             }
             let (indices, values) = (&sparse.indices, &sparse.values);
-            let (offset, size_of_index) = (indices.byte_offset.0, index_type.size());
+            let offset = indices.byte_offset.0;
             let differing = Differing {
                 count: changed,
-                indices: locate(buffers, indices.buffer_view, offset, changed, size_of_index, &at)?,
+                indices: locate(
+                    buffers,
+                    indices.buffer_view,
+                    offset,
+                    changed,
+                    Size::of(index_type.size()),
+                    &at,
+                )?,
                 index_type,
                 values: locate(buffers, values.buffer_view, values.byte_offset.0, changed, self.size, &at)?,
             };
@@ -304,6 +336,11 @@ impl<'a> Elements<'a> {
         }
     }
 
+    /// The first `N` components of element `i` as stored, integers without normalisation; missing ones are zero.
+    pub(super) fn stored<const N: usize>(&self, i: usize) -> [f32; N] {
+        Elements { normalized: false, ..*self }.get(i)
+    }
+
     /// The first `N` components of element `i`; missing ones are zero.
     #[inline]
     pub(super) fn get<const N: usize>(&self, i: usize) -> [f32; N] {
@@ -344,13 +381,13 @@ fn component_of(number: Option<Index>, at: &str) -> Outcome<Component> {
     })
 }
 
-/// Checks that `count` elements of `size` bytes lie in a buffer view from `offset`.
+/// Checks that `count` elements of a size lie in a buffer view from `offset`.
 fn locate<'a>(
     buffers: &'a Buffers,
     view: Index,
     offset: u64,
     count: usize,
-    size: usize,
+    Size { all: size, last }: Size,
     at: &str,
 ) -> Outcome<Strided<'a>> {
     let (bytes, stride) = buffers.view(view, at)?;
@@ -361,7 +398,7 @@ fn locate<'a>(
         return Err(Fault::at(at, message));
     }
     let reach = match count.checked_sub(1) {
-        Some(before) => (before as u64).checked_mul(stride as u64).and_then(|v| v.checked_add(size as u64)),
+        Some(before) => (before as u64).checked_mul(stride as u64).and_then(|v| v.checked_add(last as u64)),
         None => Some(0),
     };
     let end = reach.and_then(|reach| reach.checked_add(offset));

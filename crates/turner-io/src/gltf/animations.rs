@@ -26,6 +26,30 @@ use super::json::{AnimationSampler, Document, Index, Mesh};
 use super::nodes::{Local, choose, normalize};
 use super::report::Report;
 
+/// The word for no animation.
+const NONE: &str = "none";
+
+/// The animation with this name or index, or else the first; `None` without animations, and for "none", with which
+/// nodes have their own transforms.
+pub(super) fn chosen(
+    document: &Document,
+    wanted: Option<&str>,
+    report: &mut Report,
+) -> Outcome<Option<Index>> {
+    let animations = &document.animations;
+    let names: Vec<_> = animations.iter().map(|a| a.name.as_deref()).collect();
+    match wanted {
+        Some(NONE) if !names.contains(&Some(NONE)) => Ok(None),
+        Some(name) => choose(name, &names, "animation").map(Some),
+        None => {
+            if animations.len() > 1 {
+                report.add(WarningKind::Note, "several animations: the first one is used");
+            }
+            Ok((!animations.is_empty()).then_some(Index(0)))
+        }
+    }
+}
+
 /// The transforms and morph weights of all nodes at one time.
 #[derive(Debug)]
 pub(super) struct Pose {
@@ -48,27 +72,16 @@ impl Pose {
         }
     }
 
-    /// Applies an animation at `time` seconds: the one with this name or index, or else the first.
+    /// Applies an animation at `time` seconds.
     pub(super) fn apply(
         &mut self,
         document: &Document,
         (buffers, budget): (&Buffers, &Budget),
-        wanted: Option<&str>,
+        chosen: Index,
         time: f64,
         report: &mut Report,
     ) -> Outcome<()> {
         let animations = &document.animations;
-        let chosen = match wanted {
-            Some(name) => {
-                let names: Vec<_> = animations.iter().map(|a| a.name.as_deref()).collect();
-                choose(name, &names, "animation")?
-            }
-            None if animations.is_empty() => return Ok(()),
-            None => Index(0),
-        };
-        if wanted.is_none() && animations.len() > 1 {
-            report.add(WarningKind::Note, "several animations: the first one is used");
-        }
         let animation = &animations[chosen];
         let targets_of: Vec<usize> = document.meshes.iter().map(morph_targets).collect();
         let mut driven = BTreeSet::new();
@@ -79,6 +92,9 @@ impl Pose {
                 return Err(Fault::dangling(pointer, "sampler", channel.sampler.0, count));
             };
             let Some(node) = channel.target.node else {
+                if channel.target.extensions.as_deref().is_some_and(|e| e.pointer.is_some()) {
+                    continue; // see `pointers`
+                }
                 // The target is defined by an extension (§3.11).
                 report.ignored("an animation of something other than a node");
                 continue;
@@ -141,7 +157,7 @@ enum Interpolation {
 }
 
 /// The keyframes of a sampler.
-struct Keys<'a> {
+pub(super) struct Keys<'a> {
     times: Elements<'a>,
     values: Elements<'a>,
     interpolation: Interpolation,
@@ -152,7 +168,7 @@ struct Keys<'a> {
 /// A time between two keys: `fraction` is the interpolation parameter, 0 at `before` and 1 at `after`; `length` is their
 /// distance in seconds.
 #[derive(Clone, Copy, Debug, PartialEq)]
-struct Interval {
+pub(super) struct Interval {
     before: usize,
     after: usize,
     fraction: f64,
@@ -161,7 +177,7 @@ struct Interval {
 
 impl<'a> Keys<'a> {
     /// Opens a sampler with `targets` values per key; `None` if it has no keys.
-    fn open(
+    pub(super) fn open(
         document: &Document,
         buffers: &'a Buffers,
         sampler: &AnimationSampler,
@@ -188,12 +204,17 @@ impl<'a> Keys<'a> {
         Ok(Some(Keys { times, values, interpolation, targets }))
     }
 
+    /// Components of a value.
+    pub(super) fn width(&self) -> usize {
+        self.values.width
+    }
+
     fn time(&self, key: usize) -> f64 {
         f64::from(self.times.get::<1>(key)[0])
     }
 
     /// The keys before and after a time; outside the animation, the first or last one twice.
-    fn at(&self, time: f64) -> Interval {
+    pub(super) fn at(&self, time: f64) -> Interval {
         let (mut from, mut to) = (0, self.times.count);
         while from < to {
             let middle = from + (to - from) / 2;
@@ -216,7 +237,8 @@ impl<'a> Keys<'a> {
         self.values.get::<N>(row * self.targets + target).map(f64::from)
     }
 
-    fn value<const N: usize>(&self, interval: &Interval, target: usize) -> [f64; N] {
+    /// The value of a target at a time.
+    pub(super) fn value<const N: usize>(&self, interval: &Interval, target: usize) -> [f64; N] {
         let stored = |key, which| self.stored::<N>(key, which, target);
         let (a, b, t) = (stored(interval.before, 1), stored(interval.after, 1), interval.fraction);
         let value: [f64; N] = match self.interpolation {
@@ -240,7 +262,8 @@ impl<'a> Keys<'a> {
         value.map(|v| if v.is_finite() { v } else { 0.0 })
     }
 
-    fn rotation(&self, interval: &Interval) -> [f64; 4] {
+    /// The value at a time as a unit quaternion.
+    pub(super) fn rotation(&self, interval: &Interval) -> [f64; 4] {
         match self.interpolation {
             Interpolation::Linear => {
                 let (a, b) = (self.stored(interval.before, 1, 0), self.stored(interval.after, 1, 0));

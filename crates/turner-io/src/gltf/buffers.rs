@@ -7,6 +7,7 @@ use turner::schema::SceneError;
 use super::budget::Budget;
 use super::fault::{Fault, Outcome};
 use super::json::{Buffer, Document, Index};
+use super::report::Report;
 use super::{base64, meshopt};
 use crate::assets::{AssetError, AssetSource};
 
@@ -20,9 +21,9 @@ enum Bytes {
     Chunk(Range<usize>),
     /// Read or decoded.
     Owned(Vec<u8>),
-    /// A fallback buffer without bytes: its buffer views are stored compressed in another buffer
-    /// (`EXT_meshopt_compression`).
-    Fallback,
+    /// A buffer without bytes: a placeholder that nothing reads (§3.6.1.1), one whose buffer views are stored compressed
+    /// in another buffer (`EXT_meshopt_compression`), or one that could not be read.
+    Absent { size: u64, why: Option<Box<Fault>> },
 }
 
 /// The bytes of a buffer view.
@@ -33,8 +34,10 @@ enum View {
         range: Range<usize>,
     },
     Decoded(Vec<u8>),
-    /// A view of a fallback buffer.
-    Absent,
+    /// A view of a buffer without bytes.
+    Absent {
+        buffer: usize,
+    },
 }
 
 /// All buffers and buffer views of a document.
@@ -62,6 +65,11 @@ impl Buffers {
             buffers.push(read_buffer(buffer, &format!("/buffers/{i}"), chunk, uri, assets)?);
         }
         Ok(Buffers { file, buffers, views: Vec::new(), strides: Vec::new() })
+    }
+
+    /// A range of the file that holds the document.
+    pub(super) fn file(&self, range: Range<usize>) -> &[u8] {
+        self.file.get(range).unwrap_or_default()
     }
 
     /// Total bytes of the document and its buffers.
@@ -94,7 +102,7 @@ impl Buffers {
                     };
                     let range = self.range(buffer, view.byte_offset.0, length.0, &pointer)?;
                     match self.buffers[buffer.index()] {
-                        Bytes::Fallback => View::Absent,
+                        Bytes::Absent { .. } => View::Absent { buffer: buffer.index() },
                         _ => View::Stored { buffer: buffer.index(), range },
                     }
                 }
@@ -117,7 +125,7 @@ impl Buffers {
         let size = match bytes {
             Bytes::Chunk(range) => range.len() as u64,
             Bytes::Owned(bytes) => bytes.len() as u64,
-            Bytes::Fallback => u64::MAX,
+            Bytes::Absent { size, .. } => *size,
         };
         match offset.checked_add(length) {
             Some(end) if end <= size && end <= usize::MAX as u64 => Ok(offset as usize..end as usize),
@@ -132,7 +140,32 @@ impl Buffers {
         match self.buffers.get(buffer)? {
             Bytes::Chunk(chunk) => self.file.get(chunk.clone())?.get(range.clone()),
             Bytes::Owned(bytes) => bytes.get(range.clone()),
-            Bytes::Fallback => None,
+            Bytes::Absent { .. } => None,
+        }
+    }
+
+    /// Whether a buffer view lies in a placeholder, which has no bytes although the file is valid.
+    pub(super) fn is_placeholder(&self, view: Index) -> bool {
+        let Some(View::Absent { buffer }) = self.views.get(view.index()) else { return false };
+        matches!(self.buffers.get(*buffer), Some(Bytes::Absent { why: None, .. }))
+    }
+
+    /// Whether a buffer view lies in a buffer without bytes, so that it can be checked but not read.
+    pub(super) fn is_absent(&self, view: Index) -> bool {
+        matches!(self.views.get(view.index()), Some(View::Absent { .. }))
+    }
+
+    /// Reports the buffers that could not be read; what needs them is refused.
+    pub(super) fn report(&self, report: &mut Report) {
+        if self.file.starts_with(b"glTF")
+            && matches!(self.buffers.first(), Some(Bytes::Absent { why: None, .. }))
+        {
+            report.doubtful("/buffers/0: has no uri, and the file has no binary chunk for it");
+        }
+        for buffer in &self.buffers {
+            if let Bytes::Absent { why: Some(fault), .. } = buffer {
+                report.doubtful(format!("{}; nothing is read from it", fault.text()));
+            }
         }
     }
 
@@ -144,11 +177,20 @@ impl Buffers {
         let bytes = match found {
             View::Stored { buffer, range } => self.bytes(*buffer, range),
             View::Decoded(bytes) => Some(&bytes[..]),
-            View::Absent => None,
+            View::Absent { buffer } => match self.buffers.get(*buffer) {
+                Some(Bytes::Absent { why: Some(fault), .. }) => return Err((**fault).clone()),
+                _ => None,
+            },
         };
         match bytes {
             Some(bytes) => Ok((bytes, self.strides.get(view.index()).copied().flatten())),
-            None => Err(Fault::at(pointer, format!("buffer view {} lies in a buffer without bytes", view.0))),
+            None => {
+                let message = format!(
+                    "buffer view {} lies in a buffer that has neither a uri nor a binary chunk",
+                    view.0
+                );
+                Err(Fault::at(pointer, message))
+            }
         }
     }
 }
@@ -164,21 +206,25 @@ fn read_buffer(
         return Err(Fault::at(pointer, "has no byteLength; expected one"));
     };
     let bytes = match (&buffer.uri, chunk) {
-        (Some(at), _) => Bytes::Owned(read_uri(at, uri, assets, MAX_FILE, pointer)?.0),
+        (Some(at), _) => match read_uri(at, uri, assets, MAX_FILE, pointer) {
+            Ok((bytes, _)) => Bytes::Owned(bytes),
+            // It may be unused.
+            Err(fault) if strip_scheme(at).is_none() => {
+                return Ok(Bytes::Absent { size: wanted.0, why: Some(Box::new(fault)) });
+            }
+            Err(fault) => return Err(fault),
+        },
         (None, Some(chunk)) => Bytes::Chunk(chunk),
         (None, None) => {
-            // Only a fallback buffer of compressed data may have no bytes.
             let fallback = buffer.extensions.as_deref().and_then(|e| e.meshopt.as_ref());
-            if fallback.is_some_and(|f| f.fallback) {
-                return Ok(Bytes::Fallback);
-            }
-            return Err(Fault::at(pointer, "has no uri, and the file has no binary chunk for it"));
+            let size = if fallback.is_some_and(|f| f.fallback) { u64::MAX } else { wanted.0 };
+            return Ok(Bytes::Absent { size, why: None });
         }
     };
     let size = match &bytes {
         Bytes::Chunk(range) => range.len() as u64,
         Bytes::Owned(bytes) => bytes.len() as u64,
-        Bytes::Fallback => 0,
+        Bytes::Absent { size, .. } => *size,
     };
     if wanted.0 > size {
         return Err(Fault::at(pointer, format!("says {} bytes, but there are {size}", wanted.0)));
@@ -200,11 +246,13 @@ pub(super) fn read_uri(
             return Err(Fault::at(pointer, "has a data: URI without a comma"));
         };
         let kind = kind.to_ascii_lowercase();
-        let Some(mime) = kind.strip_suffix(";base64") else {
-            return Err(Fault::at(pointer, "has a data: URI that is not base64"));
+        let (mime, bytes) = match kind.strip_suffix(";base64") {
+            Some(mime) => (mime, base64::decode(data)),
+            None => (&kind[..], percent_decode(data)),
         };
-        let bytes = base64::decode(data);
-        let bytes = bytes.ok_or_else(|| Fault::at(pointer, "has a data: URI that is not valid base64"))?;
+        let bytes = bytes.ok_or_else(|| {
+            Fault::at(pointer, "has a data: URI that is neither valid base64 nor percent-encoded")
+        })?;
         let mime = mime.split(';').next().filter(|m| !m.is_empty()).map(str::to_owned);
         return Ok((bytes, mime));
     }
@@ -212,9 +260,21 @@ pub(super) fn read_uri(
     Ok((read.map_err(|e| asset_fault(&e, pointer))?, None))
 }
 
-fn strip_scheme(uri: &str) -> Option<&str> {
+/// What follows `data:`; `None` for other URIs.
+pub(super) fn strip_scheme(uri: &str) -> Option<&str> {
     let (scheme, rest) = uri.split_at_checked(5)?;
     scheme.eq_ignore_ascii_case("data:").then_some(rest)
+}
+
+/// The bytes of percent-encoded text (RFC 2397); `None` if a `%` is not followed by two hexadecimal digits.
+fn percent_decode(text: &str) -> Option<Vec<u8>> {
+    let mut bytes = text.bytes();
+    let mut out = Vec::new();
+    while let Some(byte) = bytes.next() {
+        let mut digit = || char::from(bytes.next()?).to_digit(16);
+        out.push(if byte == b'%' { (digit()? * 16 + digit()?) as u8 } else { byte });
+    }
+    Some(out)
 }
 
 fn asset_fault(error: &AssetError, pointer: &str) -> Fault {

@@ -71,6 +71,11 @@ impl Fault {
         self
     }
 
+    /// Position and message.
+    pub(super) fn text(&self) -> String {
+        format!("{}: {}", printable(&self.at), printable(&self.message))
+    }
+
     /// Adds the file name.
     pub(super) fn in_file(self, name: &str) -> SceneError {
         let place = if self.at.is_empty() { String::new() } else { format!("{}: ", printable(&self.at)) };

@@ -23,7 +23,8 @@ pub(super) fn split(bytes: &[u8]) -> Outcome<Parts> {
     if !bytes.starts_with(MAGIC) {
         // Some editors write a byte order mark before the text.
         let start = if bytes.starts_with(b"\xef\xbb\xbf") { 3 } else { 0 };
-        return Ok(Parts { json: start..bytes.len(), bin: None, faults: Vec::new() });
+        let faults = if start > 0 { vec!["the JSON text begins with a byte order mark"] } else { Vec::new() };
+        return Ok(Parts { json: start..bytes.len(), bin: None, faults });
     }
     let word = |at: usize| {
         let bytes = bytes.get(at..at.checked_add(4)?)?;
@@ -36,7 +37,11 @@ pub(super) fn split(bytes: &[u8]) -> Outcome<Parts> {
         )));
     };
     if version != 2 {
-        return Err(Fault::of_file(format!("is binary glTF version {version}; expected version 2")));
+        let message = match version {
+            1 => "this is glTF 1.0, in its binary container of version 1; expected glTF 2.0".to_owned(),
+            _ => format!("is binary glTF version {version}; expected version 2"),
+        };
+        return Err(Fault::of_file(message).help("convert it to glTF 2.0"));
     }
     let mut faults = Vec::new();
     let length = length as usize;
@@ -50,7 +55,7 @@ pub(super) fn split(bytes: &[u8]) -> Outcome<Parts> {
         faults.push("the file is longer than its header states");
     }
     let (mut json, mut bin) = (None, None);
-    let mut at = 12usize;
+    let (mut at, mut number) = (12usize, 0);
     while at < length {
         let (Some(size), Some(kind)) = (word(at), at.checked_add(4).and_then(word)) else {
             faults.push("there are bytes after the last chunk");
@@ -65,11 +70,20 @@ pub(super) fn split(bytes: &[u8]) -> Outcome<Parts> {
         })?;
         match kind {
             JSON if json.is_none() => json = Some(begin..end),
-            BIN if bin.is_none() => bin = Some(begin..end),
+            BIN if bin.is_none() => {
+                if number != 1 {
+                    faults.push("the binary chunk is not the second one");
+                }
+                bin = Some(begin..end);
+            }
             JSON | BIN => faults.push("several chunks of one type: the first one is used"),
             // Unknown chunks must be ignored (§4.4.3).
             _ => {}
         }
+        if size % 4 != 0 {
+            faults.push("a chunk whose length is not a multiple of 4");
+        }
+        number += 1;
         // Chunks are aligned to 4 bytes.
         at = end.checked_next_multiple_of(4).unwrap_or(length);
     }

@@ -6,9 +6,9 @@
 //! | `metallic`, `roughness` | `base_metalness` (blue), `specular_roughness` (green) |
 //! | `normalTexture`, `occlusionTexture` | `normal_map` with `normal_scale`, `occlusion_map` (red) with its strength |
 //! | `emissive` × `emissive_strength` | `emission_color`, `emission_luminance` |
-//! | `ior`, `specular` | `specular_ior`, `specular_weight` (alpha), `specular_color` |
-//! | `transmission` | `transmission_weight` (red), tinted by the base colour; thin-walled without a volume |
-//! | `volume` | solid object: `transmission_color` at `transmission_depth`, `thickness` (green) |
+//! | `ior`, `specular` | `specular_ior`, `specular_weight` (alpha), `specular_color` with `specular_model` "gltf" |
+//! | `transmission` | `transmission_weight` (red), `transmission_color` is the base colour; thin-walled without a volume |
+//! | `volume` | solid object: `transmission_color` at `transmission_depth`, `transmission_tint` is the base colour; `thickness` (green) |
 //! | `clearcoat` | `coat_weight` (red), `coat_roughness` (green), its own normals, `coat_ior` 1.5 |
 //! | `sheen` | `fuzz_color`, `fuzz_roughness` (alpha) |
 //! | `iridescence` | `thin_film_weight` (red), thickness (green) in micrometres |
@@ -19,7 +19,7 @@
 //! | `unlit` | `unlit` |
 
 use turner::color::Spectrum;
-use turner::material::{AlphaMode, PrincipledMaterial};
+use turner::material::{AlphaMode, PrincipledMaterial, SpecularModel};
 use turner::math::degrees;
 use turner::math::elementary::ln;
 use turner::schema::ColorSource;
@@ -160,11 +160,7 @@ impl Converter<'_> {
 
         let mut out = PrincipledMaterial { double_sided: json.double_sided, ..PrincipledMaterial::default() };
         let base = match &extensions.specular_glossiness {
-            Some(x) => {
-                self.report
-                    .approximated("KHR_materials_pbrSpecularGlossiness: converted to metal or plastic");
-                self.specular_glossiness(&mut out, x)
-            }
+            Some(x) => self.specular_glossiness(&mut out, json, x),
             None => {
                 let pbr = json.pbr_metallic_roughness.as_deref().unwrap_or(&none);
                 let metal_rough = &pbr.metallic_roughness_texture;
@@ -238,6 +234,7 @@ impl Converter<'_> {
             out.specular_ior = ior.clamp(0.0, 100.0);
         }
         if let Some(x) = &extensions.specular {
+            out.specular_model = SpecularModel::Gltf;
             let weight = unit(x.specular_factor.unwrap_or(1.0));
             out.specular_weight = self.number(&x.specular_texture, ImageChannel::A, weight);
             let factor = x.specular_color_factor.unwrap_or([1.0; 3]);
@@ -273,12 +270,8 @@ impl Converter<'_> {
             let attenuation = color(x.attenuation_color.unwrap_or([1.0; 3]));
             let distance = x.attenuation_distance.filter(|d| *d > 0.0);
             if let (Some(distance), true) = (distance, attenuation != Spectrum::WHITE) {
-                if extensions.transmission.is_some()
-                    && out.base_color != ColorSource::Constant(Spectrum::WHITE)
-                {
-                    self.report.approximated(
-                        "glass with a surface colour and an attenuation colour: only the attenuation colour is used",
-                    );
+                if extensions.transmission.is_some() {
+                    out.transmission_tint = out.base_color;
                 }
                 out.transmission_color = ColorSource::Constant(attenuation);
                 out.transmission_depth = distance;
@@ -314,6 +307,7 @@ impl Converter<'_> {
             out.coat_ior = 1.5;
             // The clearcoat extension only subtracts the coat's reflection from the base.
             out.coat_darkening = 0.0;
+            out.specular_model = SpecularModel::Gltf;
             let normals = x.clearcoat_normal_texture.as_deref();
             out.coat_normal_map = self.picture(normals, Use::numbers());
             out.coat_normal_scale = normals.and_then(|n| n.scale).unwrap_or(1.0);
@@ -339,12 +333,12 @@ impl Converter<'_> {
         }
     }
 
-    /// The archived specular-glossiness workflow: a diffuse and a specular colour. If the specular colour is the
-    /// stronger one, the result is a metal of that colour, else plastic with that reflectance. Returns the base
-    /// colour's texture and factor.
+    /// The archived specular-glossiness workflow: a diffuse base under a dielectric whose reflectance at normal incidence
+    /// is the specular colour. Without a diffuse colour it is a metal. Returns the base colour's texture and factor.
     fn specular_glossiness<'x>(
         &mut self,
         out: &mut PrincipledMaterial,
+        json: &Material,
         x: &'x SpecularGlossiness,
     ) -> (Option<&'x TextureInfo>, [f64; 4]) {
         let diffuse = x.diffuse_factor.unwrap_or([1.0; 4]);
@@ -354,15 +348,21 @@ impl Converter<'_> {
         let smooth = Use { offset: 1.0, ..Use::number(ImageChannel::A, -gloss) };
         out.specular_roughness = self.picture(picture, smooth).unwrap_or(grey(1.0 - gloss));
         out.base_metalness = grey(0.0);
-        let sum = |c: &[f64]| c.iter().take(3).sum::<f64>();
-        if sum(&diffuse) < sum(&specular) && (picture.is_none() || x.diffuse_texture.is_none()) {
+        let [r, g, b, alpha] = diffuse;
+        let is_opaque = matches!(json.alpha_mode.as_deref(), None | Some("OPAQUE"));
+        if [r, g, b].iter().all(|v| *v <= 0.0) && is_opaque {
             out.base_metalness = grey(1.0);
-            return (picture, [specular[0], specular[1], specular[2], diffuse[3]]);
+            let [r, g, b] = specular;
+            return (picture, [r, g, b, alpha]);
         }
         // A dielectric of index 1.5 reflects 0.04 at normal incidence.
+        out.specular_model = SpecularModel::Gltf;
         let factor = color(specular.map(|v| v / 0.04));
         out.specular_color =
             self.picture(picture, Use::color(factor)).unwrap_or(ColorSource::Constant(factor));
         (x.diffuse_texture.as_deref(), diffuse)
     }
 }
+
+#[cfg(test)]
+mod tests;

@@ -17,6 +17,7 @@ mod base64;
 mod budget;
 mod buffers;
 mod cameras;
+mod check;
 mod draco;
 mod fault;
 mod glb;
@@ -28,6 +29,7 @@ mod materials;
 mod meshopt;
 mod nodes;
 mod objects;
+mod pointers;
 mod primitives;
 mod report;
 mod skins;
@@ -62,6 +64,7 @@ const KNOWN: &[&str] = &[
     "EXT_mesh_gpu_instancing",
     "EXT_meshopt_compression",
     "EXT_texture_webp",
+    "KHR_animation_pointer",
     "KHR_draco_mesh_compression",
     "KHR_lights_punctual",
     "KHR_materials_anisotropy",
@@ -107,7 +110,7 @@ fn read(bytes: Vec<u8>, uri: &str, assets: &dyn AssetSource, options: &ImportOpt
     let mut report = Report::default();
     let parts = glb::split(&bytes)?;
     parts.faults.iter().for_each(|doubt| report.doubtful(*doubt));
-    let text = bytes.get(parts.json).unwrap_or_default();
+    let text = bytes.get(parts.json.clone()).unwrap_or_default();
     let needed = JSON_PER_BYTE.saturating_mul(text.len() as u64);
     options.limits.memory.need(needed, || "its JSON text".to_owned()).map_err(Fault::of_scene)?;
     let document = json::parse(text)?;
@@ -116,12 +119,14 @@ fn read(bytes: Vec<u8>, uri: &str, assets: &dyn AssetSource, options: &ImportOpt
     let mut buffers = Buffers::read(&document, bytes, parts.bin, uri, assets)?;
     let budget = Budget::of_file(buffers.size()).within(&options.limits.memory);
     buffers.open_views(&document, &budget)?;
+    buffers.report(&mut report);
     objects::check_accessors(&document, &buffers, &budget)?;
 
     let tree = Tree::new(&document)?;
-    let mut pose = Pose::rest(&document);
-    pose.apply(&document, (&buffers, &budget), options.animation.as_deref(), options.time, &mut report)?;
-    let Pose { locals, weights } = pose;
+    let text = buffers.file(parts.json);
+    check::check(text, &document, (&buffers, &tree), (uri, assets), &mut report);
+    let (document, Pose { locals, weights }) =
+        animate(document, text, (&buffers, &budget), options, &mut report)?;
     let world = tree.world(locals);
     let shown = tree.shown(&document, options.scene.as_deref(), &options.nodes, &mut report)?;
 
@@ -194,6 +199,26 @@ fn read(bytes: Vec<u8>, uri: &str, assets: &dyn AssetSource, options: &ImportOpt
         warnings: report.into_warnings(),
         ..empty
     })
+}
+
+/// The document and its pose at the chosen time of the chosen animation.
+fn animate(
+    document: Document,
+    text: &[u8],
+    data: (&Buffers, &Budget),
+    options: &ImportOptions,
+    report: &mut Report,
+) -> Outcome<(Document, Pose)> {
+    let Some(chosen) = animations::chosen(&document, options.animation.as_deref(), report)? else {
+        let pose = Pose::rest(&document);
+        return Ok((document, pose));
+    };
+    let of = (&document, &document.animations[chosen], chosen.0);
+    let changed = pointers::animated(text, of, data, &options.limits.memory, options.time, report)?;
+    let document = changed.unwrap_or(document);
+    let mut pose = Pose::rest(&document);
+    pose.apply(&document, data, chosen, options.time, report)?;
+    Ok((document, pose))
 }
 
 /// Rejects unsupported required extensions and reports other unknown ones.

@@ -206,6 +206,29 @@ impl Tree {
         Ok(reach(&picked, &mut visited))
     }
 
+    /// The root above each node.
+    pub(super) fn roots(&self) -> Vec<u32> {
+        let mut roots: Vec<u32> = (0u32..).take(self.parents.len()).collect();
+        for &node in &self.order {
+            if let Some(&parent) = self.parents.get(node as usize)
+                && parent != NONE
+            {
+                roots[node as usize] = roots[parent as usize];
+            }
+        }
+        roots
+    }
+
+    /// Whether each node is this one or below it.
+    pub(super) fn below(&self, top: Index) -> Vec<bool> {
+        let mut below = vec![false; self.parents.len()];
+        for &node in &self.order {
+            let parent = self.parents[node as usize];
+            below[node as usize] = node == top.0 || parent != NONE && below[parent as usize];
+        }
+        below
+    }
+
     fn is_root(&self, node: u32) -> bool {
         self.parents[node as usize] == NONE
     }

@@ -177,6 +177,10 @@ impl<'a> Objects<'a> {
                 normal_map: normal_map.filter(|_| !has_tangents),
                 moved: moved.then_some((number, instance)),
             };
+            if self.is_placeholder(primitive) {
+                report.doubtful("a mesh whose data lies in a buffer without a uri: nothing is shown of it");
+                continue;
+            }
             let made = match self.made.get(&key) {
                 Some(made) => *made,
                 None => {
@@ -275,6 +279,16 @@ impl<'a> Objects<'a> {
         Ok(Some(made))
     }
 
+    /// Whether a primitive needs bytes of a placeholder.
+    fn is_placeholder(&self, primitive: &Primitive) -> bool {
+        let targets = primitive.targets.iter().flat_map(BTreeMap::values);
+        let mut accessors = primitive.attributes.values().chain(targets).chain(&primitive.indices);
+        accessors.any(|a| {
+            let view = self.document.accessors.get(a.index()).and_then(|a| a.buffer_view);
+            view.is_some_and(|view| self.buffers.is_placeholder(view))
+        })
+    }
+
     /// Reports textures whose UV set the mesh lacks.
     fn check_uvs(&self, material: Option<Index>, made: Made, report: &mut Report) {
         let Some(material) = material.map(|m| &self.document.materials[m]) else { return };
@@ -288,7 +302,10 @@ impl<'a> Objects<'a> {
 /// Checks that every accessor with data lies within its buffer view, even if unused.
 pub(super) fn check_accessors(document: &Document, buffers: &Buffers, budget: &Budget) -> Outcome<()> {
     for (i, accessor) in document.accessors.iter().enumerate() {
-        if accessor.buffer_view.is_some() || accessor.sparse.is_some() {
+        let sparse = accessor.sparse.as_deref();
+        let views = sparse.map(|s| [s.indices.buffer_view, s.values.buffer_view]);
+        let mut views = accessor.buffer_view.into_iter().chain(views.into_iter().flatten());
+        if views.clone().next().is_some() && !views.any(|view| buffers.is_absent(view)) {
             let elements = Elements::open(document, buffers, Index(i as u32), "")?;
             // Many accessors can share one long list of sparse indices; the budget bounds the time, too.
             budget.take(elements.sparse_count(), 1, "/accessors")?;

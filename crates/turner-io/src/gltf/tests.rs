@@ -19,7 +19,7 @@ fn triangle(node: &str, primitive: &str, members: &str) -> Vec<u8> {
     let json = format!(
         r#""nodes":[{{"mesh":0{node}}}],
         "meshes":[{{"primitives":[{{"attributes":{{"POSITION":0}}{primitive}}}]}}],
-        "accessors":[{{"bufferView":0,"componentType":5126,"count":3,"type":"VEC3"}}],
+        "accessors":[{{"bufferView":0,"componentType":5126,"count":3,"type":"VEC3","min":[0,0,0],"max":[1,1,0]}}],
         "bufferViews":[{{"buffer":0,"byteLength":36}}],"buffers":[{{"byteLength":36}}]{members}"#
     );
     glb(&json, &floats(&[0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0]))

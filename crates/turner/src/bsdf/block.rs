@@ -5,8 +5,9 @@ use std::f64::consts::PI;
 use turner_bvh::lanes::{Block32, F32x8, F64x8, Mask8, Simd, Vec3x8};
 
 use super::mixture::MIN_COSINE;
-use super::opaque_base::{OpaqueBlock, OpaqueSeen, cosine};
+use super::opaque_base::{OpaqueBlock, OpaqueSeen};
 use crate::color::Spectrum;
+use crate::math::elementary_x8::sin_cos_turns;
 
 /// Colours, one register per band.
 pub(crate) type Bands<S> = [F32x8<S>; 3];
@@ -163,4 +164,13 @@ impl BsdfBlock for OpaqueBlock {
     ) -> Sampled<S> {
         OpaqueBlock::sample(self, simd, wo, seen, u, softening)
     }
+}
+
+/// As [`sample_cosine`](super::sample_cosine).
+#[inline(always)]
+pub(super) fn cosine<S: Simd>(simd: S, [r2, turns]: [F64x8<S>; 2]) -> Vec3x8<S> {
+    let (sin, cos) = sin_cos_turns(simd, turns);
+    let r = r2.sqrt();
+    let height = (F64x8::splat(simd, 1.0) - r2).or_larger(F64x8::splat(simd, 0.0)).sqrt();
+    Vec3x8 { x: r * cos, y: r * sin, z: height }
 }

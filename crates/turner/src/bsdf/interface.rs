@@ -22,6 +22,7 @@ use super::albedo::{self, AlbedoCurve, AlbedoDirection, Reflected};
 use super::film::{Film, Tint};
 use super::fresnel::{self, Metal};
 use super::microfacet::Ggx;
+use super::specular::Specular;
 use super::{PrincipledPoint, Rgb, color, unit};
 use crate::math::elementary::{exp, ln, sin_cos_turns};
 use crate::math::{DVec3, reflect};
@@ -44,7 +45,7 @@ pub(super) struct Interface {
     pub(super) opaque: f64,
     pub(super) metal_fresnel: Metal,
     /// Colour of dielectric reflection.
-    pub(super) tint: Rgb,
+    pub(super) specular: Specular,
     /// Colour of light that glass transmits.
     pub(super) through: Rgb,
     /// Index on the far side over that on wo's side, for refraction; 1 for thin walls.
@@ -123,8 +124,11 @@ impl Interface {
         let inside = !p.entering && !thin && transmission > 0.0;
         let exterior = if p.exterior_ior > 0.0 && p.exterior_ior.is_finite() { p.exterior_ior } else { 1.0 };
         let ior = if p.specular_ior >= 0.0 { p.specular_ior.min(1e6) } else { 1.0 };
-        let weight = if p.specular_weight >= 0.0 { p.specular_weight } else { 0.0 };
+        // glTF's weight is a factor of the reflectance, OpenPBR's of F₀.
+        let weight = if p.gltf_specular { 1.0 } else { p.specular_weight };
+        let weight = if weight >= 0.0 { weight } else { 0.0 };
         let index = ior / exterior;
+        let (specular, curve) = Specular::new(p, index);
         let refracts = !thin && index > 0.0 && (index - 1.0).abs() >= MIN_CONTRAST;
         let refracting = if refracts { index } else { 1.0 };
         let weighted = |index: f64| match index {
@@ -132,13 +136,13 @@ impl Interface {
             0.0 => 1.0,
             _ => fresnel::scaled_index(index, weight),
         };
-        let glass_index = weighted(index);
+        let glass_index = weighted(curve);
         // Under a coat the dielectric borders on the coat. A base index below the coat's would reflect totally there,
         // which the coat's own interface undoes, so the ratio is inverted. `specular_weight` applies to the result
-        // (OpenPBR).
-        let mut opaque_index = index;
+        // (OpenPBR). In glTF the coat does not change the base.
+        let mut opaque_index = curve;
         let coat = unit(p.coat_weight);
-        if coat > 0.0 && p.coat_ior > 0.0 {
+        if coat > 0.0 && p.coat_ior > 0.0 && !p.gltf_specular {
             opaque_index += (index / p.coat_ior - index) * coat;
         }
         if opaque_index > 0.0 && opaque_index < 1.0 {
@@ -147,22 +151,24 @@ impl Interface {
         let opaque_index = weighted(opaque_index);
         let film_weight = unit(p.thin_film_weight);
         let has_film = film_weight > 0.0 && p.thin_film_thickness > 0.0 && p.thin_film_ior > 0.0;
-        let reflects = metal > 0.0 || has_film || (opaque > 0.0 && opaque_index != 1.0);
+        let reflects =
+            metal > 0.0 || has_film || (opaque > 0.0 && opaque_index != 1.0 && specular.reflects());
         if !reflects && transmission == 0.0 {
             return None;
         }
         let (ax, ay) = widths(p, coat, coat_alpha);
         let smooth = ax.max(ay) < MIN_ALPHA;
         let ggx = Ggx { ax: ax.max(MIN_ALPHA), ay: ay.max(MIN_ALPHA) };
-        let tint = color(p.specular_color);
         let base = color(p.base_color) * unit(p.base_weight);
-        let metal_fresnel = Metal::new(base, tint, weight.min(1.0));
+        let edge = if p.gltf_specular { Rgb::ONE } else { specular.tint };
+        let metal_fresnel = Metal::new(base, edge, weight.min(1.0));
         let film = has_film.then(|| {
             let thickness = p.thin_film_thickness.min(1e3) * 1e-6;
             let film = Film { ior: p.thin_film_ior.clamp(1.0, 10.0), thickness };
             film.tints(glass_index, &metal_fresnel, film_weight)
         });
         let through = if p.transmission_depth > 0.0 { Rgb::ONE } else { color(p.transmission_color) };
+        let through = through * color(p.transmission_tint);
         let mut interface = Interface {
             ggx,
             smooth,
@@ -170,7 +176,7 @@ impl Interface {
             glass: transmission,
             opaque,
             metal_fresnel,
-            tint,
+            specular,
             through,
             eta: if inside { 1.0 / refracting } else { refracting },
             straight: !refracts && !thin,
@@ -215,9 +221,10 @@ impl Interface {
             // The tables are for glass whose reflectance follows from its index; with another specular weight, nothing
             // is returned.
             let above_one = |index: f64| index.max(1.0 / index);
-            if (above_one(self.glass_index) / above_one(self.eta) - 1.0).abs() < 1e-3 {
+            let same = (above_one(self.glass_index) / above_one(self.eta) - 1.0).abs() < 1e-3;
+            if same && self.specular.is_plain() {
                 let scale = glass / (PI * (averages[2] * self.eta * self.eta + averages[1]).max(1e-9));
-                let tint = if self.inside { Rgb::ONE } else { self.tint };
+                let tint = if self.inside { Rgb::ONE } else { self.specular.tint };
                 (reflect, transmit) = (tint * scale, self.through * scale);
             }
         }
@@ -297,14 +304,19 @@ impl Interface {
         let eta = if self.straight || self.thin { 1.0 } else { self.eta };
         let Some(far) = fresnel::refracted_cosine(mu, eta) else { return (Rgb::ONE, Rgb::ZERO) };
         let r = self.with_film(if self.inside { far } else { mu }, self.glass_index);
+        let (outside, kept) = self.specular.of_glass(r);
         if self.thin {
             // The series of interreflections between the two sides of the wall.
-            let (t, c) = (Rgb::ONE - r, self.through);
+            let (r, t, c) = (kept, Rgb::ONE - kept, self.through);
             let series = (Rgb::ONE - r * r * c * c).max(Rgb::splat(1e-9));
-            return (self.tint * (r + t * t * r * c * c / series), t * t * c / series);
+            let back = t * t * r * c * c / series;
+            let reflected = match self.specular.is_plain() {
+                true => self.specular.tint * (r + back),
+                false => outside + back,
+            };
+            return (reflected, t * t * c / series);
         }
-        let tint = if self.inside { Rgb::ONE } else { self.tint };
-        (tint * r, (Rgb::ONE - r) * self.through)
+        (if self.inside { kept } else { outside }, (Rgb::ONE - kept) * self.through)
     }
 
     /// Reflected and transmitted fraction at a facet, without light that passes straight.
@@ -314,7 +326,7 @@ impl Interface {
             r += self.metal_fresnel(mu) * self.metal;
         }
         if self.opaque > 0.0 {
-            r += self.opaque_fresnel(mu) * self.tint * self.opaque;
+            r += self.specular.at(self.opaque_fresnel(mu)) * self.opaque;
         }
         if self.glass > 0.0 {
             let (glass_r, glass_t) = self.glass_split(mu);
@@ -341,7 +353,12 @@ impl Interface {
         if let Some((tint, _)) = &self.film {
             reflected += self.average_over_facets(w.mu, tint);
         }
-        1.0 - (self.tint * reflected).max_element().clamp(0.0, 1.0)
+        1.0 - self.specular.most(reflected, || 1.0 - self.mirror_loss().map_or(0.0, |loss| loss.at(w)))
+    }
+
+    /// The loss of single scattering if all light is reflected; `None` if smooth.
+    pub(super) fn mirror_loss(&self) -> Option<AlbedoCurve> {
+        (!self.smooth).then(|| albedo::mirror_loss(&self.ggx))
     }
 
     /// What a film adds to the reflectance of a rough surface: the mean over visible facets.
@@ -374,7 +391,8 @@ impl Interface {
             Some(rough) => rough.average(),
             None => fresnel::dielectric_average(self.opaque_index),
         };
-        Some(1.0 - (self.tint.max_element() * boundary).clamp(0.0, 1.0))
+        let white = || 1.0 - self.mirror_loss().map_or(0.0, |loss| loss.average());
+        Some(1.0 - self.specular.most(Rgb::splat(boundary), white))
     }
 
     /// BRDF of single scattering and its density; (0, 0) for delta lobes.

@@ -47,6 +47,7 @@ mod coat;
 mod diffuse;
 mod film;
 mod fresnel;
+mod fresnel_x8;
 mod fuzz;
 mod interface;
 mod microfacet;
@@ -55,6 +56,7 @@ mod opaque_base;
 mod pane;
 mod parts;
 mod point;
+mod specular;
 mod subsurface;
 mod terminator;
 

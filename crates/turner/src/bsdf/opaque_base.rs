@@ -14,8 +14,9 @@ use std::f64::consts::PI;
 use turner_bvh::lanes::{Block, F64x8, LANES, Mask8, Simd, Vec3x8};
 
 use super::albedo::AlbedoCurveBlock;
-use super::block::Sampled;
+use super::block::{Sampled, cosine};
 use super::fresnel::Metal;
+use super::fresnel_x8::dielectric;
 use super::interface::{Interface, Spread};
 use super::mixture::MIN_COSINE;
 use super::{Bsdf, Rgb, diffuse};
@@ -61,8 +62,8 @@ impl OpaqueBase<'_> {
     pub(crate) fn is_same(&self, other: &OpaqueBase<'_>) -> bool {
         let (a, b) = (self.interface, other.interface);
         let metal = |m: &Metal| (m.f0, m.dip, m.weight);
-        (a.ggx, a.smooth, a.metal, a.opaque, a.tint, a.opaque_index)
-            == (b.ggx, b.smooth, b.metal, b.opaque, b.tint, b.opaque_index)
+        (a.ggx, a.smooth, a.metal, a.opaque, a.specular, a.opaque_index)
+            == (b.ggx, b.smooth, b.metal, b.opaque, b.specular, b.opaque_index)
             && metal(&a.metal_fresnel) == metal(&b.metal_fresnel)
             && (a.rough.is_some(), a.compensation.is_some()) == (b.rough.is_some(), b.compensation.is_some())
             && self.reflect == other.reflect
@@ -89,18 +90,21 @@ impl OpaqueBase<'_> {
 #[derive(Clone, Debug, Default)]
 pub(crate) struct OpaqueBlock {
     alpha: Block,
-    /// Masks: delta lobes; any metal; multiple scattering; any diffuse reflection; albedos from a table.
+    /// Masks: delta lobes; any metal; multiple scattering; any diffuse reflection; albedos from a table; reflectances
+    /// that are more than tinted.
     smooth: u8,
     metals: u8,
     multiple: u8,
     diffuse: u8,
     rough: u8,
+    lifted: u8,
     metal: Block,
     metal_weight: Block,
     f0: [Block; 3],
     dip: [Block; 3],
     opaque: Block,
     tint: [Block; 3],
+    lift: [Block; 3],
     index: Block,
     boundary: AlbedoCurveBlock,
     /// The albedo of the diffuse lobe, its BRDF where nothing covers it, and the mean transmittance above it.
@@ -157,7 +161,12 @@ impl OpaqueBlock {
             set_vector(&mut self.dip, lane, i.metal_fresnel.dip);
         }
         self.opaque.0[lane] = i.opaque;
-        set_vector(&mut self.tint, lane, i.tint);
+        set_vector(&mut self.tint, lane, i.specular.tint);
+        set_vector(&mut self.lift, lane, i.specular.lift);
+        set_bit(&mut self.lifted, lane, i.specular.is_lifted());
+        if let Some(loss) = i.mirror_loss().filter(|_| i.specular.is_lifted()) {
+            self.mirror.set(lane, &loss);
+        }
         self.index.0[lane] = i.opaque_index;
         let rough = i.rough.as_ref().filter(|_| has_diffuse);
         set_bit(&mut self.rough, lane, rough.is_some());
@@ -210,10 +219,12 @@ impl OpaqueBlock {
         mask(&mut self.multiple, other.multiple);
         mask(&mut self.diffuse, other.diffuse);
         mask(&mut self.rough, other.rough);
+        mask(&mut self.lifted, other.lifted);
         let vectors = [
             (&mut self.f0, &other.f0),
             (&mut self.dip, &other.dip),
             (&mut self.tint, &other.tint),
+            (&mut self.lift, &other.lift),
             (&mut self.reflect, &other.reflect),
             (&mut self.lambert, &other.lambert),
             (&mut self.multi, &other.multi),
@@ -280,7 +291,12 @@ impl OpaqueBlock {
             let tabulated = clamp(mirror.select(one - curve, smooth + curve), zero, one);
             rough.select(tabulated, smooth)
         };
-        let reflected = Vec3x8::load(simd, &self.tint) * boundary;
+        let mut reflected = Vec3x8::load(simd, &self.tint) * boundary;
+        if self.lifted != 0 {
+            let some = Mask8::new(simd, self.lifted & !self.smooth);
+            let loss = some.select(self.mirror.at(simd, mu), zero);
+            reflected = reflected + Vec3x8::load(simd, &self.lift) * (one - loss);
+        }
         let most = larger(larger(reflected.x, reflected.y), reflected.z);
         Mask8::new(simd, self.diffuse).select(one - clamp(most, zero, one), zero)
     }
@@ -299,7 +315,12 @@ impl OpaqueBlock {
         let (zero, one) = (splat(0.0), splat(1.0));
         let index = F64x8::load(simd, &self.index);
         let tint = Vec3x8::load(simd, &self.tint);
-        let opaque = tint * dielectric(simd, mu, index) * F64x8::load(simd, &self.opaque);
+        let mut opaque = tint * dielectric(simd, mu, index);
+        if self.lifted != 0 {
+            let f = opaque + Vec3x8::load(simd, &self.lift);
+            opaque = Vec3x8 { x: clamp(f.x, zero, one), y: clamp(f.y, zero, one), z: clamp(f.z, zero, one) };
+        }
+        let opaque = opaque * F64x8::load(simd, &self.opaque);
         if self.metals == 0 {
             return opaque;
         }
@@ -442,31 +463,6 @@ impl OpaqueBlock {
         }
         Vec3x8::load(simd, &to)
     }
-}
-
-/// As [`sample_cosine`](super::sample_cosine).
-#[inline(always)]
-pub(crate) fn cosine<S: Simd>(simd: S, [r2, turns]: [F64x8<S>; 2]) -> Vec3x8<S> {
-    let (sin, cos) = sin_cos_turns(simd, turns);
-    let r = r2.sqrt();
-    let height = (F64x8::splat(simd, 1.0) - r2).or_larger(F64x8::splat(simd, 0.0)).sqrt();
-    Vec3x8 { x: r * cos, y: r * sin, z: height }
-}
-
-/// As [`dielectric`](super::fresnel::dielectric).
-#[inline(always)]
-fn dielectric<S: Simd>(simd: S, cos: F64x8<S>, eta: F64x8<S>) -> F64x8<S> {
-    let splat = |v: f64| F64x8::splat(simd, v);
-    let (zero, one) = (splat(0.0), splat(1.0));
-    let cos = clamp(cos, zero, one);
-    let sin2 = (one - cos * cos).or_larger(zero) / (eta * eta);
-    let cos_t = (one - sin2).sqrt();
-    let s = (cos - eta * cos_t) / (cos + eta * cos_t);
-    let p = (eta * cos - cos_t) / (eta * cos + cos_t);
-    let partial = sin2.lt(one) & is_finite(simd, s) & is_finite(simd, p);
-    let reflected = partial.select(splat(0.5) * (s * s + p * p), one);
-    let reflected = eta.eq(splat(f64::INFINITY)).select(one, reflected);
-    eta.eq(one).select(zero, reflected)
 }
 
 /// See `Ggx::lambda`.

@@ -64,7 +64,12 @@ fn point(random: &mut Random) -> PrincipledPoint {
         base_color: color(r, g, b),
         base_weight: if kind < 0.1 { 0.0 } else { 1.0 },
         base_metalness: if kind < 0.5 { 0.0 } else { (2.0 * share).min(1.0) },
-        specular_color: if tint_r < 0.5 { Spectrum::WHITE } else { color(tint_r, tint_g, tint_b) },
+        specular_color: match tint_r {
+            r if r < 0.5 => Spectrum::WHITE,
+            r if r < 0.7 => color(r, 30.0 * tint_g, tint_b),
+            r => color(r, tint_g, tint_b),
+        },
+        gltf_specular: tint_b < 0.4,
         specular_roughness: if roughness < 0.2 { 0.0 } else { roughness },
         specular_ior: if ior < 0.1 { 0.0 } else { 1.0 + ior },
         specular_weight: if weight < 0.5 { 1.0 } else { 3.0 * weight - 1.5 },

@@ -20,6 +20,9 @@ pub struct PrincipledPoint {
     pub specular_weight: f64,
     /// Colour of a dielectric's reflection from outside, and of a metal's towards grazing angles.
     pub specular_color: Spectrum,
+    /// Whether these two are those of glTF's KHR_materials_specular: of a dielectric only, and the colour, which may
+    /// exceed 1, is a factor of the reflectance at normal incidence.
+    pub gltf_specular: bool,
     /// Roughness of reflection and transmission; α is its square.
     pub specular_roughness: f64,
     /// Whether light scattered several times between facets of metal or glass is returned.
@@ -41,6 +44,8 @@ pub struct PrincipledPoint {
     pub transmission_color: Spectrum,
     /// See `transmission_color`.
     pub transmission_depth: f64,
+    /// Colour of transmitted light at each crossing of the surface, in addition.
+    pub transmission_tint: Spectrum,
     /// Fraction of the diffuse base that is translucent. In a thin wall that fraction is diffuse transmission.
     pub subsurface_weight: f64,
     /// Colour of the translucent part.
@@ -85,6 +90,7 @@ impl Default for PrincipledPoint {
             base_metalness: 0.0,
             specular_weight: 1.0,
             specular_color: Spectrum::WHITE,
+            gltf_specular: false,
             specular_roughness: 0.3,
             specular_multiple_scattering: true,
             specular_ior: 1.5,
@@ -95,6 +101,7 @@ impl Default for PrincipledPoint {
             transmission_weight: 0.0,
             transmission_color: Spectrum::WHITE,
             transmission_depth: 0.0,
+            transmission_tint: Spectrum::WHITE,
             subsurface_weight: 0.0,
             subsurface_color: Spectrum::grey(0.8),
             subsurface_walk: false,

@@ -49,7 +49,7 @@ params! {
         scene: Option<String> = None;
         /// The material variant, by name or index.
         variant: Option<String> = None;
-        /// The animation, by name or index. Without this key, the first one.
+        /// The animation, by name or index; "none" is the pose without animation. Without this key, the first one.
         animation: Option<String> = None;
         /// The time in the animation, seconds.
         time: f64 = 0.0;

@@ -5,12 +5,12 @@
 #[cfg(test)]
 mod tests;
 
-use crate::color::Transfer;
+use crate::color::{Spectrum, Transfer};
 use crate::description::SceneDesc;
 use crate::film::{Antialias, Aov, FilmDesc};
 use crate::integrator::{Capabilities, Caustics, IntegratorDesc, Prepared};
 use crate::light::{Light, LightDesc};
-use crate::material::{Material, MaterialDesc};
+use crate::material::{Material, MaterialDesc, SpecularModel};
 use crate::scene::Scene;
 use crate::schema::value::Span;
 use crate::schema::{ColorSource, Named, Remedy, Warning, WarningKind};
@@ -119,10 +119,16 @@ fn plural(n: usize, one: &str, many: &str) -> String {
 /// The number of constant colours of reflection and transmission above 1.
 fn colors_above_one(material: &MaterialDesc) -> usize {
     let Some(m) = material.principled() else { return 0 };
+    // glTF's colour is a factor of F₀.
+    let specular = match m.specular_model {
+        SpecularModel::OpenPbr => m.specular_color,
+        SpecularModel::Gltf => ColorSource::Constant(Spectrum::WHITE),
+    };
     let colors = [
         m.base_color,
-        m.specular_color,
+        specular,
         m.transmission_color,
+        m.transmission_tint,
         m.subsurface_color,
         m.coat_color,
         m.fuzz_color,

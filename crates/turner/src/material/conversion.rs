@@ -12,7 +12,7 @@
 //! | coat | highlight of the coat |
 //! | fuzz, film, anisotropy, subsurface, dispersion, absorption | ignored |
 
-use super::{Classic, ClassicMaterial, Fresnel, PrincipledMaterial, ShadowKind, color_at};
+use super::{Classic, ClassicMaterial, Fresnel, PrincipledMaterial, ShadowKind, SpecularModel, color_at};
 use crate::color::Spectrum;
 use crate::interaction::SurfaceInteraction;
 use crate::material::{MaterialEvalContext, apply_bump_map, apply_normal_map};
@@ -44,7 +44,8 @@ impl PrincipledMaterial {
         surface: &SurfaceInteraction,
     ) -> Spectrum {
         let at = |source| color_at(source, scene, surface);
-        let through = at(self.transmission_color) * unit(at(self.transmission_weight));
+        let through =
+            at(self.transmission_color) * at(self.transmission_tint) * unit(at(self.transmission_weight));
         let opacity = self.coverage(scene, surface);
         through * opacity + Spectrum::grey(1.0 - opacity)
     }
@@ -101,7 +102,13 @@ impl PrincipledMaterial {
         let roughness = unit(at(self.specular_roughness));
         let f0 = (self.specular_ior - 1.0) / (self.specular_ior + 1.0);
         let f0 = (f0 * f0) as f32;
-        let f0 = f0 * mean(at(self.specular_weight)) * mean(at(self.specular_color));
+        let f0 = match self.specular_model {
+            SpecularModel::OpenPbr => f0 * mean(at(self.specular_weight)) * mean(at(self.specular_color)),
+            SpecularModel::Gltf => {
+                let f0 = if self.specular_ior > 0.0 { f0 } else { 1.0 };
+                (f0 * mean(at(self.specular_color))).min(1.0) * unit(at(self.specular_weight))
+            }
+        };
         let cosine = direction.dot(surface.ns).abs().min(1.0) as f32;
         let grazing = 1.0 - cosine;
         let grazing = grazing * grazing * grazing * grazing * grazing;
@@ -116,6 +123,7 @@ impl PrincipledMaterial {
         // A highlight of the correct size is brighter than 1; the display shows at most 1.
         let ks = f64::from((strength * (1.0 - roughness) * 4.0).min(1.0) + coat);
         let through = f64::from(1.0 - opacity);
+        let transmitted = at(self.transmission_color) * at(self.transmission_tint);
         let bends = glass > 0.0 && through == 0.0;
         let mirror = f64::from((mirror_metal + mirror_dielectric).min(1.0) * opacity);
         let local = f64::from((1.0 - glass) * opacity) * (1.0 - f64::from(mirror_metal));
@@ -130,7 +138,7 @@ impl PrincipledMaterial {
             shininess: exponent,
             k_local: Some(local),
             k_reflect: if bends { f64::from(glass) } else { mirror },
-            k_refract: if bends { f64::from(glass * mean(at(self.transmission_color))) } else { through },
+            k_refract: if bends { f64::from(glass * mean(transmitted)) } else { through },
             ior: if bends && !self.thin_walled { self.specular_ior.max(1e-3) } else { 1.0 },
             fresnel: if bends { Fresnel::Exact } else { Fresnel::Off },
             shadow: self.shadow(),

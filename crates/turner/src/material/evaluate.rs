@@ -1,6 +1,6 @@
 //! The OpenPBR material at a point: textures evaluated into the parameters of the layered BSDF.
 
-use super::{OpenPbr, PrincipledMaterial};
+use super::{OpenPbr, PrincipledMaterial, SpecularModel};
 use crate::bsdf::{Bsdf, PrincipledPoint};
 use crate::color::Spectrum;
 use crate::interaction::SurfaceInteraction;
@@ -52,6 +52,7 @@ impl PrincipledMaterial {
             base_metalness: mean(at(self.base_metalness)),
             specular_weight: mean(at(self.specular_weight)),
             specular_color: at(self.specular_color),
+            gltf_specular: self.specular_model == SpecularModel::Gltf,
             specular_roughness: mean(at(self.specular_roughness)),
             specular_multiple_scattering: self.specular_multiple_scattering,
             specular_ior: self.specular_ior,
@@ -63,6 +64,7 @@ impl PrincipledMaterial {
             transmission_weight: mean(at(self.transmission_weight)),
             transmission_color: at(self.transmission_color),
             transmission_depth: self.transmission_depth,
+            transmission_tint: at(self.transmission_tint),
             subsurface_weight: mean(at(self.subsurface_weight)),
             subsurface_color: at(self.subsurface_color),
             subsurface_walk: self.has_subsurface(),

@@ -1,6 +1,6 @@
 //! Approximation of a material's glossy lobe, for the selection of lights.
 
-use super::PrincipledMaterial;
+use super::{PrincipledMaterial, SpecularModel};
 use crate::color::Spectrum;
 use crate::math::DVec3;
 use crate::schema::ColorSource;
@@ -52,8 +52,12 @@ impl Gloss {
             let albedo = constant(d.base_color).unwrap_or(0.5) * constant(d.base_weight).unwrap_or(1.0);
             // f cos θ of the lobe on its axis, F / 4πα², over that of the diffuse base, albedo/π.
             let per_fresnel = 0.25 / (alpha2 * albedo * (1.0 - metal)).max(1e-9);
-            let straight = metal + (1.0 - metal) * specular * r * r;
-            let grazing = (1.0 - metal) * specular * (1.0 - r * r);
+            let f0 = match d.specular_model {
+                SpecularModel::OpenPbr => r * r,
+                SpecularModel::Gltf => (r * r * constant(d.specular_color).unwrap_or(1.0)).min(1.0),
+            };
+            let straight = metal + (1.0 - metal) * specular * f0;
+            let grazing = (1.0 - metal) * specular * (1.0 - f0);
             let lobe = Gloss {
                 tightness: 1.0 / alpha2.max(1e-9),
                 peak: (straight * per_fresnel).min(STRONGEST),

@@ -61,7 +61,7 @@ pub use mixed::Mix;
 pub use normals::{apply_bump_map, apply_normal_map, bumped_normal, mapped_normal};
 pub use open_pbr::OpenPbr;
 pub use plastic::PlasticMaterial;
-pub use principled::{AlphaMode, Bump, BumpUnit, PrincipledMaterial};
+pub use principled::{AlphaMode, Bump, BumpUnit, PrincipledMaterial, SpecularModel};
 
 use crate::color::Spectrum;
 use crate::interaction::SurfaceInteraction;

@@ -17,6 +17,18 @@ choice! {
 }
 
 choice! {
+    /// What `specular_weight` and `specular_color` mean.
+    pub enum SpecularModel {
+        /// OpenPBR: the weight is a factor of F₀, the colour a factor of a dielectric's reflection at all angles and of a
+        /// metal's towards grazing angles.
+        OpenPbr = "openpbr",
+        /// glTF's KHR_materials_specular, Blender's specular tint: the colour, which may exceed 1, is a factor of F₀, and
+        /// grazing reflection is white; the weight is a factor of the whole reflection. Metals ignore both.
+        Gltf = "gltf",
+    }
+}
+
+choice! {
     /// The unit of bump map heights.
     pub enum BumpUnit {
         /// Scene units.
@@ -74,6 +86,8 @@ params! {
         specular_weight: ColorSource = grey(1.0), in Range::NON_NEGATIVE;
         /// Colour of a dielectric's specular reflection, and of a metal's towards grazing angles.
         specular_color: ColorSource = grey(1.0), in Range::NON_NEGATIVE;
+        /// What `specular_weight` and `specular_color` mean.
+        specular_model: SpecularModel = SpecularModel::OpenPbr;
         /// Roughness of specular reflection and transmission: 0 is a perfect mirror or clear glass, 1 very rough. The
         /// GGX α is its square.
         specular_roughness: ColorSource = grey(0.3), in Range::UNIT;
@@ -96,6 +110,9 @@ params! {
         /// Distance inside after which light has `transmission_color` (Beer-Lambert absorption), in scene units. 0
         /// tints at the surface.
         transmission_depth: f64 = 0.0, in Range::NON_NEGATIVE;
+        /// Colour of transmitted light at each crossing of the surface, in addition to `transmission_color`: print on
+        /// coloured glass. glTF's base colour.
+        transmission_tint: ColorSource = grey(1.0), in Range::NON_NEGATIVE;
         /// Strength of dispersion: 0 none, 1 as the Abbe number gives it. Blue light is refracted more than red. A path
         /// that is refracted with dispersion continues with one colour band, so the render needs more samples.
         transmission_dispersion_scale: f64 = 0.0, in Range::NON_NEGATIVE;

@@ -58,6 +58,54 @@ pub fn materials() -> Vec<(&'static str, PrincipledPoint)> {
             "plastic with a red highlight",
             PrincipledPoint { specular_color: Spectrum::new(0.9, 0.1, 0.1), ..plastic },
         ),
+        (
+            "plastic with a red F0",
+            PrincipledPoint { gltf_specular: true, specular_color: Spectrum::new(12.0, 1.0, 0.0), ..plastic },
+        ),
+        (
+            "white plastic with F0 .5, rough",
+            PrincipledPoint {
+                gltf_specular: true,
+                base_color: Spectrum::WHITE,
+                specular_color: Spectrum::grey(12.5),
+                specular_weight: 0.8,
+                specular_roughness: 0.7,
+                ..plastic
+            },
+        ),
+        (
+            "white plastic without F0, smooth",
+            PrincipledPoint {
+                gltf_specular: true,
+                base_color: Spectrum::WHITE,
+                specular_color: Spectrum::BLACK,
+                specular_roughness: 0.0,
+                ..plastic
+            },
+        ),
+        (
+            "glass with a red F0, frosted",
+            PrincipledPoint {
+                gltf_specular: true,
+                specular_color: Spectrum::new(9.0, 1.0, 0.2),
+                specular_weight: 0.7,
+                specular_roughness: 0.3,
+                ..glass
+            },
+        ),
+        (
+            "white glass with F0 .3",
+            PrincipledPoint { gltf_specular: true, specular_color: Spectrum::grey(7.5), ..glass },
+        ),
+        (
+            "pane with a blue F0",
+            PrincipledPoint {
+                gltf_specular: true,
+                specular_color: Spectrum::new(0.0, 1.0, 20.0),
+                thin_walled: true,
+                ..glass
+            },
+        ),
         ("white metal, mirror", PrincipledPoint { specular_roughness: 0.0, ..white_metal }),
         ("white metal, polished", PrincipledPoint { specular_roughness: 0.1, ..white_metal }),
         ("white metal, dull", PrincipledPoint { specular_roughness: 0.5, ..white_metal }),

@@ -170,8 +170,18 @@ impl<'a> MaterialWriter<'a> {
         let mut pbr = Map::new();
         let (transmission, transmission_texture) = self.value(m.transmission_weight, ImageChannel::R, job)?;
         // glTF tints transmitted light by the base colour.
-        let tinted = transmission > 0.5 && m.transmission_depth == 0.0;
-        let (base, base_used) = self.color(if tinted { m.transmission_color } else { m.base_color }, job)?;
+        let base = match (transmission > 0.5, m.transmission_depth > 0.0) {
+            (false, _) => m.base_color,
+            (true, true) => m.transmission_tint,
+            (true, false) if m.transmission_tint == ColorSource::Constant(Spectrum::WHITE) => {
+                m.transmission_color
+            }
+            (true, false) => {
+                job.remarks.approximated("glass with two surface colours: the tint is written");
+                m.transmission_tint
+            }
+        };
+        let (base, base_used) = self.color(base, job)?;
         let (weight, _) = self.value(m.base_weight, ImageChannel::Rgb, job)?;
         let mut factor = base.factor * weight as f32;
         let (subsurface, _) = self.value(m.subsurface_weight, ImageChannel::A, job)?;

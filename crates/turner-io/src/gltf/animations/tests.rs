@@ -21,7 +21,7 @@ fn sampled(path: &str, kind: &str, interpolation: &str, times: &[f32], values: &
     pose.apply(
         &opened.document,
         (&opened.buffers, &Budget::of_file(0)),
-        Some("go"),
+        Index(0),
         at,
         &mut Report::default(),
     )
@@ -87,16 +87,30 @@ fn counts_that_do_not_fit_are_refused() {
     let opened = open(members, &[0; 24]).unwrap();
     let mut pose = Pose::rest(&opened.document);
     let fault = pose
-        .apply(&opened.document, (&opened.buffers, &Budget::of_file(0)), None, 0.0, &mut Report::default())
+        .apply(
+            &opened.document,
+            (&opened.buffers, &Budget::of_file(0)),
+            Index(0),
+            0.0,
+            &mut Report::default(),
+        )
         .unwrap_err();
     let message = fault.in_file("a.glb").message;
     assert!(message.contains("/accessors/1: has 2 elements; expected 3"), "{message}");
-    let missing = pose.apply(
-        &opened.document,
-        (&opened.buffers, &Budget::of_file(0)),
-        Some("walk"),
-        0.0,
-        &mut Report::default(),
-    );
+    let missing = chosen(&opened.document, Some("walk"), &mut Report::default());
     assert!(missing.unwrap_err().in_file("a").message.contains("no animation \"walk\""));
+}
+
+#[test]
+fn none_is_no_animation_unless_one_has_that_name() {
+    let of = |names: &[&str], wanted: Option<&str>| {
+        let list: Vec<String> = names.iter().map(|n| format!(r#"{{"name":"{n}"}}"#)).collect();
+        let opened = open(&format!(r#""animations":[{}]"#, list.join(",")), &[]).unwrap();
+        chosen(&opened.document, wanted, &mut Report::default()).unwrap()
+    };
+    assert_eq!(of(&["walk", "run"], None), Some(Index(0)));
+    assert_eq!(of(&["walk", "run"], Some("run")), Some(Index(1)));
+    assert_eq!(of(&["walk"], Some("none")), None);
+    assert_eq!(of(&["walk", "none"], Some("none")), Some(Index(1)));
+    assert_eq!((of(&[], None), of(&[], Some("none"))), (None, None));
 }

@@ -5,6 +5,7 @@
 
 mod material;
 mod number;
+mod said;
 
 pub(super) use material::*;
 pub(super) use number::{Index, List, Size};
@@ -199,6 +200,8 @@ pub(super) struct Accessor {
     pub(super) byte_offset: Size,
     pub(super) component_type: Option<Index>,
     pub(super) normalized: bool,
+    pub(super) min: Option<Box<[f64]>>,
+    pub(super) max: Option<Box<[f64]>>,
     pub(super) count: Option<Size>,
     #[serde(rename = "type")]
     pub(super) kind: Option<String>,
@@ -240,6 +243,7 @@ pub(super) struct BufferView {
     pub(super) byte_offset: Size,
     pub(super) byte_length: Option<Size>,
     pub(super) byte_stride: Option<Size>,
+    pub(super) target: Option<Index>,
     pub(super) extensions: Option<Box<BufferViewExtensions>>,
 }
 
@@ -305,6 +309,7 @@ pub(super) struct Perspective {
     pub(super) yfov: f64,
     #[serde(default)]
     pub(super) znear: f64,
+    pub(super) zfar: Option<f64>,
 }
 
 /// An orthographic camera.
@@ -316,6 +321,7 @@ pub(super) struct Orthographic {
     pub(super) ymag: f64,
     #[serde(default)]
     pub(super) znear: f64,
+    pub(super) zfar: Option<f64>,
 }
 
 /// A skin.
@@ -323,6 +329,7 @@ pub(super) struct Orthographic {
 #[serde(rename_all = "camelCase", default)]
 pub(super) struct Skin {
     pub(super) inverse_bind_matrices: Option<Index>,
+    pub(super) skeleton: Option<Index>,
     pub(super) joints: Vec<Index>,
 }
 
@@ -348,6 +355,21 @@ pub(super) struct Channel {
 pub(super) struct Target {
     pub(super) node: Option<Index>,
     pub(super) path: String,
+    pub(super) extensions: Option<Box<TargetExtensions>>,
+}
+
+/// Extensions of the target of a channel.
+#[derive(Debug, Default, Deserialize)]
+#[serde(default)]
+pub(super) struct TargetExtensions {
+    #[serde(rename = "KHR_animation_pointer")]
+    pub(super) pointer: Option<AnimationPointer>,
+}
+
+/// `KHR_animation_pointer`: a property by its JSON pointer.
+#[derive(Debug, Deserialize)]
+pub(super) struct AnimationPointer {
+    pub(super) pointer: String,
 }
 
 /// A sampler: key times and values.
@@ -386,16 +408,34 @@ pub(super) struct SpotJson {
     pub(super) outer_cone_angle: Option<f64>,
 }
 
+/// The header alone.
+#[derive(Deserialize)]
+struct Probe {
+    asset: Option<Header>,
+}
+
+fn first_version(version: &str) -> Fault {
+    Fault::at("/asset/version", format!("this is glTF 1.0 (\"{version}\"); expected glTF 2.0"))
+        .help("convert it to glTF 2.0")
+}
+
 /// Parses a document.
 pub(super) fn parse(text: &[u8]) -> Outcome<Document> {
     // GLB pads the JSON with spaces; some writers pad it with zeros.
     let end = text.iter().rposition(|b| *b != 0).map_or(0, |last| last + 1);
-    let document: Document = serde_json::from_slice(&text[..end]).map_err(|e| {
+    let text = text.get(..end).unwrap_or_default();
+    let document: Document = serde_json::from_slice(text).map_err(|e| {
+        // The lists of glTF 1.0 are objects.
+        if let Ok(Probe { asset: Some(Header { version: Some(version), .. }) }) = serde_json::from_slice(text)
+            && version.starts_with("1.")
+        {
+            return first_version(&version);
+        }
         let place = format!("line {} column {}", e.line(), e.column());
         // serde's message repeats the position at its end.
         let said = e.to_string();
         let said = said.strip_suffix(&format!(" at {place}")).unwrap_or(&said);
-        Fault::of_file(format!("{place} of the JSON text: {said}")).code(ErrorCode::Syntax)
+        Fault::of_file(format!("{place} of the JSON text: {}", said::in_words(said))).code(ErrorCode::Syntax)
     })?;
     let Some(version) = document.asset.as_ref().and_then(|a| a.version.as_deref()) else {
         return Err(Fault::at("/asset/version", "is missing; expected \"2.0\"").help(
@@ -403,6 +443,9 @@ pub(super) fn parse(text: &[u8]) -> Outcome<Document> {
         ));
     };
     let least = document.asset.as_ref().and_then(|a| a.min_version.as_deref()).unwrap_or("2.0");
+    if version.starts_with("1.") {
+        return Err(first_version(version));
+    }
     if !version.starts_with("2.") || !(least == "2.0" || least == "2.1") {
         let found = if version.starts_with("2.") { least } else { version };
         return Err(Fault::at("/asset/version", format!("is \"{found}\"; expected \"2.0\""))
@@ -432,7 +475,10 @@ mod tests {
         let message = said("{\"asset\":{\"version\":\"2.0\"},\n \"nodes\": 7}");
         assert!(message.starts_with("a.gltf: line 2 column 11 of the JSON text: "), "{message}");
         assert!(said("{}").contains("/asset/version: is missing"));
-        assert!(said(r#"{"asset":{"version":"1.0"}}"#).contains("is \"1.0\"; expected \"2.0\""));
+        assert!(said(r#"{"asset":{"version":"1.0"}}"#).contains("this is glTF 1.0"));
+        assert!(said(r#"{"asset":{"version":"1.0"},"nodes":{"a":{}}}"#).contains("this is glTF 1.0"));
+        let info = r#"{"asset":{"version":"2.0"},"materials":[{"normalTexture":{"index":0,"extensions":{"KHR_texture_transform":7}}}]}"#;
+        assert!(said(info).ends_with("found the number `7`, expected an object"), "{}", said(info));
         assert!(said("").contains("line 1 column 0"), "{}", said(""));
         let nested = |open: &str| format!("{open}{}{}", "[".repeat(100_000), "]".repeat(100_000));
         let skipped = format!("{{\"asset\":{{\"version\":\"2.0\"}},{}}}", nested("\"extras\":"));

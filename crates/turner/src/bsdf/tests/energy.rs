@@ -167,3 +167,24 @@ fn thin_walls_reflect_and_transmit_by_band() {
         }
     }
 }
+
+/// At normal incidence glass of index 1.5 transmits 0.96 times its tint, whether its interior absorbs or not.
+#[test]
+fn glass_is_tinted_at_its_surface() {
+    for transmission_depth in [0.0, 0.7] {
+        let glass = PrincipledPoint {
+            transmission_weight: 1.0,
+            specular_roughness: 0.0,
+            transmission_color: if transmission_depth > 0.0 { Spectrum::BLACK } else { Spectrum::grey(0.5) },
+            transmission_depth,
+            transmission_tint: Spectrum::new(0.8, 0.4, 0.0),
+            ..PrincipledPoint::default()
+        };
+        let sample = Bsdf::new(&glass).sample(direction(1.0, 0.0), [0.9, 0.5, 0.5]).unwrap();
+        assert!(sample.lobe.is_transmission);
+        let f = sample.f * (sample.wi.z.abs() * sample.eta * sample.eta) as f32;
+        let color = if transmission_depth > 0.0 { 0.96 } else { 0.48 };
+        assert!((f.g - 0.4 * color).abs() < 1e-5, "{f:?}");
+        assert!((f.r - 0.8 * color).abs() < 1e-5 && f.b == 0.0, "{f:?}");
+    }
+}

@@ -47,6 +47,7 @@ fn point() -> impl Strategy<Value = PrincipledPoint> {
         any::<bool>(),
         any::<bool>(),
         any::<bool>(),
+        any::<bool>(),
     );
     (base, specular, coat, fuzz).prop_map(|(b, s, c, f)| PrincipledPoint {
         base_weight: b.0,
@@ -55,6 +56,7 @@ fn point() -> impl Strategy<Value = PrincipledPoint> {
         base_metalness: b.3,
         specular_weight: b.4,
         specular_color: b.5,
+        gltf_specular: f.9,
         specular_roughness: b.6,
         specular_multiple_scattering: f.8,
         specular_ior: s.0,
@@ -64,6 +66,7 @@ fn point() -> impl Strategy<Value = PrincipledPoint> {
         alpha: (s.4 == 1.0).then_some((s.3, s.2)),
         transmission_weight: s.4,
         transmission_color: s.5,
+        transmission_tint: c.1,
         transmission_depth: if s.6 == 0.0 { 1.0 } else { 0.0 },
         subsurface_weight: c.0,
         subsurface_color: c.1,
