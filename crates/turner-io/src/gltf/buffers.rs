@@ -22,7 +22,7 @@ enum Bytes {
     /// Read or decoded.
     Owned(Vec<u8>),
     /// A buffer without bytes: a placeholder that nothing reads (§3.6.1.1), one whose buffer views are stored compressed
-    /// in another buffer (`EXT_meshopt_compression`), or one that could not be read.
+    /// in another buffer (`EXT_meshopt_compression`), or one at a network address.
     Absent { size: u64, why: Option<Box<Fault>> },
 }
 
@@ -155,7 +155,7 @@ impl Buffers {
         matches!(self.views.get(view.index()), Some(View::Absent { .. }))
     }
 
-    /// Reports the buffers that could not be read; what needs them is refused.
+    /// Reports the buffers at network addresses; what needs them is refused.
     pub(super) fn report(&self, report: &mut Report) {
         if self.file.starts_with(b"glTF")
             && matches!(self.buffers.first(), Some(Bytes::Absent { why: None, .. }))
@@ -208,8 +208,8 @@ fn read_buffer(
     let bytes = match (&buffer.uri, chunk) {
         (Some(at), _) => match read_uri(at, uri, assets, MAX_FILE, pointer) {
             Ok((bytes, _)) => Bytes::Owned(bytes),
-            // It may be unused.
-            Err(fault) if strip_scheme(at).is_none() => {
+            // Nothing may be read from it.
+            Err(fault) if is_network_address(at) => {
                 return Ok(Bytes::Absent { size: wanted.0, why: Some(Box::new(fault)) });
             }
             Err(fault) => return Err(fault),
@@ -258,6 +258,11 @@ pub(super) fn read_uri(
     }
     let read = assets.resolve(from, uri).and_then(|path| assets.read(&path, limit));
     Ok((read.map_err(|e| asset_fault(&e, pointer))?, None))
+}
+
+fn is_network_address(uri: &str) -> bool {
+    let scheme = uri.split_once("://").map_or("", |(scheme, _)| scheme);
+    scheme.eq_ignore_ascii_case("http") || scheme.eq_ignore_ascii_case("https")
 }
 
 /// What follows `data:`; `None` for other URIs.

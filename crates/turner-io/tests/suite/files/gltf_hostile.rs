@@ -270,7 +270,6 @@ fn names_lead_nowhere_else() {
         "file:///etc/passwd",
         "\\\\host\\share",
         "C:\\secret.bin",
-        "http://example.com/a.bin",
         "..%2fsecret.bin",
         "%2e%2e%5csecret.bin",
         "\\u0000",
@@ -290,6 +289,23 @@ fn names_lead_nowhere_else() {
         let bytes = document(&format!(r#""buffers":[{{"uri":"{uri}","byteLength":4}}]"#));
         assert!(import(bytes, "a.glb", &assets, &ImportOptions::default()).is_err(), "{uri}");
     }
+}
+
+/// A buffer at a network address is refused where its data is needed, and named where it is not.
+#[test]
+fn network_addresses_are_not_followed() {
+    let buffer = r#""buffers":[{"uri":"http://example.com/a.bin","byteLength":36}]"#;
+    let of =
+        |members: String| import(document(&members), "a.glb", &Watched::default(), &ImportOptions::default());
+    let unused = of(buffer.to_owned()).unwrap();
+    assert!(unused.warnings.iter().any(|w| w.message.starts_with("/buffers/0: ")), "{:?}", unused.warnings);
+    let used = of(format!(
+        r#"{buffer},"bufferViews":[{{"buffer":0,"byteLength":36}}],"nodes":[{{"mesh":0}}],
+        "accessors":[{{"bufferView":0,"componentType":5126,"count":3,"type":"VEC3"}}],
+        "meshes":[{{"primitives":[{{"attributes":{{"POSITION":0}}}}]}}]"#
+    ));
+    let message = used.unwrap_err().message;
+    assert!(message.contains("/buffers/0: ") && message.contains("network"), "{message}");
 }
 
 #[test]
