@@ -300,8 +300,11 @@ pub(crate) const PICTURES: &[Picture] = &[
             ],
         ),
     ),
-    picture("csg.jpg", Turner("scenes/guides/csg.toml --width 640 --height 320 --denoise")),
-    picture("solids.jpg", Turner("scenes/guides/solids.toml --width 640 --height 360 --denoise")),
+    picture("csg.jpg", Turner("scenes/guides/csg.toml --width 640 --height 320 --samples 32 --denoise")),
+    picture(
+        "solids.jpg",
+        Turner("scenes/guides/solids.toml --width 640 --height 360 --samples 32 --denoise"),
+    ),
     picture("cutout.png", Turner("scenes/guides/transparent.toml --width 240 --height 200 --samples 192")),
     picture(
         "cutout-floor.png",
