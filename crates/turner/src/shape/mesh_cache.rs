@@ -143,7 +143,7 @@ impl<'a> MeshCache<'a> {
         MeshCache { kept: Some(kept), ..MeshCache::with_options(meshes, options) }
     }
 
-    /// The same cache over the scene's list of images, by [`ImageId`], for height fields.
+    /// The same cache over the scene's list of images, by [`ImageId`](crate::schema::ImageId), for height fields.
     pub fn with_images(self, images: &'a [Asset<Image>]) -> MeshCache<'a> {
         MeshCache { images, ..self }
     }

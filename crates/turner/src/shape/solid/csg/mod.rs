@@ -11,7 +11,7 @@
 //!   t ───────────────────────────────────────────►
 //! ```
 //!
-//! A leaf needs only what [`Shape`] promises: the nearest hit after a given t, and the normal there. A ray is inside a
+//! A leaf needs only what [`Shape`](crate::shape::Shape) promises: the nearest hit after a given t, and the normal there. A ray is inside a
 //! leaf if it leaves the leaf at the next crossing. Nothing is counted, so a crossing that is found twice or missed at
 //! an edge does no harm beyond that edge.
 //!
