@@ -17,8 +17,8 @@ params! {
     /// sum of all densities equals `threshold`. Negative strengths push the surface away. (u, v) are those of a sphere
     /// around the centre of the bounding box.
     pub struct BlobDesc as "blob" {
-        /// Spheres: [[x, y, z, radius, strength], …].
-        spheres: Vec<[f64; 5]> = Vec::new();
+        /// Spheres: [[x, y, z, radius, strength], …]; [] if there are capsules only.
+        spheres: Vec<[f64; 5]>, required, default vec![[-0.6, 0.0, 0.0, 1.1, 1.0], [0.6, 0.0, 0.0, 1.1, 1.0]];
         /// Capsules along a segment: [[x, y, z, to_x, to_y, to_z, radius, strength], …].
         capsules: Vec<[f64; 8]> = Vec::new();
         /// The density at the surface.

@@ -27,7 +27,7 @@ params! {
     pub struct LatheDesc as "lathe" {
         /// The outline: [[radius, y], …] with radii of 0 or more. If the last point is the first one, the outline is a
         /// ring around the axis.
-        points: Vec<DVec2>, required, default Vec::new();
+        points: Vec<DVec2>, required, default [(0.6, 0.0), (0.9, 1.0), (0.5, 1.5)].map(DVec2::from).to_vec();
         /// How the points are joined. Curves are followed by 32 straight lines each, shaded smoothly.
         spline: LatheSpline = LatheSpline::Linear;
     }

@@ -13,7 +13,12 @@ params! {
     /// inside is where the sum is negative. (u, v) are those of a sphere around the centre of the box.
     pub struct PolynomialDesc as "polynomial" {
         /// The terms: [[factor, i, j, k], …] with the powers of x, y and z.
-        terms: Vec<[f64; 4]>, required, default Vec::new();
+        terms: Vec<[f64; 4]>, required, default vec![
+            [1.0, 4.0, 0.0, 0.0],
+            [1.0, 0.0, 4.0, 0.0],
+            [1.0, 0.0, 0.0, 4.0],
+            [-1.0, 0.0, 0.0, 0.0],
+        ];
         /// Corner of the box with the smallest coordinates.
         min: DVec3 = DVec3::NEG_ONE;
         /// Corner of the box with the largest coordinates.

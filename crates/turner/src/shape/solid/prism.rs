@@ -12,7 +12,7 @@ params! {
     /// of the outline.
     pub struct PrismDesc as "prism" {
         /// The corners of the outline: [[x, z], …], in either direction. The last one is joined to the first.
-        points: Vec<DVec2>, required, default Vec::new();
+        points: Vec<DVec2>, required, default [(-1.0, -1.0), (1.0, -1.0), (0.0, 1.0)].map(DVec2::from).to_vec();
         /// Holes, and islands within holes: outlines as `points` has them. What an odd number of outlines contain is
         /// solid.
         holes: Vec<Vec<DVec2>> = Vec::new();

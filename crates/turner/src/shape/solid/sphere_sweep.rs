@@ -35,7 +35,7 @@ params! {
     /// surfaces are removed. u runs from 0 at the first sphere to 1 at the last one, v is 0.5.
     pub struct SphereSweepDesc as "sphere_sweep" {
         /// Centre and radius of each sphere: [[x, y, z, radius], …], at least two, or four for "b-spline".
-        spheres: Vec<[f64; 4]>, required, default Vec::new();
+        spheres: Vec<[f64; 4]>, required, default vec![[-1.0, 0.0, 0.0, 0.3], [1.0, 0.0, 0.0, 0.5]];
         /// The path between them. Curves are followed in 32 pieces from sphere to sphere.
         path: SweepPath = SweepPath::Linear;
     }

@@ -2,13 +2,14 @@
 //! parts.
 
 use super::{Csg, Operation};
+use crate::math::DVec3;
 use crate::schema::value::{Data, Value};
 use crate::schema::{
     self, MaterialId, ParamType, ReadContext, Renumber, SceneError, TableReader, Transform, WriteContext,
     params,
 };
 use crate::shape::solid::{PrepareSolid, Solid};
-use crate::shape::{MeshCache, ShapeDesc};
+use crate::shape::{BoxDesc, CylinderDesc, MeshCache, PlaneDesc, ShapeDesc, SphereDesc};
 
 /// A part of constructive solid geometry: a shape with a transform and a material of its own.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -62,6 +63,31 @@ impl ParamType for CsgPart {
     }
 }
 
+/// The parts that a new object begins with.
+fn parts_of(shapes: [ShapeDesc; 2]) -> Vec<CsgPart> {
+    shapes.map(|shape| CsgPart { shape, ..CsgPart::default() }).into()
+}
+
+fn sphere(radius: f64) -> ShapeDesc {
+    ShapeDesc::Sphere(SphereDesc { radius, ..SphereDesc::default() })
+}
+
+fn cube() -> ShapeDesc {
+    ShapeDesc::Box(BoxDesc::default())
+}
+
+fn cylinder() -> ShapeDesc {
+    ShapeDesc::Cylinder(CylinderDesc {
+        to: DVec3::new(0.0, 1.5, 0.0),
+        radius: 0.4,
+        ..CylinderDesc::default()
+    })
+}
+
+fn half_space() -> ShapeDesc {
+    ShapeDesc::Plane(PlaneDesc { point: DVec3::new(0.0, 0.3, 0.0), ..PlaneDesc::default() })
+}
+
 params! {
     /// The union of closed shapes: everything that is inside at least one part. Surfaces inside other parts are
     /// removed, so that glass has no inner walls. A part may have its own `material`; parts without one have that of
@@ -72,7 +98,7 @@ params! {
         /// `material` and `inverse` (everything outside the shape). Parts must be closed: spheres, boxes, capped
         /// cylinders and cones, tori, closed meshes, other solids, and planes, whose inside is the half-space that
         /// the normal points away from.
-        parts: Vec<CsgPart>, required, default Vec::new();
+        parts: Vec<CsgPart>, required, default parts_of([sphere(1.0), cylinder()]);
     }
     example r#"[[object]]
 type = "union"
@@ -95,7 +121,7 @@ params! {
     /// coincide, see `union`.
     pub struct IntersectionDesc as "intersection" {
         /// The parts, as for `union`.
-        parts: Vec<CsgPart>, required, default Vec::new();
+        parts: Vec<CsgPart>, required, default parts_of([cube(), sphere(1.3)]);
     }
     example r#"[[object]]
 type = "intersection"
@@ -117,7 +143,7 @@ params! {
     /// face of the first part leaves no skin there. For (u, v), see `union`.
     pub struct DifferenceDesc as "difference" {
         /// The parts, as for `union`: first the shape, then those that are taken away from it.
-        parts: Vec<CsgPart>, required, default Vec::new();
+        parts: Vec<CsgPart>, required, default parts_of([cube(), sphere(1.3)]);
     }
     example r#"[[object]]
 type = "difference"
@@ -140,7 +166,7 @@ params! {
     pub struct ClippedDesc as "clipped" {
         /// The parts, as for `union`: first the shape, then those that clip it. `inverse = true` keeps what is outside
         /// a part.
-        parts: Vec<CsgPart>, required, default Vec::new();
+        parts: Vec<CsgPart>, required, default parts_of([sphere(1.0), half_space()]);
     }
     example r#"[[object]]
 type = "clipped"
