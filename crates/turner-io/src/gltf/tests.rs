@@ -83,9 +83,9 @@ fn extensions_that_are_required_and_not_known_are_named() {
     let message = refusal(required("ACME_teapot"));
     assert!(message.starts_with("E0204: a.glb: /extensionsRequired/0: "), "{message}");
     assert!(message.contains("ACME_teapot") && message.contains("KHR_texture_transform"), "{message}");
-    assert!(refusal(required("KHR_texture_basisu")).contains("PNG, JPEG or WebP"));
-    assert!(import(required("KHR_draco_mesh_compression")).is_ok());
-    assert!(import(required("KHR_mesh_quantization")).is_ok());
+    for known in ["KHR_texture_basisu", "KHR_draco_mesh_compression", "KHR_mesh_quantization"] {
+        assert!(import(required(known)).is_ok(), "{known}");
+    }
     let used = import(triangle("", "", r#","extensionsUsed":["ACME_teapot","KHR_materials_ior"]"#)).unwrap();
     assert!(said(&used, WarningKind::Ignored, "ACME_teapot") && used.warnings.len() == 1);
 }

@@ -318,3 +318,23 @@ pub(crate) fn choose(window: &mut Window, list: &str, entry: &str) {
     click(window, Role::ComboBox, list);
     click(window, Role::Button, entry);
 }
+
+/// Keys that a shape needs, apart from its type; `None` for those that need an image, which the tests of the form of
+/// textures read.
+pub fn shape_keys(name: &str) -> Option<&'static str> {
+    Some(match name {
+        "mesh" => "positions = [[0, 0, 0], [1, 0, 0], [0, 1, 0]]\ntriangles = [[0, 1, 2]]",
+        "points" => "positions = [[0, 0, 0], [1, 0, 0]]\nradius = 0.1",
+        "height_field" => return None,
+        "union" | "intersection" | "difference" | "clipped" => {
+            "parts = [{ type = \"sphere\" }, { type = \"plane\" }]"
+        }
+        "prism" => "points = [[0, 0], [1, 0], [0, 1]]",
+        "lathe" => "points = [[0.5, 0], [1, 1]]",
+        "sphere_sweep" => "spheres = [[0, 0, 0, 1], [1, 0, 0, 0.5]]",
+        "blob" => "spheres = [[0, 0, 0, 1, 1]]",
+        "polynomial" => "terms = [[1, 2, 0, 0], [-0.5, 0, 0, 0]]",
+        "isosurface" => "function = \"x^2 + y^2 + z^2 - 0.5\"",
+        _ => "",
+    })
+}

@@ -28,11 +28,7 @@ fn shapes() {
     let (mut window, _home) = window([1800.0, 2400.0], 1.0);
     let mut faults = Vec::new();
     for entry in ShapeDesc::DOC.entries {
-        let text = match entry.name {
-            "mesh" => "positions = [[0, 0, 0], [1, 0, 0], [0, 1, 0]]\ntriangles = [[0, 1, 2]]",
-            "points" => "positions = [[0, 0, 0], [1, 0, 0]]\nradius = 0.1",
-            _ => "",
-        };
+        let Some(text) = shape_keys(entry.name) else { continue };
         let desc = with(&format!("[[object]]\nname = \"own\"\ntype = \"{}\"\n{text}\n", entry.name));
         let last = desc.objects.len() - 1;
         assert!(matches!(desc.objects[last].content, ObjectContent::Shape(_)));

@@ -60,11 +60,7 @@ fn every_key_of_every_type_has_a_widget() {
     let window = &mut window;
     let mut missing = Vec::new();
     for entry in ShapeDesc::DOC.entries {
-        let data = match entry.name {
-            "mesh" => "positions = [[0, 0, 0], [1, 0, 0], [0, 1, 0]]\ntriangles = [[0, 1, 2]]",
-            "points" => "positions = [[0, 0, 0], [1, 0, 0]]\nradius = 0.1",
-            _ => "",
-        };
+        let Some(data) = shape_keys(entry.name) else { continue };
         let desc = scene(&format!("{SAMPLE}\n[[object]]\ntype = \"{}\"\n{data}", entry.name));
         assert_all(window, desc, Node::Object(3), entry, &mut missing);
     }

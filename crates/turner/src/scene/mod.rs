@@ -30,6 +30,7 @@ pub(crate) mod scene;
 pub(crate) mod search_cost;
 pub(crate) mod shadow_catchers;
 pub(crate) mod shape_emitters;
+pub(crate) mod similarity;
 pub(crate) mod spectrum_block;
 pub(crate) mod sphere_culler;
 pub(crate) mod surface_block;

@@ -19,10 +19,11 @@ use crate::math::{DAffine3, DVec3};
 use crate::sampler::AliasTable;
 use crate::scene::emitters::{LightSample, NO_LIGHT, NONE};
 use crate::scene::scene::{NO_TRANSFORM, Primitive};
-use crate::scene::traced_emitter::TracedEmitter;
+use crate::scene::similarity::similarity;
+use crate::scene::traced_emitter::{TracedEmitter, mean_of_parts};
 use crate::scene::{Scene, SurfaceInteraction};
 use crate::schema::MaterialId;
-use crate::shape::{Points, ROUNDING, Shape, ShapeHit, SolidGeometry, Sphere, SurfacePoint, TriangleMesh};
+use crate::shape::{Points, ROUNDING, Shape, ShapeHit, Sphere, SurfacePoint, TriangleMesh};
 use crate::texture::TexturePoint;
 
 /// An emissive primitive, or one side of an emissive box.
@@ -83,13 +84,10 @@ pub(crate) fn shape_emitters(scene: &Scene, index: u32, primitive: &Primitive) -
     // A mirroring transform reverses the orientation of edges, but not the outside.
     let mirrored = to_world.matrix3.determinant() < 0.0;
     let material = scene.material_of(primitive, &ShapeHit { t: 0.0, part: 0, u: 0.0, v: 0.0 });
-    let mut brightness = mean_emission(scene, material);
-    if let Shape::Solid(solid) = &primitive.shape {
-        // Parts with materials of their own: the mean of all of them.
-        let own = solid.materials().iter().map(|own| mean_emission(scene, own.unwrap_or(primitive.material)));
-        let count = solid.materials().len();
-        brightness = if count > 0 { own.sum::<f64>() / count as f64 } else { brightness };
-    }
+    let brightness = match &primitive.shape {
+        Shape::Solid(solid) => mean_of_parts(solid, |own| mean_emission(scene, own.unwrap_or(material))),
+        _ => mean_emission(scene, material),
+    };
     let emitter = |part: u32, form: Form| ShapeEmitter { primitive: index, part, form, reach };
     let rectangle = |part: u32, corner: DVec3, u: DVec3, v: DVec3| {
         let side = if mirrored { -1.0 } else { 1.0 };
@@ -167,20 +165,6 @@ pub(crate) fn shape_emitters(scene: &Scene, index: u32, primitive: &Primitive) -
         },
         Shape::Plane(_) | Shape::Mesh(_) => Vec::new(),
     }
-}
-
-/// The scale factor of a similarity transform; `None` for other transforms.
-fn similarity(to_world: &DAffine3) -> Option<f64> {
-    let m = to_world.matrix3;
-    let l2 = m.x_axis.length_squared();
-    let even = |v: f64| (v - l2).abs() <= 1e-9 * l2;
-    let square = |v: f64| v.abs() <= 1e-9 * l2;
-    let similar = even(m.y_axis.length_squared())
-        && even(m.z_axis.length_squared())
-        && square(m.x_axis.dot(m.y_axis))
-        && square(m.y_axis.dot(m.z_axis))
-        && square(m.z_axis.dot(m.x_axis));
-    similar.then_some(l2.sqrt())
 }
 
 /// Mean emission of a material, both sides summed. Textures are replaced by an estimate.

@@ -14,6 +14,7 @@ use crate::light::emission::EmitterSample;
 use crate::math::elementary::sin_cos_turns;
 use crate::math::{Bounds, DAffine3, DMat3, DVec3, Frame, Ray};
 use crate::sampler::uniform_sphere;
+use crate::schema::MaterialId;
 use crate::shape::{Solid, SolidGeometry};
 
 /// A solid with its transform and bounding sphere.
@@ -27,6 +28,14 @@ pub(crate) struct TracedEmitter {
     radius: f64,
     /// The least distance of a sampled point: nearer ones are the lit surface itself.
     least: f64,
+}
+
+/// The mean over the parts of a solid that may have materials of their own; `of` is given `None` for that of the object.
+pub(crate) fn mean_of_parts(solid: &Solid, of: impl Fn(Option<MaterialId>) -> f64) -> f64 {
+    match solid.materials() {
+        [] => of(None),
+        parts => parts.iter().map(|own| of(*own)).sum::<f64>() / parts.len() as f64,
+    }
 }
 
 impl TracedEmitter {

@@ -7,13 +7,19 @@ use std::process::Command;
 
 use super::run::{Expected, SECRET, try_one};
 
+/// A triangle whose positions are in the buffer.
+const GLTF: &str = r#"{"asset":{"version":"2.0"},"nodes":[{"mesh":0}],
+    "meshes":[{"primitives":[{"attributes":{"POSITION":0}}]}],
+    "accessors":[{"bufferView":0,"componentType":5126,"count":3,"type":"VEC3"}],
+    "bufferViews":[{"buffer":0,"byteLength":36}],"buffers":[{"byteLength":36,"uri":"$"}]}"#;
+
 /// Scenes that name a file; `$` stands for the name.
 const SCENES: [(&str, &str); 8] = [
     ("s.toml", "include = \"$\"\n"),
     ("s.toml", "[[object]]\ntype = \"sphere\"\nmaterial = { color = { type = \"image\", file = \"$\" } }\n"),
     ("s.toml", "[[object]]\ntype = \"mesh\"\nfile = \"$\"\n"),
     ("s.toml", "[[light]]\ntype = \"point\"\nposition = [0, 0, 0]\nies = \"$\"\n"),
-    ("s.gltf", "{\"asset\":{\"version\":\"2.0\"},\"buffers\":[{\"byteLength\":4,\"uri\":\"$\"}]}"),
+    ("s.gltf", GLTF),
     ("s.pbrt", "WorldBegin\nInclude \"$\"\n"),
     ("s.pbrt", "WorldBegin\nShape \"plymesh\" \"string filename\" \"$\"\n"),
     ("s.obj", "mtllib $\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n"),

@@ -147,6 +147,17 @@ fn value(entry: &EntryDoc, field: &Field, random: &mut Random) -> String {
         "\"text\"" => "\"any \\\" text\\u0007 ü\"".into(),
         "[x, y, z]" => several(3, random, &number),
         "[u, v]" | "[number, number]" => several(2, random, &number),
+        "[[u, v], …]" => "[[0, 0.5], [2.5, 0], [1, 1e-3]]".into(),
+        "[[[u, v], …], …]" => "[[[0.1, 0.1], [0.2, 0.1], [0.1, 0.2]], []]".into(),
+        "[[number, number, number, number], …]" => "[[1, 2, 0, 0.5], [0.1, 0, 1, 1]]".into(),
+        "[[number, number, number, number, number], …]" => "[[0.5, 0, 0, 1, 2]]".into(),
+        "[[number, number, number, number, number, number, number, number], …]" => {
+            "[[0, 0, 0, 1, 0, 0, 0.5, -1]]".into()
+        }
+        "[{ type = shape, transform, material, inverse }, …]" => format!(
+            "[{{ type = \"sphere\", radius = 0.5, material = \"base\", transform = {} }}, {{ type = \"union\", parts = [{{ type = \"box\", inverse = true }}] }}]",
+            transform(random)
+        ),
         "[number, number, number, number, number, number]" => several(6, random, &number),
         "[integer, integer, integer, integer]" => several(4, random, &integer),
         "[integer, …]" => several(3, random, &integer),

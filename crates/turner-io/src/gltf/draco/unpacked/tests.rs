@@ -17,9 +17,12 @@ fn square() -> Vec<u8> {
 }
 
 const ACCESSORS: &str = r#"{"componentType":5123,"count":6,"type":"SCALAR"},
-    {"componentType":5126,"count":4,"type":"VEC3"},{"componentType":5121,"normalized":true,"count":4,"type":"VEC4"},
+    {"componentType":5126,"count":4,"type":"VEC3","min":[0,0,0],"max":[1,1,0]},{"componentType":5121,"normalized":true,"count":4,"type":"VEC4"},
     {"bufferView":1,"componentType":5126,"count":4,"type":"VEC2"},
-    {"bufferView":2,"componentType":5126,"count":4,"type":"VEC3"}"#;
+    {"bufferView":2,"componentType":5126,"count":4,"type":"VEC3","min":[0,0,0],"max":[0,0,0]}"#;
+
+/// The accessor of the positions.
+const POSITIONS: &str = r#"{"componentType":5126,"count":4,"type":"VEC3","min":[0,0,0],"max":[1,1,0]}"#;
 
 const MAP: &str = r#"{"POSITION":7,"COLOR_0":2}"#;
 
@@ -35,6 +38,7 @@ fn file(primitive: &str, map: &str, accessors: &str) -> Vec<u8> {
     bin.resize(padded + 32 + 48, 0);
     let json = format!(
         r#""nodes":[{{"mesh":0}}],"extensionsRequired":["KHR_draco_mesh_compression"],
+        "extensionsUsed":["KHR_draco_mesh_compression"],
         "meshes":[{{"primitives":[{{{primitive},"extensions":{{"KHR_draco_mesh_compression":{{"bufferView":0,"attributes":{map}}}}}}}]}}],
         "accessors":[{accessors}],"buffers":[{{"byteLength":{}}}],
         "bufferViews":[{{"buffer":0,"byteLength":{}}},{{"buffer":0,"byteOffset":{padded},"byteLength":32}},
@@ -76,7 +80,7 @@ fn sparse_elements_replace_decoded_ones() {
     // Element 0 (the zeros are the index) becomes (1, 0, 0): three floats of the texture coordinates.
     let sparse = r#"{"componentType":5126,"count":4,"type":"VEC3","sparse":{"count":1,
         "indices":{"bufferView":2,"componentType":5121},"values":{"bufferView":1,"byteOffset":8}}}"#;
-    let accessors = ACCESSORS.replacen(r#"{"componentType":5126,"count":4,"type":"VEC3"}"#, sparse, 1);
+    let accessors = ACCESSORS.replacen(POSITIONS, sparse, 1);
     let scene = import(file(r#""attributes":{"POSITION":1}"#, MAP, &accessors)).unwrap();
     assert_eq!(scene.meshes[0].data.positions[..2], [[1.0, 0.0, 0.0], [1.0, 0.0, 0.0]]);
 }
