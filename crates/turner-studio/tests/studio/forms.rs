@@ -302,6 +302,12 @@ impl Form<'_> {
             let is_right = |form: &Self| length(form) == 1 && form.has(Role::ComboBox, &format!("{label} 1"));
             return Some(self.step(key, act, is_right));
         }
+        if kind.starts_with("[{ type") {
+            // The parts of a shape are written in the file; the form removes them.
+            let count = length(self);
+            let remove = |window: &mut Window| click(window, Role::Button, &format!("Remove {label} 1"));
+            return Some(self.step(key, remove, |form| length(form) == count - 1));
+        }
         let of_numbers = kind.ends_with(", …]") && !kind.contains('|') && !kind.contains("material");
         if of_numbers {
             return Some(self.numbers(key, label));

@@ -103,7 +103,7 @@ fn solids() -> Vec<ShapeDesc> {
             spheres: vec![[-0.3, 0.0, 0.0, 0.7, 1.0], [0.3, 0.2, 0.0, 0.6, 1.0]],
             ..BlobDesc::default()
         }),
-        ShapeDesc::Quadric(QuadricDesc { squares: v(3.0, 2.0, 4.0), ..QuadricDesc::default() }),
+        ShapeDesc::Quadric(QuadricDesc { squared: v(3.0, 2.0, 4.0), ..QuadricDesc::default() }),
         ShapeDesc::Polynomial(PolynomialDesc {
             terms: vec![
                 [1.0, 2.0, 0.0, 0.0],

@@ -236,7 +236,7 @@ mod tests {
             "\"sphere_sweep\"\nspheres = [[0, 0, 0, 0.5], [1, 1, 0, 0.3]]",
             "\"superellipsoid\"",
             "\"blob\"\nspheres = [[0, 0, 0, 1, 1], [0.8, 0, 0, 1, 1]]",
-            "\"quadric\"\nsquares = [1, -1, 1]",
+            "\"quadric\"\nsquared = [1, -1, 1]",
             "\"polynomial\"\nterms = [[1, 4, 0, 0], [1, 0, 2, 0], [1, 0, 0, 2], [-0.5, 0, 0, 0]]",
             "\"isosurface\"\nfunction = \"x^2 + y^2 + z^2 - 0.5\"",
             "\"clipped\"\nparts = [{ type = \"sphere\" }, { type = \"plane\" }]",

@@ -6,13 +6,13 @@ use crate::schema::{ErrorCode, SceneError, params};
 use crate::shape::{MeshCache, ROUNDING, ShapeHit, Sphere, SurfacePoint};
 
 params! {
-    /// A quadric: all points with squares·[x², y², z²] + products·[xy, xz, yz] + linear·[x, y, z] + constant = 0.
+    /// A quadric: all points with squared·[x², y², z²] + products·[xy, xz, yz] + linear·[x, y, z] + constant = 0.
     /// Paraboloids, hyperboloids, cones and cylinders without ends, ellipsoids. The inside is where the sum is
     /// negative. Quadrics may be unbounded: cut them with `intersection` or `clipped`. (u, v) are those of a sphere
     /// around the origin.
     pub struct QuadricDesc as "quadric" {
         /// Factors of x², y² and z².
-        squares: DVec3 = DVec3::ONE;
+        squared: DVec3 = DVec3::ONE;
         /// Factors of xy, xz and yz.
         products: DVec3 = DVec3::ZERO;
         /// Factors of x, y and z.
@@ -27,7 +27,7 @@ material = { color = "goldenrod" }
 # A hyperboloid of one sheet, cut off at y = -1 and y = 1.
 [[object.parts]]
 type = "quadric"
-squares = [1, -1, 1]
+squared = [1, -1, 1]
 constant = -0.25
 
 [[object.parts]]
@@ -46,13 +46,13 @@ pub struct Quadric {
 
 impl PrepareSolid for QuadricDesc {
     fn prepare_solid(&self, _: &mut MeshCache<'_>) -> Result<Solid, SceneError> {
-        let (s, p) = (self.squares, 0.5 * self.products);
+        let (s, p) = (self.squared, 0.5 * self.products);
         let matrix =
             DMat3::from_cols(DVec3::new(s.x, p.x, p.y), DVec3::new(p.x, s.y, p.z), DVec3::new(p.y, p.z, s.z));
         if s == DVec3::ZERO && p == DVec3::ZERO && self.linear == DVec3::ZERO {
             let message = "a quadric without x, y and z is no surface";
             return Err(
-                SceneError::new(ErrorCode::OutOfRange, message).help("for example `squares = [1, 1, 1]`")
+                SceneError::new(ErrorCode::OutOfRange, message).help("for example `squared = [1, 1, 1]`")
             );
         }
         Ok(Solid::Quadric(Quadric { matrix, linear: self.linear, constant: self.constant }))

@@ -66,11 +66,11 @@ fn distance_like(f: impl Fn(DVec3) -> f64 + Clone + 'static) -> impl Fn(DVec3) -
 
 fn curved() -> Vec<Case> {
     use crate::math::elementary::pow;
-    let (squares, products) = (DVec3::new(1.0, 1.5, 0.7), DVec3::new(0.2, 0.1, -0.3));
+    let (squared, products) = (DVec3::new(1.0, 1.5, 0.7), DVec3::new(0.2, 0.1, -0.3));
     let linear = DVec3::new(0.1, -0.2, 0.3);
     let quadric = move |p: DVec3| {
         let xy = DVec3::new(p.x * p.y, p.x * p.z, p.y * p.z);
-        squares.dot(p * p) + products.dot(xy) + linear.dot(p) - 0.6
+        squared.dot(p * p) + products.dot(xy) + linear.dot(p) - 0.6
     };
     let superellipsoid = |p: DVec3| {
         let a = p.abs();
@@ -96,7 +96,7 @@ fn curved() -> Vec<Case> {
     vec![
         Case {
             name: "quadric",
-            shape: prepare(ShapeDesc::Quadric(QuadricDesc { squares, products, linear, constant: -0.6 })),
+            shape: prepare(ShapeDesc::Quadric(QuadricDesc { squared, products, linear, constant: -0.6 })),
             sheets: solid(distance_like(quadric)),
         },
         Case {
