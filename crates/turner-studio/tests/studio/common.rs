@@ -321,7 +321,7 @@ pub(crate) fn choose(window: &mut Window, list: &str, entry: &str) {
 
 /// Keys that a shape needs, apart from its type; `None` for those that need an image, which the tests of the form of
 /// textures read.
-pub fn shape_keys(name: &str) -> Option<&'static str> {
+pub(crate) fn shape_keys(name: &str) -> Option<&'static str> {
     Some(match name {
         "mesh" => "positions = [[0, 0, 0], [1, 0, 0], [0, 1, 0]]\ntriangles = [[0, 1, 2]]",
         "points" => "positions = [[0, 0, 0], [1, 0, 0]]\nradius = 0.1",
