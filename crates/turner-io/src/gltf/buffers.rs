@@ -155,7 +155,7 @@ impl Buffers {
         matches!(self.views.get(view.index()), Some(View::Absent { .. }))
     }
 
-    /// Reports the buffers at network addresses; what needs them is refused.
+    /// Warns of buffers at network addresses. What needs one is refused.
     pub(super) fn report(&self, report: &mut Report) {
         if self.file.starts_with(b"glTF")
             && matches!(self.buffers.first(), Some(Bytes::Absent { why: None, .. }))

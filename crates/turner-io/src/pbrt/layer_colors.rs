@@ -39,7 +39,7 @@ fn node(i: usize) -> f32 {
 }
 
 impl LayerColors {
-    /// The spectrum of a colour; `None` after too many others.
+    /// The spectrum of a colour; `None` once the limit of colours is reached.
     pub(super) fn smooth(&mut self, color: Spectrum) -> Option<Smooth> {
         self.spectra = self.spectra.saturating_add(1);
         (self.spectra <= MAX_SPECTRA).then(|| self.upsampling.of(color))

@@ -48,6 +48,12 @@ impl Form<'_> {
             },
             Kind::ByName(item) => self.by_name(ui, item, label, data),
             Kind::Transform => edit_transform(ui, label, data),
+            Kind::Shape => {
+                let Data::Table(table) = data else { return None };
+                let of_type = table.get("type").map_or("shape", |value| as_text(&value.data));
+                ui.label(of_type).on_hover_text("Edit it in the file");
+                None
+            }
             Kind::Literal(_) | Kind::False => None,
             Kind::OneOf(kinds) => match kinds.as_slice() {
                 [Kind::Part(part), Kind::False] => self.part(ui, label, data, part, true),

@@ -32,6 +32,8 @@ pub(crate) enum Kind {
     List(Box<Kind>),
     /// Values by names that the user chooses.
     ByName(Box<Kind>),
+    /// A shape that is a part of another one: its type is shown, its keys are edited in the file.
+    Shape,
     /// Position, rotation and scale.
     Transform,
     /// A word that stands alone.
@@ -84,6 +86,9 @@ impl Kind {
     }
 
     fn in_brackets(text: &str) -> Kind {
+        if text.starts_with("{ type = shape") {
+            return Kind::Shape;
+        }
         if let Some(inner) = text.strip_prefix('[').and_then(|t| t.strip_suffix(']')) {
             let parts = split(inner, ',');
             return match parts.as_slice() {
@@ -122,7 +127,7 @@ impl Kind {
             (Kind::ByName(kind), Data::Table(table)) => {
                 table.entries.iter().all(|entry| kind.takes(&entry.value.data))
             }
-            (Kind::Transform, Data::Table(_)) => true,
+            (Kind::Transform | Kind::Shape, Data::Table(_)) => true,
             (Kind::OneOf(kinds), data) => kinds.iter().any(|kind| kind.takes(data)),
             _ => false,
         }
@@ -157,6 +162,11 @@ impl Kind {
             Kind::List(kind) => Data::Array(vec![Value::new(kind.start(names)?)]),
             Kind::ByName(_) => Data::Table(Table::default()),
             Kind::Transform => Data::Table(Table::default()),
+            Kind::Shape => {
+                let mut table = Table::default();
+                table.push("type", Data::String("sphere".into()));
+                Data::Table(table)
+            }
             Kind::OneOf(kinds) => return kinds.first()?.start(names),
         })
     }

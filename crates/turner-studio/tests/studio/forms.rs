@@ -302,16 +302,14 @@ impl Form<'_> {
             let is_right = |form: &Self| length(form) == 1 && form.has(Role::ComboBox, &format!("{label} 1"));
             return Some(self.step(key, act, is_right));
         }
-        if kind.starts_with("[{ type") {
-            // The parts of a shape are written in the file: the form does not edit them.
-            return Some(true);
-        }
+        let of_shapes = kind.starts_with("[{ type = shape");
         let of_numbers = kind.ends_with(", …]") && !kind.contains('|') && !kind.contains("material");
         if of_numbers {
             return Some(self.numbers(key, label));
         }
-        if !matches!(kind, "[material, …]" | "[color | texture, …]" | "[[position, color | texture], …]")
-        {
+        let of_values =
+            matches!(kind, "[material, …]" | "[color | texture, …]" | "[[position, color | texture], …]");
+        if !of_values && !of_shapes {
             return None;
         }
         let count = length(self);
@@ -322,6 +320,8 @@ impl Form<'_> {
             done &= self.step(key, remove, |form| length(form) == count - 1);
             let item = format!("{label} 1");
             done &= match kind {
+                // The keys of a part are edited in the file.
+                _ if of_shapes => self.has(Role::Label, "sphere"),
                 "[material, …]" => self.choose(&item, "chalk", |form| length(form) == count),
                 "[color | texture, …]" => {
                     self.set_number(&item, &[0.25, 3.0], |form, _| length(form) == count)

@@ -98,7 +98,7 @@ fn solids() -> Vec<ShapeDesc> {
             spheres: vec![[-0.4, 0.0, 0.0, 0.2], [0.3, 0.3, 0.1, 0.35]],
             path: SweepPath::Linear,
         }),
-        ShapeDesc::Superellipsoid(SuperellipsoidDesc { round_y: 1.2, round_up: 1.6 }),
+        ShapeDesc::Superellipsoid(SuperellipsoidDesc { east_west: 1.2, north_south: 1.6 }),
         ShapeDesc::Blob(BlobDesc {
             spheres: vec![[-0.3, 0.0, 0.0, 0.7, 1.0], [0.3, 0.2, 0.0, 0.6, 1.0]],
             ..BlobDesc::default()

@@ -212,7 +212,7 @@ pub const KINDS: &[Foreign] = words! {
     SHAPE, "csg" | "boolean" | "merge" | "subtract" | "subtraction" | "cut" =>
         "write `type = \"union\"`, `\"intersection\"`, `\"difference\"` or `\"clipped\"` with tables `[[object.parts]]`";
     SHAPE, "clippedby" | "clip" => "write `type = \"clipped\"`: the first of its `[[object.parts]]` is clipped by the others";
-    SHAPE, "superquadric" | "roundbox" | "roundedbox" => "write `type = \"superellipsoid\"` with `round_y` and `round_up`";
+    SHAPE, "superquadric" | "roundbox" | "roundedbox" => "write `type = \"superellipsoid\"` with `east_west` and `north_south`";
     SHAPE, "sor" | "surfaceofrevolution" | "revolution" | "revolve" | "lathegeometry" => "write `type = \"lathe\"` with `points`";
     SHAPE, "extrude" | "extrusion" | "linearextrude" | "extrudegeometry" => "write `type = \"prism\"` with `points`, `bottom` and `top`";
     SHAPE, "metaball" | "metaballs" | "blobby" => "write `type = \"blob\"` with `spheres`";

@@ -118,6 +118,11 @@ impl HeightFieldDesc {
         mesh.triangles.extend(faces);
     }
 
+    /// Number of triangles of the top.
+    pub(super) fn triangles(image: &Image) -> u64 {
+        2 * u64::from(image.width) * u64::from(image.height)
+    }
+
     /// Bytes of the mesh of an image.
     pub(super) fn bytes(image: &Image) -> u64 {
         u64::from(image.width) * u64::from(image.height) * PIXEL_BYTES

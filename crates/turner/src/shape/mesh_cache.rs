@@ -217,11 +217,10 @@ impl<'a> MeshCache<'a> {
         let mesh = match known {
             Some(mesh) => mesh,
             None => {
-                let bytes = HeightFieldDesc::bytes(&image);
-                self.options.limits.memory.need(bytes, || "a height field".to_owned())?;
+                let what = || "a height field".to_owned();
+                self.options.limits.check_triangles(HeightFieldDesc::triangles(&image), what)?;
+                self.options.limits.memory.need(HeightFieldDesc::bytes(&image), what)?;
                 let data = Arc::new(desc.mesh(&image)?);
-                let count = data.triangles.len() as u64;
-                self.options.limits.check_triangles(count, || "a height field".to_owned())?;
                 Arc::new(TriangleMesh::without_tree(&data, desc.smooth)?.0)
             }
         };
@@ -233,6 +232,11 @@ impl<'a> MeshCache<'a> {
     /// Builds the tree of a mesh that is a part of another shape.
     pub(super) fn build_tree(&self, mesh: &TriangleMesh) -> Result<(), SceneError> {
         mesh.build_tree(&self.options)
+    }
+
+    /// Asks for memory before it is allocated.
+    pub(super) fn need(&self, bytes: u64, what: impl FnOnce() -> String) -> Result<(), SceneError> {
+        self.options.limits.memory.need(bytes, what)
     }
 
     /// Adds a warning.

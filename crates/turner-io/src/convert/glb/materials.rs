@@ -11,6 +11,7 @@ use turner::math::radians;
 use turner::schema::{ColorSource, MaterialId, SceneError};
 use turner::texture::ImageChannel;
 
+use super::json::{put, put_all, sets_asked_for, unit, unit_color};
 use super::remarks::Remarks;
 use super::textures::{Product, TextureWriter, Used, is_channel};
 
@@ -28,33 +29,6 @@ pub(super) struct MaterialWriter<'a> {
     pub(super) uv_sets: Vec<usize>,
     known: BTreeMap<Key, usize>,
     pub(super) extensions: BTreeSet<&'static str>,
-}
-
-/// Clamps to 0..=1.
-fn unit(v: f32) -> f64 {
-    f64::from(v.clamp(0.0, 1.0))
-}
-
-fn unit_color(c: Spectrum) -> [f64; 3] {
-    c.to_array().map(unit)
-}
-
-/// Inserts `key: value`.
-fn put(out: &mut Map<String, Value>, key: &str, value: impl Into<Value>) {
-    out.insert(key.into(), value.into());
-}
-
-/// One more than the highest UV set that the material's textures refer to; 0 without textures.
-fn sets_asked_for(json: &Value) -> usize {
-    let Value::Object(map) = json else { return 0 };
-    let set = map.get("texCoord").and_then(Value::as_u64).unwrap_or(0) as usize;
-    let own = if map.contains_key("index") { set + 1 } else { 0 };
-    map.values().map(sets_asked_for).fold(own, usize::max)
-}
-
-/// Inserts the values that are present.
-fn put_all<const N: usize>(out: &mut Map<String, Value>, named: [(&str, Option<Value>); N]) {
-    out.extend(named.into_iter().filter_map(|(key, value)| Some((key.to_owned(), value?))));
 }
 
 /// Context of writing a material.

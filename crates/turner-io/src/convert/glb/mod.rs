@@ -6,6 +6,7 @@
 
 mod buffer;
 mod cameras;
+mod json;
 mod materials;
 mod meshes;
 mod nodes;

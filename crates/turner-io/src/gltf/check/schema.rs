@@ -96,7 +96,7 @@ pub(super) struct Object {
     pub(super) required: &'static [&'static str],
     /// Members that need another one.
     pub(super) needs: &'static [(&'static str, &'static str)],
-    /// Members of which exactly one is there.
+    /// Members of which exactly one must be present.
     pub(super) one_of: &'static [&'static str],
 }
 

@@ -87,11 +87,11 @@ fn read_splits(reader: &mut Reader<'_>, faces: usize, room: Room<'_>) -> Read<Ve
     Ok(splits)
 }
 
-/// The faces up to now and their active edges.
+/// The faces decoded so far and their active edges.
 struct Boundary {
     /// Its vertices are those of [`Boundary::vertex`] only after [`Boundary::close`].
     corners: Corners,
-    /// What each vertex became part of; itself at first.
+    /// The vertex that each vertex was merged into (union-find); itself at first.
     into: Vec<u32>,
     /// Whether a vertex is inside.
     inner: Vec<bool>,

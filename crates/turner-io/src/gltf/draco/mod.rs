@@ -74,7 +74,7 @@ impl Room<'_> {
         Ok(list)
     }
 
-    /// An empty list for a short time. One byte per element is charged: for the time that it takes to fill.
+    /// An empty list that is soon freed. One byte per element is charged, for the time that it takes to fill.
     fn passing<T>(self, count: usize) -> Read<Vec<T>> {
         self.budget.take(count, 1, self.pointer).map_err(Damage::Budget)?;
         Ok(Vec::with_capacity(count))

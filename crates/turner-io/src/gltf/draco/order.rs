@@ -88,7 +88,7 @@ struct Walker<'a> {
 }
 
 impl Walker<'_> {
-    /// Whether the face of a corner has been visited; also if there is none.
+    /// Whether the face of a corner has been visited; true without a corner.
     #[inline]
     fn is_visited(&self, corner: u32) -> bool {
         self.visited.get((corner / 3) as usize).copied().unwrap_or(true)

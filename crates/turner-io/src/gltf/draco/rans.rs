@@ -37,7 +37,7 @@ impl<'a> State<'a> {
         Ok(State { bytes, value, base })
     }
 
-    /// Appends bytes until the state is at least its base, or all are read.
+    /// Renormalizes: appends bytes until the state is at least its base, or all are read.
     #[inline]
     fn refill(&mut self) {
         while self.value < self.base {

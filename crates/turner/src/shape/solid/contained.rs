@@ -1,9 +1,10 @@
 //! Surfaces f(x, y, z) = 0 in a box. With `capped`, the faces of the box close the solid where f is negative there.
 
+use super::SolidGeometry;
 use super::line::{Line, face_normal};
-use crate::math::{Bounds, DVec3, Ray};
+use crate::math::{Bounds, DVec2, DVec3, Ray};
 use crate::schema::{ErrorCode, SceneError};
-use crate::shape::{ROUNDING, ShapeHit, SurfacePoint};
+use crate::shape::{ROUNDING, ShapeHit, Sphere, SurfacePoint};
 
 /// A function in space; its surface is where it is 0, and its inside where it is negative.
 pub(super) trait Field {
@@ -15,10 +16,16 @@ pub(super) trait Field {
 
     /// Calls `visit` with the positions between `line.enter` and `line.exit` where the sign changes, in order, until it
     /// returns true. Positions before `from` may be left out. What is found must not depend on `from` otherwise.
-    fn crossings(&self, line: &Line, from: f64, visit: &mut dyn FnMut(f64) -> bool);
+    fn crossings(&self, line: &Line, from: f64, visit: impl FnMut(f64) -> bool);
 
     /// Bound on the distance of computed roots from the surface, per unit of the size of the box.
     fn precision(&self) -> f64;
+
+    /// Bytes beyond its own size.
+    fn memory(&self) -> usize;
+
+    /// The time of a ray in simple intersection tests.
+    fn tests_per_ray(&self) -> f64;
 }
 
 /// The box, and whether its faces belong to the solid.
@@ -57,7 +64,7 @@ impl Container {
             return Some(found);
         }
         let mut found = None;
-        field.crossings(&line, line.before(ray.t_min), &mut |s| {
+        field.crossings(&line, line.before(ray.t_min), |s| {
             found = hit(s, 0);
             line.t(s) >= ray.t_min
         });
@@ -87,5 +94,47 @@ impl Container {
         let left = (4.0 * value.abs() / gradient.length()).min(1e-6 * size);
         let left = if left.is_nan() { 1e-6 * size } else { left };
         SurfacePoint { p, error: left + field.precision() * far, ng: n, ns: n }
+    }
+}
+
+/// A function in its box.
+#[derive(Clone, Debug)]
+pub struct Contained<F> {
+    pub(super) field: F,
+    pub(super) container: Container,
+}
+
+impl<F: Field> SolidGeometry for Contained<F> {
+    fn bounds(&self) -> Option<Bounds> {
+        Some(self.container.bounds)
+    }
+
+    fn intersect(&self, ray: &Ray) -> Option<ShapeHit> {
+        self.container.intersect(&self.field, ray)
+    }
+
+    fn surface(&self, ray: &Ray, hit: &ShapeHit) -> SurfacePoint {
+        self.container.surface(&self.field, ray, hit)
+    }
+
+    /// Those of a sphere around the centre of the box.
+    fn uv(&self, _: &ShapeHit, point: &SurfacePoint) -> DVec2 {
+        Sphere::uv((point.p - self.container.bounds.center()).normalize_or(DVec3::Y))
+    }
+
+    fn curvature(&self, _: &ShapeHit) -> f64 {
+        2.0 / self.container.bounds.size().max_element()
+    }
+
+    fn is_closed(&self) -> bool {
+        self.container.capped
+    }
+
+    fn memory(&self) -> usize {
+        self.field.memory()
+    }
+
+    fn tests_per_ray(&self) -> f64 {
+        self.field.tests_per_ray()
     }
 }

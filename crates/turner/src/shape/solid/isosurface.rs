@@ -5,14 +5,14 @@
 //! contain 0 has at most one, which its ends bracket. Other pieces are halved, down to a small size. No step size has to
 //! be given, and no thin sheet is stepped over.
 
-use super::contained::{Container, Field};
+use super::contained::{Contained, Container, Field};
 use super::expression::{Dual, Expression, Interval, Number};
 use super::line::Line;
 use super::roots::refine;
-use super::{PrepareSolid, Solid, SolidGeometry};
-use crate::math::{Bounds, DVec2, DVec3, Ray};
+use super::{PrepareSolid, Solid};
+use crate::math::DVec3;
 use crate::schema::{SceneError, params};
-use crate::shape::{MeshCache, ShapeHit, Sphere, SurfacePoint};
+use crate::shape::MeshCache;
 
 params! {
     /// The surface where an expression in x, y and z is 0, within a box; the inside is where it is negative. Signed
@@ -44,18 +44,17 @@ const DEPTH: u32 = 30;
 /// Most pieces per ray: a bound on the time for functions whose slopes are unbounded.
 const MAX_PIECES: u32 = 4096;
 
-/// An isosurface.
+/// The function of an isosurface.
 #[derive(Clone, Debug)]
 pub struct Isosurface {
     expression: Expression,
-    container: Container,
 }
 
 impl PrepareSolid for IsosurfaceDesc {
     fn prepare_solid(&self, _: &mut MeshCache<'_>) -> Result<Solid, SceneError> {
         let expression = Expression::parse(&self.function)?;
         let container = Container::new(self.min, self.max, self.capped, "isosurface")?;
-        Ok(Solid::Isosurface(Isosurface { expression, container }))
+        Ok(Solid::Isosurface(Contained { field: Isosurface { expression }, container }))
     }
 }
 
@@ -93,7 +92,7 @@ impl Field for Isosurface {
         (x.value, DVec3::new(x.slope, y.slope, z.slope))
     }
 
-    fn crossings(&self, line: &Line, from: f64, visit: &mut dyn FnMut(f64) -> bool) {
+    fn crossings(&self, line: &Line, from: f64, mut visit: impl FnMut(f64) -> bool) {
         // Pieces still to be searched, the nearest on top: at most one more per halving.
         let mut stack = [(0.0, 0.0, 0u32); DEPTH as usize + 2];
         stack[0] = (line.enter, line.exit, 0);
@@ -129,32 +128,6 @@ impl Field for Isosurface {
 
     fn precision(&self) -> f64 {
         1e-10
-    }
-}
-
-impl SolidGeometry for Isosurface {
-    fn bounds(&self) -> Option<Bounds> {
-        Some(self.container.bounds)
-    }
-
-    fn intersect(&self, ray: &Ray) -> Option<ShapeHit> {
-        self.container.intersect(self, ray)
-    }
-
-    fn surface(&self, ray: &Ray, hit: &ShapeHit) -> SurfacePoint {
-        self.container.surface(self, ray, hit)
-    }
-
-    fn uv(&self, _: &ShapeHit, point: &SurfacePoint) -> DVec2 {
-        Sphere::uv((point.p - self.container.bounds.center()).normalize_or(DVec3::Y))
-    }
-
-    fn curvature(&self, _: &ShapeHit) -> f64 {
-        2.0 / self.container.bounds.size().max_element()
-    }
-
-    fn is_closed(&self) -> bool {
-        self.container.capped
     }
 
     fn memory(&self) -> usize {

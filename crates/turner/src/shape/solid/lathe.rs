@@ -78,6 +78,15 @@ impl PrepareSolid for LatheDesc {
                 "mirror the outline",
             );
         }
+        let per_point = if self.spline == LatheSpline::Linear { 1 } else { PIECES };
+        if self.points.len() > MAX_LINES / per_point {
+            let message = format!(
+                "a lathe has {} points; expected at most {} for this spline",
+                self.points.len(),
+                MAX_LINES / per_point
+            );
+            return fault(message, "use fewer points, or a mesh");
+        }
         let Some(lines) = self.spline.lines(&self.points) else {
             let message = format!("a lathe has {} points, too few for its spline", self.points.len());
             return fault(
@@ -85,9 +94,6 @@ impl PrepareSolid for LatheDesc {
                 "expected at least 2, or 4 for \"bezier\" and three more for each further curve",
             );
         };
-        if lines.len() > MAX_LINES {
-            return fault(format!("a lathe has {} points: too many", self.points.len()), "use a mesh");
-        }
         Lathe::new(lines).map(Solid::Lathe)
     }
 }

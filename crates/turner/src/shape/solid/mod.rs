@@ -23,6 +23,7 @@ mod tessellate;
 pub(in crate::shape) mod testing;
 
 pub use blob::{Blob, BlobDesc};
+pub use contained::Contained;
 pub use csg::{ClippedDesc, Csg, CsgPart, DifferenceDesc, IntersectionDesc, UnionDesc};
 pub use isosurface::{Isosurface, IsosurfaceDesc};
 pub use lathe::{Lathe, LatheDesc, LatheSpline};
@@ -197,7 +198,7 @@ solids! {
     /// A surface of second degree.
     Quadric(Quadric): |_| QuadricDesc::DOC.name,
     /// A polynomial surface.
-    Polynomial(Polynomial): |_| PolynomialDesc::DOC.name,
+    Polynomial(Contained<Polynomial>): |_| PolynomialDesc::DOC.name,
     /// The surface where an expression is 0.
-    Isosurface(Isosurface): |_| IsosurfaceDesc::DOC.name,
+    Isosurface(Contained<Isosurface>): |_| IsosurfaceDesc::DOC.name,
 }

@@ -4,6 +4,10 @@ use super::roots::roots_with_signs;
 use crate::math::DVec2;
 use crate::schema::{ErrorCode, SceneError};
 
+/// Most segments, and most contours: which contours lie in others is found by testing each against all segments.
+const MAX_SEGMENTS: usize = 65_536;
+const MAX_CONTOURS: usize = 4096;
+
 /// A line or curve.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Segment {
@@ -108,9 +112,18 @@ impl Outline {
     /// From closed contours. With `curved`, the points of each contour are those of cubic Bézier curves: a point of the
     /// outline, two control points, a point, …; a contour then has a multiple of three points.
     ///
-    /// Errors: a contour of fewer than three points; one that is not made of curves.
+    /// Errors: a contour of fewer than three points; one that is not made of curves; too many points.
     pub(super) fn new(contours: &[&[DVec2]], curved: bool) -> Result<Outline, SceneError> {
         let mut outline = Outline::default();
+        let total: usize = contours.iter().map(|contour| contour.len()).sum();
+        if total > MAX_SEGMENTS || contours.len() > MAX_CONTOURS {
+            let message = format!(
+                "an outline has {} contours with {total} points; expected at most {MAX_CONTOURS} with {MAX_SEGMENTS}",
+                contours.len()
+            );
+            return Err(SceneError::new(ErrorCode::TooLarge, message).help("split it into several objects"));
+        }
+        let mut starts = Vec::with_capacity(contours.len());
         for contour in contours {
             let mut points = contour.to_vec();
             if points.len() > 1 && points.first() == points.last() {
@@ -127,6 +140,7 @@ impl Outline {
             }
             let of = |i: usize| points[i % points.len()];
             let first = outline.segments.len();
+            starts.push(first);
             if curved {
                 let starts = (0..points.len()).step_by(3);
                 let curves = starts.map(|i| Segment::curve([of(i), of(i + 1), of(i + 2), of(i + 3)]));
@@ -139,31 +153,26 @@ impl Outline {
             let side = if area < 0.0 { -1.0 } else { 1.0 };
             outline.segments[first..].iter_mut().for_each(|segment| segment.side = side);
         }
-        outline.orient(contours.len());
+        outline.orient(&starts);
         outline.min = outline.segments.iter().fold(DVec2::INFINITY, |m, s| m.min(s.min));
         outline.max = outline.segments.iter().fold(DVec2::NEG_INFINITY, |m, s| m.max(s.max));
         Ok(outline)
     }
 
-    /// Turns the sides of contours that lie inside an odd number of others: those of holes.
-    fn orient(&mut self, contours: usize) {
-        if contours < 2 {
+    /// Turns the sides of contours that lie inside an odd number of others: those of holes. `starts` are their first
+    /// segments.
+    fn orient(&mut self, starts: &[usize]) {
+        if starts.len() < 2 {
             return;
         }
-        let turned: Vec<bool> = self
-            .segments
-            .iter()
-            .map(|segment| {
-                // Just outside of the segment, seen from its contour alone.
-                let middle = segment.at(0.5);
-                let reach = (self.segments.iter()).fold(0.0f64, |m, s| m.max((s.max - s.min).max_element()));
-                self.contains(middle + 1e-7 * reach * segment.normal(0.5))
-            })
-            .collect();
-        for (segment, turned) in self.segments.iter_mut().zip(turned) {
-            if turned {
-                segment.side = -segment.side;
-            }
+        let reach = self.segments.iter().fold(0.0f64, |m, s| m.max((s.max - s.min).max_element()));
+        // Just outside of its first segment, a contour alone has nothing.
+        let beside = |segment: &Segment| segment.at(0.5) + 1e-7 * reach * segment.normal(0.5);
+        let turned: Vec<bool> = starts.iter().map(|i| self.contains(beside(&self.segments[*i]))).collect();
+        let ends = starts.iter().skip(1).copied().chain([self.segments.len()]);
+        for ((start, end), turned) in starts.iter().zip(ends).zip(turned) {
+            let side = if turned { -1.0 } else { 1.0 };
+            self.segments[*start..end].iter_mut().for_each(|segment| segment.side *= side);
         }
     }
 

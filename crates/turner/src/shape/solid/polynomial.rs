@@ -1,12 +1,12 @@
 //! Polynomial surfaces in x, y and z.
 
-use super::contained::{Container, Field};
+use super::contained::{Contained, Container, Field};
 use super::line::Line;
 use super::roots::{MAX_DEGREE, roots};
-use super::{PrepareSolid, Solid, SolidGeometry};
-use crate::math::{Bounds, DVec2, DVec3, Ray};
+use super::{PrepareSolid, Solid};
+use crate::math::DVec3;
 use crate::schema::{ErrorCode, SceneError, params};
-use crate::shape::{MeshCache, ShapeHit, Sphere, SurfacePoint};
+use crate::shape::MeshCache;
 
 params! {
     /// A polynomial surface up to degree 8 within a box: all points where a sum of terms factor · x^i y^j z^k is 0. The
@@ -43,11 +43,10 @@ struct Term {
     powers: [usize; 3],
 }
 
-/// A polynomial surface.
+/// A polynomial in x, y and z.
 #[derive(Clone, Debug)]
 pub struct Polynomial {
     terms: Vec<Term>,
-    container: Container,
 }
 
 /// Most terms: all of degree 8 are 165.
@@ -78,7 +77,7 @@ impl PrepareSolid for PolynomialDesc {
             );
         }
         let container = Container::new(self.min, self.max, self.capped, "polynomial")?;
-        Ok(Solid::Polynomial(Polynomial { terms, container }))
+        Ok(Solid::Polynomial(Contained { field: Polynomial { terms }, container }))
     }
 }
 
@@ -143,7 +142,7 @@ impl Field for Polynomial {
         (value, gradient)
     }
 
-    fn crossings(&self, line: &Line, _: f64, visit: &mut dyn FnMut(f64) -> bool) {
+    fn crossings(&self, line: &Line, _: f64, mut visit: impl FnMut(f64) -> bool) {
         for root in roots(&self.along(line), line.enter, line.exit).as_slice() {
             if visit(*root) {
                 return;
@@ -154,34 +153,12 @@ impl Field for Polynomial {
     fn precision(&self) -> f64 {
         1e-11
     }
-}
-
-impl SolidGeometry for Polynomial {
-    fn bounds(&self) -> Option<Bounds> {
-        Some(self.container.bounds)
-    }
-
-    fn intersect(&self, ray: &Ray) -> Option<ShapeHit> {
-        self.container.intersect(self, ray)
-    }
-
-    fn surface(&self, ray: &Ray, hit: &ShapeHit) -> SurfacePoint {
-        self.container.surface(self, ray, hit)
-    }
-
-    fn uv(&self, _: &ShapeHit, point: &SurfacePoint) -> DVec2 {
-        Sphere::uv((point.p - self.container.bounds.center()).normalize_or(DVec3::Y))
-    }
-
-    fn curvature(&self, _: &ShapeHit) -> f64 {
-        2.0 / self.container.bounds.size().max_element()
-    }
-
-    fn is_closed(&self) -> bool {
-        self.container.capped
-    }
 
     fn memory(&self) -> usize {
         size_of_val(&self.terms[..])
+    }
+
+    fn tests_per_ray(&self) -> f64 {
+        4.0
     }
 }

@@ -94,11 +94,16 @@ impl PrepareSolid for SphereSweepDesc {
                 "use a small radius",
             );
         }
-        let points = self.path.points(&self.spheres);
-        if points.len() > MAX_PIECES {
-            let message = format!("a sphere sweep has {} spheres: too many", self.spheres.len());
+        let per_sphere = if self.path == SweepPath::Linear { 1 } else { PIECES };
+        if self.spheres.len() > MAX_PIECES / per_sphere {
+            let message = format!(
+                "a sphere sweep has {} spheres; expected at most {} on this path",
+                self.spheres.len(),
+                MAX_PIECES / per_sphere
+            );
             return fault(message, "split it into several objects");
         }
+        let points = self.path.points(&self.spheres);
         let pieces: Vec<Piece> = points.windows(2).map(|pair| Piece::new(pair[0], pair[1])).collect();
         let chunks: Vec<Bounds> = pieces
             .chunks(CHUNK)

@@ -13,20 +13,19 @@ use crate::schema::{Range, SceneError, params};
 use crate::shape::{MeshCache, ShapeHit, Sphere, SurfacePoint};
 
 params! {
-    /// A superellipsoid: a rounded box, cylinder, sphere or octahedron that reaches from −1 to 1 on each axis. `round_y`
-    /// is the roundness of cross-sections perpendicular to y, `round_up` that of the outline from the side. 1 is round,
-    /// towards 0 it becomes a square with round corners, 2 is a square that stands on a corner. (u, v) are those of a
-    /// sphere.
+    /// A superellipsoid: a rounded box, cylinder, sphere or octahedron that reaches from −1 to 1 on each axis, with +y as
+    /// the north pole. Of its two exponents, 1 is round, towards 0 a square with round corners, and 2 a square that
+    /// stands on a corner. (u, v) are those of a sphere.
     pub struct SuperellipsoidDesc as "superellipsoid" {
-        /// Roundness of the horizontal cross-sections.
-        round_y: f64 = 0.4, in Range::closed(0.05, 2.0);
-        /// Roundness of the outline from the side.
-        round_up: f64 = 0.4, in Range::closed(0.05, 2.0);
+        /// The east–west exponent: the form of horizontal cross-sections.
+        east_west: f64 = 0.4, in Range::closed(0.05, 2.0);
+        /// The north–south exponent: the form of the outline seen from the side.
+        north_south: f64 = 0.4, in Range::closed(0.05, 2.0);
     }
     example r#"[[object]]
 type = "superellipsoid"
-round_y = 0.3
-round_up = 0.3
+east_west = 0.3
+north_south = 0.3
 material = { color = "mediumseagreen" }
 "#
 }
@@ -45,7 +44,7 @@ const STEPS: usize = 60;
 
 impl PrepareSolid for SuperellipsoidDesc {
     fn prepare_solid(&self, _: &mut MeshCache<'_>) -> Result<Solid, SceneError> {
-        Ok(Solid::Superellipsoid(Superellipsoid { across: 2.0 / self.round_y, up: 2.0 / self.round_up }))
+        Ok(Solid::Superellipsoid(Superellipsoid { across: 2.0 / self.east_west, up: 2.0 / self.north_south }))
     }
 }
 

@@ -101,7 +101,10 @@ fn curved() -> Vec<Case> {
         },
         Case {
             name: "superellipsoid",
-            shape: prepare(ShapeDesc::Superellipsoid(SuperellipsoidDesc { round_y: 0.4, round_up: 0.5 })),
+            shape: prepare(ShapeDesc::Superellipsoid(SuperellipsoidDesc {
+                east_west: 0.4,
+                north_south: 0.5,
+            })),
             sheets: solid(distance_like(superellipsoid)),
         },
         Case {

@@ -15,5 +15,6 @@ mod replay_scenes;
 mod sameness;
 mod shadow_catcher;
 mod shared_paths;
+mod solids;
 mod subsurface;
 mod volumes;

@@ -1,6 +1,6 @@
 //! From the description of constructive solid geometry to its leaves and expression.
 
-use super::closed::open_edges;
+use super::closed::{open_edges, open_edges_bytes};
 use super::expression::Expression;
 use super::leaf::Leaf;
 use super::{Csg, CsgPart, MAX_LEAVES, Operation, PART_BITS};
@@ -157,7 +157,14 @@ impl Csg {
                     let message = "a mesh that is a part of another shape has more than 16,777,216 triangles";
                     return Err(SceneError::new(ErrorCode::TooLarge, message));
                 }
-                let open = if may_be_open { 0 } else { open_edges(mesh.data()) };
+                let open = if may_be_open {
+                    0
+                } else {
+                    meshes.need(open_edges_bytes(mesh.data()), || {
+                        "testing whether a mesh is closed".to_owned()
+                    })?;
+                    open_edges(mesh.data())
+                };
                 if open > 0 {
                     meshes.warn(format!(
                         "a {word} that is a part of a {} has {open} open edges: it does not enclose a volume, so \

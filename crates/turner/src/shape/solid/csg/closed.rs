@@ -27,6 +27,11 @@ pub(in crate::shape) fn open_edges(mesh: &MeshData) -> usize {
     edges.chunk_by(alike).filter(|all| all.iter().map(|edge| edge.2).sum::<i32>() != 0).count()
 }
 
+/// Bytes that [`open_edges`] needs.
+pub(super) fn open_edges_bytes(mesh: &MeshData) -> u64 {
+    8 * mesh.positions.len() as u64 + 36 * mesh.triangles.len() as u64
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -90,17 +90,17 @@ impl Leaf {
         }
     }
 
-    /// Whether a ray may hit it beyond its `t_min`: a test of the bounds, with a margin for rounding.
-    pub(super) fn may_be_hit(&self, ray: &Ray) -> bool {
+    /// Whether a ray may hit it from `t_min` on: a test of the bounds, with a margin for rounding. `inverse` has the
+    /// reciprocals of its direction.
+    pub(super) fn may_be_hit(&self, ray: &Ray, inverse: DVec3, t_min: f64) -> bool {
         let Some(b) = self.bounds else { return true };
-        let inverse = ray.direction.recip();
         let margin = 1e-12 * (ray.origin.abs().max_element() + b.min.abs().max(b.max.abs()).max_element());
         let near = (b.min - margin - ray.origin) * inverse;
         let far = (b.max + margin - ray.origin) * inverse;
         // 0 · ∞ is NaN where the ray runs in the plane of a face: min and max ignore it.
         let enter = near.x.min(far.x).max(near.y.min(far.y)).max(near.z.min(far.z));
         let exit = near.x.max(far.x).min(near.y.max(far.y)).min(near.z.max(far.z));
-        !(enter > exit || exit < ray.t_min)
+        !(enter > exit || exit < t_min)
     }
 
     /// The next crossing with t >= `t_min`, without an upper limit.

@@ -7,7 +7,7 @@
 
 use super::leaf::Crossing;
 use super::{Csg, Operation, PART_BITS};
-use crate::math::Ray;
+use crate::math::{DVec3, Ray};
 use crate::shape::ShapeHit;
 
 /// Most steps of a walk: far more than rays have, so that no input takes forever.
@@ -19,6 +19,8 @@ const FIRST_PART: u16 = 1;
 
 /// The state of a walk.
 struct Walk<const N: usize> {
+    /// The reciprocals of the ray's direction.
+    inverse: DVec3,
     /// The next crossing of each leaf.
     next: [Option<Crossing>; N],
     /// Whether the ray is inside each leaf.
@@ -33,7 +35,8 @@ impl Csg {
         if !(ray.is_finite() && ray.t_min <= ray.t_max && ray.direction.length_squared() > 0.0) {
             return None;
         }
-        let mut walk = Walk { next: [None; N], inside: [false; N], counts: self.expression.start() };
+        let inverse = ray.direction.recip();
+        let mut walk = Walk { inverse, next: [None; N], inside: [false; N], counts: self.expression.start() };
         for i in 0..self.leaves.len() {
             self.advance(&mut walk, i, ray, ray.t_min);
         }
@@ -94,7 +97,7 @@ impl Csg {
     /// Finds the next crossing of a leaf and whether the ray is inside until then.
     fn advance<const N: usize>(&self, walk: &mut Walk<N>, i: usize, ray: &Ray, t_min: f64) {
         let leaf = &self.leaves[i];
-        let next = if leaf.may_be_hit(&Ray { t_min, ..*ray }) { leaf.next(ray, t_min) } else { None };
+        let next = if leaf.may_be_hit(ray, walk.inverse, t_min) { leaf.next(ray, t_min) } else { None };
         let inside = match &next {
             Some(crossing) => crossing.exits,
             None => leaf.contains_far_end(ray),

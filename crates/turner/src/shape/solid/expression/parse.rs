@@ -103,31 +103,25 @@ impl<'a> Parser<'a> {
     }
 
     fn sum(&mut self) -> Result<(), SceneError> {
-        self.product()?;
-        loop {
-            let op = match self.peek() {
-                Some('+') => Op::Add,
-                Some('-') => Op::Subtract,
-                _ => return Ok(()),
-            };
-            self.at += 1;
-            self.product()?;
-            self.push(op)?;
-        }
+        self.chain(Self::product, [('+', Op::Add), ('-', Op::Subtract)])
     }
 
     fn product(&mut self) -> Result<(), SceneError> {
-        self.sign()?;
-        loop {
-            let op = match self.peek() {
-                Some('*') => Op::Multiply,
-                Some('/') => Op::Divide,
-                _ => return Ok(()),
-            };
-            self.at += 1;
-            self.sign()?;
-            self.push(op)?;
+        self.chain(Self::sign, [('*', Op::Multiply), ('/', Op::Divide)])
+    }
+
+    /// Operands with operators of one precedence between them, from left to right.
+    fn chain(
+        &mut self,
+        operand: impl Fn(&mut Self) -> Result<(), SceneError>,
+        operators: [(char, Op); 2],
+    ) -> Result<(), SceneError> {
+        operand(self)?;
+        while let Some((_, op)) = operators.iter().find(|(sign, _)| self.accept(*sign)) {
+            operand(self)?;
+            self.push(*op)?;
         }
+        Ok(())
     }
 
     /// −x^2 is −(x²).
