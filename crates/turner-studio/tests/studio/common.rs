@@ -236,6 +236,14 @@ pub(crate) fn says(window: &Window, text: &str) -> bool {
         .any(|n| has(n.accesskit_node().label()) || has(n.accesskit_node().value()))
 }
 
+/// Whether a label is exactly `text`, which is the value of its node.
+pub(crate) fn shows(window: &Window, text: &str) -> bool {
+    let mut nodes = window.root().children_recursive();
+    nodes.any(|n| {
+        n.accesskit_node().role() == Role::Label && n.accesskit_node().value().as_deref() == Some(text)
+    })
+}
+
 /// Presses and releases a key.
 pub(crate) fn press(window: &mut Window, modifiers: Modifiers, key: Key) {
     window.key_press_modifiers(modifiers, key);

@@ -321,7 +321,7 @@ impl Form<'_> {
             let item = format!("{label} 1");
             done &= match kind {
                 // The keys of a part are edited in the file.
-                _ if of_shapes => self.has(Role::Label, "sphere"),
+                _ if of_shapes => shows(self.window, "sphere"),
                 "[material, …]" => self.choose(&item, "chalk", |form| length(form) == count),
                 "[color | texture, …]" => {
                     self.set_number(&item, &[0.25, 3.0], |form, _| length(form) == count)
