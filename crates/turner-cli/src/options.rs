@@ -40,7 +40,11 @@ const GROUPS: &[Group] = &[
         more: &["look_at", "fstop", "focus", "env_rotation", "env_strength", "ground", "no_ground"],
     },
     Group { heading: "Models", common: &[], more: &["animation", "variant", "bvh_quality"] },
-    Group { heading: "Animation", common: &["turntable", "frames"], more: &["time", "frame", "fps"] },
+    Group {
+        heading: "Animation",
+        common: &["turntable", "frames"],
+        more: &["time", "frame", "fps", "motion_blur"],
+    },
     Group { heading: "Scene", common: &["set"], more: &["define"] },
     Group {
         heading: "Files and limits",

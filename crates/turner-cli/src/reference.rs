@@ -3,6 +3,7 @@
 //! Chapters follow the sections of a scene; each has an introduction and one page per type. `turner help NAME`
 //! prints single pages, docs/reference/scene-format.md contains all of them.
 
+use turner::animation::AnimationDesc;
 use turner::camera::CameraDesc;
 use turner::description::{ModelDesc, StudioDesc};
 use turner::film::FilmDesc;
@@ -69,6 +70,7 @@ pub(crate) fn chapters() -> Vec<Chapter> {
         family("Textures", &["textures"], &TextureDesc::DOC, topics::TEXTURE),
         family("Media", &["media", "fog", "smoke", "volume"], &MediumDesc::DOC, topics::MEDIUM),
         family("Lights", &["lights"], &LightDesc::DOC, topics::LIGHT),
+        keyframes(),
         written("Include", &[], topics::include()),
     ]
 }
@@ -76,6 +78,16 @@ pub(crate) fn chapters() -> Vec<Chapter> {
 fn single(heading: &'static str, aliases: &'static [&'static str], doc: &'static EntryDoc) -> Chapter {
     let title = format!("the section [{}]", doc.name);
     Chapter { heading, aliases, intro: entry(doc, title), pages: Vec::new() }
+}
+
+fn keyframes() -> Chapter {
+    let intro = entry(&AnimationDesc::DOC, "the section [[animation]]".to_owned());
+    Chapter {
+        heading: "Animation",
+        aliases: &["animations", "keyframes", "keyframe"],
+        intro,
+        pages: Vec::new(),
+    }
 }
 
 fn model() -> Chapter {

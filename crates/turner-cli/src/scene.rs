@@ -434,9 +434,12 @@ impl SceneArgs {
         self.studio.apply_backdrop(&mut desc);
         self.studio.apply_camera(&mut desc, &mut hash);
         self.studio.apply_environment(&mut desc, &mut hash, &options)?;
-        let ModelOverrides { time, animation, variant } = &options.models;
+        let ModelOverrides { time, frame, animation, variant } = &options.models;
         if animation.is_some() || variant.is_some() || options.max_texture_size.is_some() {
             hash.add(format!("{animation:?} {variant:?} {:?}", options.max_texture_size).as_bytes());
+        }
+        if desc.film.motion_blur {
+            hash.add(format!("frame {frame:?}").as_bytes());
         }
         let timeless = hash.clone();
         Ok(Described { desc, sources, labels, hash: hash.at_time(*time), timeless })

@@ -67,6 +67,9 @@ pub(crate) struct StudioArgs {
     /// Frames per second for --frame and --frames, and of animation files
     #[arg(long, value_name = "N", default_value_t = 24.0, value_parser = parse_rate)]
     fps: f64,
+    /// Blur what the animation moves while the shutter is open: this part of a frame; 0.5 is that of a film camera
+    #[arg(long, value_name = "FRAMES", value_parser = parse_shutter)]
+    motion_blur: Option<f64>,
     /// Animation of the model, by name or index; none is the pose without animation
     #[arg(long, value_name = "NAME")]
     animation: Option<String>,
@@ -106,6 +109,11 @@ impl StudioArgs {
         if let Some(camera) = &self.camera {
             set("studio.camera", quoted(camera), format!("--camera {camera}"));
         }
+        if let Some(open) = self.motion_blur {
+            let label = format!("--motion-blur {open}");
+            set("film.motion_blur", "true".into(), label.clone());
+            set("film.shutter", format!("[0, {open:?}]"), label);
+        }
         if self.ground {
             set("studio.ground", "true".into(), "--ground".into());
         }
@@ -135,6 +143,7 @@ impl StudioArgs {
         let frame = self.frame.map(|n| f64::from(n) / self.fps);
         ModelOverrides {
             time: self.time.or(frame),
+            frame: Some(1.0 / self.fps),
             animation: self.animation.clone(),
             variant: self.variant.clone(),
         }
@@ -275,6 +284,14 @@ fn parse_angle(text: &str) -> Result<f64, String> {
     match text.parse::<f64>() {
         Ok(v) if v > 0.0 && v < 180.0 => Ok(v),
         _ => Err("expected an angle between 0 and 180 degrees".to_owned()),
+    }
+}
+
+/// A part of a frame.
+fn parse_shutter(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(v) if (0.0..=1.0).contains(&v) => Ok(v),
+        _ => Err("expected a number from 0 to 1".to_owned()),
     }
 }
 

@@ -35,7 +35,7 @@ pub(crate) fn sections() -> Vec<(String, &'static str)> {
     let written = |name: &str| match name {
         "include" => "include = [\"FILE\", …]".to_owned(),
         "texture" | "material" | "group" => format!("[{name}.NAME]"),
-        "object" | "light" | "view" => format!("[[{name}]]"),
+        "object" | "light" | "view" | "animation" => format!("[[{name}]]"),
         name => format!("[{name}]"),
     };
     // The tables append the written form after a colon.

@@ -140,7 +140,7 @@ pub(crate) fn add_light(studio: &mut Studio, kind: &'static str) {
     }
     change(studio, &format!("Add {kind} light"), |desc| {
         let name = Some(free_name(&format!("{kind} light"), desc.lights.iter().map(|l| &l.name)));
-        Ok(desc.add_light(SceneLight { name, group: None, span: None, hidden: false, value: light }))
+        Ok(desc.add_light(SceneLight { name, ..light.into() }))
     });
 }
 

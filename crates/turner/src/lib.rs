@@ -36,6 +36,7 @@
 //! opens no file, window or thread pool of its own choice: see ARCHITECTURE.md.
 #![forbid(unsafe_code)]
 
+pub mod animation;
 pub mod bsdf;
 pub mod camera;
 pub mod choice;

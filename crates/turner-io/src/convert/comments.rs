@@ -3,6 +3,7 @@
 
 use std::collections::BTreeSet;
 
+use turner::animation::AnimationDesc;
 use turner::camera::CameraDesc;
 use turner::description::{SECTIONS, StudioDesc};
 use turner::film::FilmDesc;
@@ -25,6 +26,8 @@ const COMMON: &[(&str, &str, &str)] = &[
     ("light", "name", "Name in reports"),
     ("light", "light_group", "Light group of the light"),
     ("light", "hidden", "It does not shine"),
+    ("light", "motion", "Motion blur: what moves it in a frame"),
+    ("animation", "name", "Name"),
     ("view", "name", "Name for `camera` in [studio]"),
     ("texture", "type", "Texture type: turner list textures"),
     ("material", "type", "Material type: turner list materials"),
@@ -72,6 +75,7 @@ fn entry(section: &str, kind: &str) -> Option<&'static EntryDoc> {
         "integrator" => of(&IntegratorDesc::DOC),
         "background" => Some(&BackgroundDesc::DOC),
         "studio" => Some(&StudioDesc::DOC),
+        "animation" => Some(&AnimationDesc::DOC),
         "light" => of(&LightDesc::DOC),
         "medium" => of(&MediumDesc::DOC),
         "texture" => of(&TextureDesc::DOC),

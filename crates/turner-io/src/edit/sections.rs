@@ -41,7 +41,7 @@ pub(super) fn spliced(
         diff.named(kind, before.get(kind), after.get(kind))?;
     }
     diff.groups(before.get("group"), after.get("group"))?;
-    for list in ["view", "light", "object"] {
+    for list in ["view", "light", "object", "animation"] {
         diff.list(list, items(before.get(list)), items(after.get(list)), root.get(list))?;
     }
     let Diff { mut out, tail, .. } = diff;

@@ -130,6 +130,7 @@ fn set_spans(top: &mut Table, desc: &SceneDesc) {
     };
     list("object", desc.objects.iter().map(|o| o.span).collect());
     list("light", desc.lights.iter().map(|l| l.span).collect());
+    list("animation", desc.animations.iter().map(|a| a.span).collect());
     list("view", desc.cameras.iter().map(|c| c.span).collect());
     list("texture", desc.textures.iter().map(|t| t.span).collect());
     list("material", desc.materials.iter().map(|m| m.span).collect());

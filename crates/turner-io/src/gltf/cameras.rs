@@ -43,6 +43,7 @@ pub(super) fn camera(
                 return Ok(None);
             }
             CameraDesc::Pinhole(PinholeDesc {
+                motion: None,
                 position,
                 look_at,
                 up,
@@ -60,6 +61,7 @@ pub(super) fn camera(
                 return Ok(None);
             }
             CameraDesc::Orthographic(OrthographicDesc {
+                motion: None,
                 position,
                 look_at,
                 up,

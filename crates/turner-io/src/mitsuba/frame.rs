@@ -172,6 +172,7 @@ pub(super) fn sensor(scene: &mut Assembly<'_>, object: &Object) -> Result<(), Fa
                 })
             } else {
                 CameraDesc::Pinhole(PinholeDesc {
+                    motion: None,
                     position,
                     look_at,
                     up,
@@ -191,7 +192,15 @@ pub(super) fn sensor(scene: &mut Assembly<'_>, object: &Object) -> Result<(), Fa
             let Pose { position, look_at, up, handedness, aspect } = pose;
             let near = object.float("near_clip")?.unwrap_or(0.01).max(0.0);
             let viewport = Viewport::Height(2.0 * scale / aspect);
-            CameraDesc::Orthographic(OrthographicDesc { position, look_at, up, handedness, viewport, near })
+            CameraDesc::Orthographic(OrthographicDesc {
+                position,
+                look_at,
+                up,
+                handedness,
+                viewport,
+                near,
+                motion: None,
+            })
         }
         "radiancemeter" | "irradiancemeter" | "distant" | "batch" => {
             object.pass_all();

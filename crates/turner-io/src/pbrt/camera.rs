@@ -80,6 +80,7 @@ pub(super) fn define(
             let aside = right.normalize_or_zero() * aside.x + up.normalize_or_zero() * aside.y;
             let (position, look_at) = (position + aside, look_at + aside);
             CameraDesc::Orthographic(OrthographicDesc {
+                motion: None,
                 position,
                 look_at,
                 up,
@@ -169,7 +170,14 @@ fn spherical(pose: &Pose) -> CameraDesc {
         Handedness::Right => Handedness::Left,
         Handedness::Left => Handedness::Right,
     };
-    CameraDesc::Equirectangular(EquirectangularDesc { position, look_at, up, handedness, near: 0.0 })
+    CameraDesc::Equirectangular(EquirectangularDesc {
+        position,
+        look_at,
+        up,
+        handedness,
+        near: 0.0,
+        motion: None,
+    })
 }
 
 fn perspective(params: &Params, pose: Pose, screen: Screen) -> CameraDesc {
@@ -186,6 +194,7 @@ fn perspective_of(pose: Pose, half: f64, screen: Screen, lens: Option<(f64, f64)
     let (fov, distance, near) = (None, Some(1.0), 0.0);
     match lens {
         None => CameraDesc::Pinhole(PinholeDesc {
+            motion: None,
             position,
             look_at,
             up,

@@ -43,6 +43,8 @@ pub struct SceneFiles<'a> {
     pub(super) options: LoadOptions,
     /// The file that the user named, if it is already in memory.
     pub(super) given: Option<Given>,
+    /// Length of a frame in seconds, if motion is blurred.
+    pub(super) frame: Option<f64>,
 }
 
 /// A file that is already in memory.
@@ -104,6 +106,7 @@ impl<'a> SceneFiles<'a> {
             warnings: Vec::new(),
             options: LoadOptions::default(),
             given: None,
+            frame: None,
         }
     }
 
@@ -229,7 +232,13 @@ impl SceneAssets for SceneFiles<'_> {
         }
         let bytes = self.read(b'g', &path)?;
         let assets = HashedAssets { inner: self.assets, read: Mutex::new(Vec::new()) };
-        let scene = Arc::new(import(bytes, &path, &assets, &options)?);
+        let again = self.frame.map(|frame| (frame, bytes.clone()));
+        let mut scene = import(bytes, &path, &assets, &options)?;
+        if let Some((frame, bytes)) = again.filter(|_| scene.is_animated()) {
+            let time = options.time + frame;
+            scene.move_to(&import(bytes, &path, self.assets, &ImportOptions { time, ..options })?);
+        }
+        let scene = Arc::new(scene);
         self.add_hashes(&assets.read.into_inner().unwrap_or_else(|e| e.into_inner()));
         self.models.insert(key, scene.clone());
         Ok(scene)

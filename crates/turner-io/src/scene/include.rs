@@ -178,7 +178,7 @@ fn merge(base: &mut Table, over: Table, path: &mut Vec<String>) {
 
 fn is_appended(path: &[String]) -> bool {
     match path {
-        [list] => matches!(list.as_str(), "object" | "light" | "view"),
+        [list] => matches!(list.as_str(), "object" | "light" | "view" | "animation"),
         [group, _, object] => group == "group" && object == "object",
         _ => false,
     }

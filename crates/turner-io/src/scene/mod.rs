@@ -46,7 +46,7 @@ use std::io::Read;
 use std::path::{Path, PathBuf};
 
 use turner::description::{SceneDesc, read_scene};
-use turner::schema::value::Value;
+use turner::schema::value::{Data, Value};
 use turner::schema::{ErrorCode, Limits, SceneError};
 
 use crate::assets::{AssetError, AssetSource, FolderAssets, printable};
@@ -88,6 +88,8 @@ pub struct LoadOptions {
 pub struct ModelOverrides {
     /// Time in the animation, seconds.
     pub time: Option<f64>,
+    /// Length of a frame in seconds, for motion blur; 1/24 by default.
+    pub frame: Option<f64>,
     /// The animation to apply.
     pub animation: Option<String>,
     /// The material variant.
@@ -202,10 +204,22 @@ fn read(
     overrides::apply(edits, options.integrator.is_some(), &mut root)?;
     let mut files = SceneFiles::with_hash(assets, sources, hash);
     files.options = options.clone();
+    files.frame = blurs_motion(&root).then(|| options.models.frame.unwrap_or(FRAME));
     let mut desc = read_scene(&root, &mut files)?;
+    desc.animate(options.models.time.unwrap_or(0.0), files.frame, &mut files)?;
     let (warnings, hash) = files.finish();
     desc.warnings.extend(warnings);
     Ok((desc, overrides::hashes(hash, options)))
+}
+
+/// Length of a frame in seconds.
+const FRAME: f64 = 1.0 / 24.0;
+
+/// Whether a scene's film blurs the motion of animations, before it is read.
+fn blurs_motion(root: &Value) -> bool {
+    let Data::Table(top) = &root.data else { return false };
+    let Some(Value { data: Data::Table(film), .. }) = top.get("film") else { return false };
+    film.get("motion_blur").is_some_and(|value| value.data == Data::Bool(true))
 }
 
 /// The tree of a scene's text with its includes, before anything that it names is read.

@@ -204,6 +204,13 @@ fn changed(
     };
     let mut files = SceneFiles::with_hash(assets, &sources, hash);
     files.options = options.clone();
+    let blur = edits.iter().rev().find(|edit| {
+        let mut keys = edit.path.iter().map(|part| part.key.as_str());
+        [keys.next(), keys.next(), keys.next()] == [Some("film"), Some("motion_blur"), None]
+    });
+    if blur.is_some_and(|edit| edit.value.data == Data::Bool(true)) {
+        files.frame = Some(options.models.frame.unwrap_or(super::FRAME));
+    }
     let made = prepare(&mut files, edits).and_then(|edits| desc.edit(&edits, &mut files));
     let (warnings, hash) = files.finish();
     desc.warnings.extend(warnings);

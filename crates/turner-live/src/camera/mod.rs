@@ -152,7 +152,7 @@ pub fn focus(camera: &mut CameraDesc, point: DVec3) {
         return;
     }
     if let CameraDesc::Pinhole(c) = camera {
-        let PinholeDesc { position, look_at, up, handedness, fov, viewport, distance, shift, near } =
+        let PinholeDesc { position, look_at, up, handedness, fov, viewport, distance, shift, near, motion } =
             c.clone();
         *camera = CameraDesc::ThinLens(ThinLensDesc {
             position,
@@ -164,6 +164,7 @@ pub fn focus(camera: &mut CameraDesc, point: DVec3) {
             distance,
             shift,
             near,
+            motion,
             lens_radius: depth * 0.01,
             ..ThinLensDesc::default()
         });

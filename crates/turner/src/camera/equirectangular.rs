@@ -5,7 +5,7 @@ use std::f64::consts::{FRAC_PI_2, PI};
 use super::{CameraFrame, Handedness};
 use crate::math::elementary::sin_cos;
 use crate::math::{DVec2, DVec3, Ray};
-use crate::schema::{Range, SceneError, params};
+use crate::schema::{Range, SceneError, Transform, params};
 
 params! {
     /// A panorama of all directions around a point. Columns are longitudes and rows latitudes, evenly spaced. The
@@ -23,6 +23,9 @@ params! {
         handedness: Handedness = Handedness::Right;
         /// Surfaces nearer to the camera than this, in scene units, are invisible.
         near: f64 = 0.0, in Range::NON_NEGATIVE;
+        /// Motion blur: what moves the camera, in the space of the scene, from where it is at time 0 of the shutter to
+        /// where it is at time 1.
+        motion: Option<Transform> = None;
     }
     example r#"[camera]
 type = "equirectangular"

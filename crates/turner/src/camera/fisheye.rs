@@ -3,7 +3,7 @@
 use super::{CameraFrame, Handedness};
 use crate::math::elementary::sin_cos;
 use crate::math::{DVec2, DVec3, Ray, radians};
-use crate::schema::{Range, SceneError, params};
+use crate::schema::{Range, SceneError, Transform, params};
 
 params! {
     /// An equidistant fisheye: the distance from the picture's centre is proportional to the angle from the viewing
@@ -23,6 +23,9 @@ params! {
         fov: f64 = 180.0, in Range { min: 0.0, open_min: true, max: 360.0, open_max: false };
         /// Surfaces nearer to the camera than this, in scene units, are invisible.
         near: f64 = 0.0, in Range::NON_NEGATIVE;
+        /// Motion blur: what moves the camera, in the space of the scene, from where it is at time 0 of the shutter to
+        /// where it is at time 1.
+        motion: Option<Transform> = None;
     }
     example r#"[camera]
 type = "fisheye"

@@ -65,7 +65,7 @@ family! {
 }
 
 use crate::math::{Bounds, DVec2, DVec3, Ray, elementary::sin, radians};
-use crate::schema::SceneError;
+use crate::schema::{SceneError, Transform};
 
 /// A prepared camera, which generates rays.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -105,6 +105,28 @@ impl CameraDesc {
             CameraDesc::ThinLens(c) => [&mut c.position, &mut c.look_at, &mut c.up],
             CameraDesc::Equirectangular(c) => [&mut c.position, &mut c.look_at, &mut c.up],
             CameraDesc::Fisheye(c) => [&mut c.position, &mut c.look_at, &mut c.up],
+        }
+    }
+
+    /// What moves it while the shutter is open.
+    pub fn motion_mut(&mut self) -> &mut Option<Transform> {
+        match self {
+            CameraDesc::Pinhole(c) => &mut c.motion,
+            CameraDesc::Orthographic(c) => &mut c.motion,
+            CameraDesc::ThinLens(c) => &mut c.motion,
+            CameraDesc::Equirectangular(c) => &mut c.motion,
+            CameraDesc::Fisheye(c) => &mut c.motion,
+        }
+    }
+
+    /// What moves it while the shutter is open.
+    pub fn motion(&self) -> Option<Transform> {
+        match self {
+            CameraDesc::Pinhole(c) => c.motion,
+            CameraDesc::Orthographic(c) => c.motion,
+            CameraDesc::ThinLens(c) => c.motion,
+            CameraDesc::Equirectangular(c) => c.motion,
+            CameraDesc::Fisheye(c) => c.motion,
         }
     }
 

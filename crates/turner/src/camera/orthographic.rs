@@ -2,7 +2,7 @@
 
 use super::{CameraFrame, Handedness, Viewport};
 use crate::math::{DVec2, DVec3, Ray};
-use crate::schema::{Range, SceneError, params};
+use crate::schema::{Range, SceneError, Transform, params};
 
 params! {
     /// An orthographic camera: all rays are parallel, so objects keep their size at any distance.
@@ -19,6 +19,9 @@ params! {
         viewport: Viewport = Viewport::Height(4.0);
         /// Surfaces nearer to the screen than this, in scene units, are invisible.
         near: f64 = 0.0, in Range::NON_NEGATIVE;
+        /// Motion blur: what moves the camera, in the space of the scene, from where it is at time 0 of the shutter to
+        /// where it is at time 1.
+        motion: Option<Transform> = None;
     }
     example r#"[camera]
 type = "orthographic"

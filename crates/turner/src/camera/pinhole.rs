@@ -6,7 +6,9 @@ use super::{CameraFrame, Handedness};
 use crate::math::elementary::tan;
 use crate::math::{DVec2, DVec3, Ray, radians};
 use crate::schema::value::{Data, Value};
-use crate::schema::{ErrorCode, ParamType, Range, ReadContext, SceneError, WriteContext, params, wrong_type};
+use crate::schema::{
+    ErrorCode, ParamType, Range, ReadContext, SceneError, Transform, WriteContext, params, wrong_type,
+};
 
 params! {
     /// A pinhole (perspective) camera. The angle of view is given by `fov`, or by the size of a `viewport` at a
@@ -33,6 +35,9 @@ params! {
         shift: DVec2 = DVec2::ZERO;
         /// Surfaces nearer than this, in scene units along the viewing direction, are invisible.
         near: f64 = 0.0, in Range::NON_NEGATIVE;
+        /// Motion blur: what moves the camera, in the space of the scene, from where it is at time 0 of the shutter to
+        /// where it is at time 1.
+        motion: Option<Transform> = None;
     }
     example r#"[camera]
 position = [0, 2, 6]

@@ -158,6 +158,7 @@ mod tests {
         let handedness = Handedness::Left;
         let (viewport, distance, fov) = (None, None, None);
         let pinhole = PinholeDesc {
+            motion: None,
             position,
             look_at,
             up,
@@ -186,6 +187,7 @@ mod tests {
             CameraDesc::Pinhole(pinhole),
             CameraDesc::ThinLens(lens),
             CameraDesc::Orthographic(OrthographicDesc {
+                motion: None,
                 position,
                 look_at,
                 up,
@@ -193,8 +195,23 @@ mod tests {
                 viewport,
                 near: 0.2,
             }),
-            CameraDesc::Equirectangular(EquirectangularDesc { position, look_at, up, handedness, near: 0.1 }),
-            CameraDesc::Fisheye(FisheyeDesc { position, look_at, up, handedness, fov: 250.0, near: 0.0 }),
+            CameraDesc::Equirectangular(EquirectangularDesc {
+                position,
+                look_at,
+                up,
+                handedness,
+                near: 0.1,
+                motion: None,
+            }),
+            CameraDesc::Fisheye(FisheyeDesc {
+                position,
+                look_at,
+                up,
+                handedness,
+                fov: 250.0,
+                near: 0.0,
+                motion: None,
+            }),
         ];
         descs.iter().map(|c| c.prepare(1.5).unwrap()).collect()
     }

@@ -126,6 +126,7 @@ fn a_shifted_screen_shows_the_adjacent_view() {
     let (up, handedness) = (DVec3::Y, Handedness::Right);
     let (fov, viewport, distance, near) = (Some(50.0), None, None, 0.0);
     let with = |shift: DVec2| PinholeDesc {
+        motion: None,
         position,
         look_at,
         up,

@@ -16,7 +16,7 @@ use super::aperture::Aperture;
 use super::pinhole::{Screen, screen};
 use super::{CameraFrame, Handedness, Viewport};
 use crate::math::{DVec2, DVec3, Ray};
-use crate::schema::{Range, SceneError, params};
+use crate::schema::{Range, SceneError, Transform, params};
 
 params! {
     /// A perspective camera with a lens: objects away from the plane of focus are blurred. Needs many samples per
@@ -50,6 +50,9 @@ params! {
         focus_distance: Option<f64> = None, in Range::POSITIVE;
         /// Surfaces nearer than this, in scene units along the viewing direction, are invisible.
         near: f64 = 0.0, in Range::NON_NEGATIVE;
+        /// Motion blur: what moves the camera, in the space of the scene, from where it is at time 0 of the shutter to
+        /// where it is at time 1.
+        motion: Option<Transform> = None;
     }
     example r#"[camera]
 type = "thin-lens"

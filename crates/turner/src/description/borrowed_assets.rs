@@ -16,7 +16,7 @@ const FEW: usize = 12;
 
 /// The data that the written parts refer to, by name.
 #[derive(Default)]
-pub(super) struct BorrowedAssets {
+pub(crate) struct BorrowedAssets {
     /// By image.
     image_names: Vec<String>,
     /// By mesh.
@@ -47,7 +47,7 @@ fn lend<T>(lent: &mut HashMap<String, Arc<T>>, uri: &str, data: &Arc<T>, number:
 impl BorrowedAssets {
     /// All images and meshes of a description. Their names depend on the description alone, so values that
     /// [`SceneDesc::value_at`] returned still refer to the same data in a later edit.
-    pub(super) fn of(desc: &SceneDesc) -> BorrowedAssets {
+    pub(crate) fn of(desc: &SceneDesc) -> BorrowedAssets {
         let mut lent = BorrowedAssets::default();
         let images = desc.images.iter().enumerate();
         lent.image_names = images.map(|(i, a)| lend(&mut lent.images, &a.uri, &a.data, i)).collect();

@@ -79,13 +79,15 @@ impl<'a> Draft<'a> {
             (["object", _], Some(i)) => desc.objects.get(i)?.span,
             (["light", _], Some(i)) => desc.lights.get(i)?.span,
             (["view", _], Some(i)) => desc.cameras.get(i)?.span,
+            (["animation", _], Some(i)) => desc.animations.get(i)?.span,
             (["group", group, "object", _], Some(i)) => {
                 let group = self.cx.names.groups.iter().position(|own| own == group)?;
                 desc.groups[group].value.objects.get(i)?.span
             }
-            (["camera"] | ["object" | "light" | "view", _] | ["group", _, "object", _], None) => {
-                Some(item.span)
-            }
+            (
+                ["camera"] | ["object" | "light" | "view" | "animation", _] | ["group", _, "object", _],
+                None,
+            ) => Some(item.span),
             _ => None,
         }
     }
@@ -107,6 +109,10 @@ impl<'a> Draft<'a> {
             ("view", [index, _, ..]) => touch_item(value, index, |i| {
                 let camera = &desc.cameras[i];
                 Ok(value_at(with_name(camera.value.write(cx)?, &camera.name), camera.span))
+            }),
+            ("animation", [index, _, ..]) => touch_item(value, index, |i| {
+                let animation = &desc.animations[i];
+                Ok(value_at(with_name(animation.value.write(cx)?, &animation.name), animation.span))
             }),
             ("light", [index, _, ..]) => touch_item(value, index, |i| {
                 let light = &desc.lights[i];
@@ -212,6 +218,7 @@ fn write_section(section: &str, cx: &mut Writer<'_>) -> Result<Option<Value>, Sc
         },
         "view" => kept_items(desc.cameras.len()),
         "light" => kept_items(desc.lights.len()),
+        "animation" => kept_items(desc.animations.len()),
         "object" => kept_items(desc.objects.len()),
         "texture" | "material" | "medium" | "group" => Data::Table(Table::default()),
         _ => return Ok(None),

@@ -22,6 +22,7 @@ use super::read::{Reader, SECTIONS};
 use super::read_object::read_object;
 use super::read_parts::*;
 use super::write_names::PartNames;
+use crate::animation::{AnimationDesc, read_animation};
 use crate::camera::CameraDesc;
 use crate::description::{GroupDesc, ModelDesc, ObjectDesc, SceneAssets, SceneDesc, SceneLight, StudioDesc};
 use crate::film::FilmDesc;
@@ -131,6 +132,7 @@ struct Changes {
     camera: Option<Named<CameraDesc>>,
     cameras: Option<Vec<Item<Named<CameraDesc>>>>,
     lights: Option<Vec<Item<SceneLight>>>,
+    animations: Option<Vec<Item<Named<AnimationDesc>>>>,
     objects: Option<Vec<Item<ObjectDesc>>>,
     /// By index. New ones are already in the reader's lists.
     textures: Vec<(usize, TextureDesc)>,
@@ -164,6 +166,7 @@ impl Changes {
         changes.read_named(&mut top, names, cx)?;
         changes.objects = list(top.take("object"), "object", |value| read_object(value, cx))?;
         changes.lights = list(top.take("light"), "light", |value| read_light(value, cx))?;
+        changes.animations = list(top.take("animation"), "animation", |value| read_animation(value, cx))?;
         changes.camera = top.take("camera").map(|value| read_camera(value, "[camera]", cx)).transpose()?;
         changes.cameras = list(top.take("view"), "view", |value| read_camera(value, "a view", cx))?;
         changes.integrator = top.take("integrator").map(|value| read_integrator(value, cx)).transpose()?;
@@ -280,6 +283,9 @@ impl Changes {
         }
         if let Some(items) = self.lights {
             rebuild(&mut desc.lights, items, |l| &mut l.span);
+        }
+        if let Some(items) = self.animations {
+            rebuild(&mut desc.animations, items, |a| &mut a.span);
         }
         if let Some(items) = self.cameras {
             rebuild(&mut desc.cameras, items, |c| &mut c.span);

@@ -180,6 +180,7 @@ impl Reader<'_> {
             let value = placed_light(&light.value, by);
             self.model_lights.push(SceneLight {
                 value,
+                motion: light.motion.map(|motion| placed_motion(motion, by)),
                 span: Some(from),
                 hidden: light.hidden || hidden,
                 ..light.clone()
@@ -280,5 +281,12 @@ fn placed_camera(camera: &CameraDesc, by: &DAffine3) -> CameraDesc {
     *position = by.transform_point3(*position);
     *look_at = by.transform_point3(*look_at);
     *up = by.transform_vector3(*up);
+    let motion = camera.motion_mut();
+    *motion = motion.map(|motion| placed_motion(motion, by));
     camera
+}
+
+/// What moves a light or camera of a model, in the space of the scene.
+fn placed_motion(motion: Transform, by: &DAffine3) -> Transform {
+    Transform(*by * motion.0 * by.inverse())
 }

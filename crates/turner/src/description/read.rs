@@ -45,7 +45,7 @@ const MAX_NESTING: u32 = 64;
 const MAX_FAULTS: usize = 100;
 
 /// The state of reading a scene.
-pub(super) struct Reader<'a> {
+pub(crate) struct Reader<'a> {
     /// The film's transfer curve, which `#rrggbb` and colour names follow.
     pub(super) transfer: Transfer,
     pub(super) assets: &'a mut dyn SceneAssets,
@@ -78,7 +78,7 @@ pub(super) struct Reader<'a> {
 
 impl<'a> Reader<'a> {
     /// The state for an empty scene.
-    pub(super) fn new(assets: &'a mut dyn SceneAssets) -> Reader<'a> {
+    pub(crate) fn new(assets: &'a mut dyn SceneAssets) -> Reader<'a> {
         Reader {
             transfer: Transfer::default(),
             assets,
@@ -307,4 +307,5 @@ pub const SECTIONS: &[(&str, &str)] = &[
     ("group", "named groups of objects: [[group.NAME.object]]"),
     ("object", "the objects of the scene: [[object]]"),
     ("light", "lights: [[light]]"),
+    ("animation", "keyframes of any key: [[animation]]"),
 ];

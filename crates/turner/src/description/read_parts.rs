@@ -10,7 +10,9 @@ use crate::light::{BackgroundDesc, LightDesc};
 use crate::material::MaterialDesc;
 use crate::medium::MediumDesc;
 use crate::schema::value::{Data, Span, Value};
-use crate::schema::{self, ErrorCode, Named, ReadContext, SceneError, TableReader, old_names, wrong_type};
+use crate::schema::{
+    self, ErrorCode, Named, ReadContext, SceneError, TableReader, Transform, old_names, wrong_type,
+};
 use crate::shape::ShapeDesc;
 use crate::texture::TextureDesc;
 
@@ -61,8 +63,9 @@ pub(super) fn read_light(value: &Value, cx: &mut dyn ReadContext) -> Result<Scen
     let group = light_group(&mut table, key, cx)?;
     table.take("light_group");
     let hidden = table.optional::<bool>("hidden", None, cx)?.unwrap_or(false);
+    let motion = table.optional::<Transform>("motion", None, cx)?;
     let light = read_kind(&mut table, LightDesc::DOC.one, None, cx, &LightDesc::DOC, LightDesc::read)?;
-    Ok(SceneLight { name, group, span: Some(value.span), hidden, value: light })
+    Ok(SceneLight { name, group, span: Some(value.span), hidden, motion, value: light })
 }
 
 /// Checks that the name of a texture is not the name of a colour.

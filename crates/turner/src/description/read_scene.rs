@@ -6,6 +6,7 @@
 use super::read::{Reader, SECTIONS, SceneAssets, noted};
 use super::read_object::read_object;
 use super::read_parts::*;
+use crate::animation::read_animation;
 use crate::description::*;
 use crate::schema::error::escape;
 use crate::schema::value::{Data, Span, Table, Value};
@@ -98,6 +99,7 @@ fn read_sections(root: &Value, cx: &mut Reader<'_>) -> Result<SceneDesc, SceneEr
     };
     let mut cameras = items(top.take("view"), "view", cx, |value, cx| read_camera(value, "a view", cx))?;
     cameras.append(&mut cx.cameras);
+    let animations = items(top.take("animation"), "animation", cx, |value, cx| read_animation(value, cx))?;
     let integrator = section(integrator, cx, read_integrator)?;
     let background = section(top.take("background").unwrap_or(&empty), cx, read_background)?;
     let studio = match top.take_renamed("studio", cx).map(|value| read_studio(value, cx)) {
@@ -119,6 +121,7 @@ fn read_sections(root: &Value, cx: &mut Reader<'_>) -> Result<SceneDesc, SceneEr
         groups,
         objects,
         lights,
+        animations,
         images: Vec::new(),
         meshes: Vec::new(),
         cameras,

@@ -37,6 +37,7 @@ impl SceneDesc {
         same("studio", &x.studio, &y.studio)?;
         same_lists("view", &x.cameras, &y.cameras)?;
         same_lists("light", &x.lights, &y.lights)?;
+        same_lists("animation", &x.animations, &y.animations)?;
         same_lists("medium", &x.media, &y.media)?;
         same_lists("texture", &x.textures, &y.textures)?;
         same_lists("material", &x.materials, &y.materials)?;
@@ -146,6 +147,7 @@ impl Canonical {
         };
         out.background.renumber(&by);
         out.camera.iter_mut().chain(&mut out.cameras).for_each(|c| c.span = None);
+        out.animations.iter_mut().for_each(|a| a.span = None);
         for light in &mut out.lights {
             light.span = None;
             light.value.renumber(&by);

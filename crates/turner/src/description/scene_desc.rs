@@ -1,5 +1,6 @@
 //! The description of a scene: plain, editable data. [`SceneDesc::prepare`] prepares it for rendering.
 
+use crate::animation::AnimationDesc;
 use crate::camera::CameraDesc;
 use crate::description::default_studio::StudioDesc;
 use crate::description::model::ModelDesc;
@@ -25,8 +26,18 @@ pub struct SceneLight {
     pub span: Option<Span>,
     /// Whether it does not shine.
     pub hidden: bool,
+    /// Motion blur: what moves it, in the space of the scene, from where it is at time 0 of the shutter interval to where
+    /// it is at time 1.
+    pub motion: Option<Transform>,
     /// The light.
     pub value: LightDesc,
+}
+
+impl SceneLight {
+    /// Whether it moves while the shutter is open.
+    pub fn moves(&self) -> bool {
+        !self.hidden && self.motion.is_some_and(|motion| !motion.is_identity())
+    }
 }
 
 /// An object: a shape with a material, or an instance of a group. By default a unit sphere at the origin.
@@ -103,6 +114,8 @@ pub struct SceneDesc {
     pub objects: Vec<ObjectDesc>,
     /// Lights.
     pub lights: Vec<SceneLight>,
+    /// Keyframes. The description has their values at one time, see [`SceneDesc::animate`].
+    pub animations: Vec<Named<AnimationDesc>>,
     /// Images that textures and environment lights use.
     pub images: Vec<Asset<Image>>,
     /// Meshes that objects use.
@@ -118,15 +131,19 @@ pub struct SceneDesc {
 }
 
 impl SceneDesc {
-    /// Whether any object moves while the shutter is open: it has a `motion` that differs from its `transform`.
+    /// Whether any object or light moves while the shutter is open: an object has a `motion` that differs from its
+    /// `transform`. A camera's own motion is a matter of the view.
     pub fn moves(&self) -> bool {
         let in_groups = self.groups.iter().flat_map(|group| &group.value.objects);
         let moves = |o: &ObjectDesc| o.motion.is_some_and(|motion| motion != o.transform);
-        self.objects.iter().chain(in_groups).any(moves)
+        self.objects.iter().chain(in_groups).any(moves) || self.lights.iter().any(SceneLight::moves)
     }
 
-    /// Whether any imported model has an animation. Without one, all frames and times show the same.
+    /// Whether the scene has keyframes or a model with an animation. Without one, all frames and times show the same.
     pub fn is_animated(&self) -> bool {
+        if self.has_keyframes() {
+            return true;
+        }
         let animations = self.imports.iter().flat_map(|import| &import.counts);
         animations.into_iter().any(|(what, count)| *what == "animations" && *count > 0)
     }

@@ -25,7 +25,9 @@ impl SceneDesc {
         let parts = KeyPart::split(path);
         let keys: Vec<&str> = parts.iter().map(|part| part.key.as_str()).collect();
         let (part, rest) = match keys.as_slice() {
-            [list @ ("object" | "light" | "view"), index, rest @ ..] => (item(&mut cx, list, index)?, rest),
+            [list @ ("object" | "light" | "view" | "animation"), index, rest @ ..] => {
+                (item(&mut cx, list, index)?, rest)
+            }
             ["group", name, "object", index, rest @ ..] => (object_of_group(&mut cx, name, index)?, rest),
             ["group", name, rest @ ..] => (named(&mut cx, "group", name)?, rest),
             [list @ ("texture" | "material" | "medium"), name, rest @ ..] => {
@@ -59,6 +61,12 @@ fn item(cx: &mut Writer<'_>, list: &str, index: &str) -> Result<Option<Value>, S
         "light" => {
             let write = |own| Ok(value_at(write_light(own, cx)?, own.span));
             desc.lights.get(index).map(write).transpose()
+        }
+        "animation" => {
+            let write = |own: &Named<crate::animation::AnimationDesc>| {
+                Ok(value_at(with_name(own.value.write(cx)?, &own.name), own.span))
+            };
+            desc.animations.get(index).map(write).transpose()
         }
         _ => {
             let write = |own: &Named<crate::camera::CameraDesc>| {
@@ -122,6 +130,7 @@ fn whole(cx: &mut Writer<'_>, section: &str) -> Result<Option<Value>, SceneError
         }
         "object" => desc.objects.len(),
         "light" => desc.lights.len(),
+        "animation" => desc.animations.len(),
         "view" => desc.cameras.len(),
         "texture" | "material" | "medium" | "group" => return all_named(cx, section),
         _ => return Ok(None),

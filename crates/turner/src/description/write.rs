@@ -11,7 +11,7 @@ use crate::schema::value::{Data, Table, Value};
 use crate::schema::write::list;
 use crate::schema::{
     Asset, ErrorCode, GridFile, GroupId, ImageId, MaterialId, MediumId, MeshData, MeshId, ParamType,
-    ProfileFile, SceneError, TextureId, WriteContext,
+    ProfileFile, SceneError, TextureId, Transform, WriteContext,
 };
 use crate::shape::ShapeDesc;
 
@@ -117,6 +117,11 @@ pub fn write_scene(desc: &SceneDesc, assets: &mut dyn SceneAssetWriter) -> Resul
         lights.push(Data::Table(write_light(light, &mut cx)?));
     }
     push_list(&mut top, "light", lights);
+    let mut animations = Vec::new();
+    for animation in &desc.animations {
+        animations.push(Data::Table(with_name(animation.value.write(&mut cx)?, &animation.name)));
+    }
+    push_list(&mut top, "animation", animations);
     // Tables by name, in the order of their IDs.
     macro_rules! section {
         ($key:literal, $list:ident, $names:ident) => {
@@ -159,6 +164,7 @@ pub(super) fn write_light(light: &SceneLight, cx: &mut Writer<'_>) -> Result<Tab
     let mut table = with_name(light.value.write(cx)?, &light.name);
     table.push("light_group", string(&light.group));
     table.push("hidden", light.hidden.then_some(Data::Bool(true)));
+    table.push("motion", light.motion.map(Transform::to_data));
     Ok(table)
 }
 

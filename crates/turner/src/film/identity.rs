@@ -65,6 +65,8 @@ impl Identity {
             denoise_aovs: _,
             // In a separate field.
             fireflies: _,
+            // A property of the scene.
+            motion_blur: _,
             // Compared as channels.
             aovs: _,
         } = desc;

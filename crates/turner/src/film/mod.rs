@@ -189,9 +189,13 @@ params! {
         /// Whether texture lookups are filtered over the footprint of the sample, so that distant patterns do not
         /// alias: "auto" filters with the integrators "path" and "direct".
         texture_filter: TextureFilter = TextureFilter::Auto;
-        /// Shutter opening and closing times, for motion blur: 0 is the object's `transform`, 1 its `motion`. The
+        /// Shutter opening and closing times, for motion blur: 0 is the object's `transform`, 1 its `motion`. Lights and cameras can have a `motion` too. The
         /// integrators "path" and "direct" render motion blur; the others show the moment of opening.
         shutter: [f64; 2] = [0.0, 1.0], in Range::UNIT;
+        /// Whether animations blur what they move: objects, cameras, and lights other than environments and skies. Shutter
+        /// time 0 is the time of the frame, 1 that of the next frame: `shutter = [0, 0.5]` is that of a film camera. What
+        /// else changes, such as the pose of a skin, a radius or a colour, is that of the frame.
+        motion_blur: bool = false;
         /// Position of the single ray of "none" and "mean" in the pixel.
         pixel_sample: PixelSample = PixelSample::Center;
         /// The curve from scene values to display values. Its inverse decodes display colours (#rrggbb, names, 8-bit

@@ -374,11 +374,11 @@ impl Prepared {
         camera: CameraDesc,
         integrator: &dyn Integrator,
     ) -> Result<Prepared, SceneError> {
-        let View { sobol, moves, labels, .. } = self.view;
+        let View { sobol, labels, .. } = self.view;
         let sampling = ViewSampling {
             sobol,
             filtered: self.view.pixel_cone.is_some(),
-            moves,
+            moves: self.scene.moves,
             labels,
             instruction_set: self.scene.instruction_set,
         };

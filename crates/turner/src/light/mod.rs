@@ -33,6 +33,7 @@ pub mod emission;
 mod environment;
 #[cfg(test)]
 mod light_tree_tests;
+mod motion;
 mod point;
 mod profile;
 mod sky;

@@ -7,7 +7,9 @@ use crate::description::{SceneDesc, SceneLight};
 use crate::image::Image;
 use crate::integrator::Capabilities;
 use crate::light::{Light, LightDesc, LightSetting};
-use crate::schema::{Asset, SceneError, Warning, WarningKind};
+use crate::math::DAffine3;
+use crate::scene::motion::Motion;
+use crate::schema::{Asset, ErrorCode, SceneError, Transform, Warning, WarningKind};
 
 /// Lights except ambient ones, for each its index in the description, and the sum of the ambient ones.
 #[derive(Clone)]
@@ -30,6 +32,7 @@ pub(super) struct CachedLights {
 struct Made {
     desc: LightDesc,
     hidden: bool,
+    motion: Option<Transform>,
     image: Option<Arc<Image>>,
     lights: Vec<Light>,
     ambient: Spectrum,
@@ -64,8 +67,12 @@ impl CachedLights {
         let mut rebuilt = 0;
         for (number, light) in desc.lights.iter().enumerate() {
             let image = image_of(&light.value, &desc.images);
-            let same =
-                |m: &Made| m.desc == light.value && m.hidden == light.hidden && same_image(&m.image, &image);
+            let same = |m: &Made| {
+                m.desc == light.value
+                    && m.hidden == light.hidden
+                    && m.motion == light.motion
+                    && same_image(&m.image, &image)
+            };
             if self.made.get(number).is_some_and(same) {
                 continue;
             }
@@ -101,12 +108,38 @@ fn make(
     setting: &LightSetting<'_>,
 ) -> Result<Made, SceneError> {
     let mut lights = Vec::new();
-    let (desc, hidden) = (light.value.clone(), light.hidden);
+    let (desc, hidden, motion) = (light.value.clone(), light.hidden, light.motion);
     if hidden {
-        return Ok(Made { desc, hidden, image, lights, ambient: Spectrum::BLACK });
+        return Ok(Made { desc, hidden, motion, image, lights, ambient: Spectrum::BLACK });
     }
     let ambient = light.value.prepare(setting, &mut lights).map_err(|e| e.or_at(light.span))?;
-    Ok(Made { desc, hidden, image, lights, ambient })
+    Ok(Made { desc, hidden, motion, image, lights, ambient })
+}
+
+/// What moves each prepared light while the shutter is open, given the number of its description; empty if none moves.
+/// With a `shutter` that opens and closes at once, lights stay where they are then.
+///
+/// Errors: a motion that is not invertible or mirrors; one of a light that cannot move.
+pub(super) fn motions(
+    desc: &SceneDesc,
+    lights: &[Light],
+    sources: &[Option<u32>],
+) -> Result<Vec<Option<Motion>>, SceneError> {
+    let of_light = |(light, source): (&Light, &Option<u32>)| {
+        let Some(own) = source.and_then(|i| desc.lights.get(i as usize)).filter(|own| own.moves()) else {
+            return Ok(None);
+        };
+        if !light.is_delta() {
+            let message = "environments, skies and directional lights with an angle cannot move: `motion` has no effect on them";
+            return Err(SceneError::new(ErrorCode::Conflict, message)
+                .help("remove `motion`")
+                .or_at(own.span));
+        }
+        let motion = own.motion.unwrap_or_default();
+        Motion::new(&DAffine3::IDENTITY, &motion.0).map(Some).map_err(|e| e.or_at(own.span))
+    };
+    let motions = lights.iter().zip(sources).map(of_light).collect::<Result<Vec<_>, _>>()?;
+    Ok(if motions.iter().any(Option::is_some) { motions } else { Vec::new() })
 }
 
 /// The warning about negative or non-finite pixels of an environment map.

@@ -36,6 +36,7 @@ use crate::material::Material;
 use crate::math::Bounds;
 use crate::scene::emitters::Emitters;
 use crate::scene::light_groups::LightGroups;
+use crate::scene::motion::Motion;
 use crate::scene::placed_emitters::LightChoice;
 use crate::scene::shadow_catchers::ShadowCatchers;
 use crate::scene::volumes::Volumes;
@@ -102,6 +103,8 @@ struct WithStudio {
     materials: Vec<Material>,
     lights: Vec<Light>,
     sources: Vec<Option<u32>>,
+    light_motions: Vec<Option<Motion>>,
+    shutter: [f64; 2],
     ambient: Spectrum,
     light_groups: LightGroups,
     shadow_catchers: ShadowCatchers,
@@ -137,7 +140,10 @@ fn assemble(
         background,
         textures,
         materials: with_studio.materials.into(),
+        moves: g.moves || !with_studio.light_motions.is_empty(),
         lights: with_studio.lights.into(),
+        light_motions: with_studio.light_motions.into(),
+        shutter: with_studio.shutter,
         ambient: with_studio.ambient,
         primitives: g.primitives,
         bounded: g.bounded,
@@ -150,7 +156,6 @@ fn assemble(
         batch: g.batch,
         faces: g.faces,
         physical: with_studio.physical,
-        moves: g.moves,
         volumes,
         emitters: Arc::new(Emitters::default()),
         object_names: g.names,
@@ -390,6 +395,8 @@ impl Preparer {
             None => DefaultStudio::default(),
         };
         sources.resize(lights.len(), None);
+        let light_motions =
+            if physical { super::lights::motions(desc, &lights, &sources)? } else { Vec::new() };
         warnings.extend(studio.notes.iter().cloned());
         let mut materials = self.materials.materials();
         let floor = materials.len();
@@ -414,6 +421,8 @@ impl Preparer {
             materials,
             lights,
             sources,
+            light_motions,
+            shutter: desc.film.shutter,
             ambient,
             light_groups,
             shadow_catchers,
@@ -465,7 +474,10 @@ impl Preparer {
         let same_emitters =
             !(rebuilt.objects || rebuilt.lights > 0 || rebuilt.textures || emissive || has_studio);
         let kept = last.filter(|(last, own)| {
-            same_emitters && *own == capabilities && last.lights.len() == scene.lights.len()
+            same_emitters
+                && *own == capabilities
+                && last.lights.len() == scene.lights.len()
+                && last.shutter == scene.shutter
         });
         let Some((last, _)) = kept else {
             self.changed.rebuilt.light_tree = capabilities.physical;

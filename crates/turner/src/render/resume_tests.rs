@@ -85,6 +85,7 @@ pub(super) fn scene(kind: &str) -> Prepared {
     }
     let light = PointDesc { position: DVec3::new(-1.0, 3.0, 2.0), intensity: 3.0, ..PointDesc::default() };
     desc.lights.push(SceneLight {
+        motion: None,
         name: None,
         group: None,
         span: None,

@@ -212,7 +212,7 @@ impl Emitters {
                     }
                 }
             } else {
-                samples[index] = chosen.sample(scene, p, [u[0], u[1]]);
+                samples[index] = chosen.sample(scene, at, [u[0], u[1]]);
             }
         }
         rectangles.flush(scene, RectangleEmitter::sample_block, samples);

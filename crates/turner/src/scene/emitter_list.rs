@@ -40,7 +40,7 @@ impl Scene {
     /// of the shape. The pdf is that of the point alone.
     pub fn sample_emitter(&self, emitter: ListedEmitter, p: DVec3, u: [f64; 3]) -> Option<LightSample> {
         match emitter {
-            ListedEmitter::Light(i) => self.lights.get(i as usize)?.sample(p, [u[0], u[1]], i),
+            ListedEmitter::Light(i) => self.sample_light(i, p, 0.0, [u[0], u[1]]),
             ListedEmitter::Shape { emitter, .. } => match self.emitters.all().get(emitter as usize)? {
                 Emitter::Shape(shape) => {
                     // With a light tree, parts are chosen by the tree.

@@ -118,12 +118,12 @@ pub(crate) struct Chosen<'a> {
 }
 
 impl Chosen<'_> {
-    /// Samples the light that arrives at `p`; `u` chooses the point on the emitter.
+    /// Samples the light that arrives at a point; `u` chooses the point on the emitter.
     #[inline]
-    pub(crate) fn sample(&self, scene: &Scene, p: DVec3, u: [f64; 2]) -> Option<LightSample> {
+    pub(crate) fn sample(&self, scene: &Scene, at: &Receiver, u: [f64; 2]) -> Option<LightSample> {
         let sample = match self.emitter {
-            Emitter::Light(i) => scene.lights[*i as usize].sample(p, u, *i)?,
-            Emitter::Shape(emitter) => emitter.sample(scene, p, [u[0], u[1], self.left], self.part)?,
+            Emitter::Light(i) => scene.sample_light(*i, at.p, at.time, u)?,
+            Emitter::Shape(emitter) => emitter.sample(scene, at.p, [u[0], u[1], self.left], self.part)?,
         };
         Some(LightSample { pdf: sample.pdf * self.choice, ..sample })
     }
@@ -218,7 +218,7 @@ impl Emitters {
             return None;
         }
         let at = at.into();
-        self.choose(&at, u[2], &mut None)?.sample(scene, at.p, [u[0], u[1]])
+        self.choose(&at, u[2], &mut None)?.sample(scene, &at, [u[0], u[1]])
     }
 
     /// The same where requests that have a cell sample `adaptive`.
@@ -237,7 +237,7 @@ impl Emitters {
                 let sample = adaptive.sample(at.cell, [u[0], u[1]])?;
                 Some(LightSample::of_environment(sample, *i).chosen(chosen.choice))
             }
-            _ => chosen.sample(scene, at.p, [u[0], u[1]]),
+            _ => chosen.sample(scene, &at, [u[0], u[1]]),
         }
     }
 
@@ -358,6 +358,25 @@ impl Scene {
     pub fn choose_lights(&mut self, how: LightChoice) {
         if self.physical {
             self.emitters = Emitters::new(self, how).into();
+        }
+    }
+
+    /// The bound of a light, over all times of the shutter.
+    pub(crate) fn light_bound(&self, light: u32) -> Option<crate::light::LightBound> {
+        let own = self.lights.get(light as usize)?;
+        match self.light_motions.get(light as usize) {
+            Some(Some(motion)) => own.moved_bound(motion, self.shutter),
+            _ => own.bound(),
+        }
+    }
+
+    /// A sample of one light at a point, at a time of the shutter.
+    #[inline]
+    pub(crate) fn sample_light(&self, light: u32, p: DVec3, time: f32, u: [f64; 2]) -> Option<LightSample> {
+        let own = self.lights.get(light as usize)?;
+        match self.light_motions.get(light as usize) {
+            Some(Some(motion)) => own.sample_moved(motion, time, p, u, light),
+            _ => own.sample(p, u, light),
         }
     }
 

@@ -17,6 +17,8 @@ pub(crate) mod light_groups;
 pub(crate) mod motion;
 #[cfg(test)]
 mod motion_tests;
+#[cfg(test)]
+mod moving_view_tests;
 pub(crate) mod names;
 pub(crate) mod outline;
 pub(crate) mod placed_emitters;

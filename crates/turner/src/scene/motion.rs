@@ -35,12 +35,12 @@ impl Motion {
         let error = |message: &str| Err(SceneError::new(ErrorCode::Transform, message));
         if from.matrix3.determinant() * to.matrix3.determinant() <= 0.0 {
             return error(
-                "an object cannot move into its mirror image: `transform` mirrors and `motion` does not, or the reverse",
+                "nothing can move into its mirror image: `transform` mirrors and `motion` does not, or the reverse",
             );
         }
         let [a, b] = [from, to].map(|t| polar(&t.matrix3));
         let (Some((r0, s0)), Some((r1, s1))) = (a, b) else {
-            return error("the transforms between which this object moves are not both invertible");
+            return error("the transforms between which this moves are not both invertible");
         };
         let q0 = DQuat::from_mat3(&r0).normalize();
         let mut q1 = DQuat::from_mat3(&r1).normalize();
@@ -94,6 +94,34 @@ impl Motion {
             before = corners;
         }
         bounds
+    }
+}
+
+/// What moves something from where it is at time 0: a camera or a light, whose own description is that of time 0.
+#[derive(Clone, Debug)]
+pub(crate) struct Displacement {
+    motion: Motion,
+    /// From the world to the space of what moves, at time 0.
+    to_start: DAffine3,
+}
+
+impl Displacement {
+    /// Of something placed at `start`, to where `by` moves it in the world until time 1. Its own origin moves on a line.
+    ///
+    /// Errors: a motion that is not invertible, or that mirrors.
+    pub(crate) fn new(start: &DAffine3, by: &DAffine3) -> Result<Displacement, SceneError> {
+        let motion = Motion::new(start, &(*by * *start))?;
+        Ok(Displacement { motion, to_start: start.inverse() })
+    }
+
+    /// From the world at time 0 to that at another time in 0..=1.
+    pub(crate) fn at(&self, time: f64) -> DAffine3 {
+        self.motion.at(time) * self.to_start
+    }
+
+    /// Bounds from one time to another of what has these bounds at time 0.
+    pub(crate) fn bounds(&self, start: &Bounds, open: f64, close: f64) -> Bounds {
+        self.motion.bounds(&start.transformed(&self.to_start), open, close)
     }
 }
 

@@ -152,7 +152,7 @@ impl Emitter {
     /// The bounds of a part, which has this position among all, or of the complete emitter if `part` is [`NONE`].
     fn bound(&self, scene: &Scene, power: f64, part: u32, position: u32) -> LightBound {
         let bound = match self {
-            Emitter::Light(i) => scene.lights.get(*i as usize).and_then(|light| light.bound()),
+            Emitter::Light(i) => scene.light_bound(*i),
             Emitter::Shape(shape) => shape.bound(scene, power, part, position),
         };
         // Non-finite bounds count as being anywhere.

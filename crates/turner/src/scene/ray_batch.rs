@@ -145,6 +145,15 @@ impl RayBatch {
         self.times.get(i).copied().unwrap_or(0.0)
     }
 
+    /// Moves the ray in a slot to another origin and unit direction.
+    pub(crate) fn place(&mut self, i: usize, origin: DVec3, direction: DVec3) {
+        let (block, lane) = (&mut self.blocks[i / LANES], i % LANES);
+        for axis in 0..3 {
+            block.origin[axis].0[lane] = origin[axis];
+            block.direction[axis].0[lane] = direction[axis];
+        }
+    }
+
     /// The ray in a slot; `None` if the slot is empty.
     #[inline]
     pub fn get(&self, i: usize) -> Option<Ray> {

@@ -37,6 +37,10 @@ pub struct Scene {
     pub materials: Arc<[Material]>,
     /// All lights except ambient ones.
     pub lights: Arc<[Light]>,
+    /// What moves each light while the shutter is open; empty if none moves.
+    pub(crate) light_motions: Arc<[Option<Motion>]>,
+    /// Opening and closing time of the shutter.
+    pub(crate) shutter: [f64; 2],
     /// The sum of the ambient lights.
     pub ambient: Spectrum,
     /// Bounded primitives in the BVH's leaf order, then unbounded ones, then those in the static world mesh.

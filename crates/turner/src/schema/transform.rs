@@ -15,6 +15,11 @@ impl Transform {
     /// The identity.
     pub const IDENTITY: Transform = Transform(DAffine3::IDENTITY);
 
+    /// As a value of a scene file.
+    pub(crate) fn to_data(self) -> Data {
+        Data::Table(written(&self.0).unwrap_or_default())
+    }
+
     /// Whether it is the identity.
     pub fn is_identity(&self) -> bool {
         self.0 == DAffine3::IDENTITY

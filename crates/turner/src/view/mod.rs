@@ -1,8 +1,11 @@
 //! The view: prepared camera and film settings, and the camera rays of samples.
 //!
-//! The only thing that a view knows about a scene is whether anything moves, since camera rays then have times.
+//! The only thing that a view knows about a scene is whether anything moves, since camera rays then have times. A camera
+//! that moves is its prepared form in a space that moves: the ray of a sample is made as if it stood still, and then moved
+//! to where the camera is at the time of the ray.
 //! It is cheap to create.
 
+mod motion;
 mod sample;
 
 pub use sample::{CameraSamples, camera_ray};
@@ -15,6 +18,7 @@ use turner_bvh::InstructionSet;
 use crate::camera::{Camera, CameraDesc, PixelCone};
 use crate::film::{Antialias, Denoise, Film, FilmDesc, KEPT_PIXELS};
 use crate::schema::{SceneError, Warning, WarningKind};
+use motion::CameraMotion;
 
 /// A prepared camera and film settings.
 #[derive(Clone, Debug)]
@@ -29,8 +33,10 @@ pub struct View {
     pub film: FilmDesc,
     /// Whether samples use Sobol points.
     pub sobol: bool,
-    /// Whether anything in the scene moves.
+    /// Whether anything moves, the scene or the camera.
     pub moves: bool,
+    /// What moves the camera while the shutter is open.
+    pub(crate) motion: Option<CameraMotion>,
     /// Whether pixels hold labels: then each has one sample, through the centre of the lens.
     pub labels: bool,
     /// Instruction set for the generation of camera rays.
@@ -64,14 +70,30 @@ impl View {
     ///
     /// Errors: an invalid camera.
     pub fn new(camera: CameraDesc, mut film: FilmDesc, sampling: ViewSampling) -> Result<View, SceneError> {
-        let prepared = camera.prepare(film.aspect())?;
         let ViewSampling { sobol, filtered, moves, labels, instruction_set } = sampling;
+        let mut prepared = camera.prepare(film.aspect())?;
+        let mut motion = CameraMotion::new(&camera, &prepared.frame())?;
+        if let Some(own) = motion.take_if(|own| !sobol || labels || own.is_instant(film.shutter)) {
+            // The camera as it is when the shutter opens.
+            prepared = own.placed(&camera, film.shutter[0]).prepare(film.aspect())?;
+        }
+        let moves = moves || motion.is_some();
         if labels {
             film.antialias = Antialias::None;
         }
         let pixel_cone = filtered.then(|| PixelCone::new(&prepared, &film));
         let camera_desc = camera;
-        Ok(View { camera: prepared, camera_desc, pixel_cone, film, sobol, moves, labels, instruction_set })
+        Ok(View {
+            camera: prepared,
+            camera_desc,
+            pixel_cone,
+            film,
+            sobol,
+            moves,
+            motion,
+            labels,
+            instruction_set,
+        })
     }
 
     /// Size in bytes of the film's sums; 0 for an invalid film.

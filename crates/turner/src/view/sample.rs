@@ -137,7 +137,13 @@ pub(crate) fn take_points(
             }
         }
         let rays = samples.rays.add_block(ids.len());
-        samples.lengths.push(camera_rays(view.instruction_set, &view.camera, &view.film, &x, &y, lens, rays));
+        let lengths = camera_rays(view.instruction_set, &view.camera, &view.film, &x, &y, lens, rays);
+        samples.lengths.push(lengths);
+        if let Some(motion) = &view.motion {
+            for i in first..samples.ids.len() {
+                motion.move_ray(&mut samples.rays, i);
+            }
+        }
         if ids.len() < LANES {
             return;
         }

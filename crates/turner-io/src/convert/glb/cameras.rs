@@ -59,6 +59,7 @@ fn camera_json(camera: &CameraDesc, aspect: f64, remarks: &mut Remarks) -> Optio
         CameraDesc::ThinLens(c) => {
             remarks.approximated("thin-lens cameras: written without depth of field");
             let pinhole = PinholeDesc {
+                motion: None,
                 position,
                 look_at,
                 up,

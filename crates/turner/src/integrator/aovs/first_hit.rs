@@ -24,6 +24,10 @@ impl AovHit<'_> {
 
     /// A direction in the axes of the camera: x right, y up, z towards the viewer.
     pub(super) fn in_camera(&self, v: DVec3) -> DVec3 {
+        let v = match &self.view.motion {
+            Some(motion) => motion.at(f64::from(self.ray.time)).inverse().transform_vector3(v),
+            None => v,
+        };
         DVec3::new(v.dot(self.frame.right), v.dot(self.frame.up), -v.dot(self.frame.forward))
     }
 
@@ -35,7 +39,7 @@ impl AovHit<'_> {
 
     /// Distance from the ray's origin along the viewing direction.
     pub(super) fn depth(&self) -> f64 {
-        (self.surface.p - self.ray.origin).dot(self.frame.forward)
+        -self.in_camera(self.surface.p - self.ray.origin).z
     }
 
     /// Distance from the ray's origin.
@@ -54,8 +58,17 @@ impl AovHit<'_> {
     pub(super) fn motion(&self) -> [f64; 3] {
         let film = &self.view.film;
         let ends = self.scene.ends_of_motion(&self.hit, self.surface.p, self.ray.time, film.shutter);
-        let Some(ends) = ends else { return [0.0; 3] };
-        let [open, close] = ends.map(|p| self.view.camera.project(film, p, DVec2::splat(0.5)));
+        let camera = self.view.motion.as_ref();
+        let ends = match (ends, camera) {
+            (None, None) => return [0.0; 3],
+            (ends, _) => ends.unwrap_or([self.surface.p; 2]),
+        };
+        let seen = |(p, time): (DVec3, f64)| {
+            let p = camera.map_or(p, |camera| camera.still(time, p));
+            self.view.camera.project(film, p, DVec2::splat(0.5))
+        };
+        let [from, to] = ends;
+        let (open, close) = (seen((from, film.shutter[0])), seen((to, film.shutter[1])));
         match (open, close) {
             (Some(open), Some(close)) => {
                 let moved = close.place - open.place;

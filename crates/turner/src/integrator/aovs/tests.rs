@@ -229,6 +229,28 @@ fn motion_is_in_pixels_over_the_shutter() {
 }
 
 #[test]
+fn what_a_moving_camera_sees_moves_in_the_picture() {
+    let mut desc = wall();
+    let shift = Transform(DAffine3::from_translation(v(1.0, -0.5, -2.0)));
+    *desc.camera.as_mut().unwrap().value.motion_mut() = Some(shift);
+    desc.film.shutter = [0.0, 0.0];
+    let r = Rendered::of(&desc, &[Aov::Motion, Aov::Depth]);
+    r.is("motion.X", 3, 4, 0.0);
+    r.is("Z", 3, 4, 5.0);
+    desc.film.shutter = [0.5, 0.5];
+    let r = Rendered::of(&desc, &[Aov::Depth, Aov::Normal]);
+    // Half way, the wall is one unit nearer.
+    r.is("Z", 3, 4, 4.0);
+    desc.film.shutter = [0.0, 0.5];
+    let sideways = Transform(DAffine3::from_translation(v(1.0, -0.5, 0.0)));
+    *desc.camera.as_mut().unwrap().value.motion_mut() = Some(sideways);
+    let r = Rendered::of(&desc, &[Aov::Motion, Aov::Depth]);
+    r.is("motion.X", 3, 4, -1.0);
+    r.is("motion.Y", 3, 4, 0.5);
+    r.is("Z", 3, 4, 5.0);
+}
+
+#[test]
 fn mattes_have_names_and_add_up_to_alpha() {
     let named = |name: &str, shape| ObjectDesc { name: Some(name.to_owned()), ..ObjectDesc::new(shape) };
     let mut desc = wall()

@@ -68,7 +68,7 @@ impl<R: Record> PathBatch<'_, R> {
     /// Requests light samples for a vertex; returns the index of the request.
     #[inline]
     pub(super) fn request_light(&self, path: &Path, at: Receiver, lights: &mut LightBatch) -> u32 {
-        let index = lights.ask(at, |candidate| {
+        let index = lights.ask(at.at_time(path.time), |candidate| {
             let [u0, u1, u2, _] = match at.extra_candidates {
                 0 => path.numbers.first(),
                 extra_candidates => {

@@ -51,6 +51,8 @@ pub struct Receiver {
     /// The cell of an [`AdaptiveEnvironment`](super::AdaptiveEnvironment) that the environment is sampled for;
     /// [`NO_CELL`] where it is sampled by luminance.
     pub cell: u32,
+    /// Time within the shutter, 0..=1, for lights that move.
+    pub time: f32,
 }
 
 /// No cell.
@@ -63,6 +65,12 @@ impl Default for Receiver {
 }
 
 impl Receiver {
+    /// The same point at a time of the shutter, 0..=1.
+    #[inline]
+    pub fn at_time(self, time: f32) -> Receiver {
+        Receiver { time, ..self }
+    }
+
     /// The same point with a glossy lobe.
     #[inline]
     pub fn with_lobe(self, lobe: GlossyLobe) -> Receiver {
@@ -98,7 +106,14 @@ impl From<DVec3> for Receiver {
     /// Light counts from all directions.
     #[inline]
     fn from(p: DVec3) -> Receiver {
-        Receiver { p, n: [0.0; 3], lobe: GlossyLobe::default(), extra_candidates: 0, cell: NO_CELL }
+        Receiver {
+            p,
+            n: [0.0; 3],
+            lobe: GlossyLobe::default(),
+            extra_candidates: 0,
+            cell: NO_CELL,
+            time: 0.0,
+        }
     }
 }
 

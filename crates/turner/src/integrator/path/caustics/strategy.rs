@@ -54,8 +54,9 @@ impl CausticsStrategy {
         desc: &PathDesc,
     ) -> Option<CausticsStrategy> {
         let Context { scene, view, .. } = context;
-        // Light paths ignore scattering in media.
-        let possible = desc.light_sampling == LightSampling::Both && scene.volumes.is_none();
+        // Light paths ignore scattering in media, and motion of the camera and of lights.
+        let stands_still = view.motion.is_none() && scene.light_motions.is_empty();
+        let possible = desc.light_sampling == LightSampling::Both && scene.volumes.is_none() && stands_still;
         if desc.caustics == Caustics::Off || !possible {
             return None;
         }
