@@ -300,6 +300,21 @@ pub(crate) const PICTURES: &[Picture] = &[
             ],
         ),
     ),
+    picture(
+        "animation.jpg",
+        Sheet(
+            3,
+            "scenes/guides/animation.toml --width 320 --height 180 --samples 64 --denoise",
+            &[
+                "--frame 3",
+                "--frame 12",
+                "--frame 17",
+                "--frame 3 --motion-blur 0.5",
+                "--frame 12 --motion-blur 0.5",
+                "--frame 17 --motion-blur 1",
+            ],
+        ),
+    ),
     picture("csg.jpg", Turner("scenes/guides/csg.toml --width 640 --height 320 --samples 32 --denoise")),
     picture(
         "solids.jpg",

@@ -15,6 +15,8 @@ const ROOMS: &[(&str, &[&str])] = &[
     ("filter", &["sampler", "choice"]),
     // The language of the scene format: values, keys, errors, limits. It does not depend on the families.
     ("schema", &["color", "image"]),
+    // Keyframes, and what moves between two placements.
+    ("animation", &["schema"]),
     ("shape", &["schema", "sampler"]),
     // The surface at a hit: plain data.
     ("interaction", &["shape"]),
@@ -23,7 +25,7 @@ const ROOMS: &[(&str, &[&str])] = &[
     ("bsdf", &["schema", "sampler"]),
     ("medium", &["texture"]),
     ("material", &["bsdf", "medium"]),
-    ("light", &["material"]),
+    ("light", &["material", "animation"]),
     ("film", &["schema", "filter"]),
     ("denoise", &["film"]),
     ("camera", &["film", "sampler"]),

@@ -4,6 +4,7 @@
     reason = "expected values are independent of the renderer's own functions"
 )]
 
+mod animation;
 mod classic;
 mod convert;
 mod edit;

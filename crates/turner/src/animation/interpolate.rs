@@ -6,8 +6,8 @@
 //! piecewise cubic interpolants"), and rests at turning points, at the first keyframe and at the last.
 
 use super::Interpolation;
+use crate::animation::motion::Motion;
 use crate::math::DAffine3;
-use crate::scene::motion::Motion;
 use crate::schema::value::{Data, Entry, Table, Value};
 use crate::schema::{ParamType, ReadContext, SceneError, Transform};
 

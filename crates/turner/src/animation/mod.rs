@@ -1,23 +1,20 @@
 //! Keyframes: values of any key of a scene at given times, and what lies between them.
 //!
 //! ```text
-//! [[animation]] ── AnimationDesc ── value at a time ── KeyEdit ── SceneDesc::edit ──► the scene at that time
+//! [[animation]] ── AnimationDesc ── value at a time ── SceneDesc::edit ──► the scene at that time
 //! ```
 //!
 //! A key path names what is animated, as in `-D camera.fov=30`; objects, lights and views are named by their own names.
 //! Keyframes hold values as a scene file has them, and all numbers in them are interpolated: see [`interpolate`]. The
 //! description holds the values of one time, so integrators know nothing of animations. For motion blur,
-//! [`SceneDesc::animate`] compares the scene at the beginning and at the end of a frame.
+//! `SceneDesc::animate` compares the scene at the beginning and at the end of a frame.
 
-mod apply;
 mod interpolate;
 mod keyframes;
-#[cfg(test)]
-mod tests;
+pub(crate) mod motion;
 
 pub use keyframes::Keyframes;
 
-use crate::description::SceneDesc;
 use crate::schema::value::Value;
 use crate::schema::{ErrorCode, Named, ReadContext, SceneError, TableReader, choice, params};
 use interpolate::Mismatch;
@@ -75,7 +72,7 @@ material = { color = "tomato" }
 
 impl AnimationDesc {
     /// Checks that there is one value for each time, that times increase, and that the values can be interpolated.
-    fn check(&self) -> Result<(), SceneError> {
+    pub(crate) fn check(&self) -> Result<(), SceneError> {
         let (times, values) = (&self.times, &self.values.0);
         let error = |code, message: String, help: &str| Err(SceneError::new(code, message).help(help));
         if times.is_empty() || times.len() != values.len() {
@@ -138,11 +135,4 @@ pub(crate) fn read_animation(
     table.finish(cx)?;
     desc.check().map_err(|e| e.or_at(Some(value.span)))?;
     Ok(Named { name, span: Some(value.span), value: desc })
-}
-
-impl SceneDesc {
-    /// Whether keyframes change anything over time.
-    pub fn has_keyframes(&self) -> bool {
-        self.animations.iter().any(|own| own.value.times.len() > 1)
-    }
 }

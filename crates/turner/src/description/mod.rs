@@ -1,7 +1,10 @@
 //! Scene descriptions: plain, editable data. [`SceneDesc`] holds the descriptions of all families. A scene file is read
 //! into it and written from it.
 
-pub(crate) mod borrowed_assets;
+pub(crate) mod animate;
+#[cfg(test)]
+mod animate_tests;
+mod borrowed_assets;
 mod builder;
 pub mod default_studio;
 #[cfg(test)]
@@ -16,7 +19,7 @@ mod labels;
 mod merge;
 mod model;
 mod parts;
-pub(crate) mod read;
+mod read;
 mod read_object;
 mod read_parts;
 mod read_scene;

@@ -4,9 +4,8 @@
 //! sends to the point where it was in that space.
 
 use super::{Light, LightBound, LightDesc};
+use crate::animation::motion::Displacement;
 use crate::math::{Bounds, DAffine3, DMat3, DVec3};
-use crate::scene::emitters::LightSample;
-use crate::scene::motion::Motion;
 use crate::schema::Transform;
 
 /// The least rotation from one direction to another.
@@ -50,24 +49,8 @@ impl LightDesc {
 }
 
 impl Light {
-    /// As [`Light::sample`], for a light moved by `motion` at a time of the shutter, 0..=1.
-    pub(crate) fn sample_moved(
-        &self,
-        motion: &Motion,
-        time: f32,
-        p: DVec3,
-        u: [f64; 2],
-        light: u32,
-    ) -> Option<LightSample> {
-        let placed = motion.at(f64::from(time));
-        let sample = self.sample(placed.inverse().transform_point3(p), u, light)?;
-        let to_light = placed.transform_vector3(sample.to_light);
-        let to_light = if sample.finite { to_light } else { to_light.normalize() };
-        Some(LightSample { to_light, ..sample })
-    }
-
     /// A bound that holds from one time to another for a light moved by `motion`.
-    pub(crate) fn moved_bound(&self, motion: &Motion, [open, close]: [f64; 2]) -> Option<LightBound> {
+    pub(crate) fn moved_bound(&self, motion: &Displacement, [open, close]: [f64; 2]) -> Option<LightBound> {
         let own = self.bound()?;
         let reach = DVec3::splat(own.radius);
         let still = Bounds::new(own.center - reach, own.center + reach);

@@ -1,12 +1,12 @@
 //! From objects and groups to primitives in the world.
 
 use super::shapes::PreparedShapes;
+use crate::animation::motion::Motion;
 use crate::description::*;
 use crate::material::MaterialDesc;
 use crate::math::{Bounds, DAffine3};
 use crate::scene::alpha_test::{Faces, NO_FACES};
 use crate::scene::light_groups::LightGroups;
-use crate::scene::motion::Motion;
 use crate::scene::names::NameCollector;
 use crate::scene::scene::{NO_TRANSFORM, ObjectTransform, Primitive};
 use crate::scene::shadow_catchers::ShadowCatchers;

@@ -2,13 +2,13 @@
 
 use std::sync::Arc;
 
+use crate::animation::motion::Displacement;
 use crate::color::Spectrum;
 use crate::description::{SceneDesc, SceneLight};
 use crate::image::Image;
 use crate::integrator::Capabilities;
 use crate::light::{Light, LightDesc, LightSetting};
 use crate::math::DAffine3;
-use crate::scene::motion::Motion;
 use crate::schema::{Asset, ErrorCode, SceneError, Transform, Warning, WarningKind};
 
 /// Lights except ambient ones, for each its index in the description, and the sum of the ambient ones.
@@ -124,7 +124,7 @@ pub(super) fn motions(
     desc: &SceneDesc,
     lights: &[Light],
     sources: &[Option<u32>],
-) -> Result<Vec<Option<Motion>>, SceneError> {
+) -> Result<Vec<Option<Displacement>>, SceneError> {
     let of_light = |(light, source): (&Light, &Option<u32>)| {
         let Some(own) = source.and_then(|i| desc.lights.get(i as usize)).filter(|own| own.moves()) else {
             return Ok(None);
@@ -136,7 +136,10 @@ pub(super) fn motions(
                 .or_at(own.span));
         }
         let motion = own.motion.unwrap_or_default();
-        Motion::new(&DAffine3::IDENTITY, &motion.0).map(Some).map_err(|e| e.or_at(own.span))
+        let place = light.point([0.5; 2]).unwrap_or_default();
+        Displacement::new(&DAffine3::from_translation(place), &motion.0)
+            .map(Some)
+            .map_err(|e| e.or_at(own.span))
     };
     let motions = lights.iter().zip(sources).map(of_light).collect::<Result<Vec<_>, _>>()?;
     Ok(if motions.iter().any(Option::is_some) { motions } else { Vec::new() })

@@ -27,13 +27,15 @@ mod picture_needs;
 mod placed;
 mod preparer;
 mod shapes;
+mod steps;
 #[cfg(test)]
 mod studio_tests;
 mod surfaces;
 #[cfg(test)]
 mod tests;
 
-pub use preparer::{PrepareStep, Preparer, Rebuilt, Update, UpdateOptions};
+pub use preparer::{Preparer, Rebuilt, Update};
+pub use steps::{PrepareStep, UpdateOptions};
 
 use crate::description::SceneDesc;
 use crate::film::{Antialias, Film, TextureFilter};

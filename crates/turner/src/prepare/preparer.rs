@@ -16,7 +16,6 @@
 //! completed update, over failed and cancelled ones, too, since their steps replaced cached results.
 
 use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
 
 use turner_bvh::InstructionSet;
 
@@ -24,19 +23,20 @@ use super::default_studio::DefaultStudio;
 use super::geometry::Geometry;
 use super::lights::{CachedLights, PreparedLights};
 use super::placed::{CachedObjects, ChangedObjects, ground_of};
+use super::steps::{PrepareStep, UpdateOptions};
 use super::surfaces::{CachedMaterials, CachedMedia, CachedTextures};
+use crate::animation::motion::Displacement;
 use crate::camera::CameraDesc;
 use crate::color::Spectrum;
 use crate::description::SceneDesc;
 use crate::description::framing::Subject;
 use crate::film::{Film, FilmDesc};
-use crate::integrator::{Capabilities, Integrator, IntegratorDesc, Prepared};
+use crate::integrator::{Capabilities, IntegratorDesc, Prepared};
 use crate::light::{BackgroundDesc, Light};
 use crate::material::Material;
 use crate::math::Bounds;
 use crate::scene::emitters::Emitters;
 use crate::scene::light_groups::LightGroups;
-use crate::scene::motion::Motion;
 use crate::scene::placed_emitters::LightChoice;
 use crate::scene::shadow_catchers::ShadowCatchers;
 use crate::scene::volumes::Volumes;
@@ -103,7 +103,7 @@ struct WithStudio {
     materials: Vec<Material>,
     lights: Vec<Light>,
     sources: Vec<Option<u32>>,
-    light_motions: Vec<Option<Motion>>,
+    light_motions: Vec<Option<Displacement>>,
     shutter: [f64; 2],
     ambient: Spectrum,
     light_groups: LightGroups,
@@ -175,52 +175,6 @@ struct Changed {
     emissive: bool,
     volumes: bool,
     placed: bool,
-}
-
-/// Options of an update.
-#[derive(Clone, Copy, Default)]
-pub struct UpdateOptions<'a> {
-    /// Replaces the description's integrator.
-    pub integrator: Option<&'a dyn Integrator>,
-    /// Set to true, it cancels the update between steps or BVHs of meshes. Results so far stay cached.
-    pub cancel: Option<&'a AtomicBool>,
-    /// Called at the beginning of each step.
-    pub progress: Option<&'a dyn Fn(PrepareStep)>,
-}
-
-impl UpdateOptions<'_> {
-    fn is_cancelled(&self) -> bool {
-        self.cancel.is_some_and(|cancel| cancel.load(Ordering::Relaxed))
-    }
-
-    fn begin(&self, step: PrepareStep) {
-        if let Some(progress) = self.progress {
-            progress(step);
-        }
-    }
-
-    /// Begins a step. Returns whether the update is cancelled.
-    fn step(&self, step: PrepareStep) -> bool {
-        self.begin(step);
-        self.is_cancelled()
-    }
-}
-
-/// The steps of a preparation, in order.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub enum PrepareStep {
-    /// Textures and their mipmaps, materials, media.
-    Surfaces,
-    /// Lights and the sampling tables of environments.
-    Lights,
-    /// Objects placed in the world.
-    Objects,
-    /// BVHs of meshes and over objects.
-    Trees,
-    /// The light tree.
-    LightTree,
-    /// Camera, film and integrator.
-    View,
 }
 
 /// What an update prepared again.

@@ -375,7 +375,13 @@ impl Scene {
     pub(crate) fn sample_light(&self, light: u32, p: DVec3, time: f32, u: [f64; 2]) -> Option<LightSample> {
         let own = self.lights.get(light as usize)?;
         match self.light_motions.get(light as usize) {
-            Some(Some(motion)) => own.sample_moved(motion, time, p, u, light),
+            Some(Some(motion)) => {
+                let placed = motion.at(f64::from(time));
+                let sample = own.sample(placed.inverse().transform_point3(p), u, light)?;
+                let to_light = placed.transform_vector3(sample.to_light);
+                let to_light = if sample.finite { to_light } else { to_light.normalize() };
+                Some(LightSample { to_light, ..sample })
+            }
             _ => own.sample(p, u, light),
         }
     }

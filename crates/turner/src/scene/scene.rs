@@ -6,6 +6,7 @@ use std::sync::Arc;
 
 use turner_bvh::{BoxBvh, InstructionSet};
 
+use crate::animation::motion::{Displacement, Motion};
 use crate::color::Spectrum;
 use crate::interaction::{Hit, NOT_SEEN, SurfaceInteraction};
 use crate::light::{BackgroundDesc, Light};
@@ -15,7 +16,6 @@ use crate::scene::alpha_test::{Faces, NO_FACES};
 use crate::scene::batch::BatchShapes;
 use crate::scene::emitters::Emitters;
 use crate::scene::light_groups::LightGroups;
-use crate::scene::motion::Motion;
 use crate::scene::names::ObjectNames;
 use crate::scene::shadow_catchers::ShadowCatchers;
 use crate::scene::sphere_culler::SphereCuller;
@@ -38,7 +38,7 @@ pub struct Scene {
     /// All lights except ambient ones.
     pub lights: Arc<[Light]>,
     /// What moves each light while the shutter is open; empty if none moves.
-    pub(crate) light_motions: Arc<[Option<Motion>]>,
+    pub(crate) light_motions: Arc<[Option<Displacement>]>,
     /// Opening and closing time of the shutter.
     pub(crate) shutter: [f64; 2],
     /// The sum of the ambient lights.

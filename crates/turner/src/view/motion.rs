@@ -1,17 +1,15 @@
 //! Cameras that move while the shutter is open.
 
+use crate::animation::motion::Displacement;
 use crate::camera::{CameraDesc, CameraFrame};
 use crate::math::{DAffine3, DMat3, DVec3};
 use crate::scene::RayBatch;
-use crate::scene::motion::Motion;
-use crate::schema::{ErrorCode, SceneError};
+use crate::schema::SceneError;
 
 /// The motion of a camera from its placement at time 0 of the shutter to that at time 1.
 #[derive(Clone, Debug)]
 pub(crate) struct CameraMotion {
-    motion: Motion,
-    /// From world space to the camera's at time 0.
-    to_camera: DAffine3,
+    displacement: Displacement,
 }
 
 impl CameraMotion {
@@ -22,14 +20,7 @@ impl CameraMotion {
         let Some(moved) = camera.motion().filter(|motion| !motion.is_identity()) else { return Ok(None) };
         let CameraFrame { position, right, up, forward } = *frame;
         let start = DAffine3 { matrix3: DMat3::from_cols(right, up, -forward), translation: position };
-        if moved.0.matrix3.determinant() <= 0.0 {
-            let message = "the `motion` of the camera mirrors it";
-            return Err(
-                SceneError::new(ErrorCode::Transform, message).help("write a rotation and a translation")
-            );
-        }
-        let motion = Motion::new(&start, &(moved.0 * start))?;
-        Ok(Some(CameraMotion { motion, to_camera: start.inverse() }))
+        Ok(Some(CameraMotion { displacement: Displacement::new(&start, &moved.0)? }))
     }
 
     /// Whether a shutter opens and closes at once.
@@ -39,7 +30,7 @@ impl CameraMotion {
 
     /// From the placement at time 0 to that at another time, in world space.
     pub(crate) fn at(&self, time: f64) -> DAffine3 {
-        self.motion.at(time) * self.to_camera
+        self.displacement.at(time)
     }
 
     /// The camera as it is at a time.

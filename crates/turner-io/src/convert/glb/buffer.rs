@@ -83,6 +83,26 @@ impl<'a> Buffer<'a> {
         self.accessors.len() - 1
     }
 
+    /// Adds an accessor of the times or values of keyframes; returns its index.
+    pub(super) fn values<const N: usize>(&mut self, rows: Vec<[f32; N]>) -> usize {
+        let range = |k: usize| {
+            let values = || rows.iter().map(|row| row[k]);
+            (values().fold(f32::INFINITY, f32::min), values().fold(f32::NEG_INFINITY, f32::max))
+        };
+        let bounds: Vec<(f32, f32)> = (0..N).map(range).collect();
+        let kind = ["SCALAR", "VEC2", "VEC3", "VEC4"][(N - 1).min(3)];
+        let count = rows.len();
+        let view = self.view(count as u64 * N as u64 * 4, None, move |out| {
+            let bytes: Vec<u8> = rows.iter().flatten().flat_map(|v| v.to_le_bytes()).collect();
+            out.write_all(&bytes)
+        });
+        let (min, max): (Vec<f32>, Vec<f32>) = bounds.into_iter().unzip();
+        let accessor = json!({ "bufferView": view, "componentType": 5126, "count": count, "type": kind,
+            "min": min, "max": max });
+        self.accessors.push(accessor);
+        self.accessors.len() - 1
+    }
+
     /// Adds an accessor with the indices of those triangles whose index `wanted` accepts.
     pub(super) fn triangles(
         &mut self,

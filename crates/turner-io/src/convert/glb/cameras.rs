@@ -10,27 +10,38 @@ use turner::light::{Attenuation, LightDesc};
 use turner::math::elementary::atan2;
 use turner::math::{DAffine3, DMat3, DVec2, DVec3, radians};
 
-use super::nodes::Nodes;
+use super::nodes::{Nodes, Source};
 use super::remarks::Remarks;
 
 /// Adds the cameras and lights of a scene; returns the document's lists of them.
 pub(super) fn add(desc: &SceneDesc, nodes: &mut Nodes, remarks: &mut Remarks) -> (Vec<Value>, Vec<Value>) {
     let (mut cameras, mut lights) = (Vec::new(), Vec::new());
     let aspect = f64::from(desc.film.width) / f64::from(desc.film.height.max(1));
-    for camera in desc.camera.iter().chain(&desc.cameras) {
+    for (i, camera) in desc.camera.iter().chain(&desc.cameras).enumerate() {
         let Some((json, transform)) = camera_json(&camera.value, aspect, remarks) else { continue };
-        if nodes.root(camera.name.as_deref(), &transform, "camera", json!(cameras.len())) {
+        if nodes.root((camera.name.as_deref(), Source::Camera(i)), &transform, "camera", json!(cameras.len()))
+        {
             cameras.push(json);
         }
     }
-    for light in &desc.lights {
+    for (i, light) in desc.lights.iter().enumerate() {
         let Some((json, transform)) = light_json(&light.value, remarks) else { continue };
         let on_node = json!({ "KHR_lights_punctual": { "light": lights.len() } });
-        if nodes.root(light.name.as_deref(), &transform, "extensions", on_node) {
+        if nodes.root((light.name.as_deref(), Source::Light(i)), &transform, "extensions", on_node) {
             lights.push(json);
         }
     }
     (cameras, lights)
+}
+
+/// The placement of a camera's node.
+pub(super) fn camera_placement(camera: &CameraDesc) -> Option<DAffine3> {
+    camera_json(camera, 1.0, &mut Remarks::default()).map(|(_, placed)| placed)
+}
+
+/// The placement of a light's node.
+pub(super) fn light_placement(light: &LightDesc) -> Option<DAffine3> {
+    light_json(light, &mut Remarks::default()).map(|(_, placed)| placed)
 }
 
 /// A transform whose −z axis points forward and +y axis up.

@@ -1,9 +1,10 @@
 //! Writes a scene as one glTF 2.0 file in binary form (GLB).
 //!
-//! Objects become nodes. Groups, which glTF lacks, become copies of nodes wherever they are placed; the copies share
+//! Objects become nodes, and keyframes an animation of them ([`animations`]). Groups, which glTF lacks, become copies of nodes wherever they are placed; the copies share
 //! their meshes. Analytic shapes become triangles ([`tessellate`]). What glTF cannot represent is counted and
 //! reported. The file is planned first and written in one pass; no mesh is copied.
 
+mod animations;
 mod buffer;
 mod cameras;
 mod json;
@@ -38,6 +39,7 @@ use super::{ConvertOptions, Converted, WrittenFile, create, output_error};
 pub fn to_glb(desc: &SceneDesc, out: &Path, options: &ConvertOptions) -> Result<Converted, SceneError> {
     let file = create(out, options.overwrite)?;
     let mut remarks = Remarks::default();
+    let full = desc;
     let (shown, hidden) = desc.without_hidden();
     let desc = shown.as_ref();
     (0..hidden).for_each(|_| remarks.ignored("hidden objects and lights"));
@@ -51,7 +53,11 @@ pub fn to_glb(desc: &SceneDesc, out: &Path, options: &ConvertOptions) -> Result<
         remarks.approximated("film.transfer = \"none\": colours are written as linear values");
     }
     let MeshWriter { mut buffer, list: mesh_list, materials, .. } = meshes;
-    let root = document(desc, (nodes, mesh_list, cameras, lights), materials, &mut buffer);
+    let animations = animations::add(full, &nodes, &mut buffer, &mut remarks)?;
+    let mut root = document(desc, (nodes, mesh_list, cameras, lights), materials, &mut buffer);
+    if !animations.is_empty() {
+        root["animations"] = Value::Array(animations);
+    }
     let text = serde_json::to_vec(&root).map_err(|e| SceneError::new(ErrorCode::Internal, e.to_string()))?;
     let warnings = remarks.warnings();
     if options.strict

@@ -20,13 +20,26 @@ const MAX_DEPTH: u32 = 64;
 pub(super) struct Nodes {
     pub(super) list: Vec<Value>,
     pub(super) roots: Vec<usize>,
+    /// What nodes place, of those that a keyframe can move.
+    pub(super) sources: Vec<(Source, usize)>,
+}
+
+/// What a node places.
+#[derive(Clone, Copy, Debug)]
+pub(super) enum Source {
+    /// An object, by its index among those of all groups and then those of the scene.
+    Object(usize),
+    /// The camera of the scene, then the other cameras.
+    Camera(usize),
+    /// A light.
+    Light(usize),
 }
 
 /// A factorisation outer · scale · inner of a matrix, with rotations `outer` and `inner`.
 pub(super) struct Parts {
-    outer: DMat3,
-    scale: DVec3,
-    inner: Option<DMat3>,
+    pub(super) outer: DMat3,
+    pub(super) scale: DVec3,
+    pub(super) inner: Option<DMat3>,
 }
 
 /// Factors a matrix as outer · scale · inner. Without shear, `inner` is `None`. With shear this is the singular value
@@ -73,7 +86,7 @@ pub(super) fn parts(m: &DMat3) -> Parts {
 }
 
 /// The unit quaternion (x, y, z, w) of a rotation matrix (Shepperd 1978).
-fn quaternion(m: &DMat3) -> [f64; 4] {
+pub(super) fn quaternion(m: &DMat3) -> [f64; 4] {
     let at = |row: usize, column: usize| m.col(column)[row];
     let trace = at(0, 0) + at(1, 1) + at(2, 2);
     let q = if trace > 0.0 {
@@ -148,11 +161,19 @@ impl Nodes {
     }
 
     /// Adds a root node with one member, such as a camera. The transform must not have shear.
-    pub(super) fn root(&mut self, name: Option<&str>, transform: &DAffine3, key: &str, value: Value) -> bool {
+    pub(super) fn root(
+        &mut self,
+        (name, source): (Option<&str>, Source),
+        transform: &DAffine3,
+        key: &str,
+        value: Value,
+    ) -> bool {
         let mut content = Map::new();
         content.insert(key.into(), value);
-        let node = self.placed(name, transform, content);
-        node.map(|node| self.roots.push(node)).is_ok()
+        let Ok(node) = self.placed(name, transform, content) else { return false };
+        self.roots.push(node);
+        self.sources.push((source, node));
+        true
     }
 
     /// Adds all objects of a scene.
@@ -206,7 +227,9 @@ impl Nodes {
                 content.insert("children".into(), json!(children));
             }
         }
-        self.placed(object.name.as_deref(), &object.transform.0, content).map(Some)
+        let node = self.placed(object.name.as_deref(), &object.transform.0, content)?;
+        self.sources.push((Source::Object(index), node));
+        Ok(Some(node))
     }
 
     fn group(

@@ -245,7 +245,10 @@ fn head(section: &str, i: usize) -> String {
     match section {
         "texture" | "material" | "medium" => format!("[{section}.\"{i} of \\u0001 them\"]\n"),
         "view" => format!("[[view]]\nname = \"view {i}\"\n"),
-        "light" => format!("[[light]]\ngroup = \"key lights\"\nname = \"light {i}\"\n"),
+        "light" => {
+            let motion = ["", "motion = { translate = [0, 1, 0] }\n", "motion = {}\n"][i % 3];
+            format!("[[light]]\ngroup = \"key lights\"\nname = \"light {i}\"\n{motion}")
+        }
         "object" => {
             format!("[[object]]\nname = \"{i}\"\nlight_group = \"key lights\"\nshadow_catcher = true\n")
         }
@@ -298,6 +301,12 @@ fn every_kind_with_every_key_comes_back_the_same() {
             text += &thing;
             text.push('\n');
         }
+        let interpolation = ["step", "linear", "smooth"][round % 3];
+        text += &format!(
+            "[[animation]]\nname = \"{round}\"\ntarget = \"object.0.transform\"\ntimes = [0.25, 1.5]\nvalues = [{{ scale = 2 }}, \
+             {{ scale = {round}.5 }}]\ninterpolation = \"{interpolation}\"\nrepeat = {}\n",
+            round % 2 == 0
+        );
         text += "[[group.\"a b\".object]]\ntype = \"sphere\"\n\n[[group.\"a b\".object]]\ntype = \"instance\"\ngroup = \"empty\"\n\n[group.empty]\n\n\
                  [[object]]\ntype = \"instance\"\ngroup = \"a b\"\nmaterial = { color = \"red\" }\n";
         let desc = read(&text).unwrap_or_else(|e| panic!("{e}\n{text}"));

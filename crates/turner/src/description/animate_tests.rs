@@ -1,15 +1,18 @@
 use std::sync::Arc;
 
-use super::*;
+use crate::animation::{AnimationDesc, Interpolation, Keyframes};
 use crate::camera::{CameraDesc, PinholeDesc};
+use crate::description::SceneDesc;
 use crate::description::borrowed_assets::BorrowedAssets;
 use crate::description::{ModelDesc, ObjectDesc, SceneAssets, read_scene, write_scene};
 use crate::image::Image;
 use crate::light::{LightDesc, PointDesc};
 use crate::math::{DAffine3, DMat3, DVec3};
 use crate::schema::transform::rotation;
+use crate::schema::value::Value;
 use crate::schema::value::{Data, FileId, Table};
 use crate::schema::{GridData, KeyEdit, LightProfile, MeshData, Transform};
+use crate::schema::{Named, SceneError};
 use crate::testing::scenes::{sphere, v};
 
 /// No scene of these tests names a file.

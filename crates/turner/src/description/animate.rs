@@ -1,7 +1,7 @@
 //! The scene at a time of its animations.
 
+use super::read::Reader;
 use crate::camera::CameraDesc;
-use crate::description::read::Reader;
 use crate::description::{ObjectDesc, SceneAssets, SceneDesc};
 use crate::math::{DAffine3, DMat3, DVec3};
 use crate::schema::error::{escape, unknown_name};
@@ -9,6 +9,11 @@ use crate::schema::value::Span;
 use crate::schema::{ErrorCode, KeyEdit, KeyPart, SceneError, Transform};
 
 impl SceneDesc {
+    /// Whether keyframes change anything over time.
+    pub fn has_keyframes(&self) -> bool {
+        self.animations.iter().any(|own| own.value.times.len() > 1)
+    }
+
     /// Sets all animated keys to their values at `time`, in seconds. `frame` is the length of a frame in seconds, from
     /// shutter time 0 to 1: with it, `motion` of objects, lights and cameras becomes what the animations move them by in a
     /// frame, unless they have a `motion` of their own. Without it they stand still. `assets` reads the files that
