@@ -66,7 +66,7 @@ pub(crate) fn decode(bytes: &[u8], name: Option<&str>, budget: u64) -> Result<Gr
 /// Most bytes of values that a file of this size may become. Plumes fill a hundredth of their box or more, and a
 /// voxel takes a tenth of a byte or more; a small file may have one large tile.
 fn most_bytes(bytes: &[u8]) -> u64 {
-    const ANY: u64 = 256 << 20;
+    const ANY: u64 = 64 << 20;
     const RATIO: u64 = 1 << 12;
     ANY.max((bytes.len() as u64).saturating_mul(RATIO))
 }

@@ -61,7 +61,7 @@ impl Picture<'_> {
     }
 
     /// Converts to R, G and B with the luminance weights `weights`.
-    pub(super) fn to_rgb(&mut self, weights: [f32; 3]) {
+    pub(super) fn convert(&mut self, weights: [f32; 3]) {
         let [r, g, b] = weights;
         for pixel in self.values.chunks_exact_mut(self.channels) {
             if let [ry, y, by, ..] = pixel {
@@ -144,7 +144,7 @@ mod tests {
         }
         let weights = weights(None);
         assert!((weights[1] - 0.7152).abs() < 2e-4 && (weights.iter().sum::<f32>() - 1.0).abs() < 1e-6);
-        picture.to_rgb(weights);
+        picture.convert(weights);
         let [r, g, b] = [picture.values[0], picture.values[1], picture.values[2]];
         assert!((r - 1.5).abs() < 1e-4 && (b - 0.75).abs() < 1e-4);
         let luminance = r * weights[0] + g * weights[1] + b * weights[2];

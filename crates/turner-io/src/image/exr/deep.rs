@@ -311,6 +311,6 @@ fn interleaved(mut bytes: Vec<u8>) -> Vec<u8> {
         last = Some(*byte);
     }
     let (even, odd) = bytes.split_at(bytes.len().div_ceil(2));
-    let at = |i: usize| if i % 2 == 0 { even.get(i / 2) } else { odd.get(i / 2) };
+    let at = |i: usize| if i.is_multiple_of(2) { even.get(i / 2) } else { odd.get(i / 2) };
     (0..bytes.len()).filter_map(at).copied().collect()
 }

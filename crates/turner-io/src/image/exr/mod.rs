@@ -17,7 +17,7 @@
 //! `Y RY BY [A]`, `Y [A]`, the same in a named layer, or a single channel as grey. All compressions of the exr crate are supported. NaN and infinite values
 //! are kept. EXR stores colours premultiplied by alpha; [`decode`] divides by alpha, [`decode_as_stored`] does not.
 //! [`decode`] converts colours with other `chromaticities` to Rec. 709, and X, Y and Z as well.
-//! Deep parts are flattened if no part is flat ([`deep`]).
+//! Deep parts are flattened if no part is flat.
 //! [`decode_layer`] reads another layer, [`parts`] lists everything, and [`read_channels`] reads any channels.
 //!
 //! Writing: one part with `R G B [A]` and any further channels ([`super::ExtraChannel`]), with ZIP, PIZ or no

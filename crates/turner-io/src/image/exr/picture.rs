@@ -125,7 +125,7 @@ fn luminance_and_chroma(
     if is_sparse {
         picture.reconstruct();
     }
-    picture.to_rgb(weights);
+    picture.convert(weights);
     if is_sparse {
         picture.limit_saturation(weights);
     }

@@ -114,7 +114,7 @@ pub(super) fn restore(headers: &mut [Header], samplings: &Samplings, name: &str)
         let (size, corner) = (header.layer_size, header.own_attributes.layer_position);
         for (channel, (x, y)) in header.channels.list.iter_mut().zip(samplings) {
             let fits = |size: usize, corner: i32, step: usize| {
-                size % step == 0 && i64::from(corner) % step as i64 == 0
+                size.is_multiple_of(step) && i64::from(corner) % step as i64 == 0
             };
             let is_flat = !header.deep && header.blocks == BlockDescription::ScanLines;
             if !(fits(size.0, corner.0, *x) && fits(size.1, corner.1, *y) && (is_flat || (*x, *y) == (1, 1)))
@@ -153,7 +153,7 @@ pub(super) fn decompress(
     };
     let size = rows(header, index).last().map_or(0, |row| row.bytes.end);
     let pixels = area.size.area().max(1);
-    if size % pixels != 0 {
+    if !size.is_multiple_of(pixels) {
         let what = "subsampled channels whose blocks have no whole number of bytes per pixel";
         return Err(Error::NotSupported(what.into()));
     }
