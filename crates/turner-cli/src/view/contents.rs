@@ -128,7 +128,7 @@ fn of_exr(file: &PictureFile, layer: Option<&str>, pixel: Option<(u32, u32)>) ->
         let channels = if part.deep || number >= MOST_PARTS {
             Vec::new()
         } else {
-            exr::read_channels(&file.bytes, &file.name, number, &in_layer, &DecodeLimits::default())
+            exr::read_channels(&file.bytes, &file.name, number, in_layer, &DecodeLimits::default())
                 .map_err(|e| failed(&e))?
         };
         let read: HashMap<&str, &ExtraChannel<'_>> = channels.iter().map(|c| (c.name.as_ref(), c)).collect();
