@@ -1,26 +1,32 @@
-//! Density grids of heterogeneous media: a text header followed by binary values.
+//! Density grids of heterogeneous media: OpenVDB files, and a text header followed by binary values.
 //!
 //! ```text
 //! turner-grid 1
 //! size 64 32 64
 //! channels density emission
+//! bounds 0 0 0 4 2 4
 //! data
 //! ```
 //!
 //! Each header line ends with a line feed. `size` is the number of cells along x, y and z. `channels` is `density` or
-//! `density emission`. The values follow `data` and its line feed, as little-endian IEEE 754 singles, and nothing
+//! `density emission`. `bounds`, which may be absent, are the least and the largest coordinates of the box that the
+//! grid fills. The values follow `data` and its line feed, as little-endian IEEE 754 singles, and nothing
 //! follows them: all of the first channel, x fastest, then y, then z; then all of the next channel.
 
 use std::io::{self, Write};
 
+use turner::math::DVec3;
 use turner::schema::GridData;
 use turner::schema::data::MAX_VALUES;
 
 use crate::assets::printable;
+use crate::vdb;
 
 /// Why a grid could not be read.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("{name}: damaged grid file: {problem}\n  docs/guides/fog-and-smoke.md describes the format")]
+#[error(
+    "{name}: damaged or unsupported grid file: {problem}\n  docs/guides/fog-and-smoke.md describes the formats"
+)]
 pub struct GridError {
     /// The file name, for messages.
     pub name: String,
@@ -34,30 +40,49 @@ pub const MAX_GRID: u64 = 8 * MAX_VALUES + 4096;
 /// Longest accepted header, in bytes.
 const MAX_HEADING: usize = 4096;
 
-/// Reads a grid. `name` appears in messages.
+/// Between the name of an OpenVDB file and that of its grid.
+const GRID_MARK: char = '#';
+
+/// The name of a grid file, and that of the grid in it if there is one: `smoke.vdb#flames`.
+pub(crate) fn split_name(uri: &str) -> (&str, Option<&str>) {
+    match uri.rsplit_once(GRID_MARK) {
+        Some((file, grid)) if file.to_ascii_lowercase().ends_with(".vdb") => (file, Some(grid)),
+        _ => (uri, None),
+    }
+}
+
+/// Reads a grid of either format. `name` appears in messages; after `.vdb#` it names the grid in the file.
 pub fn decode(bytes: &[u8], name: &str) -> Result<GridData, GridError> {
-    read(bytes).map_err(|problem| GridError { name: printable(name), problem })
+    decode_within(bytes, name, u64::MAX)
+}
+
+/// Reads a grid whose values may take `budget` bytes of memory.
+pub(crate) fn decode_within(bytes: &[u8], name: &str, budget: u64) -> Result<GridData, GridError> {
+    let (_, grid) = split_name(name);
+    let data = if vdb::is_vdb(bytes) { vdb::decode(bytes, grid, budget) } else { read(bytes) };
+    data.map_err(|problem| GridError { name: printable(name), problem: printable(&problem) })
 }
 
 /// Encodes a grid as a file that [`decode`] reads. If present, `emission` has as many values as `density`.
 pub fn encode(size: [u32; 3], density: &[f32], emission: Option<&[f32]>) -> Vec<u8> {
     let [x, y, z] = size;
     let channels = if emission.is_some() { "density emission" } else { "density" };
-    let mut out = heading([x, y, z], channels).into_bytes();
+    let mut out = heading([x, y, z], channels, None).into_bytes();
     for values in [Some(density), emission].into_iter().flatten() {
         out.extend(values.iter().flat_map(|v| v.to_le_bytes()));
     }
     out
 }
 
-fn heading([x, y, z]: [u32; 3], channels: &str) -> String {
-    format!("turner-grid 1\nsize {x} {y} {z}\nchannels {channels}\ndata\n")
+fn heading([x, y, z]: [u32; 3], channels: &str, bounds: Option<[DVec3; 2]>) -> String {
+    let bounds = bounds.map(|[a, b]| format!("bounds {} {} {} {} {} {}\n", a.x, a.y, a.z, b.x, b.y, b.z));
+    format!("turner-grid 1\nsize {x} {y} {z}\nchannels {channels}\n{}data\n", bounds.unwrap_or_default())
 }
 
 /// Writes a grid block by block; [`decode`] reads it back unchanged.
 pub fn write(grid: &GridData, out: &mut dyn Write) -> io::Result<()> {
     let channels = if grid.emission().is_some() { "density emission" } else { "density" };
-    out.write_all(heading(grid.size(), channels).as_bytes())?;
+    out.write_all(heading(grid.size(), channels, grid.bounds()).as_bytes())?;
     for values in std::iter::once(grid.density()).chain(grid.emission()) {
         for block in values.chunks(1 << 14) {
             out.write_all(&block.iter().flat_map(|v| v.to_le_bytes()).collect::<Vec<u8>>())?;
@@ -103,7 +128,15 @@ fn read(bytes: &[u8]) -> Result<GridData, String> {
         ["channels", "density", "emission"] => 2,
         _ => return wrong("channels density` or `channels density emission", &line),
     };
-    let line = next("data")?;
+    let mut line = next("data")?;
+    let mut bounds = None;
+    if line.starts_with("bounds ") {
+        let numbers: Vec<f64> =
+            line.split_ascii_whitespace().skip(1).filter_map(|w| w.parse().ok()).collect();
+        let [a, b, c, d, e, f] = numbers[..] else { return wrong("bounds X Y Z X Y Z", &line) };
+        bounds = Some([DVec3::new(a, b, c), DVec3::new(d, e, f)]);
+        line = next("data")?;
+    }
     if line != "data" {
         return wrong("data", &line);
     }
@@ -121,7 +154,11 @@ fn read(bytes: &[u8]) -> Result<GridData, String> {
         bytes.chunks_exact(4).map(|b| f32::from_le_bytes([b[0], b[1], b[2], b[3]])).collect()
     };
     let (density, emission) = data.split_at(data.len() / channels as usize);
-    GridData::new(size, floats(density), (channels == 2).then(|| floats(emission)))
+    let data = GridData::new(size, floats(density), (channels == 2).then(|| floats(emission)))?;
+    match bounds {
+        Some(bounds) => data.with_bounds(bounds),
+        None => Ok(data),
+    }
 }
 
 #[cfg(test)]
@@ -136,7 +173,19 @@ mod tests {
         let expected = GridData::new([2, 3, 4], density.clone(), Some(emission)).unwrap();
         assert_eq!(decode(&bytes, "a"), Ok(expected));
         let bytes = encode([4, 3, 2], &density, None);
-        assert_eq!(decode(&bytes, "a"), Ok(GridData::new([4, 3, 2], density, None).unwrap()));
+        let alone = GridData::new([4, 3, 2], density, None).unwrap();
+        assert_eq!(decode(&bytes, "a"), Ok(alone.clone()));
+        let placed = alone.with_bounds([DVec3::new(-0.1, 0.0, 1e-3), DVec3::new(1.0, 2.5, 1e9)]).unwrap();
+        let mut bytes = Vec::new();
+        write(&placed, &mut bytes).unwrap();
+        assert_eq!(decode(&bytes, "a"), Ok(placed));
+    }
+
+    #[test]
+    fn a_name_after_an_openvdb_file_is_a_grid() {
+        assert_eq!(split_name("a/smoke.VDB#heat 2"), ("a/smoke.VDB", Some("heat 2")));
+        assert_eq!(split_name("take#3.vdb"), ("take#3.vdb", None));
+        assert_eq!(split_name("take#3.grid"), ("take#3.grid", None));
     }
 
     #[test]

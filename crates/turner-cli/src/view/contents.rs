@@ -1,6 +1,6 @@
 //! Reads a picture file: channels with their statistics, metadata, the values of a pixel.
 
-use std::collections::{HashMap, HashSet};
+use std::collections::HashMap;
 
 use turner::image::{Image, Pixels};
 use turner::schema::error::escape;
@@ -124,14 +124,11 @@ fn of_exr(file: &PictureFile, layer: Option<&str>, pixel: Option<(u32, u32)>) ->
         if !part.channels.iter().any(|c| in_layer(&c.name)) {
             continue;
         }
-        // Deep and subsampled channels are listed without values.
-        let sparse: HashSet<&str> =
-            part.channels.iter().filter(|c| c.subsampled).map(|c| c.name.as_str()).collect();
-        let wanted = |name: &str| in_layer(name) && !sparse.contains(name);
+        // Deep channels are listed without values.
         let channels = if part.deep || number >= MOST_PARTS {
             Vec::new()
         } else {
-            exr::read_channels(&file.bytes, &file.name, number, wanted, &DecodeLimits::default())
+            exr::read_channels(&file.bytes, &file.name, number, in_layer, &DecodeLimits::default())
                 .map_err(|e| failed(&e))?
         };
         let read: HashMap<&str, &ExtraChannel<'_>> = channels.iter().map(|c| (c.name.as_ref(), c)).collect();

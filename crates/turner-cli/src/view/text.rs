@@ -83,7 +83,7 @@ fn heading(c: &Contents, part: &Part) -> String {
         out += &format!("tiles of {width}x{height}\n");
     }
     if exr.deep {
-        out += "deep data, which is not read\n";
+        out += "deep data, flattened where it is shown as a picture\n";
     }
     out
 }

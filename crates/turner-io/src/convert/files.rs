@@ -245,7 +245,7 @@ impl SceneAssetWriter for Files<'_> {
         if let Some((_, name)) = known {
             return Ok(name.clone());
         }
-        let wanted = stem(&grid.uri);
+        let wanted = stem(crate::grid::split_name(&grid.uri).0);
         let name = self.file(Kind::Data, (wanted, "grid"), |out| crate::grid::write(&grid.data, out))?;
         self.grids.push((grid.clone(), name.clone()));
         Ok(name)

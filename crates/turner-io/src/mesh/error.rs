@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use turner::schema::error::suggestion;
+use turner::schema::{Warning, WarningKind};
 
 use super::Place;
 use crate::assets::printable;
@@ -38,7 +39,7 @@ pub enum MeshError {
     },
     /// A file without triangles: a point cloud, or empty.
     #[error(
-        "{name}: has {vertices} vertices but no faces; expected a mesh of polygons\n  \
+        "{name}: has {vertices} vertices but no faces; expected a mesh of polygons{others}\n  \
          render a point cloud with `type = \"points\"`"
     )]
     Empty {
@@ -46,6 +47,8 @@ pub enum MeshError {
         name: String,
         /// Number of vertices.
         vertices: usize,
+        /// What the file has instead: `", found 12 × `l` elements (lines)"`, or empty.
+        others: String,
     },
     /// No object, group or solid has the requested name.
     #[error("{name}: has no object or group \"{node}\"\n  {help}")]
@@ -76,6 +79,18 @@ pub enum MeshError {
 impl MeshError {
     pub(super) fn damaged(name: &str, format: SceneFormat, place: Place, problem: String) -> Self {
         Self::Damaged { name: printable(name), format: format.name(), place, problem: shortened(&problem) }
+    }
+
+    /// A file without triangles; `warnings` tell what was ignored.
+    pub(super) fn empty(name: &str, vertices: usize, warnings: &[Warning]) -> Self {
+        let name = printable(name);
+        let elements = warnings.iter().filter(|w| w.kind == WarningKind::Ignored).filter_map(|w| {
+            let message = w.message.strip_prefix(&name)?.strip_prefix(": ")?;
+            Some(format!("{} × {}", w.count, message.split(" are ignored").next()?))
+        });
+        let list = elements.collect::<Vec<_>>().join(", ");
+        let others = if list.is_empty() { list } else { format!(", found {list}") };
+        Self::Empty { name, vertices, others }
     }
 
     pub(super) fn node(name: &str, node: &str, valid: &[String]) -> Self {

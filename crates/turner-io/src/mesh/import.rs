@@ -277,8 +277,7 @@ impl Import {
         need::check_triangles(mesh.triangles.len(), &self.uri, &options.limits)?;
         if mesh.positions.is_empty() || mesh.triangles.is_empty() && self.summary.format != "Stanford PLY" {
             let vertices = mesh.positions.len();
-            let error = MeshError::Empty { name: self.summary.file, vertices };
-            return Err(mesh_error(error));
+            return Err(mesh_error(MeshError::empty(&self.uri, vertices, &self.scene.warnings)));
         }
         let is_cloud = mesh.triangles.is_empty();
         self.count(if is_cloud { "points" } else { "vertices" }, mesh.positions.len() as u64);

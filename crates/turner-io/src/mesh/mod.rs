@@ -44,7 +44,7 @@ pub struct ReadMesh {
 pub fn decode(bytes: &[u8], name: &str) -> Result<ReadMesh, MeshError> {
     let read = decode_any(bytes, name)?;
     if read.mesh.triangles.is_empty() {
-        return Err(MeshError::Empty { name: printable(name), vertices: read.mesh.positions.len() });
+        return Err(MeshError::empty(name, read.mesh.positions.len(), &read.warnings));
     }
     Ok(read)
 }

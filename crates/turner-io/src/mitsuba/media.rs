@@ -122,8 +122,8 @@ fn gridded(
     let file = GridFile { uri: String::new(), data: Arc::new(data) };
     MediumDesc::Grid(GridMedium {
         file,
-        min,
-        max,
+        min: Some(min),
+        max: Some(max),
         density,
         extinction: Some(extinction),
         albedo: Some(albedo),

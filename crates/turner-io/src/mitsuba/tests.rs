@@ -237,7 +237,7 @@ fn a_heterogeneous_medium_ends_with_its_volume() {
         scene.media[0].value.clone()
     };
     let MediumDesc::Grid(grid) = medium("heterogeneous") else { panic!() };
-    assert_eq!((grid.min, grid.max), (DVec3::new(-0.5, 0.0, 0.0), DVec3::new(0.5, 1.0, 1.0)));
+    assert_eq!(grid.bounds(), [DVec3::new(-0.5, 0.0, 0.0), DVec3::new(0.5, 1.0, 1.0)]);
     assert_eq!(grid.extinction.unwrap().g, 2.0);
     assert!(matches!(medium("homogeneous"), MediumDesc::Homogeneous(_)));
 }

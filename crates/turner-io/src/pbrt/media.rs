@@ -99,8 +99,8 @@ pub(super) fn define(
                     let file = GridFile { uri: String::new(), data: Arc::new(data) };
                     MediumDesc::Grid(GridMedium {
                         file,
-                        min: min.min(max),
-                        max: min.max(max) + 1e-9,
+                        min: Some(min.min(max)),
+                        max: Some(min.max(max) + 1e-9),
                         border: GridBorder::Fade,
                         density: scale,
                         absorption: Some(absorption),

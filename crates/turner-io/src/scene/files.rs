@@ -201,15 +201,18 @@ impl SceneAssets for SceneFiles<'_> {
     }
 
     fn grid(&mut self, uri: &str, from: FileId) -> Result<Arc<GridData>, SceneError> {
-        let path = self.resolve(uri, from)?;
+        let (file, part) = grid::split_name(uri);
+        let file = self.resolve(file, from)?;
+        let path = part.map_or(file.clone(), |part| format!("{file}#{part}"));
         if let Some(grid) = self.grids.get(&path) {
             return Ok(grid.clone());
         }
-        let bytes = self.assets.read(&path, MAX_GRID).map_err(|e| e.to_scene_error())?;
+        let bytes = self.assets.read(&file, MAX_GRID).map_err(|e| e.to_scene_error())?;
         self.hash.add(b'v', &bytes);
         let memory = &self.options.limits.memory;
         memory.need(2 * bytes.len() as u64, || format!("{}: reading it", printable(&path)))?;
-        let data = grid::decode(&bytes, &path).map_err(|e| two_lines(ErrorCode::Volume, &e.to_string()))?;
+        let data = grid::decode_within(&bytes, &path, memory.left())
+            .map_err(|e| two_lines(ErrorCode::Volume, &e.to_string()))?;
         let grid = Arc::new(data);
         self.grids.insert(path, grid.clone());
         Ok(grid)

@@ -15,7 +15,8 @@ pub(crate) fn fill_open(scene: &mut SceneDesc, around: Option<MediumId>) {
         scene.background.medium = around;
         return;
     };
-    let shape = BoxDesc { min: Some(grid.min), max: Some(grid.max), center: None, size: None };
+    let [min, max] = grid.bounds();
+    let shape = BoxDesc { min: Some(min), max: Some(max), center: None, size: None };
     let material = MaterialDesc::Interface(InterfaceMaterial { interior: around });
     let material_id = MaterialId(scene.materials.len() as u32);
     scene.materials.push(Named { name: None, span: None, value: material });

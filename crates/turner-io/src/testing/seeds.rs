@@ -38,6 +38,7 @@ pub fn seeds() -> Vec<Seed> {
         alone("packed.pbrt", &gzip(PBRT.as_bytes())),
         shown("lamp.ies", IES.into(), lamp()),
         shown("cloud.grid", crate::grid::encode([2, 2, 2], &[0.5; 8], Some(&[0.1; 8])), cloud()),
+        shown("cloud.vdb", super::vdb_seed::seed(), cloud().replace("cloud.grid", "cloud.vdb")),
         Seed {
             name: "metal.spd",
             bytes: "# nm, n\n300 1.2\n500 0.9\n700 0.4\n".into(),

@@ -18,16 +18,18 @@ choice! {
 }
 
 params! {
-    /// A medium whose density comes from a grid file: smoke, clouds, scans. docs/guides/fog-and-smoke.md describes the
-    /// file. The grid fills the box from `min` to `max`; outside it the medium is empty. All coefficients are
-    /// multiplied by the local density.
+    /// A medium whose density comes from a grid file: smoke, clouds, scans. The file is OpenVDB (`.vdb`) or of the kind
+    /// that docs/guides/fog-and-smoke.md describes. The grid fills the box from `min` to `max`; outside it the medium is
+    /// empty. All coefficients are multiplied by the local density.
     pub struct GridMedium as "grid" {
-        /// Path of the file, relative to the scene file.
+        /// Path of the file, relative to the scene file. `smoke.vdb#flames` is the grid `flames` of an OpenVDB file;
+        /// without a name it is `density` or the only grid of floats.
         file: GridFile, required, default GridFile::default();
-        /// Corner of the grid's first cell, in scene units.
-        min: DVec3 = DVec3::NEG_ONE;
-        /// The opposite corner.
-        max: DVec3 = DVec3::ONE;
+        /// Corner of the grid's first cell, in scene units. If not given, where the file places it; (-1, -1, -1) if it
+        /// does not.
+        min: Option<DVec3> = None;
+        /// The opposite corner; (1, 1, 1) if neither it nor the file gives one.
+        max: Option<DVec3> = None;
         /// The density in the outer half of the border cells.
         border: GridBorder = GridBorder::Extend;
         /// Factor of the grid's densities.
@@ -65,12 +67,19 @@ impl GridMedium {
             self.anisotropy,
             self.emission,
         )?;
-        if !(self.min.cmplt(self.max).all() && (self.max - self.min).is_finite()) {
-            let message = format!("the box of the grid, {} to {}, is empty", self.min, self.max);
+        let [min, max] = self.bounds();
+        if !(min.cmplt(max).all() && (max - min).is_finite()) {
+            let message = format!("the box of the grid, {min} to {max}, is empty");
             return Err(SceneError::new(ErrorCode::OutOfRange, message)
                 .help("`min` must be less than `max` along each axis"));
         }
         let fades = self.border == GridBorder::Fade;
-        Heterogeneous::new(coefficients, Arc::clone(&self.file.data), fades, [self.min, self.max])
+        Heterogeneous::new(coefficients, Arc::clone(&self.file.data), fades, [min, max])
+    }
+
+    /// The box that the grid fills: `min` and `max`, or that of the file.
+    pub fn bounds(&self) -> [DVec3; 2] {
+        let [min, max] = self.file.data.bounds().unwrap_or([DVec3::NEG_ONE, DVec3::ONE]);
+        [self.min.unwrap_or(min), self.max.unwrap_or(max)]
     }
 }

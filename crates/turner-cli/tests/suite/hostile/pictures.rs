@@ -100,6 +100,8 @@ pub(super) fn cases() -> Vec<Case> {
         ),
         ("a grid of no cells", "turner-grid 1\nsize 0 1 1\nchannels density\ndata\n"),
         ("a grid without an end", "turner-grid 1\nsize 2 2 2"),
+        ("a grid in no box", "turner-grid 1\nsize 1 1 1\nchannels density\nbounds 0 0 0 0 NaN 1\ndata\n0000"),
+        ("an OpenVDB file without an end", " BDV\0\0\0\0"),
     ] {
         let scene = seeds().into_iter().find(|s| s.name == "cloud.grid").unwrap().scene.unwrap().1;
         let files =

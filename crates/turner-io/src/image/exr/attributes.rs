@@ -14,14 +14,45 @@ const STRUCTURE: &[&str] = &["name", "type", "view", "version", "chunkCount", "m
 pub(super) struct Attribute<'a> {
     pub(super) name: &'a [u8],
     kind: &'a [u8],
-    value: &'a [u8],
+    pub(super) value: &'a [u8],
     pub(super) range: Range<usize>,
 }
 
 /// The attributes of the first header; `None` if it extends beyond the end of the bytes.
 pub(super) fn attributes(bytes: &[u8]) -> Option<Vec<Attribute<'_>>> {
+    attributes_at(bytes, START).map(|(found, _)| found)
+}
+
+/// The attributes of the headers of all parts.
+pub(super) fn headers(bytes: &[u8]) -> Option<Vec<Vec<Attribute<'_>>>> {
+    all_headers(bytes).map(|(headers, _)| headers)
+}
+
+/// Where the offset tables begin: after the headers of all parts.
+pub(super) fn end_of_headers(bytes: &[u8]) -> Option<usize> {
+    all_headers(bytes).map(|(_, end)| end)
+}
+
+fn all_headers(bytes: &[u8]) -> Option<(Vec<Vec<Attribute<'_>>>, usize)> {
+    /// In the second byte of the flags: the file has several parts.
+    const PARTS: u8 = 1 << 4;
+    let (first, mut at) = attributes_at(bytes, START)?;
+    let mut headers = vec![first];
+    if bytes.get(5)? & PARTS == 0 {
+        return Some((headers, at));
+    }
+    // An empty header ends the list.
+    while *bytes.get(at)? != 0 {
+        let (header, end) = attributes_at(bytes, at)?;
+        headers.push(header);
+        at = end;
+    }
+    Some((headers, at + 1))
+}
+
+/// The attributes of the header at a byte, and where it ends.
+fn attributes_at(bytes: &[u8], mut at: usize) -> Option<(Vec<Attribute<'_>>, usize)> {
     let mut found = Vec::new();
-    let mut at = START;
     while *bytes.get(at)? != 0 {
         let start = at;
         let name = until_nul(bytes, &mut at)?;
@@ -34,7 +65,7 @@ pub(super) fn attributes(bytes: &[u8]) -> Option<Vec<Attribute<'_>>> {
         at = end;
         found.push(Attribute { name, kind, value, range: start..end });
     }
-    Some(found)
+    Some((found, at + 1))
 }
 
 fn until_nul<'a>(bytes: &'a [u8], at: &mut usize) -> Option<&'a [u8]> {

@@ -1,9 +1,9 @@
 //! Selects the channels of an EXR file that make up the image.
 
 use super::FORMAT;
+use super::subsampled::is_subsampled;
 use crate::assets::printable;
 use crate::image::ImageError;
-use exr::meta::attribute::ChannelDescription;
 use exr::meta::header::Header;
 
 /// Channels of a part, each with the image channel that it becomes.
@@ -13,17 +13,25 @@ pub(super) struct Choice {
     pub(super) to: Vec<Option<u8>>,
     /// 1, 2, 3 or 4.
     pub(super) channels: u8,
+    /// Whether the first three are RY, Y and BY.
+    pub(super) is_chroma: bool,
 }
 
 /// The supported channel sets, in order of preference; the names are in the order of the image's channels.
-const SETS: &[&[&str]] = &[&["R", "G", "B", "A"], &["R", "G", "B"], &["Y", "A"], &["Y"]];
+const SETS: &[&[&str]] = &[
+    &["R", "G", "B", "A"],
+    &["R", "G", "B"],
+    &["RY", "Y", "BY", "A"],
+    &["RY", "Y", "BY"],
+    &["Y", "A"],
+    &["Y"],
+];
 
 /// Selects the channels; the error names the channels that exist and those that are missing.
 pub(super) fn choose(headers: &[Header], name: &str) -> Result<Choice, ImageError> {
-    let flat = || headers.iter().enumerate().filter(|(_, h)| !h.deep);
-    if flat().next().is_none() {
-        return Err(ImageError::unsupported(name, FORMAT, "deep data", "flat pixels"));
-    }
+    // Deep parts are flattened if there are no others.
+    let is_deep = headers.iter().all(|h| h.deep);
+    let flat = || headers.iter().enumerate().filter(|(_, h)| h.deep == is_deep);
     let names: Vec<(usize, Vec<String>)> =
         flat().map(|(i, h)| (i, h.channels.list.iter().map(|c| c.name.to_string()).collect())).collect();
     let choice = names
@@ -35,6 +43,7 @@ pub(super) fn choose(headers: &[Header], name: &str) -> Result<Choice, ImageErro
                 part: layer,
                 to: vec![Some(0)],
                 channels: 1,
+                is_chroma: false,
             })
         });
     let Some(choice) = choice else {
@@ -44,11 +53,12 @@ pub(super) fn choose(headers: &[Header], name: &str) -> Result<Choice, ImageErro
         return Err(ImageError::unsupported(name, FORMAT, found, "R, G, B (and A), Y, or a single channel"));
     };
     let list = &headers[choice.part].channels.list;
-    // Luminance/chroma files: Y alone would drop the colours.
-    let chroma = list.iter().any(|c| matches!(c.name.as_slice(), b"RY" | b"BY"));
-    if (chroma && choice.channels < 3) || list.iter().any(is_subsampled) {
-        let found = "luminance and chroma or subsampled channels";
-        return Err(ImageError::unsupported(name, FORMAT, found, "R, G, B at full resolution"));
+    let chroma = list.iter().zip(&choice.to).filter(|(c, to)| matches!(to, Some(0 | 2)) && is_subsampled(c));
+    if let (true, Some((c, _))) =
+        (choice.is_chroma, { chroma }.find(|(c, _)| (c.sampling.0, c.sampling.1) != (2, 2)))
+    {
+        let found = format!("chroma at every {} × {} pixels", c.sampling.0, c.sampling.1);
+        return Err(ImageError::unsupported(name, FORMAT, found, "chroma at every 1 × 1 or 2 × 2 pixels"));
     }
     Ok(choice)
 }
@@ -60,7 +70,7 @@ fn in_layer(layer: usize, names: &[String], prefix: &str) -> Option<Choice> {
             let at = names.iter().position(|n| n.strip_prefix(prefix) == Some(suffix))?;
             to[at] = Some(i as u8);
         }
-        Some(Choice { part: layer, to, channels: set.len() as u8 })
+        Some(Choice { part: layer, to, channels: set.len() as u8, is_chroma: set.first() == Some(&"RY") })
     })
 }
 
@@ -74,11 +84,6 @@ fn in_any_named_layer(layer: usize, names: &[String]) -> Option<Choice> {
         last = prefix;
         in_layer(layer, names, prefix)
     })
-}
-
-/// Whether a channel has less than one sample per pixel.
-pub(super) fn is_subsampled(channel: &ChannelDescription) -> bool {
-    channel.sampling.0 != 1 || channel.sampling.1 != 1
 }
 
 /// The names of the channels of each part. In files of several parts the channels of a part with a name get it as a
@@ -124,11 +129,6 @@ pub(super) fn in_layer_named(headers: &[Header], name: &str, layer: &str) -> Res
     let Some(choice) = by(&exact).or_else(|| by(&any_case)) else {
         return Err(unknown_layer(headers, name, layer));
     };
-    let list = &headers[choice.part].channels.list;
-    if list.iter().zip(&choice.to).any(|(channel, to)| to.is_some() && is_subsampled(channel)) {
-        let found = format!("the subsampled layer {layer}");
-        return Err(ImageError::unsupported(name, FORMAT, found, "channels at full resolution"));
-    }
     Ok(choice)
 }
 
@@ -139,7 +139,7 @@ fn components(part: usize, names: &[String], component: &dyn Fn(&str) -> Option<
     if let Some(at) = position("") {
         let mut to = vec![None; names.len()];
         to[at] = Some(0);
-        return Some(Choice { part, to, channels: 1 });
+        return Some(Choice { part, to, channels: 1, is_chroma: false });
     }
     let set = COMPONENTS.iter().find(|set| set.iter().all(|c| position(c).is_some()));
     let Some(set) = set else {
@@ -148,7 +148,7 @@ fn components(part: usize, names: &[String], component: &dyn Fn(&str) -> Option<
         let (at, None) = (only.next()?, only.next()) else { return None };
         let mut to = vec![None; names.len()];
         to[at] = Some(0);
-        return Some(Choice { part, to, channels: 1 });
+        return Some(Choice { part, to, channels: 1, is_chroma: false });
     };
     let mut to = vec![None; names.len()];
     for (i, component) in set.iter().enumerate() {
@@ -156,7 +156,7 @@ fn components(part: usize, names: &[String], component: &dyn Fn(&str) -> Option<
     }
     // Two components that are not a value and its alpha are shown as red and green.
     let channels = if matches!(set, [_, second] if *second != "a") { 3 } else { set.len() as u8 };
-    Some(Choice { part, to, channels })
+    Some(Choice { part, to, channels, is_chroma: false })
 }
 
 /// Most layers that an error lists.

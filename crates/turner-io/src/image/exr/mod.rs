@@ -13,9 +13,11 @@
 //! ```
 //!
 //! Reading: the image is the display window. Pixels outside the data window are 0; pixels outside the display window
-//! are dropped. The channels are, in this order: `R G B [A]` of the first part that has them, `Y [A]`, the same in a
-//! named layer, or a single channel as grey. All compressions of the exr crate are supported. NaN and infinite values
+//! are dropped. The channels are, in this order: `R G B [A]` of the first part that has them, luminance and chroma
+//! `Y RY BY [A]`, `Y [A]`, the same in a named layer, or a single channel as grey. All compressions of the exr crate are supported. NaN and infinite values
 //! are kept. EXR stores colours premultiplied by alpha; [`decode`] divides by alpha, [`decode_as_stored`] does not.
+//! [`decode`] converts colours with other `chromaticities` to Rec. 709, and X, Y and Z as well.
+//! Deep parts are flattened if no part is flat.
 //! [`decode_layer`] reads another layer, [`parts`] lists everything, and [`read_channels`] reads any channels.
 //!
 //! Writing: one part with `R G B [A]` and any further channels ([`super::ExtraChannel`]), with ZIP, PIZ or no
@@ -24,12 +26,16 @@
 
 mod attributes;
 mod channels;
+mod chroma;
 mod columns;
+mod deep;
 mod options;
 mod parts;
 mod picture;
+mod primaries;
 mod read;
 mod sorted_header;
+mod subsampled;
 mod write;
 
 pub use attributes::read_metadata;

@@ -1,9 +1,10 @@
 //! What an EXR file contains: parts, layers, channels; and the samples of any of its channels.
 
 use super::FORMAT;
-use super::channels::{full_names, is_subsampled, unknown_layer};
+use super::channels::{full_names, unknown_layer};
 use super::picture::{copy, floats};
 use super::read::Opened;
+use super::subsampled::is_subsampled;
 use crate::image::contain::contain;
 use crate::image::limits::buffer;
 use crate::image::{ChannelValues, DecodeLimits, ExtraChannel, ImageError, SampleKind};
@@ -28,7 +29,7 @@ pub struct ExrPart {
     pub compression: &'static str,
     /// Size of the tiles, if it is stored in tiles.
     pub tiles: Option<(u64, u64)>,
-    /// Whether pixels hold lists of samples at several depths, which are not read.
+    /// Whether pixels hold lists of samples at several depths, which [`decode`](super::decode) flattens.
     pub deep: bool,
     /// Its channels, in the order of the file.
     pub channels: Vec<ExrChannel>,
@@ -64,7 +65,7 @@ fn part(header: &Header, names: Vec<String>) -> ExrPart {
     let channels = header.channels.list.iter().zip(names).map(|(channel, name)| ExrChannel {
         name,
         kind: kind(channel.sample_type),
-        subsampled: channel.sampling.0 != 1 || channel.sampling.1 != 1,
+        subsampled: is_subsampled(channel),
     });
     ExrPart {
         name: header.own_attributes.layer_name.as_ref().map(ToString::to_string),
@@ -109,9 +110,10 @@ fn word(compression: Compression) -> &'static str {
 }
 
 /// Reads the channels of a part, in the order of the file, with the names of [`parts`]: those for which `wanted` is
-/// true. Samples are those of the display window, 0 outside the data window; integers stay integers.
+/// true. Samples are those of the display window, 0 outside the data window; integers stay integers. A sample of a
+/// subsampled channel counts for the pixels up to the next one.
 ///
-/// An error if there is no such part, or if a wanted channel is deep or subsampled.
+/// An error if there is no such part, or if it is deep.
 pub fn read_channels(
     bytes: &[u8],
     name: &str,
@@ -131,10 +133,6 @@ pub fn read_channels(
         }
         let list: Vec<_> =
             header.channels.list.iter().zip(names).map(|(c, name)| (c.clone(), name)).collect();
-        if let Some((_, sparse)) = list.iter().find(|(c, name)| wanted(name) && is_subsampled(c)) {
-            let found = format!("the subsampled channel {sparse}");
-            return Err(ImageError::unsupported(name, FORMAT, found, "channels at full resolution"));
-        }
         let count = list.iter().filter(|(_, name)| wanted(name)).count() as u64;
         let window = file.window(part, 4 * count, limits)?;
         let mut channels = Vec::with_capacity(list.len());

@@ -1,12 +1,15 @@
 //! Reads the blocks of a part of an EXR file.
 
 use super::FORMAT;
+use super::deep;
+use super::subsampled::{decompress, full, has_subsampled, repeated, restore, rows};
 use crate::image::limits::{Checked, Source};
 use crate::image::{DecodeLimits, ImageError};
 use exr::block::UncompressedBlock;
 use exr::compression::Compression;
 use exr::meta::attribute::SampleType;
 use exr::meta::header::Header;
+use std::borrow::Cow;
 use std::collections::HashSet;
 use std::io::Cursor;
 
@@ -14,7 +17,9 @@ use std::io::Cursor;
 pub(super) struct Opened<'a> {
     bytes: &'a [u8],
     name: &'a str,
-    reader: exr::block::reader::Reader<Cursor<&'a [u8]>>,
+    /// With the samplings of the file; those of the reader are 1.
+    headers: Vec<Header>,
+    reader: exr::block::reader::Reader<Cursor<Cow<'a, [u8]>>>,
 }
 
 /// The rectangle of a part that is read: its display window.
@@ -42,14 +47,25 @@ pub(super) struct Line<'a> {
 impl<'a> Opened<'a> {
     /// Reads the headers and checks the offset tables.
     pub(super) fn new(bytes: &'a [u8], name: &'a str) -> Result<Opened<'a>, ImageError> {
-        let reader = exr::block::read(Cursor::new(bytes), false).map_err(|error| damaged(name, error))?;
+        // The exr crate refuses deep parts. Their headers are read as those of flat ones, and their chunks here.
+        let flat = deep::flat_headers(bytes);
+        let is_deep = flat.is_some();
+        let (readable, samplings) = match (flat, full(bytes, name)?) {
+            (Some(headers), _) => (Cow::Owned(headers), Vec::new()),
+            (None, Some((copy, samplings))) => (Cow::Owned(copy), samplings),
+            (None, None) => (Cow::Borrowed(bytes), Vec::new()),
+        };
+        let reader = exr::block::read(Cursor::new(readable), false).map_err(|error| damaged(name, error))?;
         check_tables(reader.headers(), bytes, name)?;
-        Ok(Opened { bytes, name, reader })
+        let mut headers = reader.headers().to_vec();
+        restore(&mut headers, &samplings, name)?;
+        headers.iter_mut().for_each(|header| header.deep = is_deep);
+        Ok(Opened { bytes, name, headers, reader })
     }
 
     /// The headers of all parts.
     pub(super) fn headers(&self) -> &[Header] {
-        self.reader.headers()
+        &self.headers
     }
 
     /// Checks the windows of a part against the limits, for `pixel_bytes` bytes of result per pixel.
@@ -91,7 +107,7 @@ impl<'a> Opened<'a> {
         let name = self.name;
         let damaged = |error| damaged(name, error);
         let problem = |what: &str| ImageError::damaged(name, FORMAT, what);
-        let Some(header) = self.headers().get(part).cloned() else { return Ok(()) };
+        let Some(mut header) = self.headers().get(part).cloned() else { return Ok(()) };
         let wanted = self
             .reader
             .filter_chunks(false, |_, tile, block| block.layer == part && tile.is_largest_resolution_level())
@@ -101,7 +117,7 @@ impl<'a> Opened<'a> {
         let mut pixels = 0_usize;
         for chunk in wanted {
             let chunk = chunk.map_err(damaged)?;
-            let block = UncompressedBlock::decompress_chunk(chunk, &meta, false).map_err(damaged)?;
+            let block = decompress(chunk, &meta, &mut header).map_err(damaged)?;
             let at = block.index.pixel_position;
             let area = block.index.pixel_size.0.saturating_mul(block.index.pixel_size.1);
             if block.index.layer != part || block.index.level.0 != 0 || block.index.level.1 != 0 {
@@ -125,24 +141,61 @@ impl<'a> Opened<'a> {
 }
 
 impl Window {
-    /// The rows of a block, clipped to the display window.
-    fn clip(&self, block: &UncompressedBlock, header: &Header, take: &mut impl FnMut(Line<'_>)) {
+    /// The window of all pixels that are stored.
+    pub(super) fn of_data(&self, header: &Header) -> Window {
+        // The window is checked, so that its sides have 32 bits.
+        let (width, height) = (header.layer_size.0 as u32, header.layer_size.1 as u32);
+        let size = Checked { width, height, pixels: self.stored };
+        Window { size, offset: (0, 0), stored: self.stored }
+    }
+
+    /// Copies pixels of the data window, `channels` values each, to where they lie in the display window.
+    pub(super) fn place(&self, data: &Window, pixels: &[f32], channels: usize, out: &mut [f32]) {
+        let width = data.size.width as usize;
+        for (y, row) in pixels.chunks_exact((width * channels).max(1)).enumerate() {
+            let Some((first, from, count)) = self.cut((0, y), width) else { continue };
+            let to = out.get_mut(first * channels..(first + count) * channels).unwrap_or_default();
+            to.copy_from_slice(row.get(from * channels..(from + count) * channels).unwrap_or_default());
+        }
+    }
+
+    /// The part of `count` pixels at `x`, `y` of the data window that lies in the display window: the index of its
+    /// first pixel there, how many are cut before it, and how many there are.
+    fn cut(&self, (x, y): (usize, usize), count: usize) -> Option<(usize, usize, usize)> {
         let (width, height) = (i64::from(self.size.width), i64::from(self.size.height));
-        for line in block.lines(&header.channels) {
-            let channel = line.location.channel;
-            let Some(description) = header.channels.list.get(channel) else { continue };
-            let count = line.location.sample_count as i64;
-            let x = self.offset.0 + line.location.position.0 as i64;
-            let y = self.offset.1 + line.location.position.1 as i64;
-            let (first, last) = (x.max(0), (x + count).min(width));
-            if y < 0 || y >= height || first >= last {
-                continue;
-            }
+        let (x, y) = (self.offset.0 + x as i64, self.offset.1 + y as i64);
+        let (first, last) = (x.max(0), (x + count as i64).min(width));
+        if y < 0 || y >= height || first >= last {
+            return None;
+        }
+        Some(((y * width + first) as usize, (first - x) as usize, (last - first) as usize))
+    }
+
+    /// The rows of a block, clipped to the display window. A sample of a channel that has less than one per pixel
+    /// counts for the pixels up to the next one.
+    fn clip(&self, block: &UncompressedBlock, header: &Header, take: &mut impl FnMut(Line<'_>)) {
+        let mut line = |channel: usize, (x, y): (usize, usize), count: usize, bytes: &[u8]| {
+            let Some(description) = header.channels.list.get(channel) else { return };
+            let Some((first, skip, samples)) = self.cut((x, y), count) else { return };
             let size = description.sample_type.bytes_per_sample();
-            let (skip, samples) = ((first - x) as usize * size, (last - first) as usize * size);
-            let Some(bytes) = line.value.get(skip..skip + samples) else { continue };
-            let first = (y * width + first) as usize;
+            let Some(bytes) = bytes.get(skip * size..(skip + samples) * size) else { return };
             take(Line { channel, first, kind: description.sample_type, bytes });
+        };
+        if !has_subsampled(header) {
+            for l in block.lines(&header.channels) {
+                let at = (l.location.position.0, l.location.position.1);
+                line(l.location.channel, at, l.location.sample_count, l.value);
+            }
+            return;
+        }
+        for row in rows(header, block.index) {
+            let Some(description) = header.channels.list.get(row.channel) else { continue };
+            let Some(bytes) = block.data.get(row.bytes) else { continue };
+            let pixels = repeated(bytes, description.sample_type.bytes_per_sample(), row.step);
+            let count = block.index.pixel_size.0;
+            for y in row.y..(row.y + row.rows).min(header.layer_size.1) {
+                line(row.channel, (block.index.pixel_position.0, y), count, &pixels);
+            }
         }
     }
 }
@@ -151,7 +204,8 @@ fn damaged(name: &str, error: exr::error::Error) -> ImageError {
     match error {
         exr::error::Error::NotSupported(what) => {
             let found = what.trim_end_matches("not supported yet").trim_end();
-            ImageError::unsupported(name, FORMAT, found, "flat R, G, B, A or Y at full resolution")
+            let expected = "one of the compressions none, rle, zips, zip, piz, pxr24, b44, b44a, dwaa, dwab";
+            ImageError::unsupported(name, FORMAT, found, expected)
         }
         other => ImageError::damaged(name, FORMAT, other),
     }

@@ -120,12 +120,15 @@ pub(super) struct Header {
     pub(super) textures: Vec<String>,
     /// Material names.
     pub(super) materials: Vec<String>,
+    /// The number of lines that begin with no word of PLY, and the first of them.
+    pub(super) unknown: (u64, String),
 }
 
 /// Parses the header, including `end_header`.
 pub(super) fn read(bytes: &[u8]) -> Result<Header, Fail> {
     let (mut encoding, mut elements, mut parts) = (None, Vec::<Element>::new(), 0);
     let (mut at, mut number, mut textures, mut materials) = (0, 0, Vec::new(), Vec::new());
+    let (mut unknown, mut first_unknown) = (0, String::new());
     loop {
         number += 1;
         let fail = |problem: String| Fail { place: Place::Line(number), problem };
@@ -158,7 +161,10 @@ pub(super) fn read(bytes: &[u8]) -> Result<Header, Fail> {
                     }
                 });
             }
-            ["element", name, count] => {
+            ["element"] | ["element", _] => {
+                return Err(fail(format!("expected `element NAME COUNT`, found \"{line}\"")));
+            }
+            ["element", name, count, ..] => {
                 let count = count.parse::<usize>().ok().filter(|&n| n < u32::MAX as usize);
                 let Some(count) = count else {
                     return Err(fail(format!(
@@ -183,13 +189,27 @@ pub(super) fn read(bytes: &[u8]) -> Result<Header, Fail> {
                 element.properties.push(property);
                 parts += 1;
             }
-            ["end_header"] => {
+            ["end_header", ..] => {
                 let Some(encoding) = encoding else {
                     return Err(fail("the line `format ascii 1.0` (or binary) is missing".into()));
                 };
-                return Ok(Header { encoding, elements, len: at, lines: number, textures, materials });
+                let unknown = (unknown, first_unknown);
+                return Ok(Header {
+                    encoding,
+                    elements,
+                    len: at,
+                    lines: number,
+                    textures,
+                    materials,
+                    unknown,
+                });
             }
-            _ => return Err(fail(format!("unknown line \"{line}\" in the header"))),
+            _ => {
+                unknown += 1;
+                if unknown == 1 {
+                    first_unknown = line.trim().to_owned();
+                }
+            }
         }
         if parts > MAX_PARTS {
             return Err(fail(format!("more than {MAX_PARTS} elements and properties")));

@@ -108,6 +108,10 @@ fn read_all(bytes: &[u8], name: &str) -> Result<ReadMesh, Stop> {
             }
         }
     }
+    if let (count @ 1.., first) = &header.unknown {
+        let message = format!("lines of the header are ignored, the first is \"{}\"", printable(first));
+        warnings.push(warning(WarningKind::Ignored, name, *count, &message));
+    }
     faces.remarks(&mut warnings);
     if header.textures.len() > 1 {
         let more = header.textures.len() as u64 - 1;

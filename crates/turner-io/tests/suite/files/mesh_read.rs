@@ -186,11 +186,68 @@ fn bad_objs_say_where() {
         ("v 0 0 0\nf\n", "without vertices"),
         ("v 0 0 0\n", "1 vertices but no faces"),
         ("", "no faces"),
+        (
+            "v 0 0 0\nv 1 0 0\nl 1 2\nl 2 1\n",
+            "no faces; expected a mesh of polygons, found 2 × `l` elements (lines)",
+        ),
+        ("v 0 0 0\np 1\n", "polygons, found 1 × `p` elements (points)"),
         ("v nan 0 0\nf 1 1 1\n", "no faces"),
     ] {
         let error = decode(text.as_bytes(), "a.obj").unwrap_err().to_string();
         assert!(error.starts_with("a.obj: ") && error.contains(words), "{text}\n{error}");
     }
+}
+
+/// What programs write against the specification, or beside it.
+#[test]
+fn unusual_lines_of_objs_are_read() {
+    let text = "# a # b\no x # not a name\nv 0 0 0 # first\nv 1 0 0\nv 1 1 0\nv 0 1 0 #\nvt 0 0\nvn 0 0 1\n\
+                s 1 # smooth\nf 1 2 3 # a triangle\n\tf -4/1 -2//1 -1/1/1\ns off\nf 1/ 2/ 3/\n";
+    let read = decode(text.as_bytes(), "a.obj").unwrap();
+    assert_eq!(read.mesh.triangles.len(), 3);
+    assert!(read.mesh.normals.iter().all(|n| *n == [0.0, 0.0, 1.0]), "{:?}", read.mesh.normals);
+}
+
+/// Two faces of a roof: smooth in a group, flat without one.
+#[test]
+fn smoothing_groups_of_objs_are_smooth() {
+    let read = |groups: [&str; 2]| {
+        let [a, b] = groups;
+        let text = format!("v 0 0 0\nv 0 1 0\nv 1 0 -1\nv -1 0 -1\n{a}\nf 1 3 2\n{b}\nf 1 2 4\n");
+        decode(text.as_bytes(), "a.obj").unwrap().mesh
+    };
+    let s = std::f32::consts::FRAC_1_SQRT_2;
+    let near = |n: [f32; 3], e: [f32; 3]| n.iter().zip(e).all(|(n, e)| (n - e).abs() < 1e-6);
+    // The ridge has the mean of both normals, (±s, 0, s).
+    let smooth = read(["s 1", ""]);
+    let ridge = smooth.positions.iter().zip(&smooth.normals).filter(|(p, _)| p[0] == 0.0);
+    assert!({ ridge }.all(|(_, n)| near(*n, [0.0, 0.0, 1.0])), "{:?}", smooth.normals);
+    assert_eq!(smooth.positions.len(), 4);
+    for groups in [["s 1", "s 2"], ["s 1", "s off"], ["s 1", "s 0"]] {
+        let flat = read(groups);
+        assert_eq!(flat.positions.len(), 6);
+        assert!(flat.normals.iter().all(|n| near(*n, [n[0].signum() * s, 0.0, s])), "{:?}", flat.normals);
+    }
+    assert!(read(["", ""]).normals.is_empty());
+}
+
+#[test]
+fn unknown_lines_of_ply_headers_are_ignored_with_a_warning() {
+    let head = "ply\nformat ascii 1.0\nobj_info anything here\ncamera 1 2 3\nelement vertex 3\nproperty float x\n\
+                property float y\nproperty float z\nproperty int label\nelement extra 1\n\
+                property list uchar int values\nunits mm\nelement face 1\nproperty list uchar int vertex_indices\n\
+                end_header\n";
+    let text = format!("{head}0 0 0 7\n1 0 0 7\n0 1 0 7\n2 5 5\n3 0 1 2\n");
+    let read = decode(text.as_bytes(), "a.ply").unwrap();
+    assert_eq!((read.mesh.positions.len(), read.mesh.triangles.len()), (3, 1));
+    let messages: Vec<&str> = read.warnings.iter().map(|w| w.message.as_str()).collect();
+    assert!(
+        messages.contains(&"a.ply: lines of the header are ignored, the first is \"camera 1 2 3\""),
+        "{messages:?}"
+    );
+    let error =
+        decode(b"ply\nformat ascii 1.0\nelement vertex\nend_header\n", "a.ply").unwrap_err().to_string();
+    assert!(error.contains("line 3: expected `element NAME COUNT`"), "{error}");
 }
 
 #[test]

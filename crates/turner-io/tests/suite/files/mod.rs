@@ -7,6 +7,7 @@ mod gltf_hostile;
 mod hostile;
 mod image_assets;
 mod image_display;
+mod image_exr_kinds;
 mod image_exr_writers;
 mod image_hostile;
 mod image_kinds;

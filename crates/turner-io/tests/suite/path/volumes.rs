@@ -43,6 +43,29 @@ fn nonsense_is_an_error_at_its_place() {
     assert_eq!(load("{ extinction = 1e29, emission = 1e14 }"), None);
 }
 
+/// An OpenVDB file lies where its transform places it, unless the scene gives a box.
+#[test]
+fn openvdb_files_are_grids() {
+    let mut assets = turner_io::assets::MemoryAssets::default();
+    let seed = turner_io::testing::seeds::seeds().into_iter().find(|s| s.name == "cloud.vdb").unwrap();
+    assets.files.insert("cloud.vdb".into(), seed.bytes);
+    let load = |keys: &str| {
+        let text = format!("[medium.m]\ntype = \"grid\"\n{keys}\n");
+        turner_io::scene::load_text(text, "t.toml", &assets, &Default::default())
+    };
+    let bounds = |keys: &str| match &load(keys).unwrap().desc.media[0].value {
+        turner::medium::MediumDesc::Grid(grid) => grid.bounds().map(|p| p.to_array()),
+        other => panic!("{other:?}"),
+    };
+    // The voxels -4..=5, 0..=6 and 1, one cell around them, and cells of 0.5 units.
+    let own = [[-2.75, -0.75, -0.25], [3.25, 3.75, 1.25]];
+    assert_eq!(bounds("file = \"cloud.vdb\""), own);
+    assert_eq!(bounds("file = \"cloud.vdb#density\"\nmin = [-3, -1, -1]"), [[-3.0, -1.0, -1.0], own[1]]);
+    let error = load("file = \"cloud.vdb#heat\"").err().unwrap();
+    assert_eq!((error.code(), error.line()), ("E0206", Some(3)));
+    assert!(error.to_string().contains("no grid \"heat\"; its grids: \"density\" (float)"), "{error}");
+}
+
 /// A grid of constant density is a homogeneous medium; a damaged grid is an error at its name.
 #[test]
 fn grids_come_from_files() {

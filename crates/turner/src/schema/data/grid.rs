@@ -15,6 +15,7 @@ pub struct GridData {
     size: [u32; 3],
     density: Vec<f32>,
     emission: Option<Vec<f32>>,
+    bounds: Option<[DVec3; 2]>,
 }
 
 impl GridData {
@@ -38,7 +39,23 @@ impl GridData {
                 return Err(format!("the {what} of cell {bad} is {value}: expected 0 to 1e30"));
             }
         }
-        Ok(GridData { size, density, emission })
+        Ok(GridData { size, density, emission, bounds: None })
+    }
+
+    /// The same grid in a box of space, from its smallest to its largest coordinates.
+    ///
+    /// Errors: an empty box, coordinates that are not finite.
+    pub fn with_bounds(mut self, [min, max]: [DVec3; 2]) -> Result<GridData, String> {
+        if !(min.cmplt(max).all() && min.is_finite() && max.is_finite()) {
+            return Err(format!("the box of the grid, {min} to {max}, is empty"));
+        }
+        self.bounds = Some([min, max]);
+        Ok(self)
+    }
+
+    /// The box that the file places the grid in, if it does.
+    pub fn bounds(&self) -> Option<[DVec3; 2]> {
+        self.bounds
     }
 
     /// The number of cells along x, y and z.
@@ -113,7 +130,7 @@ impl GridData {
 impl Default for GridData {
     /// One cell of density 1.
     fn default() -> GridData {
-        GridData { size: [1; 3], density: vec![1.0], emission: None }
+        GridData { size: [1; 3], density: vec![1.0], emission: None, bounds: None }
     }
 }
 

@@ -1,0 +1,64 @@
+//! Transforms from indices of voxels to space.
+
+use super::Cursor;
+
+/// Scales and translates; rotated grids are refused.
+pub(super) struct Transform {
+    pub(super) scale: [f64; 3],
+    pub(super) translation: [f64; 3],
+}
+
+/// Reads a transform: the name of its map, then that map's numbers.
+pub(super) fn read(cursor: &mut Cursor<'_>) -> Result<Transform, String> {
+    let kind = cursor.string()?;
+    let mut vector = || -> Result<[f64; 3], String> { Ok([cursor.f64()?, cursor.f64()?, cursor.f64()?]) };
+    let mut skip = [[0.0; 3]; 4];
+    let transform = match kind.as_str() {
+        "ScaleMap" | "UniformScaleMap" => {
+            let scale = vector()?;
+            // The voxel size and reciprocals follow from the scale.
+            for v in &mut skip {
+                *v = vector()?;
+            }
+            Transform { scale, translation: [0.0; 3] }
+        }
+        "ScaleTranslateMap" | "UniformScaleTranslateMap" => {
+            let (translation, scale) = (vector()?, vector()?);
+            for v in &mut skip {
+                *v = vector()?;
+            }
+            Transform { scale, translation }
+        }
+        "TranslationMap" => Transform { scale: [1.0; 3], translation: vector()? },
+        "AffineMap" | "UnitaryMap" => affine(cursor)?,
+        other => {
+            return Err(format!(
+                "has the transform {other}: expected a linear one (scale, translation, affine); resample the grid"
+            ));
+        }
+    };
+    let numbers = transform.scale.iter().chain(&transform.translation);
+    if numbers.clone().any(|v| !v.is_finite()) || transform.scale.contains(&0.0) {
+        return Err(format!(
+            "its transform has the scale {:?}: expected finite numbers other than 0",
+            transform.scale
+        ));
+    }
+    Ok(transform)
+}
+
+/// A matrix of 4 × 4 doubles that is multiplied by row vectors: the last row is the translation.
+fn affine(cursor: &mut Cursor<'_>) -> Result<Transform, String> {
+    let mut rows = [[0.0f64; 4]; 4];
+    for v in rows.as_flattened_mut() {
+        *v = cursor.f64()?;
+    }
+    let [x, y, z, t] = rows;
+    let scale = [x[0], y[1], z[2]];
+    let most = scale.iter().fold(0.0f64, |m, v| m.max(v.abs()));
+    let others = [x[1], x[2], y[0], y[2], z[0], z[1]];
+    if others.iter().any(|v| v.is_nan() || v.abs() > 1e-9 * most) {
+        return Err("is rotated or sheared: expected cells along the axes; resample the grid".into());
+    }
+    Ok(Transform { scale, translation: [t[0], t[1], t[2]] })
+}
