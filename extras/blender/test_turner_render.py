@@ -9,8 +9,11 @@ Run by hand, with Blender's Python module: `pip install bpy==4.5.*` in a virtual
 import argparse
 import importlib.util
 import math
+import os
+import subprocess
 import sys
 import tempfile
+import tomllib
 from pathlib import Path
 
 import bpy
@@ -21,6 +24,8 @@ import addon_utils  # Part of Blender, found once `bpy` is imported.
 HERE = Path(__file__).resolve().parent
 WIDTH, HEIGHT = 160, 120
 failures = []
+# Whether both programs denoise, for pictures to look at.
+denoises = False
 
 
 def load_addon():
@@ -355,9 +360,33 @@ def panorama_scene():
     settings.panorama_type = "EQUIRECTANGULAR"
 
 
+def still_life():
+    """The picture of docs/guides/blender.md: gold, glass, lacquer and cloth under an area light and a sky of two colours."""
+    ground = shader("ground", "ShaderNodeBsdfDiffuse", Color=(0.35, 0.33, 0.3))
+    mesh("plane", "Floor", used=ground, size=30)
+    gold = material("gold", Metallic=1.0, Roughness=0.18, Base_Color=(1.0, 0.72, 0.3))
+    head = mesh("monkey", "Monkey", (0, 0.3, 0.98), gold, 2.0, (-22, 0, 12))
+    head.modifiers.new("Subdivision", "SUBSURF").render_levels = 2
+    bpy.ops.object.shade_smooth()
+    mesh("sphere", "Glass", (1.75, -0.4, 0.6), material("glass", Transmission_Weight=1.0, Roughness=0.0, IOR=1.5), 1.2)
+    lacquer = material("lacquer", Base_Color=(0.5, 0.02, 0.03), Roughness=0.5, Coat_Weight=1.0, Coat_Roughness=0.05)
+    cube = mesh("cube", "Lacquer", (-1.85, -0.1, 0.5), lacquer, 1.0, (0, 0, 25))
+    bevel = cube.modifiers.new("Bevel", "BEVEL")
+    bevel.width, bevel.segments = 0.08, 4
+    cloth = material("cloth", Base_Color=(0.05, 0.12, 0.4), Roughness=0.9, Sheen_Weight=0.8, Specular_IOR_Level=0.2)
+    mesh("sphere", "Cloth", (-0.75, -1.15, 0.3), cloth, 0.6)
+    glow = material("glow", Base_Color=(0, 0, 0), Emission_Color=(0.3, 0.7, 1.0), Emission_Strength=2.0)
+    mesh("sphere", "Glow", (0.75, -1.3, 0.22), glow, 0.44)
+    background((0.32, 0.38, 0.5), 0.6)
+    light("AREA", 320, (-3, -2.5, 4.2), (45, 0, -50), shape="RECTANGLE", size=2.2, size_y=1.4, color=(1, 0.93, 0.82))
+    source = camera((0, -6.6, 2.1), (77, 0, 0), 42)
+    source.data.dof.use_dof, source.data.dof.focus_distance, source.data.dof.aperture_fstop = True, 6.4, 1.2
+    bpy.context.scene.render.resolution_x, bpy.context.scene.render.resolution_y = 480, 360
+
+
 # Scene, largest difference of the means of the picture's twelfths in per cent of the mean of the picture.
 SCENES = {
-    "point": (point_scene, 2),
+    "point": (point_scene, 3),
     "hard_point": (hard_point_scene, 2),
     "sun": (sun_scene, 2),
     "spot": (spot_scene, 2),
@@ -367,15 +396,16 @@ SCENES = {
     "world": (world_scene, 2),
     "environment": (environment_scene, 4),
     "materials": (materials_scene, 4),
-    "plastics": (plastics_scene, 4),
+    "plastics": (plastics_scene, 5),
     "shaders": (shaders_scene, 4),
-    "wax": (wax_scene, 4),
+    "wax": (wax_scene, 9),
     "texture": (texture_scene, 4),
     "instances": (instances_scene, 3),
     "animation": (animation_scene, 3),
     "lens": (lens_scene, 3),
     "parallel": (parallel_scene, 3),
     "panorama": (panorama_scene, 3),
+    "still_life": (still_life, 6),
 }
 
 
@@ -383,24 +413,27 @@ SCENES = {
 # Rendering
 
 
-def render(addon, engine, path, samples):
+def render(addon, engine, path, samples, file_format="OPEN_EXR"):
     """Renders to an OpenEXR file, through Blender's own output in both cases."""
     scene = bpy.context.scene
     scene.render.engine = engine
-    scene.render.image_settings.file_format = "OPEN_EXR"
+    scene.render.image_settings.file_format = file_format
     scene.render.image_settings.color_depth = "32"
     scene.render.image_settings.exr_codec = "NONE"
     scene.render.image_settings.color_mode = "RGBA"
     scene.render.filepath = str(path)
     if engine == "CYCLES":
         cycles = scene.cycles
-        cycles.samples, cycles.use_denoising, cycles.use_adaptive_sampling = samples, False, False
+        cycles.samples, cycles.use_denoising, cycles.use_adaptive_sampling = samples, denoises, False
         cycles.sample_clamp_indirect = cycles.blur_glossy = 0
         cycles.max_bounces = cycles.diffuse_bounces = cycles.glossy_bounces = cycles.transmission_bounces = 16
         cycles.pixel_filter_type = "BOX"
     else:
-        scene.turner.samples, scene.turner.denoise, scene.turner.remove_fireflies = samples, "off", False
+        scene.turner.samples, scene.turner.denoise = samples, "on" if denoises else "off"
+        scene.turner.remove_fireflies = denoises
     bpy.ops.render.render(write_still=True)
+    if file_format == "OPEN_EXR_MULTILAYER":
+        return None
     channels = addon.read_exr(path)
     return np.dstack([channels[c] for c in "RGBA"])[::-1]
 
@@ -421,6 +454,106 @@ def compare(name, addon, bound, folder, samples):
     check(name, difference < bound, f"mean {total:+.2f} %, largest difference of a twelfth {difference:.2f} % (< {bound})")
 
 
+def check_passes(addon, folder, samples):
+    """Depth, normal and albedo beside Cycles' passes, in the scene `plastics` with a transparent film."""
+    plastics_scene()
+    layer = bpy.context.view_layer
+    layer.use_pass_z = layer.use_pass_normal = layer.use_pass_diffuse_color = True
+    bpy.context.scene.render.film_transparent = True
+    found = {}
+    for engine in ("TURNER", "CYCLES"):
+        render(addon, engine, folder / f"passes_{engine}.exr", samples, "OPEN_EXR_MULTILAYER")
+        channels = addon.read_exr(folder / f"passes_{engine}.exr")
+        found[engine] = {name.split(".", 1)[1]: values for name, values in channels.items() if "." in name}
+    turner, cycles = found["TURNER"], found["CYCLES"]
+    albedo = next((n for n in cycles if n.startswith(("DiffCol", "Diffuse Color"))), "none").rsplit(".", 1)[0]
+    alpha = np.abs(turner["Combined.A"] - cycles["Combined.A"]).mean()
+    check("alpha", alpha < 0.005, f"mean difference {alpha:.5f}")
+    solid = (turner["Combined.A"] == 1) & (cycles["Combined.A"] == 1)
+    depth = np.median(np.abs(turner["Depth.Z"] - cycles["Depth.Z"])[solid])
+    check("depth", depth < 0.02, f"median difference {depth:.5f} of {np.median(cycles['Depth.Z'][solid]):.2f}")
+    for axis in "XYZ":
+        normal = np.abs(turner[f"Normal.{axis}"] - cycles[f"Normal.{axis}"])[solid].mean()
+        check(f"normal {axis}", normal < 0.03, f"mean difference {normal:.5f}")
+    color = np.median(np.abs(turner[f"{albedo}.R"] - cycles[f"{albedo}.R"])[solid])
+    check("albedo", color < 0.02, f"median difference {color:.5f}")
+
+
+def check_border(addon, folder):
+    """A border renders a part of the frame, with the pixels of the whole one."""
+    area_scene()
+    whole = render(addon, "TURNER", folder / "whole.exr", 4)
+    frame = bpy.context.scene.render
+    frame.use_border, frame.use_crop_to_border = True, True
+    frame.border_min_x, frame.border_max_x, frame.border_min_y, frame.border_max_y = 0.25, 0.75, 0.5, 1.0
+    part = render(addon, "TURNER", folder / "part.exr", 4)
+    same = part.shape[:2] == (60, 80) and np.array_equal(part, whole[:60, 40:120])
+    check("border", same, f"{part.shape[:2]}")
+    frame.use_crop_to_border = False
+    part = render(addon, "TURNER", folder / "part.exr", 4)
+    same = part.shape == whole.shape and np.array_equal(part[:60, 40:120, :3], whole[:60, 40:120, :3])
+    check("border without crop", same, f"{part.shape[:2]}")
+
+
+def check_errors(addon, folder):
+    """One clear message: without the program, without a camera, and where the program fails."""
+    floor()
+    old = os.environ.get("TURNER")
+    scene = bpy.context.scene
+    for name, program, source, expected in (
+        ("no program", str(folder / "missing"), scene.camera, "was not found"),
+        ("failing program", sys.executable, scene.camera, "wrote no picture"),
+        ("no camera", old, None, "camera"),
+    ):
+        os.environ["TURNER"], scene.camera = program or "", source
+        try:
+            render(addon, "TURNER", folder / "error.exr", 4)
+            message = "no error"
+        except RuntimeError as error:
+            message = str(error).strip()
+        check(name, expected in message, message)
+    os.environ.pop("TURNER")
+    if old is not None:
+        os.environ["TURNER"] = old
+
+
+def check_export(addon, folder):
+    """The operator writes a scene that the program renders alone; the scene in Blender stays as it was."""
+    animation_scene()
+    cube = bpy.data.objects["Cube"]
+    before = len(cube.modifiers), bpy.context.scene.frame_current
+    result = bpy.ops.turner.export(directory=str(folder / "exported"))
+    after = len(cube.modifiers), bpy.context.scene.frame_current
+    check("export", result == {"FINISHED"} and before == after, f"{result}, {before} {after}")
+    command = [addon.find_turner(), "render", str(folder / "exported" / "scene.toml"), "--strict", "--quiet"]
+    done = subprocess.run(command + ["--samples", "2", "-o", str(folder / "exported.png")], capture_output=True)
+    check("render of the export", done.returncode == 0, done.stderr.decode().strip() or "ok")
+
+
+def check_materials(addon, folder):
+    """Single functions with closed forms."""
+    close = lambda a, b: abs(a - b) < 1e-6
+    check("no wax", close(addon.mean_free_path(0.0, 1.4), math.sqrt(3.0)), addon.mean_free_path(0.0, 1.4))
+    check("white wax", addon.mean_free_path(1.0, 1.4) < 1e-3, addon.mean_free_path(1.0, 1.4))
+    check("level", close(addon.scaled_ior(1.5, 1.0), 1.5) and close(addon.scaled_ior(1.5, 0.0), 1.0), "ok")
+    check("doubled F0", close(addon.scaled_ior(1.5, 2.0), (1 + 0.08**0.5) / (1 - 0.08**0.5)), "ok")
+    roughness, b = addon.anisotropic(0.4, 0.5)
+    x = roughness**2 * math.sqrt(2 / (1 + (1 - b) ** 2))
+    aspect = math.sqrt(1 - 0.9 * 0.5)
+    check("anisotropy", close(x, 0.16 / aspect) and close((1 - b) * x, 0.16 * aspect), f"{x} {(1 - b) * x}")
+    text = addon.toml({"a b": [1, 2.5, True, 'q"\n'], "c": {"d": 1e-9}})
+    check("TOML", tomllib.loads("x = " + text)["x"] == {"a b": [1, 2.5, True, 'q"\n'], "c": {"d": 1e-9}}, text)
+
+
+CHECKS = {
+    "passes": check_passes,
+    "border": check_border,
+    "errors": check_errors,
+    "export": check_export,
+    "values": check_materials,
+}
+
+
 def side_by_side(left, right, path):
     """Turner on the left, Cycles on the right."""
     both = np.concatenate([left, right], axis=1)
@@ -436,8 +569,11 @@ def main():
     parser = argparse.ArgumentParser()
     parser.add_argument("--out")
     parser.add_argument("--samples", type=int, default=256)
+    parser.add_argument("--denoise", action="store_true")
     parser.add_argument("names", nargs="*")
     options = parser.parse_args()
+    global denoises
+    denoises = options.denoise
     folder = Path(options.out or tempfile.mkdtemp(prefix="turner-blender-"))
     folder.mkdir(parents=True, exist_ok=True)
     for name, (build, bound) in SCENES.items():
@@ -446,6 +582,12 @@ def main():
         addon = empty_scene()
         build()
         compare(name, addon, bound, folder, options.samples)
+        addon.unregister()
+    for name, run in CHECKS.items():
+        if options.names and name not in options.names:
+            continue
+        addon = empty_scene()
+        run(addon, folder, *([options.samples] if name == "passes" else []))
         addon.unregister()
     print(f"pictures in {folder}; {len(failures)} failures")
     for line in failures:

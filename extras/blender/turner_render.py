@@ -31,6 +31,7 @@ from pathlib import Path
 import bpy
 import numpy as np
 from bpy.props import BoolProperty, EnumProperty, FloatProperty, IntProperty, PointerProperty, StringProperty
+from bpy_extras.object_utils import world_to_camera_view
 from mathutils import Matrix, Vector
 
 TO_TURNER = Matrix(((1, 0, 0, 0), (0, 0, 1, 0), (0, -1, 0, 0), (0, 0, 0, 1)))
@@ -246,9 +247,19 @@ def lights(depsgraph, camera, report):
         if light.energy * factor <= 0.0 or max(color) <= 0.0:
             continue
         matrix = instance.matrix_world.copy()
+        if light.type == "AREA" and not source.visible_camera and is_seen(depsgraph.scene_eval, camera, matrix):
+            report.note(f"The area light “{source.name}” is in the picture, and visible there")
         one = {"SUN": sun, "AREA": area_light, "SPOT": spot_light}.get(light.type, point_light)
         sections.append(one(source, matrix, color, light.energy * factor, report))
     return sections
+
+
+def is_seen(scene, camera, matrix):
+    """Whether the camera sees the front of an area light, judged by its centre."""
+    centre = matrix.translation
+    place = world_to_camera_view(scene, camera, centre)
+    in_front = direction_of(matrix).dot(camera.matrix_world.translation - centre) > 0.0
+    return in_front and place.z > 0.0 and 0.0 <= place.x <= 1.0 and 0.0 <= place.y <= 1.0
 
 
 def direction_of(matrix):
@@ -276,8 +287,7 @@ def emitter(source, shape, color, radiance):
         "emission_front_only": True,
         "double_sided": False,
     }
-    visible = {}
-    return "[[object]]", {**shape, "name": source.name, **visible, "material": material}
+    return "[[object]]", {**shape, "name": source.name, "material": material}
 
 
 def point_light(source, matrix, color, power, report):
@@ -299,6 +309,10 @@ def point_light(source, matrix, color, power, report):
             "attenuation": "inverse-square",
         }
     shape = {"type": "sphere", "center": position, "radius": radius}
+    if not source.visible_camera:
+        # Neither the camera nor mirrors see it.
+        values = {**shape, "color": color, "intensity": intensity, "attenuation": "inverse-square"}
+        return "[[light]]", {"name": source.name, **values}
     return emitter(source, shape, color, intensity / area)
 
 
@@ -338,7 +352,7 @@ def area_light(source, matrix, color, power, report):
     area = edge_u.cross(edge_v).length
     if light.shape in {"DISK", "ELLIPSE"}:
         area *= 0.25 * math.pi
-        # A disk of radius 1 with the normal +z; the light shines along -z.
+        # A disk of radius 1 with the normal +z; the light emits along -z.
         frame = Matrix.Identity(4)
         columns = (0.5 * edge_u, -0.5 * edge_v, direction_of(matrix), matrix.translation)
         for i, column in enumerate(columns):
@@ -668,7 +682,8 @@ def principled_layers(value, base, result):
         result["subsurface_weight"] = subsurface
         result["subsurface_color"] = [min(c, 1.0) for c in base]
         result["subsurface_radius"] = value["Subsurface Scale"]
-        result["subsurface_radius_scale"] = rgb(value["Subsurface Radius"])
+        factors = [mean_free_path(min(c, 1.0), max(value["IOR"], 1.01)) for c in base]
+        result["subsurface_radius_scale"] = [r * f for r, f in zip(rgb(value["Subsurface Radius"]), factors)]
         result["subsurface_scatter_anisotropy"] = min(max(value["Subsurface Anisotropy"], -0.99), 0.99)
     if value["Coat Weight"] > 0.0:
         result["coat_weight"] = clamp01(value["Coat Weight"])
@@ -691,6 +706,23 @@ def principled_layers(value, base, result):
     if value["Alpha"] < 1.0:
         result["opacity"] = clamp01(value["Alpha"])
         result["alpha_mode"] = "blend"
+
+
+def mean_free_path(albedo, ior):
+    """The mean free path of light inside as a fraction of Cycles' radius, which is a diffusion length.
+
+    It is √(3 (1 - α)), where α is the single-scattering albedo of the dipole whose diffuse reflectance is `albedo`
+    (Jensen et al. 2001, A Practical Model for Subsurface Light Transport, equation 15).
+    """
+    reflected = -1.44 / (ior * ior) + 0.71 / ior + 0.668 + 0.0636 * ior
+    a = 4.0 / 3.0 * (1.0 + reflected) / (1.0 - reflected)
+    low, high = 0.0, 1.0
+    for _ in range(40):
+        alpha = 0.5 * (low + high)
+        root = math.sqrt(3.0 * (1.0 - alpha))
+        reflectance = 0.5 * alpha * (1.0 + math.exp(-a * root)) * math.exp(-root)
+        low, high = (alpha, high) if reflectance < albedo else (low, alpha)
+    return math.sqrt(3.0 * (1.0 - low))
 
 
 def clamp01(x):
@@ -989,8 +1021,9 @@ def find_turner():
     if chosen and chosen.executable:
         path = bpy.path.abspath(chosen.executable)
         return path if os.access(path, os.X_OK) and os.path.isfile(path) else None
-    cargo = Path.home() / ".cargo" / "bin"
-    return os.environ.get("TURNER") or shutil.which("turner") or shutil.which("turner", path=str(cargo))
+    if os.environ.get("TURNER"):
+        return shutil.which(os.environ["TURNER"])
+    return shutil.which("turner") or shutil.which("turner", path=str(Path.home() / ".cargo" / "bin"))
 
 
 def arguments(program, scene_file, picture, settings):
@@ -1113,18 +1146,18 @@ class TurnerRenderEngine(bpy.types.RenderEngine):
     def render(self, depsgraph):
         program = find_turner()
         if program is None:
-            self.error_set(MISSING)
+            self.fail(depsgraph, MISSING)
             return
         scene = depsgraph.scene
         camera = self.camera_override or scene.camera
         if camera is None:
-            self.error_set("The scene has no camera")
+            self.fail(depsgraph, "The scene has no camera")
             return
         folder = tempfile.mkdtemp(prefix="turner-")
         try:
             self._render(depsgraph, camera.evaluated_get(depsgraph), program, Path(folder))
         except (OSError, ValueError, RuntimeError) as error:
-            self.error_set(f"Turner: {error}")
+            self.fail(depsgraph, f"Turner: {error}")
         finally:
             shutil.rmtree(folder, ignore_errors=True)
 
@@ -1144,9 +1177,17 @@ class TurnerRenderEngine(bpy.types.RenderEngine):
         if not picture.is_file():
             if not self.test_break():
                 reason = "; ".join(process.errors) or f"it ended with code {process.child.returncode}"
-                self.error_set(f"Turner wrote no picture: {reason}")
+                self.fail(depsgraph, f"Turner wrote no picture: {reason}")
             return
         self.show(depsgraph, passes(read_exr(picture)))
+
+    def fail(self, depsgraph, message):
+        """Shows a message above an empty picture: without a picture, Blender 4.5 crashes where it saves one."""
+        width, height, border = picture_size(depsgraph.scene)
+        width, height = border[2:] if border else (width, height)
+        self.end_result(self.begin_result(0, 0, width, height, layer=depsgraph.view_layer.name))
+        self.error_set(message)
+        self.report({"ERROR"}, message)
 
     def show(self, depsgraph, arrays):
         height, width = arrays["Combined"].shape[:2]
