@@ -16,6 +16,10 @@ import tempfile
 import tomllib
 from pathlib import Path
 
+# Settings and add-ons of the user are left alone.
+user_folder = tempfile.TemporaryDirectory(prefix="blender-user-")
+os.environ["BLENDER_USER_RESOURCES"] = user_folder.name
+
 import bpy
 import numpy as np
 
@@ -101,7 +105,7 @@ def material(name, **inputs):
     node = value.node_tree.nodes["Principled BSDF"]
     for key, default in inputs.items():
         socket = node.inputs[key.replace("_", " ")]
-        socket.default_value = (*default, 1) if isinstance(default, tuple) and len(default) == 3 and socket.type == "RGBA" else default
+        socket.default_value = (*default, 1) if socket.type == "RGBA" else default
     return value
 
 
@@ -199,7 +203,8 @@ def world_scene():
 
 def environment_scene():
     floor()
-    three_balls(material("metal", Metallic=1.0, Roughness=0.15, Base_Color=(0.9, 0.7, 0.4)), shader("white", "ShaderNodeBsdfDiffuse"))
+    metal = material("metal", Metallic=1.0, Roughness=0.15, Base_Color=(0.9, 0.7, 0.4))
+    three_balls(metal, shader("white", "ShaderNodeBsdfDiffuse"))
     node = background(0.0, 0.8)
     tree = bpy.context.scene.world.node_tree
     image = bpy.data.images.new("sky", 64, 32, float_buffer=True)
@@ -361,7 +366,7 @@ def panorama_scene():
 
 
 def still_life():
-    """The picture of docs/guides/blender.md: gold, glass, lacquer and cloth under an area light and a sky of two colours."""
+    """The picture of docs/guides/blender.md, with `--denoise`: gold, glass, lacquer and cloth under an area light."""
     ground = shader("ground", "ShaderNodeBsdfDiffuse", Color=(0.35, 0.33, 0.3))
     mesh("plane", "Floor", used=ground, size=30)
     gold = material("gold", Metallic=1.0, Roughness=0.18, Base_Color=(1.0, 0.72, 0.3))
@@ -451,7 +456,8 @@ def compare(name, addon, bound, folder, samples):
     mean = cycles[..., :3].mean()
     difference = 100 * np.abs(twelfths(turner) - twelfths(cycles)).max() / mean
     total = 100 * (turner[..., :3].mean() / mean - 1)
-    check(name, difference < bound, f"mean {total:+.2f} %, largest difference of a twelfth {difference:.2f} % (< {bound})")
+    found = f"mean {total:+.2f} %, largest difference of a twelfth {difference:.2f} % (< {bound})"
+    check(name, difference < bound, found)
 
 
 def check_passes(addon, folder, samples):
@@ -530,6 +536,40 @@ def check_export(addon, folder):
     check("render of the export", done.returncode == 0, done.stderr.decode().strip() or "ok")
 
 
+def check_cancel(addon, folder):
+    """A render that is cancelled leaves the picture so far."""
+    area_scene()
+    bpy.context.scene.turner.samples = 1 << 20
+    bpy.ops.turner.export(directory=str(folder / "cancelled"))
+    picture = folder / "cancelled.exr"
+    picture.unlink(missing_ok=True)
+    scene_file = folder / "cancelled" / "scene.toml"
+    process = addon.Process(addon.arguments(addon.find_turner(), scene_file, picture, bpy.context.scene.turner))
+    running = not process.finished(3.0)
+    process.cancel()
+    shape = addon.passes(addon.read_exr(picture))["Combined"].shape if picture.is_file() else None
+    check("cancel", running and shape == (HEIGHT, WIDTH, 4), f"running {running}, progress {process.done}, {shape}")
+
+
+def check_install(addon, folder):
+    """The file installs as an add-on, and its preferences hold the program."""
+    addon.unregister()
+    del sys.modules["turner_render"]
+    sys.path[:] = [p for p in sys.path if Path(p).resolve() != HERE]
+    bpy.ops.preferences.addon_install(filepath=str(HERE / "turner_render.py"), overwrite=True)
+    bpy.ops.preferences.addon_enable(module="turner_render")
+    installed = sys.modules["turner_render"]
+    entry = bpy.context.preferences.addons["turner_render"].preferences
+    entry.executable = sys.executable
+    chosen = installed.find_turner()
+    is_copy = Path(installed.__file__).parent != HERE
+    check("install", is_copy and chosen == sys.executable, f"{installed.__file__}, {chosen}")
+    entry.executable = str(folder / "missing")
+    check("wrong program", installed.find_turner() is None, f"{installed.find_turner()}")
+    bpy.ops.preferences.addon_disable(module="turner_render")
+    addon.register()
+
+
 def check_materials(addon, folder):
     """Single functions with closed forms."""
     close = lambda a, b: abs(a - b) < 1e-6
@@ -550,6 +590,8 @@ CHECKS = {
     "border": check_border,
     "errors": check_errors,
     "export": check_export,
+    "cancel": check_cancel,
+    "install": check_install,
     "values": check_materials,
 }
 

@@ -843,7 +843,11 @@ def mend_glb(path, visible):
         plaster = {
             "name": "no material",
             "doubleSided": True,
-            "pbrMetallicRoughness": {"baseColorFactor": [0.8, 0.8, 0.8, 1], "metallicFactor": 0, "roughnessFactor": 1},
+            "pbrMetallicRoughness": {
+                "baseColorFactor": [0.8, 0.8, 0.8, 1],
+                "metallicFactor": 0,
+                "roughnessFactor": 1,
+            },
             "extensions": {"KHR_materials_specular": {"specularFactor": 0}},
         }
         extensions.add("KHR_materials_specular")
@@ -1041,7 +1045,6 @@ class Process:
 
     def __init__(self, command):
         flags = getattr(subprocess, "CREATE_NO_WINDOW", 0)
-        self.events = []
         self.done = 0.0
         self.errors = []
         self.warnings = []
@@ -1230,13 +1233,17 @@ class TurnerSettings(bpy.types.PropertyGroup):
         default="on",
     )
     seed: IntProperty(name="Seed", description="Seed of the random numbers", default=0, min=0)
-    max_depth: IntProperty(name="Bounces", description="Maximum number of bounces of a path", default=16, min=0, max=1000)
+    max_depth: IntProperty(
+        name="Bounces", description="Maximum number of bounces of a path", default=16, min=0, max=1000
+    )
     remove_fireflies: BoolProperty(
         name="Remove Fireflies",
         description="Scale samples down that are far brighter than all others near them",
         default=True,
     )
-    seconds: FloatProperty(name="Time Limit", description="End after this many seconds; 0: no limit", default=0.0, min=0.0)
+    seconds: FloatProperty(
+        name="Time Limit", description="End after this many seconds; 0: no limit", default=0.0, min=0.0
+    )
     threads: IntProperty(name="Threads", description="Number of threads; 0: all cores", default=0, min=0, max=1024)
 
 
@@ -1292,7 +1299,12 @@ class TURNER_OT_export(bpy.types.Operator):
 
 
 # Panels of EEVEE that show what Turner reads.
-EEVEE_PANELS = {"EEVEE_MATERIAL_PT_surface", "EEVEE_NEXT_MATERIAL_PT_settings", "EEVEE_WORLD_PT_surface", "DATA_PT_EEVEE_light"}
+EEVEE_PANELS = {
+    "EEVEE_MATERIAL_PT_surface",
+    "EEVEE_NEXT_MATERIAL_PT_settings",
+    "EEVEE_WORLD_PT_surface",
+    "DATA_PT_EEVEE_light",
+}
 HIDDEN_PANELS = {"RENDER_PT_freestyle", "RENDER_PT_simplify", "VIEWLAYER_PT_filter", "VIEWLAYER_PT_layer_passes"}
 
 
