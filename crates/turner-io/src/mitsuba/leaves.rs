@@ -14,7 +14,7 @@ use super::rough_layer::RoughLayer;
 use super::spectra::{Role, color, index, sampled};
 use super::textures::Surface;
 use crate::scene_import::report::Fault;
-use crate::scene_import::{Through, inner_reflectance, map_colors, map_values, product, unknown};
+use crate::scene_import::{Through, inner_reflectance, map_values, product, unknown};
 use crate::spectral::metal_of_index;
 
 /// Known BSDFs that are not supported.
@@ -178,7 +178,11 @@ impl Maker<'_, '_> {
             (ColorSource::Constant(u), ColorSource::Constant(v)) => {
                 stretched(f64::from(u.g), f64::from(v.g), surface);
             }
-            _ => (surface.specular_alpha_x, surface.specular_alpha_y) = (Some(along), Some(across)),
+            _ => {
+                (surface.specular_alpha_x, surface.specular_alpha_y) = (Some(along), Some(across));
+                // Not smooth, for those who ask whether it is.
+                surface.specular_roughness = grey(0.3);
+            }
         }
         Ok(())
     }
@@ -346,8 +350,13 @@ impl Maker<'_, '_> {
             let specular = object.float("specular")?.unwrap_or(0.5).clamp(0.0, 1.0);
             surface.specular_ior = 2.0 / (1.0 - (0.08 * specular).sqrt()) - 1.0;
         }
-        single_scattering(&mut surface);
-        self.principled_widths(&mut surface)?;
+        let anisotropic = self.constant("anisotropic", 0.0)?.clamp(0.0, 1.0);
+        if anisotropic > 0.0
+            && let ColorSource::Constant(r) = surface.specular_roughness
+        {
+            let (alpha, aspect) = (f64::from(r.g * r.g), (1.0 - 0.9 * anisotropic).sqrt());
+            stretched(alpha / aspect, alpha * aspect, &mut surface);
+        }
         let coat = self.number("clearcoat", 0.0)?;
         if coat != grey(0.0) {
             surface.coat_weight = map_values(&mut self.scene.stock, coat, object.place, Through::Scale(0.25));
@@ -375,25 +384,6 @@ impl Maker<'_, '_> {
             "diffuse_reflectance_sampling_rate",
         ]);
         Ok(surface)
-    }
-
-    /// α of a principled BSDF: roughness² divided by and times √(1 − 0.9 anisotropic).
-    fn principled_widths(&mut self, surface: &mut PrincipledMaterial) -> Result<(), Fault> {
-        let anisotropic = self.number("anisotropic", 0.0)?;
-        let (roughness, place) = (surface.specular_roughness, self.object.place);
-        let aspect = |v: f64| (1.0 - 0.9 * v.clamp(0.0, 1.0)).sqrt();
-        if let (ColorSource::Constant(r), ColorSource::Constant(a)) = (roughness, anisotropic) {
-            let (alpha, aspect) = (f64::from(r.g * r.g), aspect(f64::from(a.g)));
-            stretched(alpha / aspect, alpha * aspect, surface);
-            return Ok(());
-        }
-        let stock = &mut self.scene.stock;
-        let alpha = product(stock, roughness, roughness);
-        let long = map_colors(stock, anisotropic, place, "1/aspect", &|c| c.map(|v| 1.0 / aspect(v)));
-        let short = map_colors(stock, anisotropic, place, "aspect", &|c| c.map(aspect));
-        surface.specular_alpha_x = Some(product(stock, alpha, long));
-        surface.specular_alpha_y = Some(product(stock, alpha, short));
-        Ok(())
     }
 
     fn principled_thin(&mut self) -> Result<PrincipledMaterial, Fault> {

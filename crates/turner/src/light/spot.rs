@@ -41,7 +41,7 @@ params! {
         /// The angle that the image fills from left to right, degrees. Default: the cone. At most 170.
         image_fov: Option<f64> = None, in Range { min: 0.0, open_min: true, max: 180.0, open_max: false };
         /// Width over height of the projected image. Default: that of the file, with square pixels.
-        image_aspect: Option<f64> = None, in Range { min: 0.0, open_min: true, max: 1e6, open_max: false };
+        image_aspect: Option<f64> = None, in Range::POSITIVE;
         /// Where the upper edge of the image is.
         image_up: DVec3 = DVec3::Y;
         /// What the values of the image are.
