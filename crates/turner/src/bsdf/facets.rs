@@ -2,6 +2,7 @@
 
 use super::beckmann::Beckmann;
 use super::microfacet::Ggx;
+use super::{PrincipledPoint, unit};
 use crate::math::DVec3;
 use crate::schema::choice;
 
@@ -107,4 +108,24 @@ impl Facets {
             FacetDistribution::Beckmann => self.as_beckmann().sample_visible(wo, u),
         }
     }
+}
+
+/// α along x and y, increased by a rough coat (OpenPBR).
+pub(super) fn widths(p: &PrincipledPoint, coat: f64, coat_alpha: f64) -> (f64, f64) {
+    let (x, y) = match p.alpha {
+        Some((x, y)) => (unit(x), unit(y)),
+        None => {
+            let roughness = unit(p.specular_roughness);
+            let across = 1.0 - unit(p.specular_roughness_anisotropy);
+            let x = roughness * roughness * (2.0 / (1.0 + across * across)).sqrt();
+            (x.min(1.0), x * across)
+        }
+    };
+    let roughened = |a: f64| {
+        let both = (a * a + 2.0 * coat_alpha * coat_alpha).min(1.0).sqrt();
+        let r = a.sqrt();
+        let r = r + (both.sqrt() - r) * coat;
+        r * r
+    };
+    if coat > 0.0 && coat_alpha > 0.0 { (roughened(x), roughened(y)) } else { (x, y) }
 }

@@ -19,7 +19,7 @@
 //! of wi's side for wi, which keeps it reciprocal.
 
 use super::albedo::{self, AlbedoCurve, AlbedoDirection, Reflected};
-use super::facets::{FacetKind, Facets};
+use super::facets::{FacetKind, Facets, widths};
 use super::film::{Film, Tint};
 use super::fresnel::{self, Metal};
 use super::specular::Specular;
@@ -489,24 +489,4 @@ fn reflection_probability(r: Rgb, t: Rgb) -> f64 {
     let (r, t) = (r.element_sum(), t.element_sum());
     // Subnormal sums have no reliable quotient.
     if r + t > f64::MIN_POSITIVE { (r / (r + t)).clamp(0.0, 1.0) } else { 1.0 }
-}
-
-/// α along x and y, increased by a rough coat (OpenPBR).
-fn widths(p: &PrincipledPoint, coat: f64, coat_alpha: f64) -> (f64, f64) {
-    let (x, y) = match p.alpha {
-        Some((x, y)) => (unit(x), unit(y)),
-        None => {
-            let roughness = unit(p.specular_roughness);
-            let across = 1.0 - unit(p.specular_roughness_anisotropy);
-            let x = roughness * roughness * (2.0 / (1.0 + across * across)).sqrt();
-            (x.min(1.0), x * across)
-        }
-    };
-    let roughened = |a: f64| {
-        let both = (a * a + 2.0 * coat_alpha * coat_alpha).min(1.0).sqrt();
-        let r = a.sqrt();
-        let r = r + (both.sqrt() - r) * coat;
-        r * r
-    };
-    if coat > 0.0 && coat_alpha > 0.0 { (roughened(x), roughened(y)) } else { (x, y) }
 }

@@ -229,19 +229,7 @@ impl<R: Record> PathBatch<'_, R> {
             Material::Classic(_) | Material::Principled(..) => return,
         };
         let Some(material) = met else {
-            path.transparent += 1;
-            if let Material::OpenPbr(m) = scene.material_at(hit)
-                && m.desc.interior.is_some()
-            {
-                path.media.pass(scene, surface, m, ray.direction);
-            }
-            self.record.note(|r| r.at(|v| v.passage = Passage::Hole));
-            if path.transparent <= self.settings.max_transparent {
-                self.next.push(sample, surface, ray.direction);
-            } else {
-                self.record.note(|r| r.end = End::Transparency);
-            }
-            return;
+            return self.pass_hole(sample, surface, ray.direction);
         };
         self.record.note(|r| r.chose_material(scene, material));
         if material.boundary {
