@@ -2,7 +2,6 @@
 
 use std::sync::Arc;
 
-use turner::color::Spectrum;
 use turner::image::{Image, Pixels};
 use turner::light::EnvironmentDesc;
 use turner::light::emission::{DiskEmitter, EmitterSample, RectangleEmitter, SphereEmitter, TriangleEmitter};
@@ -142,8 +141,7 @@ fn environment(cx: &Context, compensated: bool) -> Result<Finding, turner::schem
     };
     let pixels = Pixels::F32((0..width * height).map(pixel).collect());
     let image = Arc::new(Image { width, height, channels: 1, pixels });
-    let desc =
-        EnvironmentDesc { file: Some(ImageId(0)), strength: 1.0, rotation: 77.0, tint: Spectrum::WHITE };
+    let desc = EnvironmentDesc { file: Some(ImageId(0)), rotation: 77.0, ..EnvironmentDesc::default() };
     let light = desc.prepare(&[Asset { uri: "sky".into(), data: image }], compensated)?;
     let sample = || light.sample(random.units()).map(|s| s.direction);
     let options = ChiSquareOptions { samples: 20_000, ..ChiSquareOptions::default() };

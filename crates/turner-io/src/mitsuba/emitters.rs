@@ -10,13 +10,14 @@ use turner::schema::{ColorSource, LightProfile, ProfileFile};
 use super::assembly::Assembly;
 use super::environment;
 use super::params::Object;
+use super::projected;
 use super::spectra::Role;
 use super::textures::{Surface, is_source, source};
 use crate::scene_import::report::Fault;
 use crate::scene_import::{environment_light, unknown};
 
 /// Falls off with 1/d².
-const INVERSE_SQUARE: Attenuation = Attenuation { coefficients: [0.0, 0.0, 1.0] };
+pub(super) const INVERSE_SQUARE: Attenuation = Attenuation { coefficients: [0.0, 0.0, 1.0] };
 
 /// The emission of the outer side of a surface.
 #[derive(Clone, Debug, PartialEq)]
@@ -88,12 +89,7 @@ pub(super) fn add(scene: &mut Assembly<'_>, object: &Object) -> Result<(), Fault
             }))
         }
         "spot" => spot(scene, object)?,
-        "projector" => {
-            object.pass(&["irradiance", "scale", "fov", "fov_axis", "to_world"]);
-            object.objects(&["texture"])?;
-            scene.report.ignored(place, "a projector: it emits no light");
-            None
-        }
+        "projector" => projected::projector(scene, object)?,
         "directionalarea" => {
             object.pass_all();
             scene.report.ignored(place, "a directionalarea emitter: it emits no light");
@@ -119,7 +115,7 @@ pub(super) fn add(scene: &mut Assembly<'_>, object: &Object) -> Result<(), Fault
         "constant" => {
             let tint = light_color(scene, object, "radiance")?;
             let file = Some(environment_light::white(scene));
-            Some(LightDesc::Environment(EnvironmentDesc { file, strength: 1.0, rotation: 0.0, tint }))
+            Some(LightDesc::Environment(EnvironmentDesc { file, tint, ..EnvironmentDesc::default() }))
         }
         "envmap" => envmap(scene, object)?,
         "sky" | "sun" | "sunsky" => Some(sky(scene, object)?),
@@ -154,9 +150,7 @@ fn spot(scene: &mut Assembly<'_>, object: &Object) -> Result<Option<LightDesc>, 
     let to_world = object.transform("to_world")?;
     let cutoff = object.float("cutoff_angle")?.unwrap_or(20.0).clamp(1e-3, 180.0);
     let beam = object.float("beam_width")?.unwrap_or(cutoff * 0.75).clamp(0.0, cutoff);
-    if !object.objects(&["texture"])?.is_empty() {
-        scene.report.ignored(object.place, "the texture of a spot light: not used");
-    }
+    let slide = projected::slide(scene, object)?;
     let color = light_color(scene, object, "intensity")?;
     let position = to_world.translation;
     let Some(axis) = to_world.transform_vector3(DVec3::Z).try_normalize() else {
@@ -176,6 +170,11 @@ fn spot(scene: &mut Assembly<'_>, object: &Object) -> Result<Option<LightDesc>, 
         color,
         attenuation: INVERSE_SQUARE,
         ies: profile.map(|data| ProfileFile { uri: String::new(), data: Arc::new(data) }),
+        image: slide.map(|slide| slide.image),
+        image_fov: Some((2.0 * cutoff).min(180.0)),
+        image_aspect: Some(1.0),
+        // Row 0 is at v = 0, where y is negative.
+        image_up: -to_world.matrix3.y_axis,
         ..SpotDesc::default()
     })))
 }
@@ -196,11 +195,8 @@ fn envmap(scene: &mut Assembly<'_>, object: &Object) -> Result<Option<LightDesc>
         return Ok(None);
     };
     let name = scene.picture_name(&name);
-    let made = environment::picture(scene, &name, to_world.matrix3, place);
-    Ok(made.map(|(file, rotation)| {
-        let file = Some(file);
-        LightDesc::Environment(EnvironmentDesc { file, strength, rotation, ..EnvironmentDesc::default() })
-    }))
+    let made = environment::light(scene, &name, to_world.matrix3, place);
+    Ok(made.map(|light| LightDesc::Environment(EnvironmentDesc { strength, ..light })))
 }
 
 /// The sky of Hošek and Wilkie becomes Turner's, with the same sun and about the same brightness.

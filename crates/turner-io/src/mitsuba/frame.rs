@@ -72,7 +72,6 @@ pub(super) fn integrator(scene: &mut Assembly<'_>, object: &Object) -> Result<()
     }
     let depth = object.integer("max_depth")?.unwrap_or(-1);
     object.pass(&[
-        "rr_depth",
         "samples_per_pass",
         "timeout",
         "block_size",
@@ -108,14 +107,17 @@ pub(super) fn integrator(scene: &mut Assembly<'_>, object: &Object) -> Result<()
             object.pass_all();
         }
     }
-    if object.boolean("hide_emitters")?.unwrap_or(false) {
-        let message = "hide_emitters: emitters and the environment remain visible";
-        scene.report.ignored(object.place_of("hide_emitters"), message);
-    }
+    let hide_emitters = object.boolean("hide_emitters")?.unwrap_or(false);
     if object.boolean("strict_normals")?.unwrap_or(false) {
         object.pass(&["strict_normals"]);
     }
-    scene.frame.integrator = paths(max_depth);
+    let rr_start = object.integer("rr_depth")?.and_then(|d| u32::try_from(d).ok());
+    scene.frame.integrator = IntegratorDesc::Path(PathDesc {
+        max_depth,
+        hide_emitters,
+        rr_start: rr_start.unwrap_or(PathDesc::default().rr_start),
+        ..PathDesc::default()
+    });
     scene.finish(object);
     Ok(())
 }

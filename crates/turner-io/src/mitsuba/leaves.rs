@@ -1,5 +1,6 @@
 //! BSDFs that contain no others, as Turner's principled material.
 
+use turner::bsdf::{FacetDistribution, FacetMasking};
 use turner::color::Spectrum;
 use turner::material::PrincipledMaterial;
 use turner::material::metals::{MetalColors, colors_of_index};
@@ -9,10 +10,11 @@ use super::assembly::Assembly;
 use super::materials::{color_of, grey, number_of};
 use super::metals;
 use super::params::Object;
+use super::rough_layer::RoughLayer;
 use super::spectra::{Role, color, index, sampled};
 use super::textures::Surface;
 use crate::scene_import::report::Fault;
-use crate::scene_import::{Through, inner_reflectance, map_values, product, single_scattering, unknown};
+use crate::scene_import::{Through, inner_reflectance, map_values, product, unknown};
 use crate::spectral::metal_of_index;
 
 /// Known BSDFs that are not supported.
@@ -112,10 +114,6 @@ pub(super) fn surface(
     }
 }
 
-/// GGX α per Beckmann α: √(ln 2). With it half of the microfacets lie within the same angle; Beckmann's
-/// distribution has no long tail.
-const BECKMANN: f64 = 0.832_554_611;
-
 /// Weight of OpenPBR's fuzz per unit of sheen: with it as much light returns near the silhouette of a sphere
 /// (white furnace: 0.019 there, against 0.214 of a full fuzz).
 const SHEEN: f64 = 0.09;
@@ -152,16 +150,18 @@ impl Maker<'_, '_> {
         self.color(name, 1.0)
     }
 
-    /// Roughness from the lobe's α, which in Turner is roughness².
+    /// Microfacets that light meets once, and their α.
     fn roughness(&mut self, surface: &mut PrincipledMaterial) -> Result<(), Fault> {
         let object = self.object;
         object.pass(&["sample_visible"]);
-        let width = match object.string("distribution")?.unwrap_or("beckmann") {
-            "ggx" => 1.0,
-            "beckmann" | "phong" | "as" => {
-                let message = "Beckmann's microfacet distribution: GGX of similar width replaces it";
+        surface.specular_distribution = match object.string("distribution")?.unwrap_or("beckmann") {
+            "ggx" => FacetDistribution::Ggx,
+            "beckmann" => FacetDistribution::Beckmann,
+            // Mitsuba 0.6.
+            "phong" | "as" => {
+                let message = "microfacets of Phong's distribution: Beckmann's of the same α replaces it";
                 self.scene.report.approximated(object.place, message);
-                BECKMANN
+                FacetDistribution::Beckmann
             }
             other => {
                 let all = ["ggx", "beckmann"];
@@ -173,20 +173,17 @@ impl Maker<'_, '_> {
             (false, false) => (both, both),
             _ => (self.number("alpha_u", 0.1)?, self.number("alpha_v", 0.1)?),
         };
-        let through = Through::Roughness { remap: false };
-        let (ColorSource::Constant(u), ColorSource::Constant(v)) = (along, across) else {
-            if along != across {
-                let message = "a roughness texture for one direction: used for both";
-                self.scene.report.approximated(object.place, message);
+        single_scattering(surface);
+        match (along, across) {
+            (ColorSource::Constant(u), ColorSource::Constant(v)) => {
+                stretched(f64::from(u.g), f64::from(v.g), surface);
             }
-            let texture = if matches!(along, ColorSource::Texture(_)) { along } else { across };
-            let stock = &mut self.scene.stock;
-            let mapped = map_values(stock, texture, object.place, through);
-            surface.specular_roughness =
-                if width == 1.0 { mapped } else { product(stock, mapped, grey(width.sqrt())) };
-            return Ok(());
-        };
-        stretched(width * f64::from(u.g), width * f64::from(v.g), surface);
+            _ => {
+                (surface.specular_alpha_x, surface.specular_alpha_y) = (Some(along), Some(across));
+                // Not smooth, for those who ask whether it is.
+                surface.specular_roughness = grey(0.3);
+            }
+        }
         Ok(())
     }
 
@@ -215,7 +212,6 @@ impl Maker<'_, '_> {
         }
         if is_rough {
             self.roughness(&mut glass)?;
-            single_scattering(&mut glass);
         }
         Ok(glass)
     }
@@ -293,14 +289,13 @@ impl Maker<'_, '_> {
         };
         if is_rough {
             self.roughness(&mut surface)?;
-            single_scattering(&mut surface);
         }
         Ok(surface)
     }
 
     /// A diffuse base under a dielectric layer. As in pbrt's coated materials the base colour accounts for
     /// reflections at the layer's inner side: ρ (1 − R) / (1 − ρ R), or, unless the file sets `nonlinear`, ρ
-    /// itself. Under a rough layer it is darker: see [`RoughLayer`](super::rough_layer::RoughLayer).
+    /// itself. Under a rough layer it is darker: see [`RoughLayer`].
     fn plastic(&mut self, is_rough: bool) -> Result<PrincipledMaterial, Fault> {
         let ior = self.index_ratio(1.49)?;
         let color = self.color("diffuse_reflectance", 0.5)?;
@@ -321,11 +316,11 @@ impl Maker<'_, '_> {
         let smooth = inner_reflectance(ior);
         let layer = match surface.specular_roughness {
             ColorSource::Constant(r) if is_rough && ior >= 1.0 => {
-                self.scene.materials.rough_layer(f64::from(r.g * r.g), ior)
+                self.scene.materials.rough_layer(surface.specular_distribution, f64::from(r.g * r.g), ior)
             }
             _ => None,
         };
-        let (gain, inner) = layer.map_or((1.0 - smooth, smooth), |layer| layer.gain(smooth));
+        let (gain, inner) = layer.map_or((1.0 - smooth, smooth), RoughLayer::gain);
         let through = match self.object.boolean("nonlinear")? {
             Some(true) => Through::Layer { gain, inner, turns: None },
             _ => Through::Scale(gain / (1.0 - inner)),
@@ -422,6 +417,12 @@ impl Maker<'_, '_> {
         ]);
         Ok(surface)
     }
+}
+
+/// Microfacets as in Mitsuba: light meets one, masking and shadowing are independent.
+fn single_scattering(surface: &mut PrincipledMaterial) {
+    surface.specular_multiple_scattering = false;
+    surface.specular_masking = FacetMasking::Separable;
 }
 
 /// Roughness and anisotropy from α along u and v. OpenPBR: the longer α is r²·√(2 / (1 + ratio²)).

@@ -4,6 +4,7 @@
 
 use std::collections::BTreeMap;
 
+use turner::bsdf::FacetDistribution;
 use turner::color::Spectrum;
 use turner::material::{
     AlphaMode, BumpUnit, InterfaceMaterial, MaterialDesc, MixMaterial, PrincipledMaterial,
@@ -52,8 +53,8 @@ pub(super) struct Materials {
     wanted: BTreeMap<(Option<usize>, String), MaterialId>,
     /// BSDF and use of each [`MaterialId`]; `None` is the material of shapes without a BSDF.
     list: Vec<(Option<usize>, Use)>,
-    /// By rounded α and IOR.
-    layers: BTreeMap<[u32; 2], RoughLayer>,
+    /// By distribution, rounded α and IOR.
+    layers: BTreeMap<[u32; 3], RoughLayer>,
 }
 
 impl Materials {
@@ -70,12 +71,17 @@ impl Materials {
 
     /// The transmittance of a rough layer, computed once for nearly equal parameters. `None` if there are too
     /// many: each takes milliseconds.
-    pub(super) fn rough_layer(&mut self, alpha: f64, ior: f64) -> Option<RoughLayer> {
+    pub(super) fn rough_layer(
+        &mut self,
+        distribution: FacetDistribution,
+        alpha: f64,
+        ior: f64,
+    ) -> Option<RoughLayer> {
         let steps = |v: f64| (v * STEPS).round().clamp(0.0, 1e6);
         let (alpha, ior) = (steps(alpha), steps(ior));
-        let key = [alpha as u32, ior as u32];
+        let key = [u32::from(distribution == FacetDistribution::Beckmann), alpha as u32, ior as u32];
         if !self.layers.contains_key(&key) && self.layers.len() < MAX_LAYERS {
-            self.layers.insert(key, RoughLayer::new(alpha / STEPS, (ior / STEPS).max(1.0)));
+            self.layers.insert(key, RoughLayer::new(distribution, alpha / STEPS, (ior / STEPS).max(1.0)));
         }
         self.layers.get(&key).copied()
     }
@@ -257,12 +263,8 @@ pub(super) fn shown(
 ) -> MaterialDesc {
     scene.finish(object);
     let is_transmissive = surface.transmission_weight != grey(0.0) || surface.thin_walled;
-    if surface.thin_walled && usage.interior.is_some() {
-        let message = "a medium behind a thin wall";
-        scene.report.ignored(object.place, message);
-    }
     surface.front_only = !usage.two_sided && !is_transmissive;
-    if is_transmissive && !surface.thin_walled {
+    if is_transmissive || usage.opacity.is_some() {
         surface.interior = usage.interior;
     }
     MaterialDesc::Principled(with_use(surface, usage))

@@ -180,7 +180,11 @@ fn grid(scene: &mut Assembly<'_>, object: &Object) -> Result<Option<Volume>, Fau
     let place = object.place_of("filename");
     let (_, bytes) = scene.read(&name, MAX_GRID, place)?;
     match decode(&bytes) {
-        Ok((data, bounds)) => {
+        Ok((data, bounds, channels)) => {
+            if channels > 1 {
+                let message = format!("a grid of {channels} channels: their mean is used");
+                scene.report.approximated(place, message);
+            }
             let local = if own_box { bounds } else { [DVec3::ZERO, DVec3::ONE] };
             let (min, max) = (to_world.transform_point3(local[0]), to_world.transform_point3(local[1]));
             let straight = DAffine3::from_scale(to_world.transform_vector3(DVec3::ONE)).matrix3;
@@ -201,8 +205,8 @@ fn grid(scene: &mut Assembly<'_>, object: &Object) -> Result<Option<Volume>, Fau
 }
 
 /// Decodes a .vol file: "VOL", version 3, type 1 (f32), sizes along x, y, z, channels, the bounding box, then
-/// the values, x fastest. Only the first channel is used.
-fn decode(bytes: &[u8]) -> Result<(GridData, [DVec3; 2]), String> {
+/// the values, x fastest. Returns the mean of the channels, the box and the number of channels.
+fn decode(bytes: &[u8]) -> Result<(GridData, [DVec3; 2], usize), String> {
     let cut = || "the file is truncated".to_owned();
     if !bytes.starts_with(b"VOL\x03") {
         return Err("is not a volume file of version 3".into());
@@ -229,12 +233,11 @@ fn decode(bytes: &[u8]) -> Result<(GridData, [DVec3; 2]), String> {
     }
     let (values, _) = data.as_chunks::<4>();
     let count = count.unwrap_or_default();
-    let density: Vec<f32> = values
-        .iter()
-        .take(count)
-        .step_by(channels)
-        .map(|b| f32::from_le_bytes(*b))
-        .map(|v| if v.is_finite() { v.clamp(0.0, 1e30) } else { 0.0 })
-        .collect();
-    GridData::new(size, density, None).map(|data| (data, bounds))
+    let value = |b: &[u8; 4]| {
+        let v = f32::from_le_bytes(*b);
+        if v.is_finite() { v.clamp(0.0, 1e30) } else { 0.0 }
+    };
+    let cells = values.get(..count).unwrap_or_default().chunks_exact(channels);
+    let density = cells.map(|cell| cell.iter().map(|b| value(b) / channels as f32).sum()).collect();
+    GridData::new(size, density, None).map(|data| (data, bounds, channels))
 }

@@ -19,6 +19,7 @@ mod meshes;
 mod metals;
 mod older;
 mod params;
+mod projected;
 mod rough_layer;
 mod serialized;
 mod shapes;

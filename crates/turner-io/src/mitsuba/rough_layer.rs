@@ -8,10 +8,12 @@
 //! ```
 //!
 //! Reflections between base and interface are a geometric series: ρ T² / (η² (1 − ρ r)) leaves. Without
-//! `nonlinear`, Mitsuba uses 1 − r in place of 1 − ρ r. Its T and r count single scattering at GGX microfacets
-//! only, so that a rough layer loses light. Turner's layer does not lose it. Its base colour is therefore ρ ·
-//! gain / (1 − ρ · inner), which reflects as much in Turner as ρ in Mitsuba. T and r are averages over 64
-//! directions of the averages over visible normals; one layer takes milliseconds.
+//! `nonlinear`, Mitsuba uses 1 − r in place of 1 − ρ r. Its T and r count single scattering at microfacets only, so
+//! that a rough layer loses light, and so does Turner's without `specular_multiple_scattering`. Turner divides T² by its
+//! mean, so that the base colour is ρ · gain / (1 − ρ · inner). Means of T and r are averages over 64 directions of the
+//! averages over visible normals; one layer takes milliseconds.
+
+use turner::bsdf::FacetDistribution;
 
 use crate::scene_import::Microfacets;
 
@@ -29,9 +31,9 @@ pub(super) struct RoughLayer {
 }
 
 impl RoughLayer {
-    /// For a GGX interface of roughness `alpha` with the relative index of refraction `ior`, at least 1.
-    pub(super) fn new(alpha: f64, ior: f64) -> RoughLayer {
-        let microfacets = Microfacets::new(alpha.max(1e-3), false);
+    /// For an interface of roughness `alpha` with the relative index of refraction `ior`, at least 1.
+    pub(super) fn new(distribution: FacetDistribution, alpha: f64, ior: f64) -> RoughLayer {
+        let microfacets = Microfacets::new(alpha.max(1e-3), false).of(distribution);
         let inward = |mu| microfacets.mean(mu, |wi, m| microfacets.through(wi, m, ior).0);
         let inside = |mu| microfacets.mean(mu, |wi, m| microfacets.back(wi, m, 1.0 / ior).0);
         let n = DIRECTIONS as f64;
@@ -43,11 +45,9 @@ impl RoughLayer {
     }
 
     /// (gain, inner): the base colour is ρ · gain / (1 − ρ · inner), or ρ · gain / (1 − inner) if the file is
-    /// linear in ρ. `smooth` is the diffuse reflectance of the inner side of the smooth interface.
-    pub(super) fn gain(self, smooth: f64) -> (f64, f64) {
-        // Turner's smooth interface transmits (1 − R) η² of diffuse light inwards, by reciprocity.
-        let here = (1.0 - smooth) * self.ior * self.ior;
-        (self.transmitted * self.transmitted / (self.ior * self.ior * here), self.inner)
+    /// linear in ρ.
+    pub(super) fn gain(self) -> (f64, f64) {
+        (self.transmitted / (self.ior * self.ior), self.inner)
     }
 }
 
@@ -55,11 +55,13 @@ impl RoughLayer {
 mod tests {
     use super::*;
 
+    const GGX: FacetDistribution = FacetDistribution::Ggx;
+
     #[test]
     fn mitsubas_inner_reflectance_is_met() {
         // From the reflectance of Mitsuba 3.9.1 with and without `nonlinear`, base 0.6.
         for (ior, alpha, inner) in [(1.5, 0.05, 0.5761), (1.5, 0.2, 0.4863), (1.9, 0.4, 0.5087)] {
-            let found = RoughLayer::new(alpha, ior).inner;
+            let found = RoughLayer::new(GGX, alpha, ior).inner;
             assert!((found - inner).abs() < 3e-3, "{ior} {alpha}: {found} for {inner}");
         }
     }
@@ -70,7 +72,7 @@ mod tests {
         for (ior, alpha, linear, nonlinear) in
             [(1.5, 0.1, 0.5217, 0.3495), (1.5, 0.2, 0.4540, 0.3293), (1.9, 0.2, 0.3747, 0.2122)]
         {
-            let layer = RoughLayer::new(alpha, ior);
+            let layer = RoughLayer::new(GGX, alpha, ior);
             let microfacets = Microfacets::new(alpha, false);
             let ahead = microfacets.mean(1.0, |wi, m| microfacets.through(wi, m, ior).0);
             let base = 0.6 * layer.transmitted * ahead / (ior * ior);
@@ -83,8 +85,9 @@ mod tests {
     #[test]
     fn a_smooth_layer_gains_nothing() {
         let smooth = crate::scene_import::inner_reflectance(1.5);
-        let (gain, inner) = RoughLayer::new(0.0, 1.5).gain(smooth);
+        let (gain, inner) = RoughLayer::new(GGX, 0.0, 1.5).gain();
         // A linear file keeps ρ.
         assert!((gain / (1.0 - inner) - 1.0).abs() < 0.05, "{gain} {inner}");
+        assert!((gain - (1.0 - smooth)).abs() < 0.01, "{gain} {smooth}");
     }
 }

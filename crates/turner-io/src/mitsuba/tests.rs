@@ -1,5 +1,6 @@
 //! Tests of the import.
 
+use turner::bsdf::{FacetDistribution, FacetMasking};
 use turner::camera::{CameraDesc, Handedness, Viewport};
 use turner::description::{ObjectContent, SceneDesc};
 use turner::integrator::IntegratorDesc;
@@ -151,6 +152,52 @@ fn lights_have_their_units() {
     assert!((lamp.data.candela(35.0, 0.0) - 0.5).abs() < 1e-6);
     assert!(matches!(light(2), LightDesc::Environment(e) if (e.tint.r - 1.2048).abs() < 1e-3));
     assert!(matches!(light(3), LightDesc::Directional(d) if d.direction == Some(DVec3::NEG_Y)));
+}
+
+#[test]
+fn facets_are_those_of_the_file() {
+    let rough =
+        |kind: &str, inner: &str| format!("<shape type='sphere'><bsdf type='{kind}'>{inner}</bsdf></shape>");
+    let ggx = "<string name='distribution' value='ggx'/><float name='alpha' value='0.25'/>";
+    let scene =
+        read(&(rough("roughconductor", "") + &rough("roughplastic", "") + &rough("roughdielectric", ggx)));
+    let scene = scene.unwrap();
+    for (i, (distribution, roughness)) in [
+        (FacetDistribution::Beckmann, 0.1f32.sqrt()),
+        (FacetDistribution::Beckmann, 0.1f32.sqrt()),
+        (FacetDistribution::Ggx, 0.5),
+    ]
+    .into_iter()
+    .enumerate()
+    {
+        let m = principled(&scene, i);
+        assert_eq!((m.specular_distribution, m.specular_masking), (distribution, FacetMasking::Separable));
+        assert!(!m.specular_multiple_scattering);
+        assert!((constant(m.specular_roughness) - roughness).abs() < 1e-6);
+    }
+}
+
+#[test]
+fn integrators_keep_their_settings() {
+    let scene = read(
+        "<integrator type='path'><integer name='max_depth' value='5'/><integer name='rr_depth' value='8'/>
+         <boolean name='hide_emitters' value='true'/></integrator>",
+    );
+    let IntegratorDesc::Path(path) = scene.unwrap().integrator else { panic!() };
+    assert_eq!((path.max_depth, path.rr_start, path.hide_emitters), (4, 8, true));
+}
+
+#[test]
+fn media_may_lie_behind_thin_walls() {
+    let medium = "<medium name='interior' type='homogeneous'/>";
+    let scene = read(&format!(
+        "<shape type='sphere'><bsdf type='thindielectric'/>{medium}</shape>
+         <shape type='sphere'><bsdf type='mask'><bsdf type='diffuse'/></bsdf>{medium}</shape>
+         <shape type='sphere'><bsdf type='diffuse'/>{medium}</shape>"
+    ));
+    let scene = scene.unwrap();
+    let inside = [0, 1, 2].map(|i| principled(&scene, i).interior.is_some());
+    assert_eq!(inside, [true, true, false]);
 }
 
 #[test]

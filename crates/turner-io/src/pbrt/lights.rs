@@ -208,7 +208,12 @@ impl Light<'_, '_> {
             self.scale *= illuminance / own.unwrap_or(PI).max(1e-30);
         }
         let strength = sound(self.scale);
-        Ok(Some(LightDesc::Environment(EnvironmentDesc { file: Some(image), strength, rotation: 0.0, tint })))
+        Ok(Some(LightDesc::Environment(EnvironmentDesc {
+            file: Some(image),
+            strength,
+            tint,
+            ..EnvironmentDesc::default()
+        })))
     }
 }
 

@@ -1,9 +1,10 @@
-//! Single scattering at rough boundaries with GGX microfacets: how much one reflection or refraction passes on.
+//! Single scattering at rough boundaries with microfacets: how much one reflection or refraction passes on.
 
+use turner::bsdf::FacetDistribution;
 use turner::color::Spectrum;
 use turner::material::PrincipledMaterial;
 use turner::math::DVec3;
-use turner::math::elementary::{cos, sin};
+use turner::math::elementary::{cos, erf, exp, ln, sin};
 use turner::schema::ColorSource;
 
 /// Microfacet normals per direction: this number squared. The results for Mitsuba depend on it.
@@ -13,17 +14,24 @@ const FEW_NORMALS: usize = 16;
 /// Boundaries with a smaller α are smooth.
 const SMOOTH: f64 = 1e-3;
 
-/// A boundary of GGX microfacets with isotropic α. As in pbrt and Mitsuba, light meets one microfacet per reflection.
+/// A boundary of microfacets with isotropic α, GGX unless it says otherwise. As in pbrt and Mitsuba, light meets one microfacet per reflection.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Microfacets {
     alpha: f64,
     /// Whether masking and shadowing are height-correlated (pbrt) or separable (Mitsuba), both after Smith.
     correlated: bool,
+    distribution: FacetDistribution,
 }
 
 impl Microfacets {
     pub(crate) fn new(alpha: f64, correlated: bool) -> Microfacets {
-        Microfacets { alpha: alpha.clamp(0.0, 1.0), correlated }
+        let distribution = FacetDistribution::Ggx;
+        Microfacets { alpha: alpha.clamp(0.0, 1.0), correlated, distribution }
+    }
+
+    /// The same with another distribution.
+    pub(crate) fn of(self, distribution: FacetDistribution) -> Microfacets {
+        Microfacets { distribution, ..self }
     }
 
     /// The average of `f(wi, m)` over the microfacet normals `m` visible from a direction of cosine `mu` (Heitz
@@ -35,13 +43,21 @@ impl Microfacets {
         }
         let normals = if self.correlated { FEW_NORMALS } else { NORMALS };
         let place = |i: usize| (i as f64 + 0.5) / normals as f64;
-        let mut sum = 0.0;
+        let (mut sum, mut weights) = (0.0, 0.0);
         for i in 0..normals {
             for j in 0..normals {
-                sum += f(wi, self.normal(wi, [place(i), place(j)]));
+                let u = [place(i), place(j)];
+                let (m, weight) = match self.distribution {
+                    FacetDistribution::Ggx => (self.normal(wi, u), 1.0),
+                    FacetDistribution::Beckmann => self.of_all_normals(wi, u),
+                };
+                if weight > 0.0 {
+                    sum += weight * f(wi, m);
+                    weights += weight;
+                }
             }
         }
-        sum / (normals * normals) as f64
+        if weights > 0.0 { sum / weights } else { 0.0 }
     }
 
     /// Samples a visible normal for a direction in the xz plane (Heitz 2018).
@@ -59,6 +75,14 @@ impl Microfacets {
         DVec3::new(self.alpha * n.x, self.alpha * n.y, n.z.max(1e-9)).normalize()
     }
 
+    /// A normal of Beckmann's distribution, whose slopes are normally distributed, and how much of it is seen from `wi`.
+    fn of_all_normals(self, wi: DVec3, u: [f64; 2]) -> (DVec3, f64) {
+        let slope = self.alpha * (-ln(1.0 - u[0])).sqrt();
+        let angle = std::f64::consts::TAU * u[1];
+        let m = DVec3::new(slope * cos(angle), slope * sin(angle), 1.0);
+        (m.normalize(), wi.dot(m).max(0.0))
+    }
+
     /// Fraction of the light from `wi` to `wo` by the facet `m` that other facets do not shadow; 0 if `wo`
     /// leaves on the wrong side.
     fn free(self, wi: DVec3, wo: DVec3, m: DVec3) -> f64 {
@@ -70,7 +94,15 @@ impl Microfacets {
         }
         let lambda = |w: DVec3| {
             let c2 = (w.z * w.z).max(1e-12);
-            0.5 * ((1.0 + self.alpha * self.alpha * (1.0 - c2) / c2).sqrt() - 1.0)
+            let slope2 = self.alpha * self.alpha * (1.0 - c2).max(0.0) / c2;
+            match self.distribution {
+                FacetDistribution::Ggx => 0.5 * ((1.0 + slope2).sqrt() - 1.0),
+                FacetDistribution::Beckmann if slope2 < 1e-4 => 0.0,
+                FacetDistribution::Beckmann => {
+                    let a = 1.0 / slope2.sqrt();
+                    0.5 * (exp(-a * a) / (a * std::f64::consts::PI.sqrt()) - 1.0 + erf(a)).max(0.0)
+                }
+            }
         };
         match self.correlated {
             true => (1.0 + lambda(wi)) / (1.0 + lambda(wi) + lambda(wo)),

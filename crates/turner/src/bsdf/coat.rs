@@ -10,8 +10,8 @@
 //! ```
 
 use super::albedo::{AlbedoDirection, Reflected};
+use super::facets::Facets;
 use super::fresnel;
-use super::microfacet::Ggx;
 use super::{PrincipledPoint, Rgb, color, unit};
 use crate::math::DVec3;
 use crate::math::elementary::{exp, ln};
@@ -23,7 +23,7 @@ const MIN_ALPHA: f64 = 1e-4;
 pub(super) struct Coat {
     /// Fraction of the surface covered.
     pub(super) weight: f64,
-    pub(super) ggx: Ggx,
+    pub(super) facets: Facets,
     pub(super) smooth: bool,
     /// Index over that outside, at least 1.
     index: f64,
@@ -53,13 +53,13 @@ impl Coat {
         let k_smooth = fresnel::f0(index);
         let internal = k_smooth + (k_rough - k_smooth) * base_roughness;
         let darkening = (1.0 - internal) / (Rgb::ONE - base * internal).max(Rgb::splat(1e-9));
-        let ggx = Ggx { ax: alpha.max(MIN_ALPHA), ay: alpha.max(MIN_ALPHA) };
+        let facets = Facets::ggx(alpha.max(MIN_ALPHA), alpha.max(MIN_ALPHA));
         Some(Coat {
             weight,
-            ggx,
+            facets,
             smooth,
             index,
-            rough: (!smooth).then(|| Reflected::new(&ggx, index)),
+            rough: (!smooth).then(|| Reflected::new(&facets, index)),
             absorption: (tint != Rgb::ONE).then(|| Rgb::new(ln(tint.x), ln(tint.y), ln(tint.z))),
             darkening: Rgb::ONE.lerp(darkening.clamp(Rgb::ZERO, Rgb::ONE), unit(p.coat_darkening)),
         })
@@ -108,8 +108,8 @@ impl Coat {
             return (0.0, 0.0);
         }
         let h = (wo + wi).normalize();
-        let d = self.ggx.d(h);
-        let (lo, li) = (self.ggx.lambda(wo), self.ggx.lambda(wi));
+        let d = self.facets.d(h);
+        let (lo, li) = (self.facets.lambda(wo), self.facets.lambda(wi));
         let f = self.fresnel(wo.dot(h)) * d / ((1.0 + lo + li) * 4.0 * wo.z * wi.z);
         (f, d / ((1.0 + lo) * 4.0 * wo.z))
     }

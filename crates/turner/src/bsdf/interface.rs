@@ -1,5 +1,5 @@
-//! The specular interface of the base: reflection of metal, plastic and glass and refraction of glass, with one GGX
-//! distribution of microfacets.
+//! The specular interface of the base: reflection of metal, plastic and glass and refraction of glass, with one
+//! distribution of microfacets (`facets`).
 //!
 //! ```text
 //!             n
@@ -19,9 +19,9 @@
 //! of wi's side for wi, which keeps it reciprocal.
 
 use super::albedo::{self, AlbedoCurve, AlbedoDirection, Reflected};
+use super::facets::{FacetKind, Facets, widths};
 use super::film::{Film, Tint};
 use super::fresnel::{self, Metal};
-use super::microfacet::Ggx;
 use super::specular::Specular;
 use super::{PrincipledPoint, Rgb, color, unit};
 use crate::math::elementary::{exp, ln, sin_cos_turns};
@@ -36,7 +36,7 @@ const MIN_CONTRAST: f64 = 1e-3;
 /// The interface, seen from one side.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Interface {
-    pub(super) ggx: Ggx,
+    pub(super) facets: Facets,
     /// Delta lobes: no microfacets.
     pub(super) smooth: bool,
     /// Fractions of metal, glass and opaque dielectric.
@@ -62,6 +62,8 @@ pub(super) struct Interface {
     pub(super) film: Option<(Tint, Tint)>,
     /// Directional albedo of the opaque dielectric, if rough.
     pub(super) rough: Option<Reflected>,
+    /// What single scattering at the opaque dielectric loses; `None` if it is returned.
+    pub(super) lost: Option<AlbedoCurve>,
     pub(super) compensation: Option<Compensation>,
 }
 
@@ -158,7 +160,8 @@ impl Interface {
         }
         let (ax, ay) = widths(p, coat, coat_alpha);
         let smooth = ax.max(ay) < MIN_ALPHA;
-        let ggx = Ggx { ax: ax.max(MIN_ALPHA), ay: ay.max(MIN_ALPHA) };
+        let kind = FacetKind { distribution: p.specular_distribution, masking: p.specular_masking };
+        let facets = Facets { ax: ax.max(MIN_ALPHA), ay: ay.max(MIN_ALPHA), kind };
         let base = color(p.base_color) * unit(p.base_weight);
         let edge = if p.gltf_specular { Rgb::ONE } else { specular.tint };
         let metal_fresnel = Metal::new(base, edge, weight.min(1.0));
@@ -170,7 +173,7 @@ impl Interface {
         let through = if p.transmission_depth > 0.0 { Rgb::ONE } else { color(p.transmission_color) };
         let through = through * color(p.transmission_tint);
         let mut interface = Interface {
-            ggx,
+            facets,
             smooth,
             metal,
             glass: transmission,
@@ -186,11 +189,15 @@ impl Interface {
             opaque_index,
             film,
             rough: None,
+            lost: None,
             compensation: None,
         };
         if !smooth {
             if opaque > 0.0 {
-                interface.rough = Some(Reflected::new(&ggx, opaque_index));
+                interface.rough = Some(Reflected::new(&facets, opaque_index));
+                if !p.specular_multiple_scattering && opaque_index.is_finite() {
+                    interface.lost = Some(albedo::dielectric_loss(opaque_index, &facets));
+                }
             }
             interface.compensation = p.specular_multiple_scattering.then(|| interface.compensate()).flatten();
         }
@@ -202,7 +209,7 @@ impl Interface {
         if self.metal + glass == 0.0 {
             return None;
         }
-        let mirror = albedo::mirror_loss(&self.ggx);
+        let mirror = albedo::mirror_loss(&self.facets);
         let mirror_average = if self.metal > 0.0 || self.thin { mirror.average().max(1e-9) } else { 1.0 };
         let f = self.metal_fresnel.average();
         let average_albedo = 1.0 - mirror_average;
@@ -215,8 +222,8 @@ impl Interface {
             let scale = glass / (PI * mirror_average);
             (reflect, transmit) = (r * scale, t * scale);
         } else if glass > 0.0 {
-            near = albedo::dielectric_loss(self.eta, &self.ggx);
-            far = albedo::dielectric_loss(1.0 / self.eta, &self.ggx);
+            near = albedo::dielectric_loss(self.eta, &self.facets);
+            far = albedo::dielectric_loss(1.0 / self.eta, &self.facets);
             averages = [mirror_average, near.average(), far.average()];
             // The tables are for glass whose reflectance follows from its index; with another specular weight, nothing
             // is returned.
@@ -228,7 +235,8 @@ impl Interface {
                 (reflect, transmit) = (tint * scale, self.through * scale);
             }
         }
-        let spread = Spread::new((0.5 * (self.ggx.ax * self.ggx.ax + self.ggx.ay * self.ggx.ay)).sqrt());
+        let spread =
+            Spread::new((0.5 * (self.facets.ax * self.facets.ax + self.facets.ay * self.facets.ay)).sqrt());
         Some(Compensation { mirror, near, far, averages, metal, reflect, transmit, spread })
     }
 
@@ -353,12 +361,15 @@ impl Interface {
         if let Some((tint, _)) = &self.film {
             reflected += self.average_over_facets(w.mu, tint);
         }
-        1.0 - self.specular.most(reflected, || 1.0 - self.mirror_loss().map_or(0.0, |loss| loss.at(w)))
+        let lost = self.lost.map_or(0.0, |loss| loss.at(w).max(0.0));
+        let reflected =
+            self.specular.most(reflected, || 1.0 - self.mirror_loss().map_or(0.0, |loss| loss.at(w)));
+        (1.0 - reflected - lost).max(0.0)
     }
 
     /// The loss of single scattering if all light is reflected; `None` if smooth.
     pub(super) fn mirror_loss(&self) -> Option<AlbedoCurve> {
-        (!self.smooth).then(|| albedo::mirror_loss(&self.ggx))
+        (!self.smooth).then(|| albedo::mirror_loss(&self.facets))
     }
 
     /// What a film adds to the reflectance of a rough surface: the mean over visible facets.
@@ -367,15 +378,15 @@ impl Interface {
             return tint.at(mu);
         }
         let wo = DVec3::new((1.0 - mu * mu).max(0.0).sqrt(), 0.0, mu.max(1e-6));
-        let g1 = self.ggx.g1(wo);
+        let g1 = self.facets.g1(wo);
         let mut sum = Rgb::ZERO;
         for i in 0..4 {
             for j in 0..4 {
                 let u = [(f64::from(i) + 0.5) / 4.0, (f64::from(j) + 0.5) / 4.0];
-                let h = self.ggx.sample_visible(wo, u);
+                let h = self.facets.sample_visible(wo, u);
                 let wi = reflect(-wo, h);
                 if wi.z > 0.0 {
-                    sum += tint.at(wo.dot(h)) * (self.ggx.g2(wo, wi) / g1);
+                    sum += tint.at(wo.dot(h)) * (self.facets.g2(wo, wi) / g1);
                 }
             }
         }
@@ -392,7 +403,8 @@ impl Interface {
             None => fresnel::dielectric_average(self.opaque_index),
         };
         let white = || 1.0 - self.mirror_loss().map_or(0.0, |loss| loss.average());
-        Some(1.0 - self.specular.most(Rgb::splat(boundary), white))
+        let lost = self.lost.map_or(0.0, |loss| loss.average());
+        Some((1.0 - self.specular.most(Rgb::splat(boundary), white) - lost).max(0.0))
     }
 
     /// BRDF of single scattering and its density; (0, 0) for delta lobes.
@@ -403,9 +415,9 @@ impl Interface {
         let h = (wo + wi).normalize();
         let mu = wo.dot(h);
         let (r, t) = self.split(mu);
-        let d = self.ggx.d(h);
-        let (lo, li) = (self.ggx.lambda(wo), self.ggx.lambda(wi));
-        let f = r * (d / ((1.0 + lo + li) * 4.0 * wo.z * wi.z));
+        let d = self.facets.d(h);
+        let (lo, li) = (self.facets.lambda(wo), self.facets.lambda(wi));
+        let f = r * (d / (self.facets.masking(lo, li) * 4.0 * wo.z * wi.z));
         (f, d / ((1.0 + lo) * 4.0 * wo.z) * reflection_probability(r, t))
     }
 
@@ -418,9 +430,9 @@ impl Interface {
             let wi = DVec3::new(wi.x, wi.y, -wi.z);
             let h = (wo + wi).normalize();
             let (r, t) = self.split(wo.dot(h));
-            let d = self.ggx.d(h);
-            let (lo, li) = (self.ggx.lambda(wo), self.ggx.lambda(wi));
-            let f = t * (d / ((1.0 + lo + li) * 4.0 * wo.z * wi.z));
+            let d = self.facets.d(h);
+            let (lo, li) = (self.facets.lambda(wo), self.facets.lambda(wi));
+            let f = t * (d / (self.facets.masking(lo, li) * 4.0 * wo.z * wi.z));
             return (f, d / ((1.0 + lo) * 4.0 * wo.z) * (1.0 - reflection_probability(r, t)));
         }
         let h = wo + wi * self.eta;
@@ -435,9 +447,9 @@ impl Interface {
         }
         let (r, t) = self.split(o);
         let root = o + self.eta * i;
-        let (go, gi) = (self.ggx.g1(wo), self.ggx.g1(wi));
+        let (go, gi) = (self.facets.g1(wo), self.facets.g1(wi));
         // Walter et al. 2007, equations 21 and 17, for radiance: no factor η².
-        let common = self.ggx.d(h) * o * -i * go / (root * root * wo.z);
+        let common = self.facets.d(h) * o * -i * go / (root * root * wo.z);
         let f = t * (common * gi / -wi.z);
         (f, common * self.eta * self.eta * (1.0 - reflection_probability(r, t)))
     }
@@ -445,7 +457,7 @@ impl Interface {
     /// Samples a visible facet; `u[0]` chooses reflection or transmission. The facet of a smooth interface is the
     /// surface itself.
     pub(super) fn sample(&self, wo: DVec3, u: [f64; 3]) -> Option<Choice> {
-        let h = if self.smooth { DVec3::Z } else { self.ggx.sample_visible(wo, [u[1], u[2]]) };
+        let h = if self.smooth { DVec3::Z } else { self.facets.sample_visible(wo, [u[1], u[2]]) };
         let mu = wo.dot(h);
         let (r, t) = self.split(mu.clamp(0.0, 1.0));
         let probability = reflection_probability(r, t);
@@ -477,24 +489,4 @@ fn reflection_probability(r: Rgb, t: Rgb) -> f64 {
     let (r, t) = (r.element_sum(), t.element_sum());
     // Subnormal sums have no reliable quotient.
     if r + t > f64::MIN_POSITIVE { (r / (r + t)).clamp(0.0, 1.0) } else { 1.0 }
-}
-
-/// α along x and y, increased by a rough coat (OpenPBR).
-fn widths(p: &PrincipledPoint, coat: f64, coat_alpha: f64) -> (f64, f64) {
-    let (x, y) = match p.alpha {
-        Some((x, y)) => (unit(x), unit(y)),
-        None => {
-            let roughness = unit(p.specular_roughness);
-            let across = 1.0 - unit(p.specular_roughness_anisotropy);
-            let x = roughness * roughness * (2.0 / (1.0 + across * across)).sqrt();
-            (x.min(1.0), x * across)
-        }
-    };
-    let roughened = |a: f64| {
-        let both = (a * a + 2.0 * coat_alpha * coat_alpha).min(1.0).sqrt();
-        let r = a.sqrt();
-        let r = r + (both.sqrt() - r) * coat;
-        r * r
-    };
-    if coat > 0.0 && coat_alpha > 0.0 { (roughened(x), roughened(y)) } else { (x, y) }
 }

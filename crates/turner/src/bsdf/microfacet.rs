@@ -45,16 +45,6 @@ impl Ggx {
         0.5 * ((1.0 + t2).sqrt() - 1.0)
     }
 
-    /// Fraction of the facets facing `w` that are visible from there.
-    pub(super) fn g1(&self, w: DVec3) -> f64 {
-        1.0 / (1.0 + self.lambda(w))
-    }
-
-    /// Fraction visible from both directions on one side, with height-correlated masking and shadowing.
-    pub(super) fn g2(&self, wo: DVec3, wi: DVec3) -> f64 {
-        1.0 / (1.0 + self.lambda(wo) + self.lambda(wi))
-    }
-
     /// A normal sampled from those visible from `wo` (wo.z > 0). `u` in 0..1.
     pub(super) fn sample_visible(&self, wo: DVec3, u: [f64; 2]) -> DVec3 {
         let stretched = DVec3::new(self.ax * wo.x, self.ay * wo.y, wo.z).normalize();
@@ -87,7 +77,7 @@ mod tests {
                     let h = DVec3::new(r * c, r * s, z);
                     let cell = 2.0 * PI / f64::from(n * n);
                     projected += ggx.d(h) * h.z * cell;
-                    visible += ggx.g1(wo) * wo.dot(h).max(0.0) * ggx.d(h) / wo.z * cell;
+                    visible += wo.dot(h).max(0.0) * ggx.d(h) / ((1.0 + ggx.lambda(wo)) * wo.z) * cell;
                 }
             }
             assert!((projected - 1.0).abs() < 2e-3, "{ax} {ay}: {projected}");

@@ -379,7 +379,7 @@ impl Bsdf {
                 if local.z <= MIN_COSINE {
                     return None;
                 }
-                let h = coat.ggx.sample_visible(local, [u[1], u[2]]);
+                let h = coat.facets.sample_visible(local, [u[1], u[2]]);
                 let wi = reflect(-local, h);
                 match frame {
                     None => wi,

@@ -22,7 +22,7 @@
 //!   ~~~~\~~~~|~~~~/~~~~~~~
 //!        \   |   /           coat       smooth or GGX dielectric, absorbs, own normal
 //!   ------\--|--/---------   film       changes the Fresnel term of the interface
-//!          \ | /             interface  GGX: metal | glass | opaque dielectric
+//!          \ | /             interface  facets: metal | glass | opaque dielectric
 //!   ========\|/===========
 //!            *               diffuse    EON reflection, transmission (thin walls), subsurface entry
 //! ```
@@ -42,9 +42,11 @@
 //! Dividing by the pdf of all lobes is one-sample MIS with the balance heuristic (Veach 1997, §9.2.4).
 
 mod albedo;
+mod beckmann;
 mod block;
 mod coat;
 mod diffuse;
+mod facets;
 mod film;
 mod fresnel;
 mod fresnel_x8;
@@ -62,6 +64,7 @@ mod terminator;
 
 pub(crate) use block::{Bands, BsdfBlock, LambertBlock, Sampled};
 pub(crate) use diffuse::sample_cosine;
+pub use facets::{FacetDistribution, FacetMasking};
 pub(crate) use mixture::MIN_COSINE;
 pub(crate) use opaque_base::{OpaqueBase, OpaqueBlock, OpaqueSeen};
 pub(crate) use parts::MOST_DELTAS;
@@ -295,9 +298,9 @@ impl Bsdf {
         let rough = |smooth: bool, alpha: f64| if smooth { 0.0 } else { alpha.sqrt() };
         // All other lobes are diffuse, or nearly.
         let mut roughness = [1.0; mixture::LOBES];
-        roughness[mixture::COAT] = self.coat.as_ref().map_or(0.0, |c| rough(c.smooth, c.ggx.ax));
+        roughness[mixture::COAT] = self.coat.as_ref().map_or(0.0, |c| rough(c.smooth, c.facets.ax));
         roughness[mixture::INTERFACE] =
-            self.interface.as_ref().map_or(0.0, |i| rough(i.smooth, (i.ggx.ax * i.ggx.ay).sqrt()));
+            self.interface.as_ref().map_or(0.0, |i| rough(i.smooth, (i.facets.ax * i.facets.ay).sqrt()));
         roughness[mixture::PASS] = 0.0;
         let (mut sum, mut weights) = (0.0, 0.0);
         for (albedo, roughness) in

@@ -1,5 +1,5 @@
 //! The opaque base of OpenPBR, eight at a time: metal, or diffuse reflection under a dielectric interface, without coat,
-//! fuzz, film, transmission or subsurface scattering, and isotropic.
+//! fuzz, film, transmission or subsurface scattering, isotropic, with GGX facets.
 //!
 //! ```text
 //!    wo    n    wi       interface        GGX: metal's and dielectric Fresnel, one lobe, or a delta lobe
@@ -15,6 +15,7 @@ use turner_bvh::lanes::{Block, F64x8, LANES, Mask8, Simd, Vec3x8};
 
 use super::albedo::AlbedoCurveBlock;
 use super::block::{Sampled, cosine};
+use super::facets::FacetKind;
 use super::fresnel::Metal;
 use super::fresnel_x8::dielectric;
 use super::interface::{Interface, Spread};
@@ -37,7 +38,9 @@ impl Bsdf {
             && d.enter == Rgb::ZERO
             && d.roughness < diffuse::MIN_ROUGHNESS;
         let interface = self.interface.as_ref().filter(|_| alone)?;
-        let isotropic = interface.ggx.ax == interface.ggx.ay
+        let isotropic = interface.facets.ax == interface.facets.ay
+            && interface.facets.kind == FacetKind::PLAIN
+            && interface.lost.is_none()
             && interface.rough.as_ref().is_none_or(|r| r.curve.is_isotropic())
             && interface.compensation.as_ref().is_none_or(|c| c.mirror.is_isotropic());
         (isotropic && interface.glass == 0.0 && interface.film.is_none()).then_some(OpaqueBase {
@@ -62,8 +65,8 @@ impl OpaqueBase<'_> {
     pub(crate) fn is_same(&self, other: &OpaqueBase<'_>) -> bool {
         let (a, b) = (self.interface, other.interface);
         let metal = |m: &Metal| (m.f0, m.dip, m.weight);
-        (a.ggx, a.smooth, a.metal, a.opaque, a.specular, a.opaque_index)
-            == (b.ggx, b.smooth, b.metal, b.opaque, b.specular, b.opaque_index)
+        (a.facets, a.smooth, a.metal, a.opaque, a.specular, a.opaque_index)
+            == (b.facets, b.smooth, b.metal, b.opaque, b.specular, b.opaque_index)
             && metal(&a.metal_fresnel) == metal(&b.metal_fresnel)
             && (a.rough.is_some(), a.compensation.is_some()) == (b.rough.is_some(), b.compensation.is_some())
             && self.reflect == other.reflect
@@ -77,7 +80,7 @@ impl OpaqueBase<'_> {
 
     /// Whether it reflects diffusely, or by a lobe that is at least this wide (α).
     pub(crate) fn is_wide(&self, alpha: f64) -> bool {
-        self.reflect != Rgb::ZERO || !self.interface.smooth && self.interface.ggx.ax >= alpha
+        self.reflect != Rgb::ZERO || !self.interface.smooth && self.interface.facets.ax >= alpha
     }
 
     /// Whether it is metal at least in part; [`OpaqueBlock`]s of one kind are faster than mixed ones.
@@ -150,7 +153,7 @@ impl OpaqueBlock {
     pub(crate) fn set(&mut self, lane: usize, base: &OpaqueBase<'_>) {
         let (i, d) = (base.interface, &base.bsdf.diffuse);
         let has_diffuse = base.reflect != Rgb::ZERO;
-        self.alpha.0[lane] = i.ggx.ax;
+        self.alpha.0[lane] = i.facets.ax;
         set_bit(&mut self.smooth, lane, i.smooth);
         set_bit(&mut self.metals, lane, i.metal > 0.0);
         set_bit(&mut self.diffuse, lane, has_diffuse);

@@ -34,8 +34,9 @@ impl Bsdf {
 
     /// Roughness of the sharpest lobe that is neither diffuse nor a delta lobe; 1 without one.
     pub(crate) fn gloss_roughness(&self) -> f64 {
-        let coat = self.coat.as_ref().filter(|c| !c.smooth).map_or(1.0, |c| c.ggx.ax.min(c.ggx.ay));
-        let interface = self.interface.as_ref().filter(|i| !i.smooth).map_or(1.0, |i| i.ggx.ax.min(i.ggx.ay));
+        let coat = self.coat.as_ref().filter(|c| !c.smooth).map_or(1.0, |c| c.facets.ax.min(c.facets.ay));
+        let interface =
+            self.interface.as_ref().filter(|i| !i.smooth).map_or(1.0, |i| i.facets.ax.min(i.facets.ay));
         coat.min(interface).min(1.0).sqrt()
     }
 }

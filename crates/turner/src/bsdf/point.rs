@@ -1,6 +1,7 @@
 //! The parameters of an OpenPBR material at one point: [`PrincipledMaterial`](crate::material::PrincipledMaterial) with
 //! its textures evaluated.
 
+use super::facets::{FacetDistribution, FacetMasking};
 use crate::color::Spectrum;
 
 /// The parameters of a [`PrincipledMaterial`](crate::material::PrincipledMaterial) at one point, under the same names.
@@ -25,8 +26,12 @@ pub struct PrincipledPoint {
     pub gltf_specular: bool,
     /// Roughness of reflection and transmission; α is its square.
     pub specular_roughness: f64,
-    /// Whether light scattered several times between facets of metal or glass is returned.
+    /// Whether light scattered several times between facets is returned.
     pub specular_multiple_scattering: bool,
+    /// The distribution of microfacet normals, and their masking.
+    pub specular_distribution: FacetDistribution,
+    /// See `specular_distribution`.
+    pub specular_masking: FacetMasking,
     /// Index of refraction inside; 0 reflects all light (glTF).
     pub specular_ior: f64,
     /// Index of refraction on the other side: 1 except inside another dielectric.
@@ -93,6 +98,8 @@ impl Default for PrincipledPoint {
             gltf_specular: false,
             specular_roughness: 0.3,
             specular_multiple_scattering: true,
+            specular_distribution: FacetDistribution::Ggx,
+            specular_masking: FacetMasking::Correlated,
             specular_ior: 1.5,
             exterior_ior: 1.0,
             specular_roughness_anisotropy: 0.0,

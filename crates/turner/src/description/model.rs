@@ -258,6 +258,7 @@ fn placed_light(light: &LightDesc, by: &DAffine3) -> LightDesc {
         LightDesc::Spot(l) => {
             l.position = by.transform_point3(l.position);
             l.look_at = by.transform_point3(l.look_at);
+            l.image_up = by.transform_vector3(l.image_up);
         }
         LightDesc::Directional(l) => {
             l.from = l.from.map(|v| by.transform_vector3(v));

@@ -37,6 +37,7 @@ mod motion;
 mod point;
 mod profile;
 mod sky;
+mod slide;
 mod spot;
 mod tree;
 
@@ -47,11 +48,12 @@ pub use bound::LightBound;
 pub use directional::{Directional, DirectionalDesc};
 pub use environment::{
     AdaptiveEnvironment, EnvironmentBatch, EnvironmentDesc, EnvironmentLearning, EnvironmentLight,
-    EnvironmentSample,
+    EnvironmentSample, MapPoles,
 };
 pub use point::{Point, PointDesc};
 pub use profile::ProfileUnits;
 pub use sky::SkyDesc;
+pub use slide::SlideUnits;
 pub use spot::{Spot, SpotDesc};
 pub(crate) use tree::WIDTH as TREE_WIDTH;
 pub use tree::{LightTree, NO_CELL, Receiver};
@@ -227,7 +229,7 @@ impl LightDesc {
             LightDesc::Ambient(l) => return Ok(l.color * l.intensity as f32),
             LightDesc::Point(l) => Light::Point(l.prepare()?),
             LightDesc::Directional(l) => Light::Directional(l.prepare()?),
-            LightDesc::Spot(l) => Light::Spot(l.prepare()?),
+            LightDesc::Spot(l) => Light::Spot(l.prepare(setting.images)?),
             LightDesc::Rectangle(l) => Light::Area(l.prepare()?),
             LightDesc::Disk(l) => Light::Area(l.prepare()?),
             LightDesc::Sphere(l) => Light::Area(l.prepare()),

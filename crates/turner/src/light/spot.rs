@@ -1,12 +1,16 @@
 //! Spot light: light from one point into a cone.
 
+use std::sync::Arc;
+
 use super::point::from_point;
 use super::profile::OrientedProfile;
+use super::slide::{Slide, SlideUnits, slide_of};
 use super::{Attenuation, DEFAULT_POSITION, Illumination, LightBound, ProfileUnits};
 use crate::color::Spectrum;
+use crate::image::Image;
 use crate::math::elementary::cos;
 use crate::math::{DVec3, radians};
-use crate::schema::{ErrorCode, ProfileFile, Range, SceneError, params};
+use crate::schema::{Asset, ErrorCode, ImageId, ProfileFile, Range, SceneError, params};
 
 params! {
     /// Light from one point into a cone with a soft edge.
@@ -31,6 +35,17 @@ params! {
         ies_units: ProfileUnits = ProfileUnits::Relative;
         /// Rotation of the IES profile about the axis of the spot, degrees.
         ies_rotation: f64 = 0.0;
+        /// An image that the light projects like a slide, its centre on the axis; there is no light beside it. The cone
+        /// still limits it.
+        image: Option<ImageId> = None;
+        /// The angle that the image fills from left to right, degrees. Default: the cone. At most 170.
+        image_fov: Option<f64> = None, in Range { min: 0.0, open_min: true, max: 180.0, open_max: false };
+        /// Width over height of the projected image. Default: that of the file, with square pixels.
+        image_aspect: Option<f64> = None, in Range::POSITIVE;
+        /// Where the upper edge of the image is.
+        image_up: DVec3 = DVec3::Y;
+        /// What the values of the image are.
+        image_units: SlideUnits = SlideUnits::Intensity;
     }
     example r#"[[light]]
 type = "spot"
@@ -52,10 +67,11 @@ pub struct Spot {
     intensity: Spectrum,
     attenuation: Attenuation,
     profile: Option<OrientedProfile>,
+    slide: Option<Arc<Slide>>,
 }
 
 impl SpotDesc {
-    pub(super) fn prepare(&self) -> Result<Spot, SceneError> {
+    pub(super) fn prepare(&self, images: &[Asset<Image>]) -> Result<Spot, SceneError> {
         let axis = (self.look_at - self.position).try_normalize().ok_or_else(|| {
             SceneError::new(
                 ErrorCode::OutOfRange,
@@ -64,6 +80,9 @@ impl SpotDesc {
         })?;
         let orient = |file| OrientedProfile::new(file, axis, self.ies_rotation, self.ies_units);
         let profile = self.ies.as_ref().map(orient).transpose()?;
+        let fov = self.image_fov.unwrap_or(2.0 * self.angle);
+        let shape = (self.image_up, (fov, self.image_aspect), self.image_units);
+        let slide = self.image.map(|id| slide_of(id, images, axis, shape)).transpose()?.map(Arc::new);
         Ok(Spot {
             position: self.position,
             axis,
@@ -72,6 +91,7 @@ impl SpotDesc {
             intensity: self.color * self.intensity as f32,
             attenuation: self.attenuation,
             profile,
+            slide,
         })
     }
 }
@@ -83,7 +103,8 @@ impl Spot {
     }
 
     pub(super) fn bound(&self) -> Option<LightBound> {
-        let peak = self.profile.as_ref().map_or(1.0, OrientedProfile::peak);
+        let peak = self.profile.as_ref().map_or(1.0, OrientedProfile::peak)
+            * self.slide.as_ref().map_or(1.0, |slide| slide.peak());
         let power = f64::from(self.intensity.luminance()) * peak * self.attenuation.far()?;
         Some(LightBound::cone(self.position, self.axis, self.cos_full, self.cos_rim, power))
     }
@@ -97,6 +118,9 @@ impl Spot {
         }
         if let Some(profile) = &self.profile {
             light.intensity *= profile.factor(-light.to_light);
+        }
+        if let Some(slide) = &self.slide {
+            light.intensity = light.intensity * slide.factor(-light.to_light);
         }
         if cos < self.cos_full {
             // Hermite smooth step over the penumbra.

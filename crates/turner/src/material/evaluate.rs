@@ -45,6 +45,14 @@ impl PrincipledMaterial {
     #[inline(always)]
     fn point_by(&self, mut at: impl FnMut(ColorSource) -> Spectrum) -> PrincipledPoint {
         let strength = self.anisotropy_map.map_or(1.0, |map| f64::from(at(map).b));
+        let width = |source: Option<ColorSource>, at: &mut dyn FnMut(ColorSource) -> Spectrum| {
+            source.map(|source| mean(at(source)))
+        };
+        let alpha = match (width(self.specular_alpha_x, &mut at), width(self.specular_alpha_y, &mut at)) {
+            (None, None) => None,
+            (Some(both), None) | (None, Some(both)) => Some((both, both)),
+            (Some(x), Some(y)) => Some((x, y)),
+        };
         PrincipledPoint {
             base_weight: mean(at(self.base_weight)),
             base_color: at(self.base_color),
@@ -55,12 +63,14 @@ impl PrincipledMaterial {
             gltf_specular: self.specular_model == SpecularModel::Gltf,
             specular_roughness: mean(at(self.specular_roughness)),
             specular_multiple_scattering: self.specular_multiple_scattering,
+            specular_distribution: self.specular_distribution,
+            specular_masking: self.specular_masking,
             specular_ior: self.specular_ior,
             exterior_ior: 1.0,
             specular_roughness_anisotropy: strength * mean(at(self.specular_roughness_anisotropy)),
             // The shading frame is rotated instead.
             anisotropy_rotation: 0.0,
-            alpha: None,
+            alpha,
             transmission_weight: mean(at(self.transmission_weight)),
             transmission_color: at(self.transmission_color),
             transmission_depth: self.transmission_depth,
@@ -161,7 +171,8 @@ impl OpenPbr {
         n: DVec3,
     ) -> Option<DVec3> {
         let d = &self.desc;
-        if d.specular_roughness_anisotropy == ColorSource::Constant(Spectrum::BLACK) {
+        let is_stretched = d.specular_alpha_x.zip(d.specular_alpha_y).is_some_and(|(x, y)| x != y);
+        if d.specular_roughness_anisotropy == ColorSource::Constant(Spectrum::BLACK) && !is_stretched {
             return None;
         }
         let (tangent, bitangent) = scene.tangent_frame(surface, 0)?;

@@ -224,6 +224,17 @@ impl OpenPbr {
         !self.desc.thin_walled && self.desc.is_transmissive()
     }
 
+    /// Whether light passes into a medium inside it without refraction: through a thin wall, or where the surface is
+    /// transparent by alpha blending.
+    #[inline]
+    pub fn admits_medium(&self) -> bool {
+        let d = &self.desc;
+        d.interior.is_some()
+            && !self.boundary
+            && !self.has_inside()
+            && (d.thin_walled || d.alpha_mode == AlphaMode::Blend)
+    }
+
     /// Whether it only reflects: light that arrives on the other side does not contribute.
     #[inline]
     pub fn is_one_sided(&self) -> bool {

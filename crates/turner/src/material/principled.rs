@@ -1,6 +1,7 @@
 //! The principled material: one layered surface for plastic, metal, glass, cloth, lacquer and skin, with the names and
 //! layers of OpenPBR 1.1 (Academy Software Foundation, 2024). Every glTF and MTL material converts to it.
 
+use crate::bsdf::{FacetDistribution, FacetMasking};
 use crate::color::Spectrum;
 use crate::schema::{ColorSource, MediumId, Range, choice, params};
 
@@ -88,17 +89,25 @@ params! {
         specular_color: ColorSource = grey(1.0), in Range::NON_NEGATIVE;
         /// What `specular_weight` and `specular_color` mean.
         specular_model: SpecularModel = SpecularModel::OpenPbr;
-        /// Roughness of specular reflection and transmission: 0 is a perfect mirror or clear glass, 1 very rough. The
-        /// GGX α is its square.
+        /// Roughness of specular reflection and transmission: 0 is a perfect mirror or clear glass, 1 very rough. α
+        /// is its square.
         specular_roughness: ColorSource = grey(0.3), in Range::UNIT;
-        /// Whether light scattered several times between microfacets of rough metal or glass is included. Without it,
-        /// rougher surfaces are darker, as in renderers with single-scattering microfacet models.
+        /// Whether light scattered several times between microfacets is included. Without it, rougher surfaces are darker,
+        /// as in renderers with single-scattering microfacet models.
         specular_multiple_scattering: bool = true;
+        /// The distribution of microfacet normals.
+        specular_distribution: FacetDistribution = FacetDistribution::Ggx;
+        /// How masking and shadowing of microfacets combine.
+        specular_masking: FacetMasking = FacetMasking::Correlated;
         /// Index of refraction: water 1.33, glass 1.5, diamond 2.42. 1 has no specular effect; 0 reflects all light
         /// (glTF).
         specular_ior: f64 = 1.5, in Range::closed(0.0, 100.0);
         /// Elongation of highlights along the tangent: 0 is isotropic, 1 extremely anisotropic.
         specular_roughness_anisotropy: ColorSource = grey(0.0), in Range::UNIT;
+        /// GGX's or Beckmann's α along the tangent, instead of `specular_roughness` and its anisotropy: a number or a texture.
+        specular_alpha_x: Option<ColorSource> = None, in Range::UNIT;
+        /// α along the bitangent; without it that along the tangent, and the reverse.
+        specular_alpha_y: Option<ColorSource> = None, in Range::UNIT;
         /// Rotation of the anisotropy direction in degrees, counter-clockwise from the tangent.
         anisotropy_rotation: f64 = 0.0;
         /// glTF's anisotropy texture: red and green are the direction, blue the strength. Use `encoding = "linear"`.
@@ -118,7 +127,8 @@ params! {
         transmission_dispersion_scale: f64 = 0.0, in Range::NON_NEGATIVE;
         /// Abbe number at dispersion scale 1: low is strong dispersion. Glass has 25 to 65, diamond 55.
         transmission_dispersion_abbe_number: f64 = 20.0, in Range::POSITIVE;
-        /// The medium inside, if light is transmitted: murky water, milk, amber. It absorbs in addition to
+        /// The medium inside, if light is transmitted, passes a thin wall, or passes where alpha blending leaves the surface
+        /// transparent: murky water, milk, amber. It absorbs in addition to
         /// `transmission_depth`. Only for the integrators "path" and "direct".
         interior: Option<MediumId> = None;
         /// Fraction of the diffuse base with subsurface scattering (wax, skin, marble, milk): light enters, is
@@ -171,7 +181,7 @@ params! {
         alpha_mode: AlphaMode = AlphaMode::Mask;
         /// Least opacity of an opaque point in the mode "mask".
         alpha_cutoff: f64 = 0.5, in Range::NON_NEGATIVE;
-        /// A thin wall without an interior, like a window pane or a soap bubble: transmitted light is not refracted.
+        /// A thin wall, like a window pane or a soap bubble: transmitted light is not refracted.
         thin_walled: bool = false;
         /// Whether the back face is visible. If not, rays that hit it pass through, as in glTF. Transmissive surfaces
         /// always have a back face.

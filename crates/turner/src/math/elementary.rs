@@ -139,6 +139,29 @@ pub fn ln(x: f64) -> f64 {
     libm::log(x)
 }
 
+/// The error function.
+pub fn erf(x: f64) -> f64 {
+    libm::erf(x)
+}
+
+/// The inverse of [`erf`]; infinite outside -1..1. Winitzki's approximation (2008), of a relative error of 2e-3, then two
+/// steps of Halley's method.
+pub fn erf_inv(x: f64) -> f64 {
+    use std::f64::consts::{FRAC_2_SQRT_PI, PI};
+    const A: f64 = 0.147;
+    if x.is_nan() || x.abs() >= 1.0 {
+        return x * f64::INFINITY;
+    }
+    let log = ln((1.0 - x) * (1.0 + x));
+    let half = 2.0 / (PI * A) + 0.5 * log;
+    let mut y = ((half * half - log / A).sqrt() - half).max(0.0).sqrt().copysign(x);
+    for _ in 0..2 {
+        let step = (erf(y) - x) / (FRAC_2_SQRT_PI * exp(-y * y));
+        y -= step / (1.0 + y * step);
+    }
+    y
+}
+
 /// Binary logarithm of a positive, normal number, faster than [`ln`]. The error is below 1e-13 · (1 + |log2 x|).
 #[inline]
 pub fn log2(x: f64) -> f64 {

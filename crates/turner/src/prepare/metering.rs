@@ -72,7 +72,7 @@ mod tests {
         let image = Image { width: 64, height: 32, channels: 1, pixels: Pixels::F32(samples) };
         let images = [Asset { uri: String::new(), data: Arc::new(image) }];
         let file = Some(crate::schema::ImageId(0));
-        let desc = EnvironmentDesc { file, strength, tint: Spectrum::WHITE, rotation: 0.0 };
+        let desc = EnvironmentDesc { file, strength, ..EnvironmentDesc::default() };
         Light::Environment(desc.prepare(&images, false).unwrap())
     }
 

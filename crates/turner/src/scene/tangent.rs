@@ -12,14 +12,17 @@ impl Scene {
     /// (u, v) define no directions. `uv_set` selects the coordinates used for meshes without tangents.
     pub fn tangent_frame(&self, surface: &SurfaceInteraction, uv_set: u32) -> Option<(DVec3, DVec3)> {
         let primitive = &self.primitives[surface.hit.primitive as usize];
-        let Shape::Mesh(mesh) = &primitive.shape else { return None };
         let hit = &surface.hit.shape;
-        let (tangent, bitangent) = match mesh.tangent(hit) {
-            Some((tangent, side)) => {
-                let bitangent = side * surface.object_normal().cross(tangent);
-                (tangent, bitangent)
+        let (tangent, bitangent) = if let Shape::Sphere(_) = &primitive.shape {
+            // u grows with the longitude, v towards +y.
+            let n = surface.object_normal();
+            (DVec3::new(n.z, 0.0, -n.x), DVec3::Y - n * n.y)
+        } else {
+            let Shape::Mesh(mesh) = &primitive.shape else { return None };
+            match mesh.tangent(hit) {
+                Some((tangent, side)) => (tangent, side * surface.object_normal().cross(tangent)),
+                None => mesh.uv_directions(hit, uv_set as usize)?,
             }
-            None => mesh.uv_directions(hit, uv_set as usize)?,
         };
         let to_world = |v: DVec3| match primitive.transform {
             NO_TRANSFORM => v,

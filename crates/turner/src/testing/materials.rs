@@ -1,7 +1,7 @@
 //! Parameters of the principled material that together cover all its lobes, for the tests of this crate and of
 //! others.
 
-use crate::bsdf::PrincipledPoint;
+use crate::bsdf::{FacetDistribution, FacetMasking, PrincipledPoint};
 use crate::color::Spectrum;
 
 /// Names and parameters. Materials whose name begins with "white" absorb nothing: they pass the white furnace test.
@@ -16,6 +16,7 @@ pub fn materials() -> Vec<(&'static str, PrincipledPoint)> {
     };
     let white_metal = PrincipledPoint { base_color: Spectrum::WHITE, ..metal };
     let glass = PrincipledPoint { transmission_weight: 1.0, specular_roughness: 0.0, ..Default::default() };
+    let beckmann = |p| PrincipledPoint { specular_distribution: FacetDistribution::Beckmann, ..p };
     let coat = PrincipledPoint { coat_weight: 1.0, ..Default::default() };
     vec![
         ("matte", PrincipledPoint { base_color: Spectrum::new(0.8, 0.4, 0.1), ..p }),
@@ -122,6 +123,46 @@ pub fn materials() -> Vec<(&'static str, PrincipledPoint)> {
         ),
         ("metal of given widths", PrincipledPoint { alpha: Some((0.05, 0.6)), ..white_metal }),
         ("metal with a film", PrincipledPoint { thin_film_weight: 1.0, thin_film_thickness: 0.4, ..metal }),
+        (
+            "white metal, Beckmann's facets",
+            PrincipledPoint { specular_roughness: 0.6, ..beckmann(white_metal) },
+        ),
+        (
+            "stretched metal, Beckmann's facets, independent masking",
+            PrincipledPoint {
+                specular_multiple_scattering: false,
+                specular_masking: FacetMasking::Separable,
+                alpha: Some((0.1, 0.4)),
+                ..beckmann(metal)
+            },
+        ),
+        (
+            "metal, independent masking",
+            PrincipledPoint {
+                specular_roughness: 0.7,
+                specular_masking: FacetMasking::Separable,
+                specular_multiple_scattering: false,
+                ..metal
+            },
+        ),
+        ("white glass, Beckmann's facets", PrincipledPoint { specular_roughness: 0.5, ..beckmann(glass) }),
+        (
+            "white glass, Beckmann's facets, from inside",
+            PrincipledPoint { specular_roughness: 0.5, entering: false, ..beckmann(glass) },
+        ),
+        (
+            "white plastic, Beckmann's facets",
+            PrincipledPoint { base_color: Spectrum::WHITE, specular_roughness: 0.6, ..beckmann(plastic) },
+        ),
+        (
+            "plastic of single scattering, Beckmann's facets",
+            PrincipledPoint {
+                specular_roughness: 0.6,
+                specular_multiple_scattering: false,
+                specular_masking: FacetMasking::Separable,
+                ..beckmann(plastic)
+            },
+        ),
         ("white glass, smooth", glass),
         ("white glass, from inside", PrincipledPoint { entering: false, ..glass }),
         ("white glass, rough", PrincipledPoint { specular_roughness: 0.5, ..glass }),

@@ -4,6 +4,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use serde_json::{Map, Value, json};
+use turner::bsdf::{FacetDistribution, FacetMasking};
 use turner::color::Spectrum;
 use turner::description::SceneDesc;
 use turner::material::{AlphaMode, MaterialDesc, PrincipledMaterial};
@@ -347,6 +348,13 @@ impl<'a> MaterialWriter<'a> {
     ) -> Result<(), SceneError> {
         if !m.specular_multiple_scattering {
             job.remarks.approximated("single-scattering microfacets (specular_multiple_scattering = false)");
+        }
+        if m.specular_distribution != FacetDistribution::Ggx || m.specular_masking != FacetMasking::Correlated
+        {
+            job.remarks.approximated("microfacets of another distribution or masking: written as GGX");
+        }
+        if m.specular_alpha_x.is_some() || m.specular_alpha_y.is_some() {
+            job.remarks.approximated("specular_alpha_x and specular_alpha_y: specular_roughness is written");
         }
         let ior = if m.specular_ior > 0.0 && m.specular_ior < 1.0 {
             job.remarks.approximated("indices of refraction below 1: written as 1");

@@ -43,7 +43,7 @@ fn every_format_lies_the_same_way() {
     for (format, strength) in [(ImageFormat::Exr, 1.0), (ImageFormat::Hdr, 3.0), (ImageFormat::Png, 0.5)] {
         let image = decode(&encode(&output, format).unwrap(), "sky", &DecodeLimits::default()).unwrap();
         let images = [Asset { uri: "sky".into(), data: Arc::new(image) }];
-        let desc = EnvironmentDesc { file: Some(ImageId(0)), strength, rotation: 0.0, tint: Spectrum::WHITE };
+        let desc = EnvironmentDesc { file: Some(ImageId(0)), strength, ..EnvironmentDesc::default() };
         let light = desc.prepare(&images, false).unwrap();
         let cases = [
             (DVec3::NEG_Z, [1.0, 0.0, 0.0]),

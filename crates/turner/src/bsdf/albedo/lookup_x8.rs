@@ -42,7 +42,8 @@ impl AlbedoCurve {
     fn rows(&self) -> [&'static Angles; 4] {
         let (w, c) = (usize::from(self.width), usize::from(self.contrast));
         let upper = if self.grid == Grid::MirrorLoss { c } else { c + 1 };
-        [(w, c), (w + 1, c), (w, upper), (w + 1, upper)].map(|(w, c)| rows::round(self.grid, w, c).mean())
+        [(w, c), (w + 1, c), (w, upper), (w + 1, upper)]
+            .map(|(w, c)| rows::round(self.kind, self.grid, w, c).mean())
     }
 }
 

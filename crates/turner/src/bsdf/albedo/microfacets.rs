@@ -4,9 +4,10 @@
 use turner_bvh::InstructionSet;
 use turner_bvh::lanes::{Block, F64x8, LANES, Simd, Vec3x8, Work, dispatch};
 
-use crate::bsdf::microfacet::Ggx;
+use crate::bsdf::facets::{FacetDistribution, FacetKind, Facets};
+use crate::bsdf::fresnel;
 use crate::math::DVec3;
-use crate::math::elementary::sin_cos_turns;
+use crate::math::elementary::{ln, sin_cos_turns};
 
 /// The interface at the facets.
 #[derive(Clone, Copy, Debug)]
@@ -21,6 +22,7 @@ pub(super) enum Boundary {
 /// second one times 2π, and the weight, 0 in unused lanes.
 pub(super) struct Lattice {
     points: Vec<[Block; 4]>,
+    plain: Vec<LatticePoint>,
     /// The best set of the machine: the sums are the same with any.
     set: InstructionSet,
 }
@@ -30,26 +32,75 @@ impl Lattice {
     pub(super) fn new(n: u32, before: u32) -> Lattice {
         let count = f64::from(n);
         let mut blocks = vec![[Block::default(); 4]; (n as usize).div_ceil(LANES)];
+        let mut plain = Vec::with_capacity(n as usize);
         for i in 0..n {
             let turns = (u64::from(i) * u64::from(before) % u64::from(n)) as f64;
             let (sin, cos) = sin_cos_turns((turns + 0.5) / count);
+            let u = [(f64::from(i) + 0.5) / count, (turns + 0.5) / count];
+            let slope = (-ln(1.0 - u[0])).sqrt();
+            plain.push(LatticePoint { u, slope: [slope * cos, slope * sin] });
             let point = [(f64::from(i) + 0.5) / count, cos, sin, 1.0 / count];
             for (block, v) in blocks[i as usize / LANES].iter_mut().zip(point) {
                 block.0[i as usize % LANES] = v;
             }
         }
-        Lattice { points: blocks, set: InstructionSet::best() }
+        Lattice { points: blocks, plain, set: InstructionSet::best() }
     }
 
     /// Fractions of light from `wo` (wo.z > 0) that one scattering reflects and transmits.
-    pub(super) fn albedos(&self, ggx: &Ggx, wo: DVec3, boundary: Boundary) -> (f64, f64) {
-        dispatch(self.set, SingleScattering { lattice: self, ggx, wo, boundary })
+    pub(super) fn albedos(&self, facets: &Facets, wo: DVec3, boundary: Boundary) -> (f64, f64) {
+        if facets.kind != FacetKind::PLAIN {
+            return self.albedos_of_any(*facets, wo, boundary);
+        }
+        dispatch(self.set, SingleScattering { lattice: self, facets, wo, boundary })
     }
+
+    /// The same for all kinds of facets. Beckmann's are sampled among all normals and weighted by how much of them is
+    /// visible, which is faster than among the visible ones.
+    fn albedos_of_any(&self, facets: Facets, wo: DVec3, boundary: Boundary) -> (f64, f64) {
+        let lo = facets.lambda(wo);
+        let (mut reflected, mut transmitted, mut visible) = (0.0, 0.0, 0.0);
+        for point in &self.plain {
+            let (h, weight) = match facets.kind.distribution {
+                FacetDistribution::Ggx => (facets.sample_visible(wo, point.u), 1.0),
+                FacetDistribution::Beckmann => {
+                    let h = DVec3::new(facets.ax * point.slope[0], facets.ay * point.slope[1], 1.0);
+                    (h.normalize(), wo.dot(h).max(0.0))
+                }
+            };
+            if weight <= 0.0 {
+                continue;
+            }
+            visible += weight;
+            let mu = wo.dot(h).clamp(0.0, 1.0);
+            let mut f = 1.0;
+            if let Boundary::Dielectric(eta) = boundary
+                && let Some(t) = fresnel::refracted_cosine(mu, eta)
+            {
+                f = fresnel::dielectric(mu, eta);
+                let wi = h * (mu / eta - t) - wo * (1.0 / eta);
+                if wi.z < 0.0 {
+                    transmitted += (1.0 - f) * facets.g1(wi) * weight;
+                }
+            }
+            let wi = h * (2.0 * mu) - wo;
+            if wi.z > 0.0 {
+                reflected += f * (1.0 + lo) / facets.masking(lo, facets.lambda(wi)) * weight;
+            }
+        }
+        if visible > 0.0 { (reflected / visible, transmitted / visible) } else { (0.0, 0.0) }
+    }
+}
+
+/// A point of a lattice as it is, and the slopes of a facet of Beckmann's distribution with α = 1.
+struct LatticePoint {
+    u: [f64; 2],
+    slope: [f64; 2],
 }
 
 struct SingleScattering<'a> {
     lattice: &'a Lattice,
-    ggx: &'a Ggx,
+    facets: &'a Facets,
     wo: DVec3,
     boundary: Boundary,
 }
@@ -61,15 +112,15 @@ impl Work for SingleScattering<'_> {
     fn run<S: Simd>(self, simd: S) -> (f64, f64) {
         let splat = |v: f64| F64x8::splat(simd, v);
         let (zero, one, two) = (splat(0.0), splat(1.0), splat(2.0));
-        let (ax, ay) = (splat(self.ggx.ax), splat(self.ggx.ay));
+        let (ax, ay) = (splat(self.facets.ax), splat(self.facets.ay));
         let wo = Vec3x8::splat(simd, self.wo.to_array());
-        let s = DVec3::new(self.ggx.ax * self.wo.x, self.ggx.ay * self.wo.y, self.wo.z).normalize();
+        let s = DVec3::new(self.facets.ax * self.wo.x, self.facets.ay * self.wo.y, self.wo.z).normalize();
         let stretched = Vec3x8::splat(simd, s.to_array());
         let eta = match self.boundary {
             Boundary::Mirror => None,
             Boundary::Dielectric(eta) => Some(splat(eta)),
         };
-        let lo = splat(self.ggx.lambda(self.wo));
+        let lo = splat(self.facets.lambda(self.wo));
         // cos θ √(1 + α² tan² θ), from which Λ is computed.
         let root = |w: Vec3x8<S>| {
             let (x, y) = (ax * w.x, ay * w.y);

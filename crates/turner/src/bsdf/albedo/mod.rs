@@ -29,7 +29,7 @@ pub(super) use fuzz::FuzzAlbedo;
 pub(super) use lookup_x8::AlbedoCurveBlock;
 use rows::{ANGLES, AZIMUTHS, Angles, CONTRASTS, RATIOS, Row, STRETCHED_CONTRASTS, STRETCHED_WIDTHS, WIDTHS};
 
-use crate::bsdf::microfacet::Ggx;
+use crate::bsdf::facets::{FacetKind, Facets};
 use crate::math::DVec3;
 
 /// A tabulated function.
@@ -52,6 +52,11 @@ impl Grid {
             Grid::LossFromThin => 1,
             Grid::LossFromDense | Grid::MirrorLoss => 2,
         }
+    }
+
+    /// Its place where the mirror's loss is not separate.
+    fn table(self) -> usize {
+        if self == Grid::MirrorLoss { 3 } else { self.index() }
     }
 }
 
@@ -88,6 +93,7 @@ fn azimuth(x: f64, y: f64) -> f64 {
 #[derive(Clone, Copy, Debug)]
 pub(super) struct AlbedoCurve {
     grid: Grid,
+    kind: FacetKind,
     /// Lower nodes of width, contrast and ratio; `None` for isotropic lobes.
     width: u8,
     contrast: u8,
@@ -100,13 +106,13 @@ pub(super) struct AlbedoCurve {
 }
 
 impl AlbedoCurve {
-    fn new(grid: Grid, ggx: &Ggx, eta: f64) -> AlbedoCurve {
-        let alpha = (0.5 * (ggx.ax * ggx.ax + ggx.ay * ggx.ay)).sqrt();
+    fn new(grid: Grid, facets: &Facets, eta: f64) -> AlbedoCurve {
+        let alpha = (0.5 * (facets.ax * facets.ax + facets.ay * facets.ay)).sqrt();
         let contrast = if eta.is_finite() { ((eta - 1.0) / (eta + 1.0)).abs() } else { 1.0 };
-        let (along_y, ratio) = if ggx.ax == ggx.ay {
+        let (along_y, ratio) = if facets.ax == facets.ay {
             (false, None)
         } else {
-            (ggx.ay > ggx.ax, Some(ggx.ay.min(ggx.ax) / ggx.ay.max(ggx.ax)))
+            (facets.ay > facets.ax, Some(facets.ay.min(facets.ax) / facets.ay.max(facets.ax)))
         };
         let (widths, contrasts) =
             if ratio.is_some() { (STRETCHED_WIDTHS, STRETCHED_CONTRASTS) } else { (WIDTHS, CONTRASTS) };
@@ -122,6 +128,7 @@ impl AlbedoCurve {
         let alpha = alpha.max(MIN_ALPHA);
         AlbedoCurve {
             grid,
+            kind: facets.kind,
             width: width as u8,
             contrast: contrast as u8,
             ratio,
@@ -138,8 +145,8 @@ impl AlbedoCurve {
         let (w, c) = (usize::from(self.width), usize::from(self.contrast));
         let with = |c: usize, r: Option<usize>| {
             let row = |w: usize| match r {
-                None => rows::round(self.grid, w, c),
-                Some(r) => rows::stretched(self.grid, w, c, r),
+                None => rows::round(self.kind, self.grid, w, c),
+                Some(r) => rows::stretched(self.kind, self.grid, w, c, r),
             };
             (1.0 - fw) * of(row(w)) + fw * of(row(w + 1))
         };
@@ -193,9 +200,9 @@ pub(super) struct Reflected {
 
 impl Reflected {
     /// `eta` is at least 1; infinite is a perfect mirror, whose loss goes to the layer below.
-    pub(super) fn new(ggx: &Ggx, eta: f64) -> Reflected {
+    pub(super) fn new(facets: &Facets, eta: f64) -> Reflected {
         let grid = if eta == f64::INFINITY { Grid::MirrorLoss } else { Grid::Reflected };
-        Reflected { curve: AlbedoCurve::new(grid, ggx, eta), eta }
+        Reflected { curve: AlbedoCurve::new(grid, facets, eta), eta }
     }
 
     /// Fraction of light from `w` that is reflected, within 0..=1.
@@ -217,13 +224,13 @@ impl Reflected {
 }
 
 /// Loss of a rough perfect mirror.
-pub(super) fn mirror_loss(ggx: &Ggx) -> AlbedoCurve {
-    AlbedoCurve::new(Grid::MirrorLoss, ggx, 1.0)
+pub(super) fn mirror_loss(facets: &Facets) -> AlbedoCurve {
+    AlbedoCurve::new(Grid::MirrorLoss, facets, 1.0)
 }
 
 /// Loss of a rough dielectric of relative index `eta` (behind over in front): light neither reflected nor transmitted.
-pub(super) fn dielectric_loss(eta: f64, ggx: &Ggx) -> AlbedoCurve {
-    AlbedoCurve::new(if eta < 1.0 { Grid::LossFromDense } else { Grid::LossFromThin }, ggx, eta)
+pub(super) fn dielectric_loss(eta: f64, facets: &Facets) -> AlbedoCurve {
+    AlbedoCurve::new(if eta < 1.0 { Grid::LossFromDense } else { Grid::LossFromThin }, facets, eta)
 }
 
 /// The approximate cosine between a direction at µ and its visible facets.

@@ -5,8 +5,8 @@ use std::sync::OnceLock;
 
 use super::microfacets::{Boundary, Lattice};
 use super::{Grid, MIN_ALPHA, coordinate, smoothed, warp};
+use crate::bsdf::facets::{FacetDistribution, FacetKind, FacetMasking, Facets};
 use crate::bsdf::fresnel;
-use crate::bsdf::microfacet::Ggx;
 use crate::math::DVec3;
 
 /// Angles, evenly spaced in [`coordinate`].
@@ -67,9 +67,30 @@ fn square(k: usize, n: usize) -> f64 {
     r * r
 }
 
+/// Rows of other kinds than [`FacetKind::PLAIN`], which few scenes have: isotropic ones, then anisotropic ones.
+static OTHERS: [OnceLock<Vec<Slot>>; 3] = [const { OnceLock::new() }; 3];
+const ROUND_ROWS: usize = 4 * CONTRASTS * WIDTHS;
+const STRETCHED_ROWS: usize = 4 * RATIOS * STRETCHED_CONTRASTS * STRETCHED_WIDTHS;
+
+fn other(kind: FacetKind, index: usize) -> &'static Slot {
+    let k = match (kind.distribution, kind.masking) {
+        (FacetDistribution::Ggx, _) => 0,
+        (FacetDistribution::Beckmann, FacetMasking::Correlated) => 1,
+        (FacetDistribution::Beckmann, FacetMasking::Separable) => 2,
+    };
+    let make = || std::iter::repeat_with(Slot::new).take(ROUND_ROWS + STRETCHED_ROWS).collect();
+    &OTHERS[k].get_or_init(make)[index]
+}
+
 /// A row of an isotropic lobe; `width` < WIDTHS, `contrast` < CONTRASTS.
-pub(super) fn round(grid: Grid, width: usize, contrast: usize) -> &'static Row {
+pub(super) fn round(kind: FacetKind, grid: Grid, width: usize, contrast: usize) -> &'static Row {
     let alpha = || square(width, WIDTHS).max(MIN_ALPHA);
+    let make = |grid, alpha, contrast, ratio| make(kind, grid, alpha, contrast, ratio);
+    if kind != FacetKind::PLAIN {
+        let index = (grid.table() * CONTRASTS + contrast) * WIDTHS + width;
+        let contrast = square(contrast, CONTRASTS);
+        return other(kind, index).get_or_init(|| Box::new(make(grid, alpha(), contrast, 1.0)));
+    }
     match grid {
         Grid::MirrorLoss => MIRROR[width].get_or_init(|| Box::new(make(grid, alpha(), 1.0, 1.0))),
         _ => ROUND[grid.index()][contrast][width]
@@ -78,9 +99,22 @@ pub(super) fn round(grid: Grid, width: usize, contrast: usize) -> &'static Row {
 }
 
 /// A row of an anisotropic lobe.
-pub(super) fn stretched(grid: Grid, width: usize, contrast: usize, ratio: usize) -> &'static Row {
+pub(super) fn stretched(
+    kind: FacetKind,
+    grid: Grid,
+    width: usize,
+    contrast: usize,
+    ratio: usize,
+) -> &'static Row {
     let alpha = || square(width, STRETCHED_WIDTHS).max(MIN_ALPHA);
     let q = square(ratio, RATIOS);
+    let make = |grid, alpha, contrast, ratio| make(kind, grid, alpha, contrast, ratio);
+    if kind != FacetKind::PLAIN {
+        let index =
+            ((grid.table() * RATIOS + ratio) * STRETCHED_CONTRASTS + contrast) * STRETCHED_WIDTHS + width;
+        let contrast = square(contrast, STRETCHED_CONTRASTS);
+        return other(kind, ROUND_ROWS + index).get_or_init(|| Box::new(make(grid, alpha(), contrast, q)));
+    }
     match grid {
         Grid::MirrorLoss => {
             STRETCHED_MIRROR[ratio][width].get_or_init(|| Box::new(make(grid, alpha(), 1.0, q)))
@@ -91,19 +125,19 @@ pub(super) fn stretched(grid: Grid, width: usize, contrast: usize, ratio: usize)
 }
 
 /// The tabulated value for light from `wo`.
-pub(super) fn value(grid: Grid, ggx: &Ggx, wo: DVec3, contrast: f64, lattice: &Lattice) -> f64 {
+pub(super) fn value(grid: Grid, facets: &Facets, wo: DVec3, contrast: f64, lattice: &Lattice) -> f64 {
     let index = index(contrast);
     let is_mirror = index == f64::INFINITY;
     let loss = |boundary| {
-        let (r, t) = lattice.albedos(ggx, wo, boundary);
+        let (r, t) = lattice.albedos(facets, wo, boundary);
         1.0 - r - t
     };
     match grid {
         Grid::MirrorLoss => loss(Boundary::Mirror),
         Grid::Reflected if is_mirror => -loss(Boundary::Mirror),
         Grid::Reflected => {
-            let alpha = (0.5 * (ggx.ax * ggx.ax + ggx.ay * ggx.ay)).sqrt();
-            lattice.albedos(ggx, wo, Boundary::Dielectric(index)).0
+            let alpha = (0.5 * (facets.ax * facets.ax + facets.ay * facets.ay)).sqrt();
+            lattice.albedos(facets, wo, Boundary::Dielectric(index)).0
                 - fresnel::dielectric(smoothed(wo.z, alpha), index)
         }
         Grid::LossFromThin | Grid::LossFromDense if is_mirror => loss(Boundary::Mirror),
@@ -127,9 +161,10 @@ fn cosine(k: usize, alpha: f64) -> f64 {
 
 /// The points of the quadrature: more where the critical angle cuts through them, fewer where a row needs many sums of
 /// both reflection and transmission.
-fn lattice(grid: Grid, round: bool) -> &'static Lattice {
-    static LATTICES: [OnceLock<Lattice>; 3] = [const { OnceLock::new() }; 3];
+fn lattice(kind: FacetKind, grid: Grid, round: bool) -> &'static Lattice {
+    static LATTICES: [OnceLock<Lattice>; 4] = [const { OnceLock::new() }; 4];
     let (k, n, before) = match (grid, round) {
+        (_, false) if kind != FacetKind::PLAIN => (3, 233, 144),
         (Grid::LossFromDense, true) => (0, 4181, 2584),
         (Grid::MirrorLoss, _) | (_, true) => (1, 2584, 1597),
         _ => (2, 610, 377),
@@ -137,16 +172,16 @@ fn lattice(grid: Grid, round: bool) -> &'static Lattice {
     LATTICES[k].get_or_init(|| Lattice::new(n, before))
 }
 
-fn make(grid: Grid, alpha: f64, contrast: f64, ratio: f64) -> Row {
+fn make(kind: FacetKind, grid: Grid, alpha: f64, contrast: f64, ratio: f64) -> Row {
     // OpenPBR's widths of an anisotropic lobe.
     let ax = alpha * (2.0 / (1.0 + ratio * ratio)).sqrt();
-    let ggx = Ggx { ax, ay: (ax * ratio).max(MIN_ALPHA) };
-    let lattice = lattice(grid, ratio == 1.0);
+    let facets = Facets { ax, ay: (ax * ratio).max(MIN_ALPHA), kind };
+    let lattice = lattice(kind, grid, ratio == 1.0);
     let row = |cos: f64, sin: f64| -> Angles {
         std::array::from_fn(|k| {
             let mu = cosine(k, alpha);
             let r = (1.0 - mu * mu).max(0.0).sqrt();
-            value(grid, &ggx, DVec3::new(r * cos, r * sin, mu), contrast, lattice) as f32
+            value(grid, &facets, DVec3::new(r * cos, r * sin, mu), contrast, lattice) as f32
         })
     };
     if ratio == 1.0 {

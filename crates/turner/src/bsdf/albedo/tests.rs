@@ -12,7 +12,7 @@ fn the_interpolated_tables_hold_what_lobes_reflect_and_lose() {
     let round = [0.003, 0.02, 0.07, 0.25, 0.6, 0.99].map(|a| (a, 1.0));
     let stretched = [(0.05, 0.5), (0.3, 0.15), (0.65, 0.7), (0.9, 0.1)];
     for (alpha, ratio) in round.into_iter().chain(stretched) {
-        let ggx = Ggx { ax: alpha, ay: alpha * ratio };
+        let ggx = Facets::ggx(alpha, alpha * ratio);
         let azimuths: &[f64] = if ratio == 1.0 { &[0.0] } else { &[0.0, 0.5, 1.4] };
         for (mu, phi) in [0.01, 0.04, 0.1, 0.3, 0.6, 0.75, 1.0f64]
             .into_iter()
@@ -52,7 +52,7 @@ fn the_interpolated_tables_hold_what_lobes_reflect_and_lose() {
 #[test]
 fn averages_are_those_of_the_curves() {
     for (ax, ay) in [(0.01, 0.01), (0.4, 0.4), (1.0, 1.0), (0.5, 0.1), (0.1, 0.9)] {
-        let ggx = Ggx { ax, ay };
+        let ggx = Facets::ggx(ax, ay);
         let n = 4000;
         let mean = |at: &dyn Fn(AlbedoDirection) -> f64| -> f64 {
             let of = |i: u32| {

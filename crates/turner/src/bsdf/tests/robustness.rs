@@ -2,7 +2,7 @@
 
 use proptest::prelude::*;
 
-use crate::bsdf::{Bsdf, PrincipledPoint};
+use crate::bsdf::{Bsdf, FacetDistribution, FacetMasking, PrincipledPoint};
 use crate::color::Spectrum;
 use crate::math::DVec3;
 use crate::testing::{direction, materials, spread};
@@ -48,6 +48,7 @@ fn point() -> impl Strategy<Value = PrincipledPoint> {
         any::<bool>(),
         any::<bool>(),
         any::<bool>(),
+        any::<(bool, bool)>(),
     );
     (base, specular, coat, fuzz).prop_map(|(b, s, c, f)| PrincipledPoint {
         base_weight: b.0,
@@ -59,6 +60,8 @@ fn point() -> impl Strategy<Value = PrincipledPoint> {
         gltf_specular: f.9,
         specular_roughness: b.6,
         specular_multiple_scattering: f.8,
+        specular_distribution: if f.10.0 { FacetDistribution::Beckmann } else { FacetDistribution::Ggx },
+        specular_masking: if f.10.1 { FacetMasking::Separable } else { FacetMasking::Correlated },
         specular_ior: s.0,
         exterior_ior: if s.7 { s.1 } else { 1.0 },
         specular_roughness_anisotropy: s.2,

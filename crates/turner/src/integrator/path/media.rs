@@ -13,6 +13,7 @@
 
 use crate::color::Spectrum;
 use crate::material::OpenPbr;
+use crate::math::DVec3;
 use crate::math::elementary::{exp, ln};
 use crate::scene::{Scene, SurfaceInteraction};
 use crate::schema::{ColorSource, MaterialId};
@@ -124,6 +125,31 @@ impl Media {
             Some(top) => Boundary::Between(f64::from(top.ior)),
             None => Boundary::Between(1.0),
         }
+    }
+
+    /// Updates the solids after a path has crossed `surface` towards `to`, if anything is inside.
+    pub(super) fn pass(
+        &mut self,
+        scene: &Scene,
+        surface: &SurfaceInteraction,
+        material: &OpenPbr,
+        to: DVec3,
+    ) {
+        if material.has_inside() || material.admits_medium() {
+            self.cross(scene, surface, material, to.dot(surface.ng) < 0.0);
+        }
+    }
+
+    /// The solids after [`Media::pass`].
+    pub(super) fn after(
+        mut self,
+        scene: &Scene,
+        surface: &SurfaceInteraction,
+        material: &OpenPbr,
+        to: DVec3,
+    ) -> Media {
+        self.pass(scene, surface, material, to);
+        self
     }
 
     /// Updates the solids after the path has crossed a boundary at `surface`.

@@ -122,6 +122,9 @@ params! {
         /// Number of bounces after which Russian roulette starts. A path whose throughput has fallen far since its first
         /// bounce then ends at random; the paths that survive are weighted up, so the mean stays the same.
         rr_start: u32 = 3;
+        /// Whether emitters are hidden from the camera, as in Mitsuba: its rays pass emissive surfaces and see black instead
+        /// of the environment or the background. They are still seen in mirrors and through glass.
+        hide_emitters: bool = false;
         /// Largest radiance that one path may contribute as indirect light, in any colour channel; 0 is no limit. A
         /// limit removes fireflies and also light: the image gets darker.
         clamp_indirect: f64 = 0.0, in Range::NON_NEGATIVE;

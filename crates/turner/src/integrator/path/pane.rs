@@ -12,6 +12,7 @@
 use super::path_batch::PathBatch;
 use super::record::{End, Passage, Record};
 use crate::bsdf::BsdfSample;
+use crate::material::Material;
 use crate::math::DVec3;
 use crate::scene::SurfaceInteraction;
 
@@ -30,6 +31,23 @@ impl<R: Record> PathBatch<'_, R> {
             self.record.note(|r| r.end = End::Transparency);
         } else if !path.beta.is_black() {
             self.next.push(sample, surface, -wo);
+        }
+    }
+
+    /// Continues straight through a hole: where a surface is transparent by alpha blending, or a mix has no material.
+    pub(super) fn pass_hole(&mut self, sample: u32, surface: &SurfaceInteraction, direction: DVec3) {
+        let path = &mut self.paths[sample as usize];
+        path.transparent += 1;
+        if let Material::OpenPbr(m) = self.scene.material_at(&surface.hit)
+            && m.desc.interior.is_some()
+        {
+            path.media.pass(self.scene, surface, m, direction);
+        }
+        self.record.note(|r| r.at(|v| v.passage = Passage::Hole));
+        if path.transparent <= self.settings.max_transparent {
+            self.next.push(sample, surface, direction);
+        } else {
+            self.record.note(|r| r.end = End::Transparency);
         }
     }
 }

@@ -174,7 +174,7 @@ impl DonorPart {
 pub enum Passage {
     /// A surface that scatters or absorbs it.
     Surface,
-    /// A surface that lets it pass: stochastic opacity, or a hole in a mix.
+    /// A surface that lets it pass: stochastic opacity, a hole in a mix, or an emitter hidden from the camera.
     Hole,
     /// A boundary inside a solid of higher priority (nested dielectrics).
     Hidden,

@@ -12,6 +12,7 @@ pub(super) struct Settings {
     max_transmission: u32,
     pub(super) max_transparent: u32,
     pub(super) rr_start: u32,
+    pub(super) hide_emitters: bool,
     pub(super) clamp_indirect: Option<f32>,
     pub(super) light_sampling: LightSampling,
     /// Whether `max_diffuse` and `max_glossy` limit no path that `max_depth` does not.
@@ -43,6 +44,7 @@ impl Settings {
                 .iter()
                 .all(|limit| limit.is_none_or(|limit| limit >= d.max_depth)),
             rr_start: d.rr_start,
+            hide_emitters: d.hide_emitters,
             clamp_indirect: (d.clamp_indirect > 0.0).then_some(d.clamp_indirect as f32),
             light_sampling: d.light_sampling,
             // Shared paths need the same treatment of all members up to the second vertex: no clamp and no Russian

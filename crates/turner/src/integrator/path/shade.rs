@@ -105,6 +105,9 @@ impl<R: Record> PathBatch<'_, R> {
             pixel.alpha = 0.0;
             return;
         }
+        if path.from_camera && self.settings.hide_emitters {
+            return;
+        }
         // Glass in front of a transparent background is transparent as far as light passes it.
         if path.seen_through && scene.background.transparent {
             pixel.alpha = 1.0 - (path.beta.to_array().iter().sum::<f32>() / 3.0).clamp(0.0, 1.0);
@@ -226,19 +229,17 @@ impl<R: Record> PathBatch<'_, R> {
             Material::Classic(_) | Material::Principled(..) => return,
         };
         let Some(material) = met else {
-            path.transparent += 1;
-            self.record.note(|r| r.at(|v| v.passage = Passage::Hole));
-            if path.transparent <= self.settings.max_transparent {
-                self.next.push(sample, surface, ray.direction);
-            } else {
-                self.record.note(|r| r.end = End::Transparency);
-            }
-            return;
+            return self.pass_hole(sample, surface, ray.direction);
         };
         self.record.note(|r| r.chose_material(scene, material));
         if material.boundary {
             path.media.cross(scene, surface, material, outside);
             self.record.note(|r| r.at(|v| v.passage = Passage::Interface));
+            self.next.push(sample, surface, ray.direction);
+            return;
+        }
+        if path.from_camera && self.settings.hide_emitters && material.is_emissive() {
+            self.record.note(|r| r.at(|v| v.passage = Passage::Hole));
             self.next.push(sample, surface, ray.direction);
             return;
         }
@@ -349,11 +350,7 @@ impl<R: Record> PathBatch<'_, R> {
         let (weight, mut light) = self.settings.unshadowed(path, lit, &met, light_path_ratio);
         light *= resampling_weight;
         let length = if lit.finite { met.distance } else { f64::INFINITY };
-        let crossed = (crosses && material.has_inside()).then(|| {
-            let mut media = path.media;
-            media.cross(self.scene, v.surface, material, wi.dot(v.ng) < 0.0);
-            media
-        });
+        let crossed = crosses.then(|| path.media.after(self.scene, v.surface, material, wi));
         let media = crossed.as_ref().unwrap_or(&path.media);
         let transmittance = media.transmittance(length);
         if let Some(transmittance) = transmittance {
@@ -413,6 +410,7 @@ impl<R: Record> PathBatch<'_, R> {
         let wi = v.frame.to_world(s.wi);
         let Some(crosses) = v.crosses(wi, s.wi) else { return };
         if material.pane && crosses && s.lobe.is_delta {
+            self.paths[sample as usize].media.pass(self.scene, v.surface, material, wi);
             return self.pass(sample, v.surface, v.wo, &s);
         }
         let path = &mut self.paths[sample as usize];
@@ -456,9 +454,7 @@ impl<R: Record> PathBatch<'_, R> {
         }
         if crosses {
             path.eta2 *= (s.eta * s.eta) as f32;
-            if material.has_inside() {
-                path.media.cross(self.scene, v.surface, material, wi.dot(v.ng) < 0.0);
-            }
+            path.media.pass(self.scene, v.surface, material, wi);
             stats.refracted += 1;
         } else {
             stats.reflected += 1;

@@ -122,7 +122,7 @@ impl ShadowRayMedia {
             }
             let surface = scene.surface(&ray, &hit);
             if let Material::OpenPbr(m) = scene.material_at(&hit)
-                && m.boundary
+                && (m.boundary || m.admits_medium())
             {
                 transmittance = transmittance * through(self, &ray, from, hit.shape.t);
                 if transmittance.is_black() {
@@ -151,7 +151,7 @@ impl Media {
             let Some(hit) = scene.intersect(&ray) else { break };
             let surface = scene.surface(&ray, &hit);
             if let Material::OpenPbr(m) = scene.material_at(&hit)
-                && (m.boundary || m.has_inside() && m.desc.interior.is_some())
+                && (m.boundary || m.admits_medium() || m.has_inside() && m.desc.interior.is_some())
             {
                 let outside = ray.direction.dot(surface.ng) < 0.0;
                 if outside || entered.contains(surface.material) {

@@ -100,7 +100,7 @@ impl EnvironmentLight {
             let (block, lane) = (&blocks[i / LANES], i % LANES);
             let pdf = block.pdf.0[lane];
             let sample = (pdf > 0.0).then(|| EnvironmentSample {
-                direction: block.direction(lane),
+                direction: self.tilted(block.direction(lane)),
                 radiance: self.scaled(map.blend(taps)),
                 pdf,
             });
@@ -136,7 +136,7 @@ impl EnvironmentLight {
         let EnvironmentBatch { blocks, taps, .. } = scratch;
         for (directions, block) in directions.chunks(LANES).zip(&mut *blocks) {
             for (lane, d) in directions.iter().enumerate() {
-                for (block, v) in block.direction.iter_mut().zip(d.to_array()) {
+                for (block, v) in block.direction.iter_mut().zip(self.upright(*d).to_array()) {
                     block.0[lane] = v;
                 }
             }

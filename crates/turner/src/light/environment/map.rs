@@ -13,6 +13,7 @@
 use std::f64::consts::{PI, TAU};
 use std::sync::Arc;
 
+use super::MapPoles;
 use crate::color::{Spectrum, srgb_decode};
 use crate::image::{Image, Pixels};
 #[cfg(test)]
@@ -76,11 +77,12 @@ pub(super) struct EnvironmentMap {
     /// Radiance for each value of an integer sample; empty for floats.
     decoded: Box<[f32]>,
     invalid: u64,
+    poles: MapPoles,
 }
 
 impl EnvironmentMap {
     /// From a consistent image.
-    pub(super) fn new(image: Arc<Image>) -> EnvironmentMap {
+    pub(super) fn new(image: Arc<Image>, poles: MapPoles) -> EnvironmentMap {
         let table = |most: u16| (0..=most).map(|v| srgb_decode(f32::from(v) / f32::from(most))).collect();
         let (decoded, invalid) = match &image.pixels {
             Pixels::U8(_) => (table(255), 0),
@@ -92,12 +94,12 @@ impl EnvironmentMap {
                 (Box::default(), samples.chunks_exact(n).filter(bad).count() as u64)
             }
         };
-        EnvironmentMap { image, decoded, invalid }
+        EnvironmentMap { image, decoded, invalid, poles }
     }
 
     /// Whether it is made from this image.
-    pub(super) fn is_of(&self, image: &Arc<Image>) -> bool {
-        Arc::ptr_eq(&self.image, image)
+    pub(super) fn is_of(&self, image: &Arc<Image>, poles: MapPoles) -> bool {
+        Arc::ptr_eq(&self.image, image) && self.poles == poles
     }
 
     /// The luminance of the image, scaled down to at most so many rows, and twice as many columns.
@@ -129,7 +131,8 @@ impl EnvironmentMap {
         }
         let means = sums.into_iter().map(|[sum, count]| (sum / count).min(f32::MAX)).collect();
         let pixels = Pixels::F32(means);
-        EnvironmentMap::new(Arc::new(Image { width: columns, height: rows, channels: 1, pixels }))
+        let image = Image { width: columns, height: rows, channels: 1, pixels };
+        EnvironmentMap::new(Arc::new(image), self.poles)
     }
 
     /// Width and height.
@@ -160,7 +163,7 @@ impl EnvironmentMap {
         Spectrum::from(bands)
     }
 
-    /// Radiance from a direction: bilinear between pixel centres, wrapped at the left and right edges, clamped at the
+    /// Radiance from a direction: bilinear between pixel centres ([`MapPoles`]), wrapped at the left and right edges, clamped at the
     /// upper and lower ones.
     pub(super) fn radiance(&self, d: DVec3) -> Spectrum {
         self.at(coordinates(d))
@@ -177,7 +180,11 @@ impl EnvironmentMap {
     pub(super) fn taps(&self, uv: DVec2) -> Taps {
         let (w, h) = self.size();
         // Offset by one pixel, so that truncation is floor: 0 stands for column and row −1.
-        let (x, y) = (uv.x * f64::from(w) - 0.5, uv.y * f64::from(h) - 0.5);
+        let x = uv.x * f64::from(w) - 0.5;
+        let y = match self.poles {
+            MapPoles::Edges => uv.y * f64::from(h) - 0.5,
+            MapPoles::Centers => uv.y * f64::from(h - 1),
+        };
         let (x1, y1) = ((x + 1.0) as u32, (y + 1.0) as u32);
         // Rounding may have carried a coordinate over the edge.
         let weight = |v: f64, above: u32| (v - (f64::from(above) - 1.0)).max(0.0) as f32;
@@ -256,6 +263,10 @@ fn is_light(v: f32) -> bool {
 mod tests {
     use super::*;
 
+    fn plain(image: Image) -> EnvironmentMap {
+        EnvironmentMap::new(Arc::new(image), MapPoles::Edges)
+    }
+
     #[test]
     fn directions_and_pixels_correspond() {
         let cases = [
@@ -287,12 +298,7 @@ mod tests {
     fn lookups_at_pixel_centres_give_the_pixels() {
         for (w, h) in [(1, 1), (2, 1), (5, 4), (16, 8)] {
             let samples = (0..w * h * 3).map(|i| i as f32).collect();
-            let map = EnvironmentMap::new(Arc::new(Image {
-                width: w,
-                height: h,
-                channels: 3,
-                pixels: Pixels::F32(samples),
-            }));
+            let map = plain(Image { width: w, height: h, channels: 3, pixels: Pixels::F32(samples) });
             for (x, y) in (0..h).flat_map(|y| (0..w).map(move |x| (x, y))) {
                 let uv = DVec2::new((f64::from(x) + 0.5) / f64::from(w), (f64::from(y) + 0.5) / f64::from(h));
                 let (found, expected) = (map.radiance(direction(uv)), map.pixel(x, y));
@@ -304,12 +310,12 @@ mod tests {
 
     #[test]
     fn lookups_are_bilinear_wrapped_at_the_seam_and_clamped_at_the_poles() {
-        let map = EnvironmentMap::new(Arc::new(Image {
+        let map = plain(Image {
             width: 4,
             height: 2,
             channels: 1,
             pixels: Pixels::F32(vec![0.0, 1.0, 2.0, 10.0, 100.0, 100.0, 100.0, 100.0]),
-        }));
+        });
         let at = |u, v| map.radiance(direction(DVec2::new(u, v))).g;
         assert!((at(0.25, 0.25) - 0.5).abs() < 1e-6);
         assert!((at(0.5, 0.5) - 50.75).abs() < 1e-4);
@@ -323,8 +329,7 @@ mod tests {
 
     #[test]
     fn integers_are_srgb_and_invalid_floats_are_black_and_counted() {
-        let map =
-            |channels, pixels| EnvironmentMap::new(Arc::new(Image { width: 2, height: 1, channels, pixels }));
+        let map = |channels, pixels| plain(Image { width: 2, height: 1, channels, pixels });
         let eight = map(3, Pixels::U8(vec![255, 128, 0, 1, 2, 3]));
         assert_eq!(eight.pixel(0, 0), Spectrum::new(1.0, srgb_decode(128.0 / 255.0), 0.0));
         let sixteen = map(2, Pixels::U16(vec![32768, 0, 65535, 7]));
@@ -333,5 +338,18 @@ mod tests {
         let floats = map(4, Pixels::F32(vec![f32::NAN, -1.0, f32::INFINITY, 1.0, 1.0, 2.0, 3.0, f32::NAN]));
         assert_eq!((floats.pixel(0, 0), floats.pixel(1, 0)), (Spectrum::BLACK, Spectrum::new(1.0, 2.0, 3.0)));
         assert_eq!((floats.invalid_pixels(), eight.invalid_pixels()), (1, 0));
+    }
+
+    #[test]
+    fn the_centres_of_the_outer_rows_may_be_the_poles() {
+        let samples = (0..8 * 5).map(|i| (i / 8 * 10 + i % 8) as f32).collect();
+        let image = Image { width: 8, height: 5, channels: 1, pixels: Pixels::F32(samples) };
+        let map = EnvironmentMap::new(Arc::new(image), MapPoles::Centers);
+        for (x, y) in (0..8).flat_map(|x| (0..5).map(move |y| (x, y))) {
+            let uv = DVec2::new((f64::from(x) + 0.5) / 8.0, f64::from(y) / 4.0);
+            assert!((map.at(uv).g - map.pixel(x, y).g).abs() < 1e-4, "{x} {y}");
+        }
+        // Three quarters of row 0 and a quarter of row 1.
+        assert!((map.at(DVec2::new(0.5 / 8.0, 0.25 / 4.0)).g - 2.5).abs() < 1e-4);
     }
 }

@@ -17,13 +17,24 @@ use crate::color::Spectrum;
 use crate::image::Image;
 use crate::light::LightSetting;
 use crate::light::sky::Day;
-use crate::math::{DVec3, radians};
+use crate::math::elementary::atan2;
+use crate::math::{DMat3, DVec3, radians};
 use crate::schema::error::escape;
-use crate::schema::{Asset, ErrorCode, ImageId, Range, SceneError, params};
+use crate::schema::{Asset, ErrorCode, ImageId, Range, SceneError, choice, params};
 pub use adaptive::{AdaptiveEnvironment, EnvironmentLearning};
 pub use batch::EnvironmentBatch;
 use distribution::Distribution;
 use map::EnvironmentMap;
+
+choice! {
+    /// Where the first and the last row of pixels of an environment map lie.
+    pub enum MapPoles {
+        /// The outer edges of the rows are at the poles, as in most programs.
+        Edges = "edges",
+        /// The centres of their pixels are at the poles, as in Mitsuba.
+        Centers = "centers",
+    }
+}
 
 params! {
     /// Light from an environment map in equirectangular (latitude-longitude) projection, twice as wide as high, or
@@ -39,6 +50,10 @@ params! {
         strength: f64 = 1.0, in Range::NON_NEGATIVE;
         /// Rotation about +y, degrees: 90 moves what was along −z to −x.
         rotation: f64 = 0.0;
+        /// Where the zenith of the image is: after the rotation, the shortest turn takes +y there.
+        up: DVec3 = DVec3::Y;
+        /// Where the first and the last row of pixels lie.
+        poles: MapPoles = MapPoles::Edges;
         /// Multiplies the light, per channel.
         tint: Spectrum = Spectrum::WHITE, in Range::NON_NEGATIVE;
     }
@@ -68,6 +83,8 @@ pub struct EnvironmentLight {
     scale: Spectrum,
     /// Sine and cosine of the rotation.
     rotation: (f64, f64),
+    /// The turn after it, from +y to the zenith, if any.
+    tilt: Option<DMat3>,
 }
 
 #[derive(Debug)]
@@ -83,8 +100,8 @@ struct Prepared {
 }
 
 impl Prepared {
-    fn new(image: Arc<Image>, compensated: bool) -> Result<Prepared, SceneError> {
-        let map = EnvironmentMap::new(image);
+    fn new(image: Arc<Image>, poles: MapPoles, compensated: bool) -> Result<Prepared, SceneError> {
+        let map = EnvironmentMap::new(image, poles);
         let distribution = Distribution::new(&map, compensated)?;
         let total = map.integral();
         Ok(Prepared { map, distribution, total, compensated, day: None })
@@ -94,7 +111,23 @@ impl Prepared {
 impl EnvironmentDesc {
     /// The built-in studio.
     pub fn studio() -> EnvironmentDesc {
-        EnvironmentDesc { file: None, strength: 1.0, rotation: 0.0, tint: Spectrum::WHITE }
+        EnvironmentDesc::default()
+    }
+
+    /// The environment with the rotation and zenith of a rotation matrix, which may have a scale; `None` if the matrix is
+    /// none.
+    pub fn turned_by(self, m: DMat3) -> Option<EnvironmentDesc> {
+        let scale = m.y_axis.length();
+        let [x, y, z] = [m.x_axis, m.y_axis, m.z_axis].map(|axis| axis / scale);
+        let is_rotation = (x.cross(y) - z).length() < 1e-6 && (y.cross(z) - x).length() < 1e-6;
+        if !is_rotation || !(scale > 0.0 && scale.is_finite()) {
+            return None;
+        }
+        // Rounding must not tilt it.
+        let up = if (y - DVec3::Y).length() < 1e-9 { DVec3::Y } else { y };
+        let about = tilt(up).map_or(z, |tilt| tilt.transpose() * z);
+        let rotation = atan2(about.x, about.z).to_degrees();
+        Some(EnvironmentDesc { rotation, up, ..self })
     }
 
     /// Prepares the light; `images` are the scene's. With `compensated`, directions are sampled for use with another
@@ -122,16 +155,18 @@ impl EnvironmentDesc {
                     return Err(SceneError::new(ErrorCode::Image, message));
                 }
                 let mut before = setting.environments().map(|light| &light.prepared);
-                let kept =
-                    before.find(|old| old.compensated == compensated && old.map.is_of(&asset.data)).cloned();
+                let kept = before
+                    .find(|old| old.compensated == compensated && old.map.is_of(&asset.data, self.poles))
+                    .cloned();
                 match kept {
                     Some(kept) => kept,
-                    None => Arc::new(Prepared::new(asset.data.clone(), compensated)?),
+                    None => Arc::new(Prepared::new(asset.data.clone(), self.poles, compensated)?),
                 }
             }
         };
         let rotation = crate::math::elementary::sin_cos(radians(self.rotation));
-        Ok(EnvironmentLight { prepared, scale: self.tint * self.strength as f32, rotation })
+        let scale = self.tint * self.strength as f32;
+        Ok(EnvironmentLight { prepared, scale, rotation, tilt: tilt(self.up) })
     }
 }
 
@@ -142,7 +177,7 @@ fn studio(compensated: bool) -> Result<Arc<Prepared>, SceneError> {
     if let Some(studio) = made.get() {
         return Ok(studio.clone());
     }
-    let studio = Arc::new(Prepared::new(Arc::new(studio::image()), compensated)?);
+    let studio = Arc::new(Prepared::new(Arc::new(studio::image()), MapPoles::Edges, compensated)?);
     Ok(made.get_or_init(|| studio).clone())
 }
 
@@ -156,7 +191,8 @@ impl EnvironmentLight {
         rotation: (f64, f64),
         compensated: bool,
     ) -> Result<EnvironmentLight, SceneError> {
-        Ok(EnvironmentLight { prepared: Arc::new(Prepared::new(image, compensated)?), scale, rotation })
+        let prepared = Arc::new(Prepared::new(image, MapPoles::Edges, compensated)?);
+        Ok(EnvironmentLight { prepared, scale, rotation, tilt: None })
     }
 
     /// A sky from its computed image, multiplied by `scale` and rotated by an angle given as sine and cosine.
@@ -167,8 +203,8 @@ impl EnvironmentLight {
         rotation: (f64, f64),
         compensated: bool,
     ) -> Result<EnvironmentLight, SceneError> {
-        let prepared = Prepared { day: Some(day), ..Prepared::new(image, compensated)? };
-        Ok(EnvironmentLight { prepared: Arc::new(prepared), scale, rotation })
+        let prepared = Prepared { day: Some(day), ..Prepared::new(image, MapPoles::Edges, compensated)? };
+        Ok(EnvironmentLight { prepared: Arc::new(prepared), scale, rotation, tilt: None })
     }
 
     /// Whether both have the same prepared image.
@@ -189,7 +225,7 @@ impl EnvironmentLight {
 
     /// The same environment with another scale and rotation.
     pub(super) fn with(&self, scale: Spectrum, rotation: (f64, f64)) -> EnvironmentLight {
-        EnvironmentLight { prepared: self.prepared.clone(), scale, rotation }
+        EnvironmentLight { prepared: self.prepared.clone(), scale, rotation, tilt: self.tilt }
     }
 
     /// Radiance from a direction (a vector towards the light, of any non-zero length): bilinear between pixel
@@ -290,14 +326,39 @@ impl EnvironmentLight {
     /// Rotates a direction from world space to the image.
     fn to_image(&self, d: DVec3) -> DVec3 {
         let (sin, cos) = self.rotation;
+        let d = self.upright(d);
         DVec3::new(cos * d.x - sin * d.z, d.y, sin * d.x + cos * d.z)
     }
 
     /// Rotates a direction from the image to world space.
     fn to_world(&self, d: DVec3) -> DVec3 {
         let (sin, cos) = self.rotation;
-        DVec3::new(cos * d.x + sin * d.z, d.y, cos * d.z - sin * d.x)
+        self.tilted(DVec3::new(cos * d.x + sin * d.z, d.y, cos * d.z - sin * d.x))
     }
+
+    /// A direction in world space, turned so that the zenith is +y.
+    #[inline]
+    fn upright(&self, d: DVec3) -> DVec3 {
+        self.tilt.map_or(d, |m| DVec3::new(m.x_axis.dot(d), m.y_axis.dot(d), m.z_axis.dot(d)))
+    }
+
+    /// The reverse of [`EnvironmentLight::upright`].
+    #[inline]
+    fn tilted(&self, d: DVec3) -> DVec3 {
+        self.tilt.map_or(d, |m| m * d)
+    }
+}
+
+/// The shortest turn from +y to the zenith; `None` if there is none.
+fn tilt(up: DVec3) -> Option<DMat3> {
+    let up = up.try_normalize().filter(|up| *up != DVec3::Y)?;
+    if up.y < -1.0 + 1e-12 {
+        return Some(DMat3::from_diagonal(DVec3::new(1.0, -1.0, -1.0)));
+    }
+    // Rodrigues' formula for the axis y × up.
+    let (x, z, k) = (up.x, up.z, 1.0 / (1.0 + up.y));
+    let of_x = DVec3::new(1.0 - k * x * x, -x, -k * x * z);
+    Some(DMat3::from_cols(of_x, up, DVec3::new(-k * x * z, -z, 1.0 - k * z * z)))
 }
 
 #[cfg(test)]

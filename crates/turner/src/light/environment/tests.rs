@@ -14,7 +14,7 @@ fn image(width: u32, height: u32, channels: u8, samples: Vec<f32>) -> Image {
 }
 
 pub(super) fn desc(file: bool) -> EnvironmentDesc {
-    EnvironmentDesc { file: file.then_some(ImageId(0)), strength: 1.0, rotation: 0.0, tint: Spectrum::WHITE }
+    EnvironmentDesc { file: file.then_some(ImageId(0)), ..EnvironmentDesc::default() }
 }
 
 pub(super) fn light_of(desc: &EnvironmentDesc, image: Image, compensated: bool) -> EnvironmentLight {
@@ -218,6 +218,37 @@ fn rotation_is_about_y() {
     };
     assert!(mark(0.0).radiance(DVec3::NEG_Z).g > 0.99);
     assert!(mark(90.0).radiance(DVec3::NEG_X).g > 0.99 && mark(90.0).radiance(DVec3::NEG_Z).is_black());
+}
+
+/// `turned_by` is the matrix, and what is sampled in batches is what is found.
+#[test]
+fn an_environment_may_have_any_rotation() {
+    use crate::math::DMat3;
+    let still = light(sky_with_sun(36, 18, 20.0));
+    let y = DMat3::from_rotation_y(2.1);
+    let flat = |a: f64| DMat3::from_rotation_x(a) * y;
+    let others = [DMat3::from_rotation_z(1.0) * flat(-2.9), flat(std::f64::consts::PI) * 3.0];
+    for m in [y, flat(0.5 * PI), flat(-0.5 * PI)].into_iter().chain(others) {
+        let turned = light_of(&desc(true).turned_by(m).unwrap(), sky_with_sun(36, 18, 20.0), false);
+        for (d, _) in grid(23, 11) {
+            let (a, b) = (still.radiance(d), turned.radiance(m * d));
+            assert!((a - b).map(f32::abs).max_component() < 1e-3 * (1.0 + a.g), "{m} {d}: {a:?} {b:?}");
+        }
+        let at = |i: u32| (f64::from(i) + 0.37) / 40.0;
+        let u: Vec<[f64; 2]> = (0..40).map(|i| [at(i), at(i * 7 % 40)]).collect();
+        let mut scratch = EnvironmentBatch::default();
+        let set = turner_bvh::InstructionSet::best();
+        turned.sample_batch(set, &u, &mut scratch, |i, sample| {
+            let (sample, alone) = (sample.unwrap(), turned.sample(u[i]).unwrap());
+            assert!((sample.direction - alone.direction).length() < 1e-12);
+            let (radiance, pdf) = turned.found(sample.direction);
+            assert!((pdf / sample.pdf - 1.0).abs() < 1e-6, "{m}: {pdf} {sample:?}");
+            assert!((radiance - sample.radiance).map(f32::abs).max_component() < 1e-2 * (1.0 + radiance.g));
+        });
+    }
+    for bad in [DMat3::ZERO, DMat3::from_diagonal(DVec3::new(-1.0, 1.0, 1.0)), DMat3::NAN] {
+        assert_eq!(desc(true).turned_by(bad), None);
+    }
 }
 
 /// Irradiance over π on a plane with normal `n`.

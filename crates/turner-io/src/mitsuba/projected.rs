@@ -1,0 +1,92 @@
+//! Projectors, and the textures of spot lights: images as slides of a spot.
+
+use std::f64::consts::PI;
+
+use turner::color::Spectrum;
+use turner::light::{LightDesc, SlideUnits, SpotDesc};
+use turner::math::elementary::{atan2, tan};
+use turner::math::{DVec2, DVec3, radians};
+use turner::schema::ImageId;
+
+use super::assembly::Assembly;
+use super::emitters::INVERSE_SQUARE;
+use super::params::Object;
+use crate::scene_import::report::Fault;
+
+/// The image of a bitmap.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Picture {
+    pub(super) image: ImageId,
+    /// Width over height.
+    aspect: f64,
+}
+
+/// The bitmap in an emitter; `None`, which is reported, for other textures.
+pub(super) fn slide(scene: &mut Assembly<'_>, object: &Object) -> Result<Option<Picture>, Fault> {
+    let Some(&texture) = object.objects(&["texture"])?.first() else { return Ok(None) };
+    let texture = Object::new(&scene.document, texture)?;
+    let name = texture.string("filename")?.map(str::to_owned);
+    let Some(name) = name.filter(|_| texture.kind == "bitmap") else {
+        texture.pass_all();
+        let message = format!("{} in an emitter: white replaces it", texture.title());
+        scene.report.ignored(texture.place, message);
+        return Ok(None);
+    };
+    if texture.has("to_uv") {
+        scene.report.ignored(texture.place_of("to_uv"), "to_uv of the texture of an emitter");
+    }
+    texture.pass(&["raw", "filter_type", "wrap_mode", "to_uv", "accel", "format"]);
+    let place = texture.place_of("filename");
+    let name = scene.picture_name(&name);
+    scene.finish(&texture);
+    let Some(image) = scene.image(&name, place) else { return Ok(None) };
+    let aspect = scene
+        .images
+        .get(image.index())
+        .map_or(1.0, |a| f64::from(a.data.width.max(1)) / f64::from(a.data.height.max(1)));
+    Ok(Some(Picture { image, aspect }))
+}
+
+/// A projector: a spot light around its image. Its values are irradiances over π on a screen at distance 1.
+pub(super) fn projector(scene: &mut Assembly<'_>, object: &Object) -> Result<Option<LightDesc>, Fault> {
+    let to_world = object.transform("to_world")?;
+    let scale = object.float("scale")?.unwrap_or(1.0).clamp(0.0, 1e30);
+    let fov = object.float("fov")?.unwrap_or(45.0).clamp(1e-3, 170.0);
+    let axis =
+        object.word("fov_axis", &["x", "y", "diagonal", "smaller", "larger"], &mut scene.stock.report)?;
+    let picture = slide(scene, object)?;
+    object.pass(&["irradiance"]);
+    let Some(picture) = picture else {
+        scene.report.ignored(object.place, "a projector without an image: it emits no light");
+        return Ok(None);
+    };
+    let position = to_world.translation;
+    let Some(forward) = to_world.transform_vector3(DVec3::Z).try_normalize() else {
+        scene.report.doubtful(object.place, "a projector without a direction: omitted");
+        return Ok(None);
+    };
+    let (half, aspect) = (tan(radians(0.5 * fov)), picture.aspect);
+    let across = match axis {
+        "y" => half * aspect,
+        "smaller" if aspect > 1.0 => half * aspect,
+        "larger" if aspect < 1.0 => half * aspect,
+        "diagonal" => half * aspect / (1.0 + aspect * aspect).sqrt(),
+        _ => half,
+    };
+    let corner = DVec2::new(across, across / aspect).length();
+    Ok(Some(LightDesc::Spot(SpotDesc {
+        position,
+        look_at: position + forward * (1.0 + position.abs().max_element()),
+        // A margin, so that rounding does not cut the corners off.
+        angle: (atan2(corner, 1.0).to_degrees() * 1.001).min(180.0),
+        penumbra: 0.0,
+        color: Spectrum::WHITE,
+        intensity: PI * scale,
+        attenuation: INVERSE_SQUARE,
+        image: Some(picture.image),
+        image_fov: Some(2.0 * atan2(across, 1.0).to_degrees()),
+        image_up: to_world.matrix3.y_axis,
+        image_units: SlideUnits::Irradiance,
+        ..SpotDesc::default()
+    })))
+}
