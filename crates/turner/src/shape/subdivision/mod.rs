@@ -4,11 +4,11 @@
 //! (triangles). Creases follow DeRose, Kass and Truong 1998, "Subdivision Surfaces in Character Animation": an edge of
 //! sharpness s is kept sharp for s levels, then it is smooth; 10 and more means for ever. Borders are creases for ever.
 //!
-//! 1. [`control`] joins vertices at one position, which files split where (u, v) or normals differ, and finds the
+//! 1. `control` joins vertices at one position, which files split where (u, v) or normals differ, and finds the
 //!    neighbours of each half-edge.
-//! 2. [`refine`] divides all faces, level by level. (u, v) and colours belong to corners of faces and are interpolated
+//! 2. `refine` divides all faces, level by level. (u, v) and colours belong to corners of faces and are interpolated
 //!    linearly.
-//! 3. [`limit`] moves the vertices of the last level onto the limit surface, finds the normals there, and makes
+//! 3. `limit` moves the vertices of the last level onto the limit surface, finds the normals there, and makes
 //!    triangles.
 
 mod control;
