@@ -1,6 +1,5 @@
 //! Polygons of files, from the reader to the subdivided surface.
 
-use turner::prepare::Preparer;
 use turner::schema::PrepareOptions;
 use turner_io::assets::MemoryAssets;
 use turner_io::mesh::{decode, ply};
@@ -30,14 +29,14 @@ fn readers_keep_polygons() {
     assert_eq!((0..4).map(|i| corners[(start + i) % 4]).collect::<Vec<_>>(), [0, 1, 2, 3]);
 }
 
-fn triangles(keys: &str) -> Result<usize, String> {
+fn triangles(keys: &str) -> Result<u64, String> {
     let mut assets = MemoryAssets::default();
     assets.files.insert("cube.obj".into(), CUBE.into());
     let text = format!("[[object]]\ntype = \"mesh\"\n{keys}\n");
     let loaded = load_text(text, "s.toml", &assets, &LoadOptions::default());
     let desc = loaded.map_err(|e| e.error.message)?.desc;
-    let prepared = Preparer::default().update(&desc, &PrepareOptions::default()).map_err(|e| e.message)?;
-    Ok(prepared.scene.stats.triangles as usize)
+    let prepared = desc.prepare(&PrepareOptions::default()).map_err(|e| e.message)?;
+    Ok(prepared.scene.stats.triangles)
 }
 
 #[test]
