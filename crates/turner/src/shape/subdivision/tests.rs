@@ -259,7 +259,8 @@ fn normals_are_those_of_finer_levels() {
             // The vertex of the fine level at the same place, on the same side of a crease.
             let same = (0..flat.len()).filter(|k| (at(fine.positions[*k]) - at(*p)).length() < 1e-6);
             let best = same.map(|k| flat[k].normalize().dot(at(*n))).fold(-1.0, f64::max);
-            assert!(best > 0.999, "case {i}: {p:?} {n:?}: {best}");
+            // The triangles of the finer level lie on one side of creases: within 4 degrees.
+            assert!(best > 0.9975, "case {i}: {p:?} {n:?}: {best}");
         }
     }
 }
