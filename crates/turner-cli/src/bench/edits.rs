@@ -87,7 +87,7 @@ fn scene(instances: u32) -> SceneDesc {
     desc.meshes = (0..MESHES).map(|i| Asset { uri: format!("{i}"), data: hills(i) }).collect();
     desc.objects = (0..MESHES * instances)
         .map(|i| {
-            let mesh = MeshDesc { mesh: MeshId(i % MESHES), smooth: None, materials: Vec::new() };
+            let mesh = MeshDesc { mesh: MeshId(i % MESHES), ..MeshDesc::default() };
             let at = DVec3::new(f64::from(i % 100) - 50.0, 0.0, f64::from(i / 100) - 50.0);
             ObjectDesc {
                 material: Some(MaterialId(i % MATERIALS)),

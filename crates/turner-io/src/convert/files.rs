@@ -180,6 +180,7 @@ fn is_readable(mesh: &MeshData) -> bool {
         && plain
         && fits
         && mesh.material_names.is_empty()
+        && mesh.fans().is_some()
         && numbers.all(|v| v.is_finite() && v.to_bits() != (-0.0_f32).to_bits())
 }
 

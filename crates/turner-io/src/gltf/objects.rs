@@ -208,7 +208,7 @@ impl<'a> Objects<'a> {
                 ShapeDesc::Points(PointsDesc { points: made.mesh, radius: None, radii: Vec::new() })
             } else {
                 let (mesh, smooth) = (made.mesh, Some(made.smooth));
-                ShapeDesc::Mesh(MeshDesc { mesh, smooth, materials: Vec::new() })
+                ShapeDesc::Mesh(MeshDesc { mesh, smooth, ..MeshDesc::default() })
             };
             self.objects.push(ObjectDesc {
                 name: name.cloned(),

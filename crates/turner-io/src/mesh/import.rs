@@ -295,7 +295,7 @@ impl Import {
             self.scene.warnings.push(Warning::new(WarningKind::Note, message));
             ShapeDesc::Points(PointsDesc { points: MeshId(0), radius: None, radii: Vec::new() })
         } else {
-            ShapeDesc::Mesh(MeshDesc { mesh: MeshId(0), smooth: None, materials })
+            ShapeDesc::Mesh(MeshDesc { materials, ..MeshDesc::default() })
         };
         let Import { mut scene, pictures, summary, uri } = self;
         let name = uri.rsplit('/').next().unwrap_or(&uri).to_owned();

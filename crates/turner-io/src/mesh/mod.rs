@@ -113,6 +113,8 @@ fn drop_not_finite(read: &mut ReadMesh, name: &str) {
         } else {
             let before = mesh.triangles.len();
             let shown = |t: &[u32; 3]| t.iter().all(|&i| positions.get(i as usize).is_some_and(finite));
+            // What is left of a polygon are triangles.
+            mesh.polygons = Vec::new();
             let mut triangles = mesh.triangles.iter();
             mesh.face_materials.retain(|_| triangles.next().is_some_and(shown));
             mesh.triangles.retain(shown);

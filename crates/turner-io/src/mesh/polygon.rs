@@ -17,8 +17,41 @@
 //! A self-intersecting polygon may have no ear; what remains of it becomes a fan. Each candidate is
 //! tested against all reflex corners, so time can grow with the cube of the corners; a budget per file bounds it.
 
+use super::MeshError;
+use super::error::reserve_some;
+
 /// Point comparisons for ear clipping per file; when they are used up, polygons become fans.
 const BUDGET: u64 = 1 << 30;
+
+/// The number of triangles of each polygon, for [`MeshData::polygons`](turner::schema::MeshData::polygons): empty while
+/// all are triangles.
+#[derive(Debug, Default)]
+pub(super) struct PolygonSizes {
+    sizes: Vec<u32>,
+    triangles: usize,
+}
+
+impl PolygonSizes {
+    /// Adds a polygon of `count` triangles after `before` triangles, of which those after the last polygon are their own.
+    pub(super) fn add(&mut self, before: usize, count: usize, name: &str) -> Result<(), MeshError> {
+        let single = before.saturating_sub(self.triangles);
+        reserve_some(&mut self.sizes, single + 1, name)?;
+        self.sizes.extend(std::iter::repeat_n(1, single));
+        self.sizes.push(count as u32);
+        self.triangles = before + count;
+        Ok(())
+    }
+
+    /// The list for a mesh of `triangles` triangles.
+    pub(super) fn finish(mut self, triangles: usize, name: &str) -> Result<Vec<u32>, MeshError> {
+        if !self.sizes.is_empty() {
+            let single = triangles.saturating_sub(self.triangles);
+            reserve_some(&mut self.sizes, single, name)?;
+            self.sizes.extend(std::iter::repeat_n(1, single));
+        }
+        Ok(self.sizes)
+    }
+}
 
 /// Triangulates the polygons of one file.
 #[derive(Debug)]

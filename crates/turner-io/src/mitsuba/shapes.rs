@@ -166,7 +166,7 @@ fn has_directions(document: &Document, index: usize) -> bool {
 }
 
 fn mesh_of(mesh: MeshId) -> ShapeDesc {
-    ShapeDesc::Mesh(MeshDesc { mesh, smooth: None, materials: Vec::new() })
+    ShapeDesc::Mesh(MeshDesc { mesh, ..MeshDesc::default() })
 }
 
 /// A mesh that all shapes of this name share; it is no file name.

@@ -114,6 +114,7 @@ fn same_mesh(a: &MeshData, b: &MeshData) -> bool {
         tangents,
         colors,
         triangles,
+        polygons,
         face_materials,
         material_names,
     } = a;
@@ -125,6 +126,7 @@ fn same_mesh(a: &MeshData, b: &MeshData) -> bool {
         && bits(tangents.as_flattened(), b.tangents.as_flattened())
         && bits(colors.as_flattened(), b.colors.as_flattened())
         && *triangles == b.triangles
+        && *polygons == b.polygons
         && *face_materials == b.face_materials
         && *material_names == b.material_names
 }

@@ -97,7 +97,7 @@ mod tests {
     }
 
     fn showing(mesh: MeshId) -> ObjectDesc {
-        ObjectDesc::new(ShapeDesc::Mesh(MeshDesc { mesh, smooth: None, materials: Vec::new() }))
+        ObjectDesc::new(ShapeDesc::Mesh(MeshDesc { mesh, ..MeshDesc::default() }))
     }
 
     /// Triangles at the same position.

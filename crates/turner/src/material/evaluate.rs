@@ -210,7 +210,7 @@ mod tests {
             ..MeshData::default()
         };
         desc.meshes.push(Asset { uri: String::new(), data: Arc::new(data) });
-        let shown = MeshDesc { mesh: MeshId(0), smooth: None, materials: Vec::new() };
+        let shown = MeshDesc { mesh: MeshId(0), ..MeshDesc::default() };
         desc.objects.push(ObjectDesc::new(ShapeDesc::Mesh(shown)));
         let scene = desc.prepare(&PrepareOptions::default()).unwrap().scene;
         let ray = Ray::new(DVec3::new(0.3, 0.2, 4.0), DVec3::NEG_Z);

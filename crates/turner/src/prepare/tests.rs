@@ -57,7 +57,7 @@ fn ball(material: u32, at: [f64; 3], radius: f64) -> ObjectDesc {
 }
 
 pub(super) fn shown(mesh: u32, material: u32, at: [f64; 3]) -> ObjectDesc {
-    let shape = ShapeDesc::Mesh(MeshDesc { mesh: MeshId(mesh), smooth: None, materials: Vec::new() });
+    let shape = ShapeDesc::Mesh(MeshDesc { mesh: MeshId(mesh), ..MeshDesc::default() });
     placed(ObjectContent::Shape(shape), material, at)
 }
 

@@ -49,7 +49,7 @@ fn triangles(random: &mut Random, smooth: bool) -> SceneDesc {
     let mut desc =
         SceneDesc { integrator: IntegratorDesc::Path(PathDesc::default()), ..SceneDesc::default() };
     desc.meshes.push(Asset { uri: String::new(), data: Arc::new(data) });
-    let shown = MeshDesc { mesh: MeshId(0), smooth: Some(smooth), materials: Vec::new() };
+    let shown = MeshDesc { mesh: MeshId(0), smooth: Some(smooth), ..MeshDesc::default() };
     desc.objects.push(ObjectDesc::new(ShapeDesc::Mesh(shown)));
     desc
 }

@@ -1,11 +1,12 @@
 //! Triangle meshes in the scene description.
 
+use super::subdivision::{MAX_LEVELS, Subdivision, SubdivisionScheme};
 use crate::math::{DVec2, DVec3};
 use crate::schema::error::{escape, unknown_name};
 use crate::schema::value::{Data, Entry, Span, Table, Value};
 use crate::schema::{
-    EntryDoc, ErrorCode, MaterialId, MaterialsByName, MeshData, MeshId, ParamType, ReadContext, Renumber,
-    SceneError, TableReader, WriteContext, params, write, wrong_type,
+    EntryDoc, ErrorCode, MaterialId, MaterialsByName, MeshData, MeshId, ParamType, Range, ReadContext,
+    Renumber, SceneError, TableReader, WriteContext, params, write, wrong_type,
 };
 
 /// Materials that replace a mesh's own.
@@ -61,15 +62,31 @@ pub(super) fn write_lists(data: &MeshData, table: &mut Table) {
     }
     let whole = |i: u32| Data::Integer(i64::from(i));
     table.push("positions", vectors(&data.positions));
-    let triangles = data.triangles.iter().map(|t| write::list(t.map(whole)));
-    table.push("triangles", (!data.triangles.is_empty()).then(|| write::list(triangles)));
+    // Polygons are read as fans.
+    let fans = data.fans().filter(|_| !data.polygons.is_empty());
+    if let Some(fans) = &fans {
+        let polygons = fans.iter().map(|p| write::list(p.iter().map(|i| whole(*i))));
+        table.push("polygons", Some(write::list(polygons)));
+    } else {
+        let triangles = data.triangles.iter().map(|t| write::list(t.map(whole)));
+        table.push("triangles", (!data.triangles.is_empty()).then(|| write::list(triangles)));
+    }
     table.push("normals", vectors(&data.normals));
     table.push("uvs", vectors(&data.uvs));
     table.push("uvs_1", data.more_uvs.first().and_then(|set| vectors(set)));
     table.push("tangents", vectors(&data.tangents));
     table.push("colors", vectors(&data.colors));
-    let faces = data.face_materials.iter().map(|m| whole(u32::from(*m)));
-    table.push("face_materials", (!data.face_materials.is_empty()).then(|| write::list(faces)));
+    let mut faces = data.face_materials.clone();
+    if fans.is_some() {
+        let mut first = 0;
+        let firsts = data.polygon_triangles().map(|triangles| {
+            first += triangles.len();
+            first - triangles.len()
+        });
+        faces = firsts.filter_map(|i| data.face_materials.get(i).copied()).collect();
+    }
+    let faces = (!faces.is_empty()).then(|| write::list(faces.iter().map(|m| whole(u32::from(*m)))));
+    table.push("face_materials", faces);
 }
 
 impl FaceMaterials {
@@ -123,6 +140,8 @@ params! {
         positions: Option<Vec<DVec3>> = None;
         /// Triangles: three vertex indices each, from 0.
         triangles: Option<Vec<[u32; 3]>> = None;
+        /// Polygons, instead of `triangles`: three or more vertex indices each. They should be convex.
+        polygons: Option<Vec<Vec<u32>>> = None;
         /// Vertex normals for smooth shading, one per vertex.
         normals: Option<Vec<DVec3>> = None;
         /// Texture coordinates (u, v), one pair per vertex.
@@ -134,7 +153,7 @@ params! {
         tangents: Option<Vec<[f64; 4]>> = None;
         /// Vertex colours [r, g, b, opacity], linear, one per vertex; the texture "vertex-color" shows them.
         colors: Option<Vec<[f64; 4]>> = None;
-        /// Index into `materials` for each triangle, from 0.
+        /// Index into `materials` for each triangle or polygon, from 0.
         face_materials: Option<Vec<u32>> = None;
         /// Materials of parts of the mesh. Either a list that `face_materials` indexes, in which `false` stands
         /// for the object's `material`; or a table from the `usemtl` names of an OBJ file to materials. Faces
@@ -144,6 +163,21 @@ params! {
         /// for a mesh without normals computes them as area-weighted means of the adjacent triangles' normals;
         /// `false` shades flat facets.
         smooth: Option<bool> = None;
+        /// Makes it a smooth surface that the mesh is the control cage of: how its faces are divided. Polygons of OBJ
+        /// and PLY files and of `polygons` are divided as such. Normals and tangents of the mesh are not used. Without
+        /// this key the mesh is rendered as it is.
+        subdivision: Option<SubdivisionScheme> = None;
+        /// How often faces are divided: each level has four times the triangles. The vertices are moved onto the
+        /// surface that endless levels would have. Without this key 3.
+        levels: Option<u32> = None, in Range::closed(1.0, MAX_LEVELS as f64);
+        /// Edges that stay sharp: [vertex, vertex, sharpness] each, as the lists or a PLY file number the vertices. An
+        /// edge of sharpness 2 is sharp for two levels, then smooth; one of 10 and more is sharp for ever. The same
+        /// vertex twice is a sharp corner.
+        creases: Option<Vec<[f64; 3]>> = None;
+        /// Edges where the faces make a larger angle, in degrees, stay sharp for ever.
+        crease_angle: Option<f64> = None, in Range::closed(0.0, 180.0);
+        /// Whether vertices of only one face stay in place, so that the corners of a sheet are not rounded.
+        keep_corners: Option<bool> = None;
     }
     example r#"[[object]]
 type = "mesh"
@@ -151,6 +185,116 @@ positions = [[-1, 0, 1], [1, 0, 1], [0, 0, -1], [0, 1.5, 0]]
 triangles = [[0, 1, 3], [1, 2, 3], [2, 0, 3], [0, 2, 1]]
 material = { color = "salmon" }
 "#
+}
+
+impl MeshKeys {
+    /// Whether any list is written in place.
+    fn is_inline(&self) -> bool {
+        self.positions.is_some()
+            || self.triangles.is_some()
+            || self.polygons.is_some()
+            || self.normals.is_some()
+            || self.uvs.is_some()
+            || self.uvs_1.is_some()
+            || self.tangents.is_some()
+            || self.colors.is_some()
+            || self.face_materials.is_some()
+    }
+
+    /// The lists.
+    fn data(&mut self, table: &TableReader<'_>) -> Result<MeshData, SceneError> {
+        let faces = match (self.triangles.take(), self.polygons.take()) {
+            (Some(_), Some(_)) => {
+                let message = "a mesh has either `triangles` or `polygons`";
+                return Err(SceneError::at(ErrorCode::Conflict, table.span_of("polygons"), message)
+                    .help("remove one of the two"));
+            }
+            (None, None) => None,
+            (Some(triangles), None) => Some((triangles, Vec::new())),
+            (None, Some(polygons)) => Some(fans(&polygons, table.span_of("polygons"))?),
+        };
+        let (Some(positions), Some((triangles, polygons))) = (self.positions.take(), faces) else {
+            let message = "a mesh needs a `file`, or `positions` and `triangles` or `polygons`";
+            return Err(SceneError::at(ErrorCode::MissingKey, table.span(), message)
+                .help("add `file = \"model.obj\"`"));
+        };
+        let single = |v: Vec<DVec3>| v.into_iter().map(|p| p.as_vec3().to_array()).collect();
+        let pairs = |v: Vec<DVec2>| v.iter().map(|p| p.as_vec2().to_array()).collect();
+        let fours =
+            |v: Option<Vec<[f64; 4]>>| v.unwrap_or_default().iter().map(|p| p.map(|x| x as f32)).collect();
+        let faces = self.face_materials.take().unwrap_or_default();
+        if let Some(bad) = faces.iter().find(|m| **m > u32::from(u16::MAX)) {
+            let message = format!("a mesh has at most 65536 materials, found index {bad}");
+            let span = table.span_of("face_materials");
+            return Err(SceneError::at(ErrorCode::OutOfRange, span, message));
+        }
+        let mut face_materials: Vec<u16> = faces.into_iter().map(|m| m as u16).collect();
+        if !polygons.is_empty() && face_materials.len() == polygons.len() {
+            let all = face_materials.iter().zip(&polygons);
+            face_materials = all.flat_map(|(m, n)| std::iter::repeat_n(*m, *n as usize)).collect();
+        }
+        Ok(MeshData {
+            positions: single(positions),
+            normals: single(self.normals.take().unwrap_or_default()),
+            uvs: pairs(self.uvs.take().unwrap_or_default()),
+            more_uvs: self.uvs_1.take().map(pairs).into_iter().collect(),
+            tangents: fours(self.tangents.take()),
+            colors: fours(self.colors.take()),
+            triangles,
+            polygons,
+            face_materials,
+            material_names: Vec::new(),
+        })
+    }
+
+    /// How it is subdivided.
+    fn subdivision(&mut self, table: &TableReader<'_>) -> Result<Option<Box<Subdivision>>, SceneError> {
+        let Some(scheme) = self.subdivision else {
+            let of_it = [
+                ("levels", self.levels.is_some()),
+                ("creases", self.creases.is_some()),
+                ("crease_angle", self.crease_angle.is_some()),
+                ("keep_corners", self.keep_corners.is_some()),
+            ];
+            return match of_it.iter().find(|(_, given)| *given) {
+                Some((key, _)) => {
+                    let message = format!("`{key}` has no effect without `subdivision`");
+                    Err(SceneError::at(ErrorCode::Conflict, table.span_of(key), message)
+                        .help("add `subdivision = \"catmull_clark\"`"))
+                }
+                None => Ok(None),
+            };
+        };
+        Ok(Some(Box::new(Subdivision {
+            creases: self.creases.take().unwrap_or_default(),
+            crease_angle: self.crease_angle,
+            keep_corners: self.keep_corners.unwrap_or(false),
+            ..Subdivision::new(scheme, self.levels.unwrap_or(3))
+        })))
+    }
+}
+
+/// Triangles of polygons, as fans around their first corners, and their number in each; no numbers if all polygons are
+/// triangles.
+fn fans(polygons: &[Vec<u32>], span: Span) -> Result<(Vec<[u32; 3]>, Vec<u32>), SceneError> {
+    let (mut triangles, mut counts) = (Vec::new(), Vec::with_capacity(polygons.len()));
+    for (i, polygon) in polygons.iter().enumerate() {
+        let [first, rest @ ..] = polygon.as_slice() else { return Err(thin(i, 0, span)) };
+        if rest.len() < 2 {
+            return Err(thin(i, polygon.len(), span));
+        }
+        triangles.extend(rest.windows(2).map(|pair| [*first, pair[0], pair[1]]));
+        counts.push(rest.len() as u32 - 1);
+    }
+    if counts.iter().all(|n| *n == 1) {
+        counts.clear();
+    }
+    Ok((triangles, counts))
+}
+
+fn thin(polygon: usize, corners: usize, span: Span) -> SceneError {
+    let message = format!("polygon {polygon} of a mesh has {corners} vertices; expected at least 3");
+    SceneError::at(ErrorCode::Mesh, span, message)
 }
 
 /// A mesh whose data are in the scene's list of meshes; by default the first one.
@@ -162,6 +306,8 @@ pub struct MeshDesc {
     pub smooth: Option<bool>,
     /// Materials by face material index; `None` is the object's own.
     pub materials: Vec<Option<MaterialId>>,
+    /// Whether and how it is subdivided.
+    pub subdivision: Option<Box<Subdivision>>,
 }
 
 impl MeshDesc {
@@ -185,23 +331,24 @@ impl MeshDesc {
             table.push("materials", write_materials(&self.materials, cx)?);
         }
         table.push("smooth", self.smooth.map(Data::Bool));
+        if let Some(by) = &self.subdivision {
+            table.push("subdivision", by.scheme.write(cx)?);
+            table.push("levels", by.levels.write(cx)?);
+            let creases = (!by.creases.is_empty()).then(|| by.creases.write(cx)).transpose()?;
+            table.push("creases", creases.flatten());
+            table.push("crease_angle", by.crease_angle.write(cx)?);
+            table.push("keep_corners", by.keep_corners.then_some(Data::Bool(true)));
+        }
         Ok(table)
     }
 
     /// Reads its keys; adds inline data to the scene's list of meshes.
     pub fn read(table: &mut TableReader<'_>, cx: &mut dyn ReadContext) -> Result<MeshDesc, SceneError> {
-        let keys = MeshKeys::read(table, cx)?;
-        let (smooth, span) = (keys.smooth, table.span());
-        let inline = keys.positions.is_some()
-            || keys.triangles.is_some()
-            || keys.normals.is_some()
-            || keys.uvs.is_some()
-            || keys.uvs_1.is_some()
-            || keys.tangents.is_some()
-            || keys.colors.is_some()
-            || keys.face_materials.is_some();
-        let mesh = match keys.file {
-            Some(_) if inline => {
+        let mut keys = MeshKeys::read(table, cx)?;
+        let subdivision = keys.subdivision(table)?;
+        let smooth = keys.smooth;
+        let mesh = match keys.file.take() {
+            Some(_) if keys.is_inline() => {
                 let message = "a mesh has either a `file` or inline data such as `positions` and `triangles`";
                 return Err(SceneError::at(ErrorCode::Conflict, table.span_of("file"), message)
                     .help("remove one of the two"));
@@ -219,34 +366,8 @@ impl MeshDesc {
                 mesh
             }
             None => {
-                let (Some(positions), Some(triangles)) = (keys.positions, keys.triangles) else {
-                    let message = "a mesh needs a `file`, or `positions` and `triangles`";
-                    return Err(SceneError::at(ErrorCode::MissingKey, span, message)
-                        .help("add `file = \"model.obj\"`"));
-                };
-                let single = |v: Vec<DVec3>| v.into_iter().map(|p| p.as_vec3().to_array()).collect();
-                let pairs = |v: Vec<DVec2>| v.iter().map(|p| p.as_vec2().to_array()).collect();
-                let fours = |v: Option<Vec<[f64; 4]>>| {
-                    v.unwrap_or_default().iter().map(|p| p.map(|x| x as f32)).collect()
-                };
-                let faces = keys.face_materials.unwrap_or_default();
-                if let Some(bad) = faces.iter().find(|m| **m > u32::from(u16::MAX)) {
-                    let message = format!("a mesh has at most 65536 materials, found index {bad}");
-                    let span = table.span_of("face_materials");
-                    return Err(SceneError::at(ErrorCode::OutOfRange, span, message));
-                }
-                let data = MeshData {
-                    positions: single(positions),
-                    normals: single(keys.normals.unwrap_or_default()),
-                    uvs: pairs(keys.uvs.unwrap_or_default()),
-                    more_uvs: keys.uvs_1.map(pairs).into_iter().collect(),
-                    tangents: fours(keys.tangents),
-                    colors: fours(keys.colors),
-                    triangles,
-                    face_materials: faces.into_iter().map(|m| m as u16).collect(),
-                    material_names: Vec::new(),
-                };
-                data.check().map_err(|e| e.or_at(Some(span)))?;
+                let data = keys.data(table)?;
+                data.check().map_err(|e| e.or_at(Some(table.span())))?;
                 cx.inline_mesh(data)
             }
         };
@@ -257,6 +378,6 @@ impl MeshDesc {
                 materials.resolve(&data, cx)?
             }
         };
-        Ok(MeshDesc { mesh, smooth, materials })
+        Ok(MeshDesc { mesh, smooth, materials, subdivision })
     }
 }

@@ -4,6 +4,7 @@ use std::collections::HashMap;
 use std::sync::Arc;
 
 use super::height_field::HeightFieldDesc;
+use super::made_meshes::CachedMade;
 use super::mesh::MeshDesc;
 use super::points::{Points, PointsDesc};
 use super::triangle_mesh::{SkippedTriangles, TriangleMesh};
@@ -18,6 +19,7 @@ pub struct CachedShapes {
     meshes: HashMap<(usize, bool), CachedMesh>,
     points: Vec<CachedPoints>,
     height_fields: Vec<CachedHeightField>,
+    made: Vec<CachedMade>,
 }
 
 #[derive(Clone, Debug)]
@@ -229,6 +231,23 @@ impl<'a> MeshCache<'a> {
         Ok(mesh)
     }
 
+    /// Meshes that this preparation made, and those of the previous one.
+    pub(super) fn used_made(&self) -> &[CachedMade] {
+        &self.used.made
+    }
+
+    pub(super) fn kept_made(&self) -> &[CachedMade] {
+        self.kept.map_or(&[], |kept| &kept.made)
+    }
+
+    pub(super) fn keep_made(&mut self, made: CachedMade) {
+        self.used.made.push(made);
+    }
+
+    pub(super) fn options(&self) -> &PrepareOptions {
+        &self.options
+    }
+
     /// Builds the tree of a mesh that is a part of another shape.
     pub(super) fn build_tree(&self, mesh: &TriangleMesh) -> Result<(), SceneError> {
         mesh.build_tree(&self.options)
@@ -246,11 +265,15 @@ impl<'a> MeshCache<'a> {
 
     /// The prepared mesh of an object.
     pub fn get(&mut self, desc: &MeshDesc) -> Result<Arc<TriangleMesh>, SceneError> {
-        let Some(asset) = self.meshes.get(desc.mesh.index()) else {
+        let meshes = self.meshes;
+        let Some(asset) = meshes.get(desc.mesh.index()) else {
             let message =
                 format!("an object names mesh {}, but the scene has {}", desc.mesh.0, self.meshes.len());
             return Err(SceneError::new(ErrorCode::Mesh, message));
         };
+        if let Some(by) = &desc.subdivision {
+            return self.subdivided(asset, desc, by);
+        }
         let smooth = desc.smooth.unwrap_or(!asset.data.normals.is_empty());
         if let Some(mesh) = self.prepared.get(&(desc.mesh, smooth)) {
             return Ok(Arc::clone(mesh));

@@ -28,6 +28,7 @@ mod disk;
 pub(crate) mod extent;
 mod height_field;
 mod joined_mesh;
+mod made_meshes;
 pub mod mesh;
 mod mesh_attributes;
 mod mesh_cache;
@@ -39,6 +40,7 @@ pub mod points;
 mod rectangle;
 pub mod solid;
 mod sphere;
+pub mod subdivision;
 mod surface_change;
 #[cfg(test)]
 pub(crate) mod testing;
@@ -61,6 +63,7 @@ pub use points::{Points, PointsDesc};
 pub use rectangle::{Rectangle, RectangleDesc};
 pub use solid::{Solid, SolidGeometry};
 pub use sphere::{Sphere, SphereDesc};
+pub use subdivision::{Subdivided, Subdivision, SubdivisionScheme, subdivide};
 pub use torus::{Torus, TorusDesc};
 pub use triangle_mesh::{SkippedTriangles, TriangleMesh};
 

@@ -290,7 +290,7 @@ fn bad_data_is_refused_or_counted_and_meshes_are_shared() {
     let asset = |data: &MeshData| [Asset { uri: "a.obj".into(), data: Arc::new(data.clone()) }];
     let assets = asset(&data);
     let mut cache = MeshCache::new(&assets);
-    let desc = MeshDesc { mesh: MeshId(0), smooth: None, materials: Vec::new() };
+    let desc = MeshDesc { mesh: MeshId(0), ..MeshDesc::default() };
     let a = cache.get(&desc).unwrap();
     let b = cache.get(&MeshDesc { smooth: Some(false), ..desc.clone() }).unwrap();
     let c = cache.get(&MeshDesc { smooth: Some(true), ..desc.clone() }).unwrap();

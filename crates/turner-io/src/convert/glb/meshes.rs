@@ -86,7 +86,7 @@ impl<'a> MeshWriter<'a> {
                 .ok_or_else(|| SceneError::new(ErrorCode::Mesh, message))
         };
         let (source, data, flat, parts, points): (Source, &'a MeshData, bool, Vec<_>, bool) = match shape {
-            ShapeDesc::Mesh(m) => {
+            ShapeDesc::Mesh(m) if m.subdivision.is_none() => {
                 let data = mesh(m.mesh)?;
                 if m.smooth == Some(true) && data.normals.is_empty() {
                     remarks.approximated("smooth meshes without normals: flat-shaded");
@@ -101,7 +101,9 @@ impl<'a> MeshWriter<'a> {
                 let Some(Some(Tessellated { mesh, materials })) = self.shapes.get(index) else {
                     return Ok(None);
                 };
+                let mut flat = false;
                 match other {
+                    ShapeDesc::Mesh(m) => flat = m.smooth == Some(false),
                     ShapeDesc::Plane(_) => remarks.approximated("infinite planes: written as large squares"),
                     ShapeDesc::Box(_) | ShapeDesc::Rectangle(_) | ShapeDesc::HeightField(_) => {}
                     ShapeDesc::Sphere(_)
@@ -113,7 +115,7 @@ impl<'a> MeshWriter<'a> {
                     }
                     _ => remarks.approximated("solids: tessellated with 96 cells along the longest side"),
                 }
-                (Source::Shape(index), mesh, false, materials.clone(), false)
+                (Source::Shape(index), mesh, flat, materials.clone(), false)
             }
         };
         data.check()?;

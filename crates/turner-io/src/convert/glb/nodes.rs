@@ -272,7 +272,7 @@ pub(super) fn reach(desc: &SceneDesc, shapes: &Shapes) -> f64 {
     let first = shapes.len() - desc.objects.len().min(shapes.len());
     for (object, shape) in desc.objects.iter().zip(shapes.iter().skip(first)) {
         let data = match (&object.content, shape) {
-            (ObjectContent::Shape(ShapeDesc::Mesh(m)), _) => {
+            (ObjectContent::Shape(ShapeDesc::Mesh(m)), None) => {
                 desc.meshes.get(m.mesh.index()).map(|a| &*a.data)
             }
             (_, shape) => shape.as_ref().map(|shape| &shape.mesh),

@@ -115,7 +115,9 @@ fn solid(shape: &ShapeDesc, desc: &SceneDesc, reach: f64) -> Result<Tessellated,
     let solid = match shape.prepare(&mut cache)? {
         Shape::Solid(solid) => solid,
         Shape::Mesh(mesh) => {
-            return Ok(Tessellated { mesh: MeshData::clone(mesh.data()), materials: Vec::new() });
+            let materials =
+                if let ShapeDesc::Mesh(desc) = shape { desc.materials.clone() } else { Vec::new() };
+            return Ok(Tessellated { mesh: MeshData::clone(mesh.data()), materials });
         }
         _ => {
             let message = format!("there is no tessellation of the shape \"{}\"", shape.type_name());
@@ -126,7 +128,8 @@ fn solid(shape: &ShapeDesc, desc: &SceneDesc, reach: f64) -> Result<Tessellated,
     Ok(Tessellated { mesh: tessellate(&solid, &bounds), materials: solid.materials().to_vec() })
 }
 
-/// Tessellates a shape of a scene; `reach` is half the side of infinite planes. `None` for meshes and points.
+/// Tessellates a shape of a scene; `reach` is half the side of infinite planes. `None` for meshes that are not
+/// subdivided, and points.
 pub(super) fn triangles(
     shape: &ShapeDesc,
     desc: &SceneDesc,
@@ -201,7 +204,8 @@ pub(super) fn triangles(
                 (t.center + out * t.radius + n * t.tube_radius, n, u, v)
             });
         }
-        ShapeDesc::Mesh(_) | ShapeDesc::Points(_) => return Ok(None),
+        ShapeDesc::Mesh(desc) if desc.subdivision.is_none() => return Ok(None),
+        ShapeDesc::Points(_) => return Ok(None),
         _ => return solid(shape, desc, reach).map(Some),
     }
     Ok(Some(Tessellated { mesh: b.0, materials: Vec::new() }))

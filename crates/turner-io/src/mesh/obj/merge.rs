@@ -241,6 +241,7 @@ impl Corners {
             }
             return Ok(());
         }
+        file.polygons.add(all.positions.len(), range.len().saturating_sub(2), name)?;
         self.polygon.clear();
         reserve_some(&mut self.polygon, range.len(), name)?;
         self.polygon.extend(range.map(|i| [resolve(0, i), resolve(1, i), resolve(2, i)]));

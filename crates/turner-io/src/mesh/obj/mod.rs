@@ -33,6 +33,7 @@ use turner::schema::{MeshData, Warning, WarningKind};
 
 use super::corners::{Attributes, Corners, unify};
 use super::error::{reserve, reserve_some};
+use super::polygon::PolygonSizes;
 use super::{MeshError, Place, ReadMesh, warning};
 use crate::assets::printable;
 use crate::scene::SceneFormat;
@@ -47,6 +48,7 @@ pub(super) struct ObjFile {
     corners: Corners,
     /// Smoothing group per triangle, or empty.
     smoothing: Vec<u32>,
+    polygons: PolygonSizes,
     face_materials: Vec<u16>,
     pub(super) material_names: Vec<String>,
     /// The rest of each `mtllib` line.
@@ -211,6 +213,7 @@ impl ObjFile {
             mut attributes,
             mut corners,
             smoothing,
+            polygons,
             face_materials,
             material_names,
             mut warnings,
@@ -235,8 +238,13 @@ impl ObjFile {
             }
         }
         drop(smoothing);
+        let polygons = polygons.finish(corners.positions.len(), name)?;
         let mesh = unify(attributes, corners, name)?;
-        Ok(ReadMesh { mesh: MeshData { face_materials, material_names, ..mesh }, warnings, texture: None })
+        Ok(ReadMesh {
+            mesh: MeshData { polygons, face_materials, material_names, ..mesh },
+            warnings,
+            texture: None,
+        })
     }
 }
 

@@ -6,6 +6,7 @@ use super::header::{self, Element, Encoding, Scalar};
 use super::values::{Values, binary};
 use super::{Stop, Triangulator, bad_index, skip_list};
 use crate::mesh::error::{push, reserve, reserve_some};
+use crate::mesh::polygon::PolygonSizes;
 use crate::mesh::weld::Welder;
 use crate::mesh::{MeshError, warning};
 
@@ -21,6 +22,7 @@ pub(super) struct Faces<'a> {
     name: &'a str,
     cutter: Triangulator,
     pub(super) triangles: Vec<[u32; 3]>,
+    pub(super) polygons: PolygonSizes,
     /// Material index per triangle, or empty.
     pub(super) materials: Vec<u16>,
     /// (u, v) index per corner: as many as triangles, or empty.
@@ -41,6 +43,7 @@ impl<'a> Faces<'a> {
             name,
             cutter: Triangulator::new(),
             triangles: Vec::new(),
+            polygons: PolygonSizes::default(),
             materials: Vec::new(),
             wedges: Vec::new(),
             wedge_uvs: Welder::new(),
@@ -159,6 +162,9 @@ impl<'a> Faces<'a> {
         }
         let count = polygon.len() - 2;
         reserve_some(&mut self.triangles, count, self.name)?;
+        if count > 1 {
+            self.polygons.add(self.triangles.len(), count, self.name)?;
+        }
         self.numbers.clear();
         if let Some(pairs) = pairs {
             reserve_some(&mut self.wedges, count, self.name)?;

@@ -118,7 +118,8 @@ fn read_all(bytes: &[u8], name: &str) -> Result<ReadMesh, Stop> {
         let message = "images after the first TextureFile are ignored";
         warnings.push(warning(WarningKind::Ignored, name, more, message));
     }
-    let Faces { triangles, wedges, wedge_uvs, materials, .. } = faces;
+    let Faces { triangles, polygons, wedges, wedge_uvs, materials, .. } = faces;
+    let polygons = polygons.finish(triangles.len(), name)?;
     mesh.triangles = triangles;
     if !wedges.is_empty() && wedges.len() == mesh.triangles.len() {
         let pair = |k: [u32; 3]| [k[1], k[2]].map(f32::from_bits);
@@ -127,6 +128,7 @@ fn read_all(bytes: &[u8], name: &str) -> Result<ReadMesh, Stop> {
         uvs.extend(wedge_uvs.keys.iter().copied().map(pair));
         mesh = with_wedges(mesh, wedges, uvs, name)?;
     }
+    mesh.polygons = polygons;
     if materials.len() == mesh.triangles.len() {
         mesh.face_materials = materials;
     }

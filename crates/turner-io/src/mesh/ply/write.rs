@@ -6,12 +6,16 @@
 
 use std::io::{self, Write};
 
-use turner::schema::MeshData;
+use turner::schema::{MeshData, fan};
 
 use super::vertices::MORE_UV_NAMES;
 
 /// Records that are buffered before a write.
 const ROWS: usize = 1024;
+/// Bytes of faces that are buffered before a write.
+const BLOCK: usize = 1 << 16;
+/// Most corners of a polygon: their number is a byte.
+const MOST_CORNERS: usize = 255;
 /// Longest header, in bytes; material names could make it longer.
 const MAX_NAMES: usize = 512 << 10;
 
@@ -48,8 +52,8 @@ pub fn write(mesh: &MeshData, out: &mut dyn Write) -> io::Result<()> {
     }
     let has_materials = !mesh.face_materials.is_empty();
     if !mesh.triangles.is_empty() {
-        header +=
-            &format!("element face {}\nproperty list uchar uint vertex_indices\n", mesh.triangles.len());
+        let faces = faces(mesh).count();
+        header += &format!("element face {faces}\nproperty list uchar uint vertex_indices\n");
         if has_materials {
             header += "property ushort material\n";
         }
@@ -67,19 +71,35 @@ pub fn write(mesh: &MeshData, out: &mut dyn Write) -> io::Result<()> {
         }
         out.write_all(&block)?;
     }
-    for (i, triangles) in mesh.triangles.chunks(ROWS).enumerate() {
-        block.clear();
-        for (k, triangle) in triangles.iter().enumerate() {
-            block.push(3);
-            block.extend(triangle.iter().flat_map(|v| v.to_le_bytes()));
-            if has_materials {
-                let material = mesh.face_materials.get(i * ROWS + k).copied().unwrap_or_default();
-                block.extend(material.to_le_bytes());
-            }
+    block.clear();
+    for (first, corners) in faces(mesh) {
+        block.push(corners.len() as u8);
+        block.extend(corners.iter().flat_map(|v| v.to_le_bytes()));
+        if has_materials {
+            let material = mesh.face_materials.get(first).copied().unwrap_or_default();
+            block.extend(material.to_le_bytes());
         }
-        out.write_all(&block)?;
+        if block.len() > BLOCK {
+            out.write_all(&block)?;
+            block.clear();
+        }
     }
+    out.write_all(&block)?;
     Ok(())
+}
+
+/// The corners of each face, and its first triangle: polygons whose triangles are fans, as readers make them of convex
+/// ones, and the triangles of others.
+fn faces(mesh: &MeshData) -> impl Iterator<Item = (usize, Vec<u32>)> {
+    let mut first = 0;
+    mesh.polygon_triangles().flat_map(move |triangles| {
+        let start = first;
+        first += triangles.len();
+        match fan(triangles).filter(|corners| corners.len() <= MOST_CORNERS) {
+            Some(corners) => vec![(start, corners)],
+            None => triangles.iter().enumerate().map(|(i, t)| (start + i, t.to_vec())).collect(),
+        }
+    })
 }
 
 /// A name as part of a line: control characters, `%`, and spaces at either end become `%` and two hex digits per

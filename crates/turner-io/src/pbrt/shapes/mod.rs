@@ -109,7 +109,7 @@ pub(super) fn add(
     let made = materials(scene, state, alpha, in_object, place, &areas)?;
     let first = made.first().copied();
     let materials = if made.len() > 1 { made.into_iter().map(Some).collect() } else { Vec::new() };
-    let desc = ShapeDesc::Mesh(MeshDesc { mesh, smooth: None, materials });
+    let desc = ShapeDesc::Mesh(MeshDesc { mesh, materials, ..MeshDesc::default() });
     scene.place(ObjectContent::Shape(desc), first, state, place)
 }
 

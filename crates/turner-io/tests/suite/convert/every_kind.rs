@@ -116,6 +116,8 @@ fn of_a_mesh(key: &str) -> Option<&'static str> {
     Some(match key {
         "positions" => "[[0, 0, 0.1], [1e-7, 0, 0], [0, 1.7, 0]]",
         "triangles" => "[[0, 1, 2], [2, 1, 0]]",
+        "polygons" => "[[0, 1, 2, 1], [2, 1, 0]]",
+        "creases" => "[[0, 1, 2.5], [2, 2, 10]]",
         "normals" => "[[0, 0, 1], [0, 0, 1], [0.6, 0, 0.8]]",
         "uvs" | "uvs_1" => "[[0, 0], [1, 0.3], [0.1, 1]]",
         "tangents" => "[[1, 0, 0, 1], [1, 0, 0, -1], [0.8, 0, -0.6, 1]]",
@@ -203,7 +205,17 @@ fn keys(
     for field in entry.fields {
         // A mesh is either in a file or inline.
         if matches!(entry.name, "mesh" | "points") {
-            let of_both = matches!(field.name, "materials" | "smooth" | "radius");
+            let of_both = matches!(
+                field.name,
+                "materials"
+                    | "smooth"
+                    | "radius"
+                    | "subdivision"
+                    | "levels"
+                    | "creases"
+                    | "crease_angle"
+                    | "keep_corners"
+            );
             if !of_both && (field.name == "file") == round.is_multiple_of(2) {
                 continue;
             }

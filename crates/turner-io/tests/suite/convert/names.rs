@@ -142,6 +142,7 @@ fn holes_in_lists_of_materials_and_all_of_a_mesh_come_back() {
         colors: (0..40).map(|i| [i as f32, 0.1, 0.2, 0.7]).collect(),
         triangles: (0..38).map(|i| [i, i + 1, i + 2]).collect(),
         face_materials: (0..38).map(|i| i as u16 % 3 * 300).collect(),
+        polygons: Vec::new(),
         material_names: vec!["one".into(), " two\n%41 ".into(), String::new()],
     };
     desc.meshes[0].data = Arc::new(mesh);

@@ -29,4 +29,5 @@ mod pbrt_pictures;
 mod scene_errors;
 mod scene_hostile;
 mod stl_import;
+mod subdivision;
 mod whole_scenes;

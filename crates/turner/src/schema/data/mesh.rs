@@ -19,6 +19,9 @@ pub struct MeshData {
     pub colors: Vec<[f32; 4]>,
     /// Triangles as three vertex indices each.
     pub triangles: Vec<[u32; 3]>,
+    /// The number of consecutive triangles of each polygon that they were cut from: none if all polygons are triangles.
+    /// Subdivision divides the polygons.
+    pub polygons: Vec<u32>,
     /// The material index of each triangle within the mesh: none, or one per triangle.
     pub face_materials: Vec<u16>,
     /// The names of the mesh's materials.
@@ -51,6 +54,12 @@ impl MeshData {
             }
         }
         let (found, count) = (self.face_materials.len(), self.triangles.len());
+        let sum: u64 = self.polygons.iter().map(|n| u64::from(*n)).sum();
+        if !self.polygons.is_empty() && (sum != count as u64 || self.polygons.contains(&0)) {
+            let message =
+                format!("the polygons of a mesh have {sum} triangles, but it has {count} triangles");
+            return Err(SceneError::new(ErrorCode::Mesh, message).help("each has at least one triangle"));
+        }
         if found != 0 && found != count {
             let message = format!("{found} materials for {count} triangles of a mesh");
             return Err(SceneError::new(ErrorCode::Mesh, message).help("give one per triangle, or none"));
@@ -68,6 +77,7 @@ impl MeshData {
             + size_of_val(&self.tangents[..])
             + size_of_val(&self.colors[..])
             + size_of_val(&self.triangles[..])
+            + size_of_val(&self.polygons[..])
             + size_of_val(&self.face_materials[..])
     }
 

@@ -3,7 +3,9 @@
 mod grid;
 mod light_profile;
 mod mesh;
+mod polygons;
 
 pub use grid::{GridData, GridFile, MAX_VALUES};
 pub use light_profile::{LightProfile, ProfileFile};
 pub use mesh::MeshData;
+pub use polygons::{boundary, fan};
