@@ -61,7 +61,6 @@ fn normals() -> Vec<DVec3> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::color::Spectrum;
     use crate::image::{Image, Pixels};
     use crate::light::EnvironmentDesc;
     use crate::schema::Asset;
