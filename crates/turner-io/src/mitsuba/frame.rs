@@ -122,6 +122,10 @@ pub(super) fn integrator(scene: &mut Assembly<'_>, object: &Object) -> Result<()
     Ok(())
 }
 
+/// The sensors of Mitsuba.
+const SENSORS: &[&str] =
+    &["perspective", "thinlens", "orthographic", "radiancemeter", "irradiancemeter", "distant", "batch"];
+
 /// Sets the camera: that of the first sensor.
 pub(super) fn sensor(scene: &mut Assembly<'_>, object: &Object) -> Result<(), Fault> {
     if scene.frame.camera.is_some() {
@@ -211,16 +215,7 @@ pub(super) fn sensor(scene: &mut Assembly<'_>, object: &Object) -> Result<(), Fa
             return Ok(());
         }
         other => {
-            let all = [
-                "perspective",
-                "thinlens",
-                "orthographic",
-                "radiancemeter",
-                "irradiancemeter",
-                "distant",
-                "batch",
-            ];
-            return Err(unknown("sensor", other, &all).or_at(object.place));
+            return Err(unknown("sensor", other, SENSORS).or_at(object.place));
         }
     };
     object.pass(&["focus_distance", "aperture_radius", "near_clip", "fov", "fov_axis", "focal_length"]);

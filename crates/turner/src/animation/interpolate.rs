@@ -190,9 +190,9 @@ fn tangent(v: &[f64], times: &[f64], key: usize) -> f64 {
     }
     let lengths = [times[key] - times[key - 1], times[key + 1] - times[key]];
     let slopes = [(v[key] - v[key - 1]) / lengths[0], (v[key + 1] - v[key]) / lengths[1]];
-    if !(slopes[0] * slopes[1] > 0.0) {
-        return 0.0;
-    }
     let share = (lengths[0] + 2.0 * lengths[1]) / (3.0 * (lengths[0] + lengths[1]));
-    slopes[0] * slopes[1] / (share * slopes[1] + (1.0 - share) * slopes[0])
+    match slopes[0] * slopes[1] {
+        product if product > 0.0 => product / (share * slopes[1] + (1.0 - share) * slopes[0]),
+        _ => 0.0,
+    }
 }

@@ -120,7 +120,7 @@ impl EnvironmentDesc {
         let scale = m.y_axis.length();
         let [x, y, z] = [m.x_axis, m.y_axis, m.z_axis].map(|axis| axis / scale);
         let is_rotation = (x.cross(y) - z).length() < 1e-6 && (y.cross(z) - x).length() < 1e-6;
-        if !is_rotation || !(scale > 0.0 && scale.is_finite()) {
+        if !(is_rotation && scale > 0.0 && scale.is_finite()) {
             return None;
         }
         // Rounding must not tilt it.
