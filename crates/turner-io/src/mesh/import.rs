@@ -273,7 +273,8 @@ impl Import {
 
     /// Adds the mesh or point cloud to the scene.
     fn finish(mut self, read: ReadMesh, options: &ImportOptions) -> Result<SceneDesc, SceneError> {
-        let mesh = read.mesh;
+        // Models are not subdivided.
+        let mesh = MeshData { polygons: Vec::new(), ..read.mesh };
         need::check_triangles(mesh.triangles.len(), &self.uri, &options.limits)?;
         if mesh.positions.is_empty() || mesh.triangles.is_empty() && self.summary.format != "Stanford PLY" {
             let vertices = mesh.positions.len();

@@ -33,6 +33,12 @@ pub(super) struct CachedMade {
     mesh: Arc<TriangleMesh>,
 }
 
+impl CachedMade {
+    pub(super) fn mesh(&self) -> &Arc<TriangleMesh> {
+        &self.mesh
+    }
+}
+
 impl MeshCache<'_> {
     /// The mesh of a recipe: a known one, or what `make` makes.
     fn made(

@@ -177,9 +177,14 @@ impl<'a> MeshCache<'a> {
         out
     }
 
-    /// The meshes prepared so far.
+    /// The meshes prepared so far, and those made of height fields and control cages; each once.
     pub fn prepared(&self) -> impl Iterator<Item = &Arc<TriangleMesh>> {
-        self.prepared.values()
+        let fields = &self.used.height_fields;
+        let is_first = |(i, field): &(usize, &CachedHeightField)| {
+            !fields[..*i].iter().any(|other| Arc::ptr_eq(&other.mesh, &field.mesh))
+        };
+        let fields = fields.iter().enumerate().filter(is_first).map(|(_, field)| &field.mesh);
+        self.prepared.values().chain(fields).chain(self.used.made.iter().map(CachedMade::mesh))
     }
 
     /// The prepared point cloud of an object.
