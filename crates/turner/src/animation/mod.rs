@@ -35,7 +35,7 @@ params! {
     /// Keyframes: the values of one key at several times, in seconds. `--frame`, `--time` and `--frames` choose the time
     /// that is rendered; without them it is 0. Before the first keyframe and after the last one the value stays.
     ///
-    /// All numbers of a value are interpolated, each by itself: coordinates, colours, angles. So `rotate = [0, 720, 0]`
+    /// All numbers of a value are interpolated, each on its own: coordinates, colours, angles. So `rotate = [0, 720, 0]`
     /// turns twice from `rotate = [0, 0, 0]`. Transforms that contain `matrix` or `look_at`, or different steps, are
     /// interpolated by their translation, rotation (along the shorter arc) and stretch. Words, names, whole numbers such
     /// as `samples` and switches change with "step" only.

@@ -274,7 +274,7 @@ impl MeshKeys {
     }
 }
 
-/// Triangles of polygons, as fans around their first corners, and their number in each; no numbers if all polygons are
+/// Triangles of polygons, as fans around their first corners, and their number in each; none if all polygons are
 /// triangles.
 fn fans(polygons: &[Vec<u32>], span: Span) -> Result<(Vec<[u32; 3]>, Vec<u32>), SceneError> {
     let (mut triangles, mut counts) = (Vec::new(), Vec::with_capacity(polygons.len()));
