@@ -254,7 +254,7 @@ fn faults_are_named() {
         (animation("radius", &two(number(1.0), number(2.0)), kinds), "not the path of a key"),
         (animation("object.ball", &two(number(1.0), number(2.0)), kinds), "not the path of a key"),
         (animation("include.x", &two(number(1.0), number(2.0)), kinds), "not the path of a key"),
-        (animation("object.ball.raduis", &two(number(1.0), number(2.0)), kinds), "raduis"),
+        (animation("object.ball.radiusx", &two(number(1.0), number(2.0)), kinds), "radiusx"),
         (animation("object.ball.radius", &two(number(-3.0), number(-2.0)), kinds), "radius"),
         (animation("object.ball.radius", &[], kinds), "one value for each time"),
         (animation("object.ball.radius", &[(1.0, number(1.0)), (1.0, number(2.0))], kinds), "must increase"),
