@@ -266,7 +266,7 @@ fn normals_are_those_of_finer_levels() {
         let [near, nearer] = [4, 7].map(|levels| seen(&data, &by, levels));
         for (p, n) in coarse.positions.iter().zip(&coarse.normals) {
             let (p, n) = (at(*p), at(*n));
-            let degrees = |of: DVec3| of.dot(n).min(1.0).acos().to_degrees();
+            let degrees = |of: DVec3| crate::math::elementary::acos(of.dot(n).min(1.0)).to_degrees();
             let (before, after) = (degrees(near(p, n)), degrees(nearer(p, n)));
             // Where a crease turns, the error falls only like 1 / levels: 4 / 7 here.
             let turning = !by.creases.is_empty() && after < 4.0 && after < 0.71 * before;
