@@ -5,7 +5,7 @@
 //! ```
 //!
 //! A key path names what is animated, as in `-D camera.fov=30`; objects, lights and views are named by their own names.
-//! Keyframes hold values as a scene file has them, and all numbers in them are interpolated: see [`interpolate`]. The
+//! Keyframes hold values as a scene file has them, and all numbers in them are interpolated: see `interpolate`. The
 //! description holds the values of one time, so integrators know nothing of animations. For motion blur,
 //! `SceneDesc::animate` compares the scene at the beginning and at the end of a frame.
 

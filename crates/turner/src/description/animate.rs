@@ -1,5 +1,7 @@
 //! The scene at a time of its animations.
 
+use std::collections::BTreeMap;
+
 use super::read::Reader;
 use crate::camera::CameraDesc;
 use crate::description::{ObjectDesc, SceneAssets, SceneDesc};
@@ -51,61 +53,15 @@ impl SceneDesc {
     /// The edits that make the scene that of a time.
     fn edits_at(&self, time: f64, assets: &mut dyn SceneAssets) -> Result<Vec<KeyEdit>, SceneError> {
         let mut edits = Vec::new();
+        let mut targets = Targets::new(self);
         for own in &self.animations {
             let span = own.span.unwrap_or(Span::NONE);
             let value = own.value.at(time, &mut Reader::new(assets))?;
-            for path in self.animated(&own.value.target, span)? {
+            for path in targets.paths(&own.value.target, span)? {
                 edits.push(KeyEdit { path, value: value.clone() });
             }
         }
         Ok(edits)
-    }
-
-    /// The key paths of a target. A name stands for all objects, lights or views that have it.
-    fn animated(&self, target: &str, span: Span) -> Result<Vec<Vec<KeyPart>>, SceneError> {
-        let mut parts = KeyPart::split(target);
-        parts.iter_mut().for_each(|part| part.span = span);
-        let keys: Vec<&str> = parts.iter().map(|part| part.key.as_str()).collect();
-        let names_of = |objects: &[ObjectDesc]| objects.iter().map(|o| o.name.clone()).collect();
-        // Position of the name in the path, and the names of the list.
-        let (at, list): (usize, Vec<Option<String>>) = match keys.as_slice() {
-            ["object", _, _, ..] => (1, names_of(&self.objects)),
-            ["light", _, _, ..] => (1, self.lights.iter().map(|l| l.name.clone()).collect()),
-            ["view", _, _, ..] => (1, self.cameras.iter().map(|c| c.name.clone()).collect()),
-            ["group", group, "object", _, _, ..] => {
-                let names = self.names().groups;
-                let Some(i) = names.iter().position(|own| own == group) else {
-                    let names: Vec<&str> = names.iter().map(String::as_str).collect();
-                    return Err(unknown_name(ErrorCode::UnknownName, span, "group", group, &names));
-                };
-                (3, names_of(&self.groups[i].value.objects))
-            }
-            ["camera" | "film" | "integrator" | "background" | "studio", _, ..]
-            | ["texture" | "material" | "medium", _, _, ..] => return Ok(vec![parts]),
-            _ => {
-                let message = format!("\"{}\" is not the path of a key", escape(target));
-                let help =
-                    "write SECTION.KEY or SECTION.NAME.KEY: `camera.position`, `object.ball.transform`";
-                return Err(SceneError::at(ErrorCode::UnknownKey, span, message).help(help));
-            }
-        };
-        let name = keys[at];
-        let found = list.iter().enumerate().filter(|(_, own)| own.as_deref() == Some(name));
-        let paths: Vec<_> = found
-            .map(|(i, _)| {
-                let mut path = parts.clone();
-                path[at].key = i.to_string();
-                path
-            })
-            .collect();
-        match paths.is_empty() {
-            false => Ok(paths),
-            true if name.parse::<usize>().is_ok_and(|i| i < list.len()) => Ok(vec![parts]),
-            true => {
-                let names: Vec<&str> = list.iter().flatten().map(String::as_str).collect();
-                Err(unknown_name(ErrorCode::UnknownName, span, keys[at - 1], name, &names))
-            }
-        }
     }
 
     /// Sets the `motion` of all objects, lights and cameras that are elsewhere in `later`: the same scene at the end of a
@@ -141,6 +97,93 @@ impl SceneDesc {
                 _ => object.motion.iter_mut().for_each(|motion| motion.0 *= up),
             }
         }
+    }
+}
+
+/// The indices of a list's items by their names, and the number of items.
+#[derive(Default)]
+struct Numbers<'a> {
+    by_name: BTreeMap<&'a str, Vec<usize>>,
+    count: usize,
+}
+
+impl<'a> Numbers<'a> {
+    fn of(names: impl Iterator<Item = Option<&'a str>>) -> Numbers<'a> {
+        let mut numbers = Numbers::default();
+        for name in names {
+            if let Some(name) = name {
+                numbers.by_name.entry(name).or_default().push(numbers.count);
+            }
+            numbers.count += 1;
+        }
+        numbers
+    }
+}
+
+/// Finds what animations target. Names are collected once for all of them.
+struct Targets<'a> {
+    desc: &'a SceneDesc,
+    groups: Vec<String>,
+    /// By list: `object`, `light`, `view`, or the number of a group.
+    lists: BTreeMap<(&'static str, usize), Numbers<'a>>,
+}
+
+impl<'a> Targets<'a> {
+    fn new(desc: &'a SceneDesc) -> Targets<'a> {
+        Targets { desc, groups: desc.names().groups, lists: BTreeMap::new() }
+    }
+
+    /// The names of a list.
+    fn list(&mut self, list: &'static str, group: usize) -> &Numbers<'a> {
+        let desc = self.desc;
+        self.lists.entry((list, group)).or_insert_with(|| match list {
+            "object" => Numbers::of(desc.objects.iter().map(|own| own.name.as_deref())),
+            "light" => Numbers::of(desc.lights.iter().map(|own| own.name.as_deref())),
+            "view" => Numbers::of(desc.cameras.iter().map(|own| own.name.as_deref())),
+            _ => Numbers::of(desc.groups[group].value.objects.iter().map(|own| own.name.as_deref())),
+        })
+    }
+
+    /// The key paths of a target. A name stands for all objects, lights or views that have it.
+    fn paths(&mut self, target: &str, span: Span) -> Result<Vec<Vec<KeyPart>>, SceneError> {
+        let mut parts = KeyPart::split(target);
+        parts.iter_mut().for_each(|part| part.span = span);
+        let keys: Vec<&str> = parts.iter().map(|part| part.key.as_str()).collect();
+        // The position of the name in the path.
+        let (at, list) = match keys.as_slice() {
+            ["object", _, _, ..] => (1, self.list("object", 0)),
+            ["light", _, _, ..] => (1, self.list("light", 0)),
+            ["view", _, _, ..] => (1, self.list("view", 0)),
+            ["group", group, "object", _, _, ..] => match self.groups.iter().position(|own| own == group) {
+                Some(group) => (3, self.list("group", group)),
+                None => {
+                    let names: Vec<&str> = self.groups.iter().map(String::as_str).collect();
+                    return Err(unknown_name(ErrorCode::UnknownName, span, "group", group, &names));
+                }
+            },
+            ["camera" | "film" | "integrator" | "background" | "studio", _, ..]
+            | ["texture" | "material" | "medium", _, _, ..] => return Ok(vec![parts]),
+            _ => {
+                let message = format!("\"{}\" is not the path of a key", escape(target));
+                let help =
+                    "write SECTION.KEY or SECTION.NAME.KEY: `camera.position`, `object.ball.transform`";
+                return Err(SceneError::at(ErrorCode::UnknownKey, span, message).help(help));
+            }
+        };
+        let name = keys[at];
+        if let Some(found) = list.by_name.get(name) {
+            let path = |i: &usize| {
+                let mut path = parts.clone();
+                path[at].key = i.to_string();
+                path
+            };
+            return Ok(found.iter().map(path).collect());
+        }
+        if name.parse::<usize>().is_ok_and(|i| i < list.count) {
+            return Ok(vec![parts]);
+        }
+        let names: Vec<&str> = list.by_name.keys().copied().collect();
+        Err(unknown_name(ErrorCode::UnknownName, span, keys[at - 1], name, &names))
     }
 }
 
