@@ -121,7 +121,7 @@ impl<'a> Numbers<'a> {
 }
 
 /// Finds what animations target. Names are collected once for all of them.
-struct Targets<'a> {
+pub(super) struct Targets<'a> {
     desc: &'a SceneDesc,
     groups: Vec<String>,
     /// By list: `object`, `light`, `view`, or the number of a group.
@@ -129,7 +129,7 @@ struct Targets<'a> {
 }
 
 impl<'a> Targets<'a> {
-    fn new(desc: &'a SceneDesc) -> Targets<'a> {
+    pub(super) fn new(desc: &'a SceneDesc) -> Targets<'a> {
         Targets { desc, groups: desc.names().groups, lists: BTreeMap::new() }
     }
 
@@ -145,7 +145,7 @@ impl<'a> Targets<'a> {
     }
 
     /// The key paths of a target. A name stands for all objects, lights or views that have it.
-    fn paths(&mut self, target: &str, span: Span) -> Result<Vec<Vec<KeyPart>>, SceneError> {
+    pub(super) fn paths(&mut self, target: &str, span: Span) -> Result<Vec<Vec<KeyPart>>, SceneError> {
         let mut parts = KeyPart::split(target);
         parts.iter_mut().for_each(|part| part.span = span);
         let keys: Vec<&str> = parts.iter().map(|part| part.key.as_str()).collect();

@@ -278,3 +278,31 @@ fn faults_are_named() {
     let words = two(Value::new(Data::String("box".into())), Value::new(Data::String("tent".into())));
     assert!(scene(animation("film.filter", &words, Interpolation::Step)).is_ok());
 }
+
+#[test]
+fn animations_follow_their_targets() {
+    let mut desc = SceneDesc::default();
+    for name in ["ball", "box", "cone"] {
+        desc.objects
+            .push(ObjectDesc { name: Some(name.to_owned()), ..ObjectDesc::new(sphere(DVec3::ZERO, 1.0)) });
+    }
+    let keys = [(0.0, number(1.0)), (1.0, number(2.0))];
+    for target in ["object.ball.radius", "object.2.radius", "object.box.radius", "film.exposure"] {
+        desc.animations.push(named(animation(target, &keys, Interpolation::Linear)));
+    }
+    let targets = |desc: &SceneDesc| -> Vec<String> {
+        desc.animations.iter().map(|own| own.value.target.clone()).collect()
+    };
+    desc.rename("object.0", "a.b").unwrap();
+    assert_eq!(targets(&desc)[0], "object.\"a.b\".radius");
+    desc.remove(&["object.1"]).unwrap();
+    assert_eq!(targets(&desc), ["object.\"a.b\".radius", "object.1.radius", "film.exposure"]);
+    let mut grouped = desc.clone();
+    grouped.group_objects(&["object.0", "object.1"], "pair").unwrap();
+    assert_eq!(targets(&grouped)[..2], ["group.pair.object.\"a.b\".radius", "group.pair.object.1.radius"]);
+    grouped.animate(0.5, None, &mut NoFiles).unwrap();
+    let error = grouped.ungroup("object.0").unwrap_err();
+    assert!(error.message.contains("animated"), "{}", error.message);
+    desc.remove(&["object.0", "object.1"]).unwrap();
+    assert_eq!(targets(&desc), ["film.exposure"]);
+}

@@ -24,6 +24,7 @@ impl SceneDesc {
         }
         let taken: BTreeSet<String> = self.names().groups.into_iter().collect();
         let name = unique(name, |name| taken.contains(name));
+        let before = self.objects.clone();
         let (mut inside, mut outside) = (Vec::new(), Vec::new());
         for (i, object) in std::mem::take(&mut self.objects).into_iter().enumerate() {
             if chosen.contains(&i) {
@@ -36,6 +37,27 @@ impl SceneDesc {
         let group = GroupId(self.groups.len() as u32);
         let value = GroupDesc { objects: inside, model: None };
         self.groups.push(Named { name: Some(name.clone()), span: None, value });
+        self.retarget(|keys| {
+            let ["object", key, rest @ ..] = keys else { return None };
+            let has_name = |own: &ObjectDesc| own.name.as_deref() == Some(*key);
+            let found = before.iter().position(has_name);
+            let inner = match (found, key.parse::<usize>()) {
+                // Where others of the name stay outside, the animation stays with them.
+                (Some(i), _) => {
+                    let all_inside = (0..before.len()).all(|k| chosen.contains(&k) || !has_name(&before[k]));
+                    all_inside.then(|| (*key).to_owned()).filter(|_| chosen.contains(&i))
+                }
+                (None, Ok(i)) if chosen.contains(&i) => Some(chosen.range(..i).count().to_string()),
+                (None, Ok(i)) => {
+                    let left = i.saturating_sub(chosen.range(..i).count()).to_string();
+                    let rest = rest.iter().map(|part| (*part).to_owned());
+                    return Some(["object".to_owned(), left].into_iter().chain(rest).collect());
+                }
+                (None, Err(_)) => None,
+            };
+            let head = ["group".to_owned(), name.clone(), "object".to_owned(), inner?];
+            Some(head.into_iter().chain(rest.iter().map(|part| (*part).to_owned())).collect())
+        });
         let content = ObjectContent::Instance(group);
         Ok(self.add_object(ObjectDesc { name: Some(name), content, ..ObjectDesc::default() }))
     }
@@ -54,7 +76,22 @@ impl SceneDesc {
             let message = format!("`{path}` is a shape: only an instance of a group can be taken apart");
             return Err(SceneError::new(ErrorCode::WrongType, message));
         };
+        let group_name = self.names().groups.get(group.index()).cloned().unwrap_or_default();
+        let own_name = instance.name.clone().unwrap_or_else(|| key.to_string());
+        let is_animated = self.animations.iter().any(|own| {
+            let parts = KeyPart::split(&own.value.target);
+            let is = |section: &str, name: &str| {
+                parts.len() > 1 && parts[0].key == section && parts[1].key == name
+            };
+            is("group", &group_name) || is("object", &own_name) || is("object", key)
+        });
+        if is_animated {
+            let message = format!("`{path}` is animated: its objects cannot be taken out");
+            return Err(SceneError::new(ErrorCode::Conflict, message).help("remove its [[animation]] first"));
+        }
+        let before = self.clone();
         self.objects.remove(number);
+        self.retarget_numbers("object", &before, &BTreeSet::from([number]));
         let first = self.objects.len();
         let inside = self.groups.get(group.index()).map_or(&[][..], |own| own.value.objects.as_slice());
         let placed: Vec<ObjectDesc> = inside.iter().map(|object| taken_out(object, &instance)).collect();

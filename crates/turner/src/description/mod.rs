@@ -26,6 +26,7 @@ mod read_scene;
 mod references;
 mod remove;
 mod rename;
+mod retarget;
 mod same;
 mod scene_desc;
 mod value_at;

@@ -67,6 +67,10 @@ impl SceneDesc {
         // From the last of each kind to the first, so that the numbers of the others stay the same.
         parts.into_iter().for_each(|part| left.remove_part(part));
         left.drop_unused();
+        for (section, removed) in [("object", &objects), ("light", &lights), ("view", &views)] {
+            left.retarget_numbers(section, self, removed);
+        }
+        left.drop_animations_without_target();
         *self = left;
         Ok(())
     }

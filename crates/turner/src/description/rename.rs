@@ -28,12 +28,20 @@ impl SceneDesc {
         match keys.as_slice() {
             ["object", key] => {
                 let i = index(path, key, self.objects.len())?;
-                self.objects[i].name = own;
+                let old = std::mem::replace(&mut self.objects[i].name, own.clone());
+                // Another object with the old name keeps the animations.
+                if let Some(old) = old.filter(|old| !self.has_object(old)) {
+                    self.retarget_name("object", &old, own.as_deref().unwrap_or(key));
+                }
                 return Ok(path.to_owned());
             }
             ["light", key] => {
                 let i = index(path, key, self.lights.len())?;
-                self.lights[i].name = own;
+                let old = std::mem::replace(&mut self.lights[i].name, own.clone());
+                if let Some(old) = old.filter(|old| !self.lights.iter().any(|l| l.name.as_ref() == Some(old)))
+                {
+                    self.retarget_name("light", &old, own.as_deref().unwrap_or(key));
+                }
                 return Ok(path.to_owned());
             }
             ["view", key] => {
@@ -42,7 +50,9 @@ impl SceneDesc {
                 if own.is_some() && others.into_iter().any(|(_, other)| other.name == own) {
                     return Err(taken("view", name));
                 }
-                self.cameras[i].name = own;
+                if let Some(old) = std::mem::replace(&mut self.cameras[i].name, own.clone()) {
+                    self.retarget_name("view", &old, own.as_deref().unwrap_or(key));
+                }
                 return Ok(path.to_owned());
             }
             ["texture", old] => {
@@ -59,6 +69,7 @@ impl SceneDesc {
             ["group", old] => renamed(&mut self.groups, "group", &names.groups, (path, old), name)?,
             _ => return Err(no_part(path)),
         }
+        self.retarget_name(keys[0], keys[1], name);
         Ok(format!("{}.{}", keys[0], path_part(name)))
     }
 }
