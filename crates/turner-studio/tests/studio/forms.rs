@@ -388,7 +388,12 @@ pub(crate) fn all_keys_in(
     let path = part.path(&desc.names()).unwrap();
     app(window).show(Document::of(desc, "Sample".into(), folder.to_owned()));
     frames(window, 2);
-    for field in entry.fields {
+    // Keys that a mesh takes only together with others, or instead of others.
+    let depends = |key: &str| {
+        let keys = ["polygons", "subdivision", "levels", "creases", "crease_angle", "keep_corners"];
+        entry.name == "mesh" && keys.contains(&key)
+    };
+    for field in entry.fields.iter().filter(|field| !depends(field.name)) {
         let mut form = Form { window, part, path: path.clone(), faults };
         let name = format!("{} {}.{}", path, entry.name, field.name);
         match form.key(field) {
