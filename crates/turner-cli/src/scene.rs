@@ -438,9 +438,7 @@ impl SceneArgs {
         if animation.is_some() || variant.is_some() || options.max_texture_size.is_some() {
             hash.add(format!("{animation:?} {variant:?} {:?}", options.max_texture_size).as_bytes());
         }
-        if desc.film.motion_blur {
-            hash.add(format!("frame {frame:?}").as_bytes());
-        }
+        desc.film.motion_blur.then(|| hash.add(format!("frame {frame:?}").as_bytes()));
         let timeless = hash.clone();
         Ok(Described { desc, sources, labels, hash: hash.at_time(*time), timeless })
     }

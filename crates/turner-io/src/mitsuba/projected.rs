@@ -21,7 +21,7 @@ pub(super) struct Picture {
     aspect: f64,
 }
 
-/// The bitmap in an emitter; `None`, which is reported, for other textures.
+/// The bitmap that an emitter projects. `None` for textures of other types, which are reported as ignored.
 pub(super) fn slide(scene: &mut Assembly<'_>, object: &Object) -> Result<Option<Picture>, Fault> {
     let Some(&texture) = object.objects(&["texture"])?.first() else { return Ok(None) };
     let texture = Object::new(&scene.document, texture)?;

@@ -23,6 +23,8 @@ use super::remarks::Remarks;
 const RATE: f64 = 24.0;
 /// Most samples of an animation: more than an hour.
 const MAX_SAMPLES: usize = 100_000;
+/// Most samples of all nodes together: a gigabyte.
+const MAX_POSES: usize = 12_000_000;
 /// Largest difference of a component from the line between its neighbours, relative to its size.
 const TOLERANCE: f64 = 1e-6;
 
@@ -69,16 +71,30 @@ fn jumps(desc: &SceneDesc) -> bool {
     desc.animations.iter().all(|own| own.value.interpolation == Interpolation::Step)
 }
 
-/// The placement of a node's source in a scene.
-fn placement(desc: &SceneDesc, source: Source) -> Option<DAffine3> {
-    let in_groups = desc.groups.iter().flat_map(|group| &group.value.objects);
-    match source {
-        Source::Object(i) => in_groups.chain(&desc.objects).nth(i).map(|own| own.transform.0),
-        Source::Camera(i) => {
-            let mut all = desc.camera.iter().chain(&desc.cameras);
-            cameras::camera_placement(&all.nth(i)?.value)
+/// Where a scene places everything that a node can have as its source.
+struct Placements {
+    objects: Vec<DAffine3>,
+    cameras: Vec<Option<DAffine3>>,
+    lights: Vec<Option<DAffine3>>,
+}
+
+impl Placements {
+    fn of(desc: &SceneDesc) -> Placements {
+        let in_groups = desc.groups.iter().flat_map(|group| &group.value.objects);
+        let cameras = desc.camera.iter().chain(&desc.cameras);
+        Placements {
+            objects: in_groups.chain(&desc.objects).map(|own| own.transform.0).collect(),
+            cameras: cameras.map(|own| cameras::camera_placement(&own.value)).collect(),
+            lights: desc.lights.iter().map(|own| cameras::light_placement(&own.value)).collect(),
         }
-        Source::Light(i) => cameras::light_placement(&desc.lights.get(i)?.value),
+    }
+
+    fn get(&self, source: Source) -> Option<DAffine3> {
+        match source {
+            Source::Object(i) => self.objects.get(i).copied(),
+            Source::Camera(i) => *self.cameras.get(i)?,
+            Source::Light(i) => *self.lights.get(i)?,
+        }
     }
 }
 
@@ -98,14 +114,23 @@ pub(super) fn add(
         return Ok(Vec::new());
     }
     let times = times(full);
+    if nodes.sources.len().saturating_mul(times.len()) > MAX_POSES {
+        let message = format!(
+            "{} samples of {} nodes are too many keyframes for a glTF file",
+            times.len(),
+            nodes.sources.len()
+        );
+        return Err(SceneError::new(ErrorCode::TooLarge, message)
+            .help("convert to a .toml file, which keeps the keyframes as they are"));
+    }
     let mut poses: Vec<Vec<Pose>> = vec![Vec::with_capacity(times.len()); nodes.sources.len()];
     let mut is_sheared = vec![false; nodes.sources.len()];
     for &time in &times {
         let mut at = full.clone();
         at.animate(time, None, &mut NoFiles)?;
-        let (at, _) = at.without_hidden();
+        let placements = Placements::of(&at.without_hidden().0);
         for (k, (source, _)) in nodes.sources.iter().enumerate() {
-            let Some(placed) = placement(&at, *source) else { continue };
+            let Some(placed) = placements.get(*source) else { continue };
             let parts = parts(&placed.matrix3);
             is_sheared[k] |= parts.inner.is_some();
             let mut rotation = quaternion(&parts.outer);

@@ -189,8 +189,8 @@ impl Surface {
         }
     }
 
-    /// Puts the corners around the vertex of `h` that no border or edge for which `cut` holds separates from `h` into
-    /// `ring`, in counter-clockwise order; returns whether they form a closed ring.
+    /// Collects in `ring` the half-edges around the vertex of `h`, counter-clockwise, up to a border or an edge for which
+    /// `cut` holds on either side. Returns whether they go all the way round.
     pub(super) fn fan(&self, h: u32, cut: impl Fn(u32) -> bool, ring: &mut Vec<u32>) -> bool {
         ring.clear();
         let mut first = h;

@@ -22,7 +22,7 @@ pub(super) struct Around {
     pub(super) edges: u32,
     /// Sum of their other ends.
     pub(super) ends: DVec3,
-    /// Sum of points of the faces: their new vertices, or the opposite corners of quadrilaterals.
+    /// Sum of one point of each face: its face point (the mean of its corners), or the opposite corner of a quadrilateral.
     pub(super) faces: DVec3,
     /// The number of edges that are sharp on this level, and on the next one, and the sums of their other ends.
     sharp: [(u32, DVec3); 2],

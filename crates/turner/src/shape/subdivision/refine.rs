@@ -35,7 +35,7 @@ impl Surface {
         [self.origin[h as usize], self.end(h)].map(|v| self.points[v as usize])
     }
 
-    /// What is around each vertex.
+    /// The edges and faces that meet at each vertex.
     fn around(&self, edges: &[u32]) -> Vec<Around> {
         let mut all = vec![Around::default(); self.points.len()];
         for &h in edges {
