@@ -5,6 +5,7 @@
 //! cargo xtask docs tutorial     the images whose name begins with "tutorial"
 //! cargo xtask list              their names and commands
 //! cargo xtask words             finds phrases that documents, comments and messages do not use
+//! cargo xtask python            builds the Python module's wheel and runs its tests; further arguments go to pytest
 //! cargo xtask wasm              compiles for WebAssembly and renders there; further arguments go to cargo
 //! ```
 #![forbid(unsafe_code)]
@@ -12,6 +13,7 @@
 mod in_memory;
 mod layers;
 mod pictures;
+mod python;
 mod sheet;
 mod wasm;
 mod words;
@@ -33,8 +35,9 @@ fn main() -> ExitCode {
             Ok(())
         }
         ["words"] => words::check(root()).map(|files| println!("{files} files use the words of the field")),
+        ["python", more @ ..] => python::test(more),
         ["wasm", more @ ..] => wasm::check(more),
-        _ => Err("usage: cargo xtask docs [NAME…] | cargo xtask list | cargo xtask words | cargo xtask wasm [CARGO-OPTION…]"
+        _ => Err("usage: cargo xtask docs [NAME…] | cargo xtask list | cargo xtask words | cargo xtask python [PYTEST-OPTION…] | cargo xtask wasm [CARGO-OPTION…]"
             .to_owned()),
     };
     match result {

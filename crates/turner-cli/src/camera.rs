@@ -12,7 +12,7 @@ const OPENCV: [f64; 3] = [1.0, -1.0, 1.0];
 const OPENGL: [f64; 3] = [1.0, 1.0, -1.0];
 
 /// The camera of a view. Pixels are those of the written picture: of the crop, if there is one.
-pub(crate) fn json(view: &View) -> Value {
+pub fn json(view: &View) -> Value {
     let film = &view.film;
     let model = view.camera.model(film.width, film.height);
     let [x, y, width, height] = film.crop.unwrap_or([0, 0, film.width, film.height]);

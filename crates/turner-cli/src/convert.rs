@@ -83,12 +83,8 @@ fn convert(args: &ConvertArgs, reporter: &Reporter, control: &Control) -> Result
         args.scene.described(&args.film, args.scene.studio.models(), 0, Some(pictures.clone()), &limits)?;
     let is_import = args.scene.scene.extension().is_none_or(|e| !e.eq_ignore_ascii_case("toml"));
     if is_import && matches!(target, Target::Toml) {
-        if described.desc.studio.as_ref().is_some_and(|studio| studio.lights || studio.ground != Some(false))
-        {
-            let prepared = described.prepare(&limits)?;
-            write_out(&mut described.desc, &prepared);
-        }
-        simplify(&mut described.desc);
+        let prepared = adds_parts(&described.desc).then(|| described.prepare(&limits)).transpose()?;
+        settle(&mut described.desc, prepared.as_ref());
     }
     let (desc, sources, labels) = (&described.desc, &described.sources, &described.labels);
     reporter.imports(&desc.imports);
@@ -107,6 +103,20 @@ fn convert(args: &ConvertArgs, reporter: &Reporter, control: &Control) -> Result
     reporter.warnings(&converted.warnings, sources, labels);
     done(&converted, &args.out, start.elapsed().as_secs_f64(), reporter);
     Ok(())
+}
+
+/// Whether the studio of an imported file adds lights or a floor, so that [`settle`] needs the prepared scene.
+pub fn adds_parts(desc: &SceneDesc) -> bool {
+    desc.studio.as_ref().is_some_and(|studio| studio.lights || studio.ground != Some(false))
+}
+
+/// Makes the description of an imported file one that a person would write. `prepared` is the scene prepared from it; it
+/// is needed if [`adds_parts`].
+pub fn settle(desc: &mut SceneDesc, prepared: Option<&Prepared>) {
+    if let Some(prepared) = prepared {
+        write_out(desc, prepared);
+    }
+    simplify(desc);
 }
 
 /// Replaces what the studio would add to a model by what it added: the camera, the light and its exposure, as a person

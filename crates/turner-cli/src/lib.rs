@@ -23,7 +23,8 @@
 //!                       └─ completions, man ── shell
 //! ```
 //!
-//! Public items are those that `turner-lab` uses: measuring scenes, running checks, messages and failures.
+//! Public items are those that other programs use. `turner-lab`: measuring scenes, running checks, messages and failures.
+//! `turner-python`: explanations, findings and cameras as JSON, pages of the reference, and the command line itself.
 //!
 //! The work runs on a second thread. The main thread waits for its end or for a signal, so that a second Ctrl-C ends
 //! the program at once and only `main` exits the process.
@@ -32,19 +33,19 @@
 mod animation;
 mod aovs;
 pub mod bench;
-mod camera;
+pub mod camera;
 mod checkpoint;
 mod cli;
 pub mod color;
 pub mod command_line;
 mod compare;
 mod control;
-mod convert;
-mod doctor;
+pub mod convert;
+pub mod doctor;
 mod encoding;
 pub mod error_pages;
 pub mod events;
-mod explain;
+pub mod explain;
 pub mod failure;
 mod film_picture;
 mod flags;
@@ -137,16 +138,22 @@ pub fn start() -> ExitCode {
 
 /// [`start`] for another program: `run` gets the arguments of the process and returns the exit code.
 pub fn start_with(run: fn(Vec<OsString>, &Control) -> u8) -> ExitCode {
-    begin(run, std::env::args_os().collect())
+    ExitCode::from(begin(run, std::env::args_os().collect()))
 }
 
 /// [`start`] with other arguments than those of the process: for a program that has the command line in it. The first
 /// one is the name of the program.
 pub fn start_from(args: Vec<OsString>) -> ExitCode {
+    ExitCode::from(run_from(args))
+}
+
+/// [`start_from`] that returns the exit code as a number, for programs that are not Rust's. It sets handlers of signals
+/// and panics for the whole process.
+pub fn run_from(args: Vec<OsString>) -> u8 {
     begin(cli::run, args)
 }
 
-fn begin(run: fn(Vec<OsString>, &Control) -> u8, args: Vec<OsString>) -> ExitCode {
+fn begin(run: fn(Vec<OsString>, &Control) -> u8, args: Vec<OsString>) -> u8 {
     let fault: Arc<Mutex<Option<String>>> = Arc::default();
     install_panic_hook(Arc::clone(&fault));
     let control = Arc::new(Control::default());
@@ -155,7 +162,7 @@ fn begin(run: fn(Vec<OsString>, &Control) -> u8, args: Vec<OsString>) -> ExitCod
     let worker = spawn(move |control| run(args, control), sender, Arc::clone(&control), fault);
     if let Err(error) = worker {
         report::print_error(&internal(&format!("cannot start a thread: {error}")));
-        return ExitCode::from(failure::FAILED);
+        return failure::FAILED;
     }
     loop {
         let event = match control.memory_interval() {
@@ -166,19 +173,19 @@ fn begin(run: fn(Vec<OsString>, &Control) -> u8, args: Vec<OsString>) -> ExitCod
             Err(RecvTimeoutError::Timeout) => {
                 if let Some(error) = control.out_of_memory() {
                     control.reporter().failure(&Failure::new(error));
-                    return ExitCode::from(failure::FAILED);
+                    return failure::FAILED;
                 }
             }
-            Ok(Event::Done(code)) => return ExitCode::from(code),
+            Ok(Event::Done(code)) => return code,
             Ok(Event::Signal(code)) => {
                 if control.interrupt(code, Instant::now()) == Interrupt::Exit {
                     if control.is_saving() {
                         wait_for_end(&events);
                     }
-                    return ExitCode::from(code);
+                    return code;
                 }
             }
-            Err(RecvTimeoutError::Disconnected) => return ExitCode::from(failure::FAILED),
+            Err(RecvTimeoutError::Disconnected) => return failure::FAILED,
         }
     }
 }

@@ -20,40 +20,51 @@ use crate::topics;
 
 /// One key of a page.
 #[derive(Clone, Debug)]
-pub(crate) struct Key {
-    pub(crate) name: String,
-    pub(crate) kind: String,
+pub struct Key {
+    /// The key.
+    pub name: String,
+    /// The type of its value, as text.
+    pub kind: String,
     /// As written in a scene; `None` if the key is required.
-    pub(crate) default: Option<String>,
-    pub(crate) range: Option<String>,
-    pub(crate) doc: String,
+    pub default: Option<String>,
+    /// The range of its numbers.
+    pub range: Option<String>,
+    /// What it means.
+    pub doc: String,
     /// Its valid words, with their meanings.
-    pub(crate) words: &'static [(&'static str, &'static str)],
+    pub words: &'static [(&'static str, &'static str)],
 }
 
 /// The documentation of a section, a type or a topic.
 #[derive(Clone, Debug)]
-pub(crate) struct Page {
-    pub(crate) name: &'static str,
+pub struct Page {
+    /// Its name.
+    pub name: &'static str,
     /// `the shape "sphere"`, `the section [film]`.
-    pub(crate) title: String,
-    pub(crate) paragraphs: Vec<String>,
-    pub(crate) keys: Vec<Key>,
-    pub(crate) example: Option<String>,
+    pub title: String,
+    /// Its text.
+    pub paragraphs: Vec<String>,
+    /// Its keys.
+    pub keys: Vec<Key>,
+    /// A scene that uses it.
+    pub example: Option<String>,
 }
 
 /// A section of a scene with its types.
 #[derive(Clone, Debug)]
-pub(crate) struct Chapter {
-    pub(crate) heading: &'static str,
+pub struct Chapter {
+    /// Its heading.
+    pub heading: &'static str,
     /// Other names, such as `shapes`.
-    pub(crate) aliases: &'static [&'static str],
-    pub(crate) intro: Page,
-    pub(crate) pages: Vec<Page>,
+    pub aliases: &'static [&'static str],
+    /// What its types have in common.
+    pub intro: Page,
+    /// A page for each type.
+    pub pages: Vec<Page>,
 }
 
 /// All chapters, in the order of the document.
-pub(crate) fn chapters() -> Vec<Chapter> {
+pub fn chapters() -> Vec<Chapter> {
     vec![
         single("Film", &[], &FilmDesc::DOC),
         family("Camera", &["cameras", "view"], &CameraDesc::DOC, topics::CAMERA),
@@ -135,7 +146,7 @@ fn key(field: &Field) -> Key {
 }
 
 /// Lines of a doc comment as one paragraph.
-pub(crate) fn paragraph(lines: &[&str]) -> String {
+pub fn paragraph(lines: &[&str]) -> String {
     lines.iter().map(|l| l.trim()).collect::<Vec<_>>().join(" ").trim().to_owned()
 }
 

@@ -3,6 +3,9 @@
 use serde_json::{Map, Value, json};
 use turner::doctor::{Finding, PathKind};
 
+use turner::doctor::Examination;
+use turner_io::scene::Sources;
+
 use super::Report;
 use crate::flags;
 
@@ -10,7 +13,22 @@ use crate::flags;
 const VERSION: u32 = 2;
 
 pub(super) fn of(report: &Report<'_>, scene: &str) -> Value {
-    let s = &report.examination.summary;
+    let mut out = examination(report.examination, &report.ready.sources);
+    let maps: Vec<Value> = report
+        .written
+        .iter()
+        .map(|w| json!({ "file": w.path, "maps": w.names, "ranges": w.ranges }))
+        .collect();
+    out["scene"] = json!(scene);
+    out["scene_hash"] = json!(report.ready.hash.whole);
+    out["maps"] = json!(maps);
+    out["seconds"] = json!(report.seconds);
+    out
+}
+
+/// What does not depend on files and time.
+pub(super) fn examination(examination: &Examination, sources: &Sources) -> Value {
+    let s = &examination.summary;
     let kinds: Vec<Value> = s
         .kinds
         .iter()
@@ -32,17 +50,10 @@ pub(super) fn of(report: &Report<'_>, scene: &str) -> Value {
         .collect();
     let legend: Map<String, Value> =
         PathKind::ALL.iter().map(|k| (k.word().to_owned(), json!(k.color()))).collect();
-    let maps: Vec<Value> = report
-        .written
-        .iter()
-        .map(|w| json!({ "file": w.path, "maps": w.names, "ranges": w.ranges }))
-        .collect();
     json!({
         "format": "turner-doctor",
         "version": VERSION,
-        "scene": scene,
-        "scene_hash": report.ready.hash.whole,
-        "findings": report.examination.findings.iter().map(|f| finding(f, report)).collect::<Vec<_>>(),
+        "findings": examination.findings.iter().map(|f| finding(f, sources)).collect::<Vec<_>>(),
         "summary": {
             "pixels": s.pixels,
             "samples": s.samples,
@@ -60,14 +71,12 @@ pub(super) fn of(report: &Report<'_>, scene: &str) -> Value {
             "lights": lights,
             "emitters": s.emitters,
         },
-        "maps": maps,
         "legend": legend,
-        "seconds": report.seconds,
     })
 }
 
-fn finding(f: &Finding, report: &Report<'_>) -> Value {
-    let at = f.span.and_then(|span| report.ready.sources.locate(span));
+fn finding(f: &Finding, sources: &Sources) -> Value {
+    let at = f.span.and_then(|span| sources.locate(span));
     let measured: Map<String, Value> =
         f.measured.iter().map(|m| (m.name.to_owned(), json!({ "value": m.value, "unit": m.unit }))).collect();
     json!({

@@ -14,7 +14,9 @@ use std::path::PathBuf;
 use std::time::Instant;
 
 use clap::Args;
-use turner::doctor::{Options, examine};
+use serde_json::Value;
+use turner::doctor::{Examination, Options, examine};
+use turner_io::scene::Sources;
 
 use crate::control::Control;
 use crate::events::Events;
@@ -59,6 +61,12 @@ fn parse_seconds(text: &str) -> Result<f64, String> {
         Ok(v) if v.is_finite() && v > 0.0 && v <= 86_400.0 => Ok(v),
         _ => Err("expected seconds, more than 0 and at most 86400".to_owned()),
     }
+}
+
+/// An examination as JSON, as `turner doctor --json` prints it: docs/reference/doctor.md. Without the keys `scene`,
+/// `scene_hash`, `maps` and `seconds`.
+pub fn json_of(examination: &Examination, sources: &Sources) -> Value {
+    json::examination(examination, sources)
 }
 
 /// Runs the command.

@@ -71,7 +71,7 @@ pub(crate) struct ExplainArgs {
 
 /// How an explanation is written.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-enum Format {
+pub enum Format {
     /// A tree for terminals
     Text,
     /// All values, for programs
@@ -134,35 +134,73 @@ fn explain(args: &ExplainArgs, reporter: &Reporter, control: &Control) -> Result
     let file = path.map(OutputFile::create).transpose().map_err(output)?;
     let ready = args.scene.ready(&args.film, args.scene.studio.models(), 0, control)?;
     let prepared = &ready.prepared;
-    prepared.choose();
     let bad = |e| Failure::in_scene(e, &ready.sources, &ready.labels);
     let names = Names { prepared, desc: &ready.desc, path_of: args.path_of.as_deref() };
     if let Some(wanted) = &args.path_of {
         path_of::check(&names, wanted).map_err(bad)?;
     }
-    let (x, y) = args.pixel;
-    let pixel = pixel(prepared, x, y).map_err(bad)?;
-    let wanted = samples::Wanted {
-        sample: args.sample,
-        all: args.all,
-        many: matches!(format, Format::Json | Format::Html),
-    };
     let name = args.scene.scene.to_string_lossy().into_owned();
-    let record = samples::explain(&names, (name, ready.hash.whole.clone()), pixel, &wanted).map_err(bad)?;
+    let wanted = Wanted { pixel: args.pixel, sample: args.sample, all: args.all };
+    let to_file = file.is_some();
+    let (text, exact) =
+        written(&names, (name, ready.hash.whole.clone()), &wanted, format, to_file).map_err(bad)?;
+    match file {
+        Some(file) => file.commit(text.as_bytes()).map_err(output)?,
+        None => print(&text),
+    }
+    if format != Format::Json || args.output.is_some() {
+        reporter.warnings(&prepared.warnings, &ready.sources, &ready.labels);
+    }
+    if exact {
+        return Ok(0);
+    }
+    let error = SceneError::new(ErrorCode::Internal, "the contributions do not sum to the sample");
+    reporter.failure(&Failure::new(error.help("this is a bug in Turner: please report it")));
+    Ok(FAILED)
+}
+
+/// What of a pixel is explained.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Wanted {
+    /// Column and row, from 0 at the top left.
+    pub pixel: (u32, u32),
+    /// Sample index, from 0. `None`: those with the largest contribution.
+    pub sample: Option<usize>,
+    /// All rays and samples, not only those with the largest contributions.
+    pub all: bool,
+}
+
+/// The explanation of a pixel as text, and whether its contributions add up to the pixel. `scene` is the scene's name and
+/// hash; `to_file` says that the text is for a file, without colours for a terminal.
+///
+/// Errors: a pixel outside the picture, a sample that it does not have.
+pub fn written(
+    names: &Names<'_>,
+    scene: (String, String),
+    wanted: &Wanted,
+    format: Format,
+    to_file: bool,
+) -> Result<(String, bool), SceneError> {
+    let prepared = names.prepared;
+    prepared.choose();
+    let (x, y) = wanted.pixel;
+    let pixel = pixel(prepared, x, y)?;
+    let many = matches!(format, Format::Json | Format::Html);
+    let samples = samples::Wanted { sample: wanted.sample, all: wanted.all, many };
+    let record = samples::explain(names, scene, pixel, &samples)?;
     let text = match format {
         Format::Json => record.json().map_err(|e| {
-            let message = format!("the explanation cannot be written: {e}");
-            Failure::new(SceneError::new(ErrorCode::Internal, message))
+            SceneError::new(ErrorCode::Internal, format!("the explanation cannot be written: {e}"))
         })?,
         Format::Text => {
-            text::of(&record, &record.trees(&names), &style(&prepared.view.film, args.all, file.is_some()))
+            text::of(&record, &record.trees(names), &style(&prepared.view.film, wanted.all, to_file))
         }
         Format::Svg | Format::Html => {
-            let trees = record.trees(&names);
-            let views = draw::Views::new(&names, &trees);
+            let trees = record.trees(names);
+            let views = draw::Views::new(names, &trees);
             let display = shade::Display::new(&prepared.view.film);
             // The budget of a page is divided among its samples.
-            let most = match (args.all, format) {
+            let most = match (wanted.all, format) {
                 (true, _) => usize::MAX,
                 (false, Format::Svg) => 24,
                 (false, _) => 1200 / trees.len().max(1),
@@ -173,19 +211,7 @@ fn explain(args: &ExplainArgs, reporter: &Reporter, control: &Control) -> Result
             }
         }
     };
-    match file {
-        Some(file) => file.commit(text.as_bytes()).map_err(output)?,
-        None => print(&text),
-    }
-    if format != Format::Json || args.output.is_some() {
-        reporter.warnings(&prepared.warnings, &ready.sources, &ready.labels);
-    }
-    if record.exact {
-        return Ok(0);
-    }
-    let error = SceneError::new(ErrorCode::Internal, "the contributions do not sum to the sample");
-    reporter.failure(&Failure::new(error.help("this is a bug in Turner: please report it")));
-    Ok(FAILED)
+    Ok((text, record.exact))
 }
 
 /// Colours if standard output is a terminal with 24-bit colours and `NO_COLOR` is not set.

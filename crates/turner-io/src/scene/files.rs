@@ -111,7 +111,7 @@ impl<'a> SceneFiles<'a> {
     }
 
     /// Sets the options that the scene is loaded with.
-    pub(crate) fn set_options(&mut self, options: LoadOptions) {
+    pub fn set_options(&mut self, options: LoadOptions) {
         self.options = options;
     }
 

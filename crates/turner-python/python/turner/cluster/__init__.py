@@ -1,0 +1,1 @@
+"""Pictures and datasets on many machines, by engines that exist."""

@@ -1,0 +1,108 @@
+//! The files and arrays that values from Python name.
+//!
+//! A name of an array stands for the array. A file that Python's code names itself may lie anywhere: its author chose it.
+//! What such a file names in turn must lie in its folder, as for every file.
+
+use std::path::Path;
+use std::sync::Arc;
+
+use turner::description::{ModelDesc, SceneAssets, SceneDesc};
+use turner::image::Image;
+use turner::schema::value::FileId;
+use turner::schema::{ErrorCode, GridData, LightProfile, MeshData, SceneError};
+use turner_io::assets::FolderAssets;
+use turner_io::scene::{LoadOptions, SceneFiles, Sources, open_to};
+
+use crate::arrays::Arrays;
+use crate::places::PYTHON;
+
+/// The assets of a scene that is made or edited in Python.
+pub(crate) struct Assets<'a> {
+    pub(crate) arrays: &'a Arrays,
+    /// Files that Python's code names.
+    named: SceneFiles<'a>,
+    /// Files that the scene's own text names.
+    own: SceneFiles<'a>,
+    options: &'a LoadOptions,
+    folder: &'a Path,
+}
+
+/// The two folders of [`Assets`]: with access to all files, and to those of the scene's folder.
+pub(crate) struct Folders {
+    all: FolderAssets,
+    own: FolderAssets,
+}
+
+impl Folders {
+    /// Of the folder that relative paths start from.
+    pub(crate) fn new(folder: &Path, options: &LoadOptions) -> Result<Folders, SceneError> {
+        let bare = FolderAssets::new(folder).map_err(|e| e.to_scene_error())?;
+        let own = open_to(bare, options).map_err(|e| e.to_scene_error())?;
+        Ok(Folders { all: own.clone().allow_outside(true), own })
+    }
+}
+
+impl<'a> Assets<'a> {
+    pub(crate) fn new(
+        arrays: &'a Arrays,
+        folders: &'a Folders,
+        sources: &'a Sources,
+        options: &'a LoadOptions,
+        folder: &'a Path,
+    ) -> Assets<'a> {
+        let files = |assets: &'a FolderAssets| {
+            let mut files = SceneFiles::new(assets, sources);
+            files.set_options(options.clone());
+            files
+        };
+        Assets { arrays, named: files(&folders.all), own: files(&folders.own), options, folder }
+    }
+
+    fn files(&mut self, from: FileId) -> &mut SceneFiles<'a> {
+        if from == PYTHON { &mut self.named } else { &mut self.own }
+    }
+}
+
+impl SceneAssets for Assets<'_> {
+    fn image(&mut self, uri: &str, from: FileId) -> Result<Arc<Image>, SceneError> {
+        match self.arrays.images.get(uri) {
+            Some(image) => Ok(image.clone()),
+            None => self.files(from).image(uri, from),
+        }
+    }
+
+    fn mesh(&mut self, uri: &str, from: FileId) -> Result<Arc<MeshData>, SceneError> {
+        match self.arrays.meshes.get(uri) {
+            Some(mesh) => Ok(mesh.clone()),
+            None => self.files(from).mesh(uri, from),
+        }
+    }
+
+    fn light_profile(&mut self, uri: &str, from: FileId) -> Result<Arc<LightProfile>, SceneError> {
+        self.files(from).light_profile(uri, from)
+    }
+
+    fn grid(&mut self, uri: &str, from: FileId) -> Result<Arc<GridData>, SceneError> {
+        match self.arrays.grids.get(uri) {
+            Some(grid) => Ok(grid.clone()),
+            None => self.files(from).grid(uri, from),
+        }
+    }
+
+    fn model(&mut self, model: &ModelDesc, from: FileId) -> Result<Arc<SceneDesc>, SceneError> {
+        if from != PYTHON {
+            return self.own.model(model, from);
+        }
+        let path = self.folder.join(&model.file);
+        let (Some(folder), Some(name)) = (path.parent(), path.file_name().and_then(|name| name.to_str()))
+        else {
+            let message = format!("{}: expected the name of a model file", model.file);
+            return Err(SceneError::new(ErrorCode::File, message));
+        };
+        let folders = Folders::new(folder, self.options)?;
+        let sources = Sources::default();
+        let mut files = SceneFiles::new(&folders.own, &sources);
+        files.set_options(self.options.clone());
+        files.model(&ModelDesc { file: name.to_owned(), ..model.clone() }, from)
+    }
+}

@@ -1,0 +1,230 @@
+"""Pictures: arrays, AOVs, determinism, progress, cancel."""
+
+import asyncio
+import os
+import signal
+import threading
+import time
+
+import numpy as np
+import pytest
+
+import turner as tr
+
+
+def test_arrays_have_shapes_types_and_no_copy(scene):
+    out = tr.render(scene, aovs=["depth", "normal", "object_id", "cryptomatte", "position"])
+    assert out.image.shape == (48, 64, 4) and out.image.dtype == np.float32
+    assert out.display.shape == (48, 64, 4) and out.display.dtype == np.uint8
+    assert out["depth"].shape == (48, 64) and out["depth"].dtype == np.float32
+    assert out["normal"].shape == (48, 64, 3)
+    assert out["object_id"].dtype == np.uint32
+    assert out["cryptomatte"].shape == (48, 64, 12)
+    for array in (out.image, out.display, *out.aovs.values()):
+        # The memory is the renderer's own, handed over: the array is a view of it in another shape.
+        assert array.flags.c_contiguous and array.base is not None
+    assert out.names == {1: "ball", 2: "floor"}
+    assert (out.samples, out.complete, out.non_finite) == (4, True, 0)
+
+
+def test_ids_masks_and_names_agree(scene):
+    out = tr.render(scene, 16, aovs=["object_id", "crypto_object"])
+    hard = out["object_id"] == 1
+    soft = out.mask("ball")
+    assert 0 < hard.sum() < hard.size
+    assert abs(soft.sum() - hard.sum()) < 0.05 * hard.sum()
+    assert soft.min() >= 0 and soft.max() <= 1 + 1e-6
+    with pytest.raises(KeyError, match="did you mean"):
+        out.mask("bal")
+
+
+def test_the_same_arguments_give_the_same_bytes(scene):
+    films = []
+    for threads in (1, 2, 3):
+        renderer = tr.Renderer(scene, 8, ["normal"], threads=threads)
+        if threads == 2:
+            renderer.step(3)
+        renderer.run()
+        films.append(renderer.film())
+    assert films[0] == films[1] == films[2]
+
+
+def test_the_command_line_makes_the_same_picture(scene, tmp_path):
+    scene.save(tmp_path / "a.toml")
+    import subprocess
+    import sys
+
+    made = tmp_path / "cli.exr"
+    command = [sys.executable, "-m", "turner", "render", str(tmp_path / "a.toml"), "-o", str(made), "--aov", "depth"]
+    subprocess.run([*command, "--quiet"], check=True)
+    out = tr.render(tmp_path / "a.toml", aovs=["depth"])
+    out.save(tmp_path / "python.exr")
+    # Pixels and AOVs of both files, by the command line itself: no difference at all.
+    for layer in ([], ["--layer", "Z"]):
+        compare = [sys.executable, "-m", "turner", "compare", str(made), str(tmp_path / "python.exr")]
+        subprocess.run([*compare, "--metric", "max", "--tolerance", "0", *layer], check=True, stdout=subprocess.DEVNULL)
+    assert np.array_equal(out.image, tr.render(scene).image)
+
+
+def test_parts_of_a_picture_merge_to_the_whole(scene):
+    whole = tr.Renderer(scene, 8)
+    whole.run()
+    parts = []
+    for first in (0, 3, 6):
+        part = tr.Renderer(scene, 8)
+        part.run(min(first + 3, 8), first=first)
+        parts.append(part.film())
+    merged = tr.merge_films(reversed(parts))
+    assert merged == whole.film()
+    loaded = tr.Renderer(scene, 8)
+    loaded.load(merged)
+    assert loaded.complete and np.array_equal(loaded.picture().image, whole.picture().image)
+    with pytest.raises(ValueError, match="hold"):
+        loaded.merge(parts[0])
+    with pytest.raises(ValueError, match="checksum|cannot be read"):
+        loaded.load(merged[:-3] + b"abc")
+    with pytest.raises(RuntimeError):
+        tr.merge_films([b"", b"x"])
+
+
+def test_progress_rises_to_the_end(scene):
+    seen = []
+    tr.render(scene, 256, width=256, height=192, progress=seen.append)
+    assert seen == sorted(seen) and seen[-1] == 1.0
+
+
+def test_an_exception_of_progress_ends_the_render(scene):
+    class Enough(Exception):
+        pass
+
+    def stop(fraction):
+        raise Enough
+
+    begun = time.monotonic()
+    with pytest.raises(Enough):
+        tr.render(scene, 1 << 20, progress=stop)
+    assert time.monotonic() - begun < 5
+
+
+@pytest.mark.skipif(os.name == "nt", reason="signals of POSIX")
+def test_ctrl_c_ends_a_render_soon(scene):
+    ended = []
+
+    def interrupt():
+        ended.append(time.monotonic())
+        os.kill(os.getpid(), signal.SIGINT)
+
+    timer = threading.Timer(0.4, interrupt)
+    timer.start()
+    with pytest.raises(KeyboardInterrupt):
+        tr.render(scene, 1 << 22, width=640, height=480)
+    # The limit is .2 s; a loaded machine gets more.
+    assert time.monotonic() - ended[0] < 2
+
+
+def test_cancel_from_another_thread_keeps_the_samples(scene):
+    renderer = tr.Renderer(scene, 1 << 22)
+    worker = threading.Thread(target=renderer.run)
+    worker.start()
+    time.sleep(0.3)
+    renderer.cancel()
+    worker.join(5)
+    assert not worker.is_alive()
+    assert renderer.samples > 0 and not renderer.complete
+
+
+def test_asyncio_goes_on_and_cancels(scene):
+    async def main():
+        renderer = tr.Renderer(scene, 1 << 22)
+        task = asyncio.create_task(renderer.run_async())
+        beats = 0
+        for _ in range(10):
+            await asyncio.sleep(0.02)
+            beats += 1
+        task.cancel()
+        with pytest.raises(asyncio.CancelledError):
+            await task
+        return beats, renderer.samples
+
+    beats, samples = asyncio.run(main())
+    assert beats == 10 and samples > 0
+
+
+def test_threads_render_side_by_side(scene):
+    alone = tr.render(scene, 8).image
+    found = [None] * 4
+
+    def one(i):
+        found[i] = tr.render(scene, 8, threads=1).image
+
+    workers = [threading.Thread(target=one, args=(i,)) for i in range(4)]
+    [w.start() for w in workers]
+    [w.join() for w in workers]
+    assert all(np.array_equal(alone, image) for image in found)
+
+
+def test_a_time_limit_gives_a_whole_picture(scene):
+    out = tr.render(scene, seconds=0.3, width=320, height=240)
+    assert out.samples > 0 and np.isfinite(out.image).all() and (out.image[..., 3] > 0).all()
+    with pytest.raises(ValueError):
+        tr.render(scene, seconds=-1)
+
+
+def test_noise_is_reached(scene):
+    out = tr.render(scene, noise=0.2)
+    assert out.noise <= 0.2
+
+
+def test_files_of_all_formats(scene, tmp_path):
+    out = tr.render(scene, aovs=["depth"])
+    for name in ("a.png", "a.exr", "a.jpg", "a.webp", "a.hdr"):
+        out.save(tmp_path / name)
+        assert (tmp_path / name).stat().st_size > 100
+    assert out._repr_png_()[:8] == b"\x89PNG\r\n\x1a\n"
+    with pytest.raises(OSError):
+        out.save(tmp_path / "a.xyz")
+    with pytest.raises(OSError):
+        out.save(tmp_path / "missing" / "a.png")
+
+
+def test_debug_views_and_denoising(scene):
+    normals = tr.render(scene, integrator="normals")
+    assert normals.samples == 1
+    clean = tr.denoise(scene, 16)
+    noisy = tr.render(scene, 16)
+    truth = tr.render(scene, 1024)
+    error = [tr.compare(truth, p)["rmse"] for p in (noisy, clean)]
+    assert error[1] < error[0]
+
+
+def test_an_integrator_brings_its_sampling():
+    plain = tr.Scene(objects=[tr.Sphere()], lights=[tr.AmbientLight(intensity=1)], film={"width": 16, "height": 16})
+    assert plain.film.samples == 16 and plain.film.antialias == "none"
+    out = tr.render(plain, integrator="path")
+    assert out.samples == 64
+    plain.integrator = tr.PathIntegrator(max_depth=3)
+    assert plain.film.samples == 64 and plain.integrator.max_depth == 3
+
+
+def test_memory_does_not_grow(scene):
+    import gc
+    import resource
+
+    def used():
+        gc.collect()
+        with open("/proc/self/statm") as file:
+            return int(file.read().split()[1]) * resource.getpagesize()
+
+    if not os.path.exists("/proc/self/statm"):
+        pytest.skip("needs /proc")
+
+    def once(i):
+        scene.objects["ball"].radius = 0.5 + 0.0001 * (i % 100)
+        tr.render(scene, 1, aovs=["depth"], camera=tr.Camera.look_at((0, 2, 6 + 0.001 * i), (0, 1, 0)))
+
+    for i in range(100):
+        once(i)
+    before = used()
+    for i in range(1000):
+        once(i)
+    assert used() - before < 8 << 20
