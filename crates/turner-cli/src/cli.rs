@@ -11,7 +11,7 @@ use turner::schema::{ErrorCode, SceneError};
 use crate::control::Control;
 use crate::failure::Failure;
 use crate::{
-    bench, checkpoint, color, compare, convert, doctor, explain, failure, help, info, list, merge, new,
+    bench, checkpoint, color, compare, convert, doctor, explain, failure, farm, help, info, list, merge, new,
     options, remake, render, report, resume, shell, tonemap, usage, verify, view, watch, window,
 };
 
@@ -38,6 +38,7 @@ enum Command {
     Render(Box<render::RenderArgs>),
     Resume(Box<resume::ResumeArgs>),
     Merge(merge::MergeArgs),
+    Farm(farm::FarmArgs),
     Remake(Box<remake::RemakeArgs>),
     Watch(Box<watch::WatchArgs>),
     Studio(window::WindowArgs),
@@ -63,6 +64,7 @@ pub(crate) fn run(args: Vec<OsString>, control: &Control) -> u8 {
         Ok(Command::Render(args)) => render::run(&args, control),
         Ok(Command::Resume(args)) => resume::run(&args, control),
         Ok(Command::Merge(args)) => merge::run(&args, control),
+        Ok(Command::Farm(args)) => farm::run(&args),
         Ok(Command::Remake(args)) => remake::run(&args, control),
         Ok(Command::Watch(args)) => watch::run(&args, control),
         Ok(Command::Studio(args)) => window::run(&args),

@@ -4,6 +4,7 @@
 //! main ── start ── cli ─┬─ render   scene ─> picture file      ┌─ scene      load, prepare, overrides
 //!                       ├─ resume   continue a checkpoint      ├─ checkpoint samples on disk
 //!                       ├─ merge    parts of a picture         ├─ output     the output file
+//!                       ├─ farm     jobs for queues            │
 //!                       ├─ remake   a picture from its header  ├─ recipe     its making in the header
 //!                       ├─ info     contents of a scene        │
 //!                       ├─ list     names                      ├─ report     errors, warnings, events
@@ -47,6 +48,7 @@ pub mod error_pages;
 pub mod events;
 pub mod explain;
 pub mod failure;
+mod farm;
 mod film_picture;
 mod flags;
 mod foreign;

@@ -24,7 +24,7 @@ use crate::text;
 
 /// Merge checkpoints of parts of a picture: sample ranges and crops
 ///
-/// The parts come from renders of the same scene with the same options, except --sample-range and --crop, on any
+/// The parts come from renders of the same scene with the same options, except --part, --sample-range and --crop, on any
 /// machine. Parts of one crop must hold different samples; crops must cover a rectangle without overlap. The result
 /// has the same bytes as a single render. For a picture the scene must be there; for a checkpoint it is not needed.
 #[derive(Debug, Args)]
@@ -79,7 +79,9 @@ fn merge(args: &MergeArgs, reporter: &Reporter, control: &Control) -> Result<(),
     let is_whole = [crop.width, crop.height] == header.size;
     header.crop = [crop.x, crop.y, crop.width, crop.height];
     header.held = film.samples() as f64 / (film.region.area() as f64).max(1.0);
-    header.arguments.retain(|word| !["--crop=", "--sample-range="].iter().any(|o| word.starts_with(o)));
+    header
+        .arguments
+        .retain(|word| !["--crop=", "--sample-range=", "--part="].iter().any(|o| word.starts_with(o)));
     if !is_whole {
         let [x, y, width, height] = header.crop;
         header.arguments.push(format!("--crop={x},{y},{width},{height}"));
@@ -140,7 +142,7 @@ fn same_scene(a: (&Header, &Path), b: (&Header, &Path)) -> Result<(), Failure> {
         return Ok(());
     }
     let message = format!(
-        "{} and {}: the scenes, or options other than --sample-range, --crop and --samples, differ",
+        "{} and {}: the scenes, or options other than --part, --sample-range, --crop and --samples, differ",
         a.1.display(),
         b.1.display()
     );

@@ -54,7 +54,7 @@ const GROUPS: &[Group] = &[
     Group {
         heading: "Checkpoints",
         common: &["resume"],
-        more: &["checkpoint", "checkpoint_interval", "sample_range"],
+        more: &["checkpoint", "checkpoint_interval", "sample_range", "part"],
     },
     Group { heading: "Performance", common: &["threads"], more: &[] },
     Group { heading: "Reporting", common: &["preview", "quiet", "json"], more: &["tev", "strict"] },
@@ -94,6 +94,19 @@ const EXAMPLES: &[(&str, &[(&str, &str)])] = &[
                 "two halves of the samples",
             ),
             ("turner merge *.turner-checkpoint -o all.turner-checkpoint", "a checkpoint of all parts"),
+        ],
+    ),
+    (
+        "farm",
+        &[
+            (
+                "turner farm split scene.toml --parts 64 --queue slurm -o job.sh",
+                "an array job; `sbatch job.sh`",
+            ),
+            (
+                "turner farm split scene.toml --parts 8 --queue parallel | sh",
+                "eight parts on this machine, then the picture",
+            ),
         ],
     ),
     (

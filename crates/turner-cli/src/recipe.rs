@@ -32,7 +32,7 @@ pub(crate) const CAMERA: &str = "turner:camera";
 pub(crate) const ENCODING: [&str; 4] = ["--bit-depth", "--display-space", "--dither", "--exr-compression"];
 
 /// Options that checkpoints record and the picture does not depend on, or that have metadata of their own.
-const LEFT_OUT: [&str; 2] = ["--bvh-quality", "--sample-range"];
+const LEFT_OUT: [&str; 3] = ["--bvh-quality", "--sample-range", "--part"];
 
 /// The option of a recorded word such as `--samples=4`.
 pub(crate) fn option(word: &str) -> &str {

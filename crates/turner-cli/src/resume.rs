@@ -130,9 +130,9 @@ fn more_samples(render: &mut RenderArgs, header: &Header, samples: u32) -> Resul
     render.film.set_samples(samples);
     render.scene.set.retain(|o| o.path != "film.samples");
     // A part stays a part, unless it was the whole.
-    render.checkpoints.sample_range = None;
+    (render.checkpoints.sample_range, render.checkpoints.part) = (None, None);
     if let Some(recorded) = &mut render.recorded {
-        let replaced = ["--samples=", "--set=film.samples=", "--sample-range="];
+        let replaced = ["--samples=", "--set=film.samples=", "--sample-range=", "--part="];
         recorded.retain(|word| !replaced.iter().any(|option| word.starts_with(option)));
         recorded.push(format!("--samples={samples}"));
     }

@@ -187,8 +187,9 @@ fn refusal(scene: &Path, output: &crate::output::Output, args: &RenderArgs) -> O
     if output.is_stdout() {
         return usage("`turner watch` writes a file repeatedly", "name the file with `-o FILE`");
     }
-    let CheckpointArgs { checkpoint, checkpoint_interval, resume, sample_range } = &args.checkpoints;
-    let asked = checkpoint.is_some() || checkpoint_interval.is_some() || *resume || sample_range.is_some();
+    let CheckpointArgs { checkpoint, checkpoint_interval, resume, .. } = &args.checkpoints;
+    let asked =
+        checkpoint.is_some() || checkpoint_interval.is_some() || *resume || args.checkpoints.is_part();
     if asked || output.is_part() {
         return usage("`turner watch` writes no checkpoints", "omit the option, or use `turner render`");
     }

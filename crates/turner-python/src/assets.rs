@@ -3,14 +3,15 @@
 //! A name of an array stands for the array. A file that Python's code names itself may lie anywhere: its author chose it.
 //! What such a file names in turn must lie in its folder, as for every file.
 
-use std::path::Path;
-use std::sync::Arc;
+use std::io::Read;
+use std::path::{Path, PathBuf};
+use std::sync::{Arc, OnceLock};
 
 use turner::description::{ModelDesc, SceneAssets, SceneDesc};
 use turner::image::Image;
 use turner::schema::value::FileId;
 use turner::schema::{ErrorCode, GridData, LightProfile, MeshData, SceneError};
-use turner_io::assets::FolderAssets;
+use turner_io::assets::{AssetError, AssetSource, FolderAssets};
 use turner_io::scene::{LoadOptions, SceneFiles, Sources, open_to};
 
 use crate::arrays::Arrays;
@@ -27,18 +28,50 @@ pub(crate) struct Assets<'a> {
     folder: &'a Path,
 }
 
-/// The two folders of [`Assets`]: with access to all files, and to those of the scene's folder.
+/// A folder that is opened when a file of it is read: a scene without files needs none.
+struct Folder {
+    path: PathBuf,
+    options: LoadOptions,
+    opened: OnceLock<FolderAssets>,
+}
+
+impl Folder {
+    fn opened(&self) -> Result<&FolderAssets, AssetError> {
+        if let Some(opened) = self.opened.get() {
+            return Ok(opened);
+        }
+        let opened = open_to(FolderAssets::new(&self.path)?, &self.options)?;
+        Ok(self.opened.get_or_init(|| opened))
+    }
+}
+
+impl AssetSource for Folder {
+    fn read(&self, uri: &str, limit: u64) -> Result<Vec<u8>, AssetError> {
+        self.opened()?.read(uri, limit)
+    }
+    fn open<'a>(&'a self, uri: &str, limit: u64) -> Result<Box<dyn Read + 'a>, AssetError> {
+        self.opened()?.open(uri, limit)
+    }
+    fn describe(&self, uri: &str) -> String {
+        self.opened().map_or_else(|_| uri.to_owned(), |folder| folder.describe(uri))
+    }
+    fn resolve(&self, from: &str, uri: &str) -> Result<String, AssetError> {
+        self.opened()?.resolve(from, uri)
+    }
+}
+
+/// The folder of a scene twice: with access to all files, and to those inside.
 pub(crate) struct Folders {
-    all: FolderAssets,
-    own: FolderAssets,
+    all: Folder,
+    own: Folder,
 }
 
 impl Folders {
     /// Of the folder that relative paths start from.
-    pub(crate) fn new(folder: &Path, options: &LoadOptions) -> Result<Folders, SceneError> {
-        let bare = FolderAssets::new(folder).map_err(|e| e.to_scene_error())?;
-        let own = open_to(bare, options).map_err(|e| e.to_scene_error())?;
-        Ok(Folders { all: own.clone().allow_outside(true), own })
+    pub(crate) fn new(path: &Path, options: &LoadOptions) -> Folders {
+        let folder = |options| Folder { path: path.to_owned(), options, opened: OnceLock::new() };
+        let all = LoadOptions { allow_outside: true, ..options.clone() };
+        Folders { all: folder(all), own: folder(options.clone()) }
     }
 }
 
@@ -50,7 +83,7 @@ impl<'a> Assets<'a> {
         options: &'a LoadOptions,
         folder: &'a Path,
     ) -> Assets<'a> {
-        let files = |assets: &'a FolderAssets| {
+        let files = |assets: &'a Folder| {
             let mut files = SceneFiles::new(assets, sources);
             files.set_options(options.clone());
             files
@@ -99,7 +132,7 @@ impl SceneAssets for Assets<'_> {
             let message = format!("{}: expected the name of a model file", model.file);
             return Err(SceneError::new(ErrorCode::File, message));
         };
-        let folders = Folders::new(folder, self.options)?;
+        let folders = Folders::new(folder, self.options);
         let sources = Sources::default();
         let mut files = SceneFiles::new(&folders.own, &sources);
         files.set_options(self.options.clone());

@@ -242,6 +242,11 @@ impl Renderer {
         Ok(out)
     }
 
+    /// Whether the samples per pixel follow the noise.
+    fn is_adaptive(&self, py: Python<'_>) -> bool {
+        py.detach(|| self.lock().film.identity().adaptive)
+    }
+
     /// Lifts the limit of the samples per pixel: time or noise ends the run. Before the first run.
     fn open(&self, py: Python<'_>) -> PyResult<()> {
         let result = py.detach(|| {

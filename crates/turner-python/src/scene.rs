@@ -130,7 +130,7 @@ impl Scene {
         arrays: &Arrays,
         change: impl FnOnce(&mut SceneDesc, &mut Assets<'_>) -> Result<(), SceneError>,
     ) -> Result<(), SceneError> {
-        let folders = Folders::new(&self.folder, &self.options)?;
+        let folders = Folders::new(&self.folder, &self.options);
         let mut state = self.lock();
         let mut desc = (*state.desc).clone();
         let sources = state.sources.clone();
@@ -169,7 +169,7 @@ impl Scene {
         arrays: &Arrays,
         sources: &Sources,
     ) -> Result<SceneDesc, SceneError> {
-        let folders = Folders::new(&self.folder, &self.options)?;
+        let folders = Folders::new(&self.folder, &self.options);
         let mut copy = desc.clone();
         copy.edit(edits, &mut Assets::new(arrays, &folders, sources, &self.options, &self.folder))?;
         Ok(copy)
@@ -238,7 +238,7 @@ impl Scene {
         let options = LoadOptions::default();
         let sources = Sources::default();
         let desc = py.detach(|| {
-            let folders = Folders::new(&folder, &options)?;
+            let folders = Folders::new(&folder, &options);
             read_scene(&value, &mut Assets::new(&arrays, &folders, &sources, &options, &folder))
         });
         match desc {
@@ -413,6 +413,16 @@ impl Scene {
         let converted = converted.map_err(|e| origin.error(py, &e))?;
         origin.warn(py, &converted.warnings)?;
         Ok(converted.files.into_iter().map(|file| file.path).collect())
+    }
+
+    /// Writes the scene as it is, so that the file loads as the same scene. `write` makes imported scenes readable instead.
+    fn write_exactly(&self, py: Python<'_>, path: PathBuf) -> PyResult<()> {
+        let State { desc, sources } = self.snapshot();
+        let pictures = self.options.kept_pictures.clone().unwrap_or_default();
+        let options = ConvertOptions { source: "Python".to_owned(), pictures, ..ConvertOptions::default() };
+        let written = py.detach(|| to_toml(&desc, &path, &options));
+        let origin = Origin { sources: &sources, places: &self.places };
+        written.map(drop).map_err(|e| origin.error(py, &e))
     }
 
     /// The arrays of an object's mesh as read-only views: a dict with `positions`, `triangles`, `normals`, …; those that the

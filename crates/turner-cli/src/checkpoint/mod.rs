@@ -43,6 +43,55 @@ pub(crate) struct CheckpointArgs {
     /// Trace only the samples FIRST to END - 1 of every pixel, for `turner merge`
     #[arg(long, value_name = "FIRST..END", value_parser = parse_range)]
     pub(crate) sample_range: Option<SampleRange>,
+    /// Trace only part I of N equal parts of the samples, counted from 1, for `turner merge` [output: SCENE-I-of-N.turner-checkpoint]
+    #[arg(long, value_name = "I/N", value_parser = parse_part, conflicts_with = "sample_range")]
+    pub(crate) part: Option<Part>,
+}
+
+impl CheckpointArgs {
+    /// Whether only a part of the samples is traced.
+    pub(crate) fn is_part(&self) -> bool {
+        self.sample_range.is_some() || self.part.is_some()
+    }
+
+    /// The sample indices of a picture with `samples` samples per pixel that are traced.
+    pub(crate) fn samples(&self, samples: u32) -> Result<Range<u32>, Failure> {
+        match (self.sample_range, self.part) {
+            (Some(range), _) => range.within(samples),
+            (None, Some(part)) => part.within(samples),
+            (None, None) => Ok(0..samples),
+        }
+    }
+}
+
+/// The part of the samples of `--part`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Part {
+    /// Its number, from 1.
+    number: u32,
+    /// How many there are.
+    count: u32,
+}
+
+impl Part {
+    /// The sample indices: parts differ by at most one sample.
+    fn within(self, samples: u32) -> Result<Range<u32>, Failure> {
+        let at = |n: u32| (u64::from(samples) * u64::from(n) / u64::from(self.count)) as u32;
+        if self.count <= samples {
+            return Ok(at(self.number - 1)..at(self.number));
+        }
+        let message =
+            format!("--part {}/{}: the picture has {samples} samples per pixel", self.number, self.count);
+        let help = format!("make at most {samples} parts, or raise the number with `--samples`");
+        Err(Failure::usage(SceneError::new(ErrorCode::OutOfRange, message).help(help)))
+    }
+
+    /// The checkpoint of the part, in the current folder: `room-03-of-16.turner-checkpoint`. Names sort by number.
+    pub(crate) fn file(self, scene: &Path) -> PathBuf {
+        let digits = self.count.to_string().len();
+        let stem = scene.file_stem().unwrap_or(scene.as_os_str()).to_string_lossy();
+        PathBuf::from(format!("{stem}-{:0digits$}-of-{}.{EXTENSION}", self.number, self.count))
+    }
 }
 
 /// The samples of `--sample-range`.
@@ -73,6 +122,17 @@ pub(crate) fn parse_seconds(text: &str) -> Result<f64, String> {
     match text.parse::<f64>() {
         Ok(seconds) if (0.01..=1e6).contains(&seconds) => Ok(seconds),
         _ => Err("expected seconds from 0.01 to 1000000; write `--checkpoint-interval 30`".to_owned()),
+    }
+}
+
+pub(crate) fn parse_part(text: &str) -> Result<Part, String> {
+    let numbers = text.split_once('/').map(|(a, b)| (a.trim().parse(), b.trim().parse()));
+    match numbers {
+        Some((Ok(number), Ok(count))) if (1..=count).contains(&number) => Ok(Part { number, count }),
+        _ => {
+            Err("expected the number of the part, from 1, and how many there are; write `--part 1/64`"
+                .to_owned())
+        }
     }
 }
 
@@ -153,12 +213,12 @@ pub(crate) fn refusal(args: &RenderArgs, output: &Output) -> Option<Failure> {
     let usage = |message: &str, help: &str| {
         Some(Failure::usage(SceneError::new(ErrorCode::Usage, message).help(help)))
     };
-    let CheckpointArgs { checkpoint, sample_range, .. } = &args.checkpoints;
+    let CheckpointArgs { checkpoint, .. } = &args.checkpoints;
     let part = output.file().filter(|_| output.is_part());
     let Some(file) = checkpoint.as_deref().or(part) else {
         let help = "add `--checkpoint part.turner-checkpoint`, or write it to `-o part.turner-checkpoint`";
         let message = "--sample-range renders a part: it needs a checkpoint file for `turner merge`";
-        return sample_range.and_then(|_| usage(message, help));
+        return args.checkpoints.is_part().then(|| usage(message, help)).flatten();
     };
     if args.is_sequence() {
         let help = "omit it: checkpoints of a sequence lie beside its pictures";
@@ -206,6 +266,26 @@ mod tests {
             assert!(parse_seconds(bad).is_err(), "{bad}");
         }
         assert!(SampleRange { first: 3, end: 9 }.within(8).is_err());
+    }
+
+    #[test]
+    fn parts_are_all_samples_once() {
+        for bad in ["", "3", "0/4", "5/4", "1/0", "a/b", "-1/2", "1/99999999999"] {
+            assert!(parse_part(bad).is_err(), "{bad}");
+        }
+        for (samples, count) in [(64, 64), (64, 7), (1 << 24, 1000), (5, 2)] {
+            let mut next = 0;
+            for number in 1..=count {
+                let range = Part { number, count }.within(samples).unwrap();
+                assert_eq!(range.start, next);
+                assert!((samples / count..=samples / count + 1).contains(&(range.end - range.start)));
+                next = range.end;
+            }
+            assert_eq!(next, samples);
+        }
+        assert!(Part { number: 1, count: 9 }.within(8).is_err());
+        let file = Part { number: 3, count: 16 }.file(Path::new("scenes/room.toml"));
+        assert_eq!(file, Path::new("room-03-of-16.turner-checkpoint"));
     }
 
     #[test]

@@ -114,7 +114,11 @@ impl RenderArgs {
     fn output(&self) -> Result<Output, Failure> {
         match (&self.output, &self.checkpoints.checkpoint) {
             (Some(path), _) if checkpoint::has_extension(path) => Output::part(path),
-            (None, Some(path)) if self.checkpoints.sample_range.is_some() => Output::part(path),
+            (None, Some(path)) if self.checkpoints.is_part() => Output::part(path),
+            (None, None) if self.checkpoints.part.is_some() => {
+                let file = self.checkpoints.part.map(|part| part.file(&self.scene.scene));
+                Output::part(&file.unwrap_or_default())
+            }
             (path, _) => {
                 let frames = self.animation()?.map(|animation| animation.frames()).transpose()?;
                 let path = frames.as_deref().or(path.as_deref());

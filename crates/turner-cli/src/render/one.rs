@@ -70,18 +70,14 @@ impl One<'_> {
             check.map_err(Failure::new)?;
         }
         let all = prepared.view.film.samples_per_pixel();
-        let samples = match args.checkpoints.sample_range {
-            Some(_) if prepared.view.film.adaptive_sampling => {
-                let message =
-                    "adaptive sampling decides from the whole picture and cannot be split by --sample-range";
-                return Err(Failure::usage(
-                    SceneError::new(ErrorCode::Conflict, message)
-                        .help("leave out --adaptive (`film.adaptive_sampling`)"),
-                ));
-            }
-            Some(range) => range.within(all)?,
-            None => 0..all,
-        };
+        if args.checkpoints.is_part() && prepared.view.film.adaptive_sampling {
+            let message = "adaptive sampling decides from the whole picture, which cannot be split into parts of the samples";
+            return Err(Failure::usage(
+                SceneError::new(ErrorCode::Conflict, message)
+                    .help("leave out --adaptive (`film.adaptive_sampling`)"),
+            ));
+        }
+        let samples = args.checkpoints.samples(all)?;
         let resumed = self.found(resumed)?;
         let (mut renderer, path, header) = self.renderer(resumed)?;
         renderer.film.set_scene(fingerprint(&self.hashes.shared));

@@ -98,7 +98,7 @@ def items(scene, count, variations, out, *, seed=0, first=0, samples=None, aovs=
     """
     from .._progress import reporter
     from .._render import render
-    from ._views import _write
+    from ._views import write_view
 
     out = os.fspath(out)
     os.makedirs(out, exist_ok=True)
@@ -112,7 +112,7 @@ def items(scene, count, variations, out, *, seed=0, first=0, samples=None, aovs=
                 edits.update(camera_edits(scene, values["camera"]))
             edits.setdefault("film.seed", index & 0xFFFFFFFF)
             picture = render(scene, samples, aovs, settings=edits, warn=False, **settings)
-            file = _write(picture, out, index, list(picture.aovs), True, format)
+            file = write_view(picture, out, index, list(picture.aovs), True, format)
             record = {"item": index, "seed": seed, "file": file, "values": {k: _plain(v) for k, v in values.items()}}
             lines.append(json.dumps({**record, "camera": picture.camera}))
             recorded.append(values)

@@ -1,19 +1,27 @@
-"""Views of a scene, as files or as a sequence."""
+"""Views of a scene, as files or as a sequence.
+
+A view is rendered and written by `record`, which needs the scene alone, so that views can be made anywhere and in any order;
+`tables` writes what is about all of them.
+"""
 
 from __future__ import annotations
 
 import os
 
-from .._render import AOV_NAMES, Renderer, settings_edits  # noqa: F401
+from .._render import AOV_NAMES, Renderer
 from ._coco import Coco, box, boxes
 from ._poses import colmap, frame, matrix, seen_points, transforms
 from ._write import write_bytes, write_json, write_npy, write_png
 
-#: What measures the first surface alone: without light, one ray a pixel suffices.
+#: What measures the first surface alone: without light, one ray through each pixel's centre suffices.
 LABELS_ONLY = {"integrator": "depth", "antialias": "none"}
 
+#: The unit of depth in BOP's files, millimetres.
+BOP_DEPTH = 0.1
 
-def _rendered(scene, camera, samples, aovs, image, settings, running=None):
+
+def rendered(scene, camera, samples, aovs, image, settings, running=None):
+    """The `Picture` of a view; without `image`, of its labels alone."""
     if not image:
         settings = {**LABELS_ONLY, **settings}
     renderer = Renderer(scene, samples if image else None, aovs, camera=camera, **settings)
@@ -26,7 +34,7 @@ def _rendered(scene, camera, samples, aovs, image, settings, running=None):
     return picture
 
 
-def _in_order(make, count, workers):
+def in_order(make, count, workers):
     """`make(i, running)` for all i, several at once, in order. `running` holds renderers, which an exception cancels."""
     from collections import deque
     from concurrent.futures import ThreadPoolExecutor
@@ -80,7 +88,7 @@ class Views:
 
     def picture(self, index):
         """The `Picture` of a view."""
-        return _rendered(self._scene(), self.cameras[index], self.samples, self.aovs, self.image, self.settings)
+        return rendered(self._scene(), self.cameras[index], self.samples, self.aovs, self.image, self.settings)
 
     def __getitem__(self, index):
         import numpy as np
@@ -97,113 +105,217 @@ class Views:
         return out
 
 
+class Options:
+    """What the views of a dataset have in common. It can be pickled."""
+
+    def __init__(self, out, aovs=(), samples=None, image=True, format="png", coco=False, bop=False, colmap_points=16,
+                 occlusion=None, units_to_mm=1000.0, settings=None):
+        if format not in ("png", "npy", "exr"):
+            raise ValueError(f'there is no format {format!r}; valid: "png", "npy", "exr"')
+        self.out, self.samples, self.image, self.format = os.fspath(out), samples, image, format
+        self.aovs = [AOV_NAMES.get(aov, aov) for aov in ([aovs] if isinstance(aovs, str) else aovs)]
+        self.coco, self.bop, self.colmap_points, self.units_to_mm = coco, bop, colmap_points, units_to_mm
+        self.occlusion = bop if occlusion is None else occlusion
+        self.settings = settings or {}
+
+    @property
+    def labelled(self):
+        """Whether objects are told apart."""
+        return self.coco or self.bop
+
+
+def record(scene, camera, number, options, running=None, alone=None):
+    """Renders a view, writes its arrays, and returns what the tables need of it. `alone`: a dict that keeps the scenes of
+    single objects between views."""
+    more = (["instance_id", "depth"] if options.labelled else []) + (["depth"] if options.colmap_points else [])
+    wanted = [*options.aovs, *(aov for aov in dict.fromkeys(more) if aov not in options.aovs)]
+    picture = rendered(scene, camera, options.samples, wanted, options.image, options.settings, running)
+    labels = picture
+    if options.image and options.labelled:
+        # What a pixel's centre shows: no mix of two surfaces.
+        labels = rendered(scene, camera, None, ["instance_id", "depth"], False, options.settings, running)
+    numbers = picture.camera
+    found = {
+        "number": number,
+        "file": write_view(picture, options.out, number, options.aovs, options.image, options.format),
+        "camera": numbers,
+        "names": {
+            "object_id": picture.names,
+            "material_id": picture.material_names,
+            "instance_id": picture.instance_names,
+        },
+    }
+    if options.colmap_points and "K" in numbers and not numbers["mirrored"]:
+        step = max(1, picture.width // options.colmap_points)
+        found["points"] = seen_points(numbers, picture["depth"], picture.display, step)
+    if options.labelled:
+        ids = found["ids"] = labels["instance_id"]
+        entries = _entries(scene, picture.instance_names)
+        whole = _wholes(scene, camera, entries, options, running, {} if alone is None else alone)
+        if whole is not None:
+            found["sizes"] = {k: {"box": box(m), "pixels": int(m.sum())} for k, m in whole.items() if m.any()}
+        if options.bop:
+            found["bop"] = _bop(picture, labels["depth"], ids, entries, whole, number, options)
+        if not options.coco:
+            del found["ids"]
+    return found
+
+
 def _entries(scene, names):
     """For each number of `instance_id`: the entry of the scene's list of objects."""
-    listed = scene.objects.names()
-    return {number: number - 1 for number in names if number - 1 < len(listed)}
+    listed = len(scene.objects)
+    return {number: number - 1 for number in names if number - 1 < listed}
 
 
-def _wholes(scene, cameras, entries, settings):
-    """For each view and each entry: the mask of the entry as if nothing else were there."""
-    wholes = [{} for _ in cameras]
+def _wholes(scene, camera, entries, options, running, alone):
+    """For each entry: its mask as if nothing else were there. None if it is not asked for."""
+    if not options.occlusion:
+        return None
+    masks = {}
     for label, entry in entries.items():
-        alone = scene.copy()
-        alone.edit({f"object.{other}.hidden": True for other in entries.values() if other != entry})
-        for view, camera in enumerate(cameras):
-            found = _rendered(alone, camera, None, ["instance_id"], False, settings)
-            wholes[view][label] = found["instance_id"] == label
-    return wholes
+        if label not in alone:
+            single = scene.copy()
+            single.edit({f"object.{other}.hidden": True for other in entries.values() if other != entry})
+            alone[label] = single
+        found = rendered(alone[label], camera, None, ["instance_id"], False, options.settings, running)
+        masks[label] = found["instance_id"] == label
+    return masks
 
 
-def views(scene, cameras, out, *, aovs=(), samples=None, image=True, format="png", coco=False, bop=False,
-          colmap_points=16, occlusion=None, categories=None, units_to_mm=1000.0, first=0, progress=None, threads=0, **settings):
+def _bop(picture, depth, ids, entries, whole, number, options):
+    """Writes the pictures of BOP and returns the facts of the view's objects."""
+    import numpy as np
+
+    if "K" not in picture.camera:
+        raise ValueError("BOP needs perspective cameras")
+
+    def place(folder, name):
+        os.makedirs(os.path.join(options.out, folder), exist_ok=True)
+        return os.path.join(options.out, folder, f"{name}.png")
+
+    far = np.where(depth < 1e9, depth * (options.units_to_mm / BOP_DEPTH), 0)
+    write_png(place("depth", f"{number:06}"), np.clip(np.rint(far), 0, 65535).astype(np.uint16))
+    write_png(place("rgb", f"{number:06}"), picture.display[..., :3])
+    facts = []
+    for i, label in enumerate(entries):
+        seen = ids == label
+        full = seen if whole is None else whole[label]
+        write_png(place("mask", f"{number:06}_{i:06}"), full)
+        write_png(place("mask_visib", f"{number:06}_{i:06}"), seen)
+        count, visible = int(full.sum()), int(seen.sum())
+        facts.append({
+            "bbox_obj": box(full) or [-1, -1, -1, -1],
+            "bbox_visib": box(seen) or [-1, -1, -1, -1],
+            "px_count_all": count,
+            "px_count_valid": int((full & (depth < 1e9)).sum()),
+            "px_count_visib": visible,
+            "visib_fract": visible / count if count else 0.0,
+        })
+    return {"labels": list(entries.items()), "facts": facts}
+
+
+def tables(scene, records, options, categories=None):
+    """Writes the files about all views: transforms.json, COLMAP's, names.json, annotations.json, BOP's. Returns the
+    cameras as numbers."""
+    out = options.out
+    os.makedirs(out, exist_ok=True)
+    records = sorted(records, key=lambda found: found["number"])
+    flat = [found for found in records if "K" in found["camera"] and not found["camera"]["mirrored"]]
+    if flat:
+        frames = [frame(found["camera"], found["file"]) for found in flat]
+        write_json(os.path.join(out, "transforms.json"), transforms(frames))
+        points = [point for found in flat for point in found.get("points", ())]
+        os.makedirs(os.path.join(out, "colmap"), exist_ok=True)
+        texts = colmap([(found["camera"], found["file"]) for found in flat], points)
+        for name, text in texts.items():
+            write_bytes(os.path.join(out, "colmap", name), text.encode())
+    names = {kind: table for found in records for kind, table in found["names"].items() if table}
+    write_json(os.path.join(out, "names.json"), names)
+    if options.coco:
+        annotations = Coco(categories)
+        for found in records:
+            annotations.add(found["number"], found["file"], found["ids"], found["names"]["instance_id"], found.get("sizes"))
+        write_json(os.path.join(out, "annotations.json"), annotations.table())
+    if options.bop:
+        _bop_tables(scene, records, options)
+    return [found["camera"] for found in records]
+
+
+def _bop_tables(scene, records, options):
+    import numpy as np
+
+    placed = [matrix(part.transform) for part in scene.objects]
+    mm, cameras, truth, facts = options.units_to_mm, {}, {}, {}
+    for found in records:
+        name, camera = str(found["number"]), found["camera"]
+        pose = np.array(camera["opencv"]["world_to_camera"])
+        cameras[name] = {
+            "cam_K": np.array(camera["K"]).ravel().tolist(),
+            "depth_scale": BOP_DEPTH,
+            "cam_R_w2c": pose[:3, :3].ravel().tolist(),
+            "cam_t_w2c": (pose[:3, 3] * mm).tolist(),
+        }
+        truth[name], facts[name] = [], found["bop"]["facts"]
+        for label, entry in found["bop"]["labels"]:
+            model = pose @ placed[entry]
+            # BOP knows no scale: that of an object belongs to its model.
+            size = np.cbrt(abs(np.linalg.det(model[:3, :3])))
+            truth[name].append({
+                "cam_R_m2c": (model[:3, :3] / size).ravel().tolist(),
+                "cam_t_m2c": (model[:3, 3] * mm).tolist(),
+                "obj_id": label,
+            })
+    for name, table in (("scene_camera", cameras), ("scene_gt", truth), ("scene_gt_info", facts)):
+        write_json(os.path.join(options.out, f"{name}.json"), table)
+
+
+def views(scene, cameras, out, *, first=0, categories=None, progress=None, threads=0, aovs=(), samples=None, image=True,
+          format="png", coco=False, bop=False, colmap_points=16, occlusion=None, units_to_mm=1000.0, **settings):
     """Renders a scene from many cameras into the folder `out`.
 
     cameras: e.g. `orbit(100)`, `hemisphere(200)`, or any that `render` takes. aovs: further channels.
     image: whether light is computed. format: "png" writes pictures as PNG and AOVs as NPY, "npy" all as NPY, "exr" one
-    EXR file a view. Numbers of objects stand for the scene's list of objects (`instance_id`) in `coco` and `bop`.
+    EXR file a view. In `coco` and `bop`, objects are the entries of the scene's list of objects (`instance_id`).
     coco: writes annotations.json with masks and boxes. bop: writes poses, masks and depth as BOP's test sets have them;
     `units_to_mm` is the size of a scene unit. occlusion: whether each object is also rendered alone, for the fraction of
     it that is seen; by default with `bop`. categories: a function from an object's name to its category, or None for none.
-    first: the number of the first view. Other arguments are those of `turner.render`.
+    colmap_points: points of COLMAP's cloud across a view. first: the number of the first view. threads: views at a time;
+    0 uses all cores. Other arguments are those of `turner.render`.
 
     Always written: transforms.json and COLMAP's text files (perspective cameras), names.json (the names of numbers). Each
     file appears whole or not at all, and the same call writes the same bytes. Returns the cameras as numbers.
     """
     from .._progress import reporter
 
-    if format not in ("png", "npy", "exr"):
-        raise ValueError(f'there is no format {format!r}; valid: "png", "npy", "exr"')
     cameras = list(cameras)
-    asked = [AOV_NAMES.get(aov, aov) for aov in ([aovs] if isinstance(aovs, str) else aovs)]
-    labelled = coco or bop
-    more = (["instance_id"] if labelled else []) + (["depth"] if labelled or colmap_points else [])
-    wanted = [*asked, *(aov for aov in more if aov not in asked)]
-    out = os.fspath(out)
-    os.makedirs(out, exist_ok=True)
     # Views are rendered side by side, each on one thread: their parts that need one thread overlap.
-    workers = threads or os.cpu_count() or 1
-    settings = {"threads": 1, **settings}
+    options = Options(out, aovs, samples, image, format, coco, bop, colmap_points, occlusion, units_to_mm,
+                      {"threads": 1, **settings})
+    os.makedirs(options.out, exist_ok=True)
+    alone: dict = {}
+    records = []
 
-    def made(view, running):
-        picture = _rendered(scene, cameras[view], samples, wanted, image, settings, running)
-        labels = picture
-        if image and labelled:
-            # What a pixel's centre shows: no mix of two surfaces.
-            labels = _rendered(scene, cameras[view], None, ["instance_id", "depth"], False, settings, running)
-        return picture, labels
+    def make(i, running):
+        return record(scene, cameras[i], first + i, options, running, alone)
 
-    measured, frames, pictures, points, names = [], [], [], [], {}
-    annotations = Coco(categories)
-    poses = _Bop(scene, out, units_to_mm) if bop else None
-    wholes = None
     with reporter(progress) as report:
-        for view, (picture, labels) in enumerate(_in_order(made, len(cameras), workers)):
-            number = first + view
-            file = _write(picture, out, number, asked, image, format)
-            numbers = picture.camera
-            measured.append(numbers)
-            names.update({"object_id": picture.names, "material_id": picture.material_names, "instance_id": picture.instance_names})
-            if "K" in numbers and not numbers["mirrored"]:
-                frames.append(frame(numbers, file))
-                pictures.append((numbers, file))
-                if colmap_points:
-                    points += seen_points(numbers, picture["depth"], picture.display, max(1, picture.width // colmap_points))
-            if labelled:
-                entries = _entries(scene, picture.instance_names)
-                if wholes is None and (bop if occlusion is None else occlusion):
-                    wholes = _wholes(scene, cameras, entries, settings)
-                ids, whole = labels["instance_id"], None if wholes is None else wholes[view]
-                sizes = whole and {k: {"box": box(m), "pixels": int(m.sum())} for k, m in whole.items() if m.any()}
-                annotations.add(number, file, ids, picture.instance_names, sizes)
-                if poses is not None:
-                    poses.add(number, picture, labels, entries, whole)
+        for found in in_order(make, len(cameras), threads or os.cpu_count() or 1):
+            records.append(found)
             if report:
-                report((view + 1) / len(cameras))
-    if frames:
-        write_json(os.path.join(out, "transforms.json"), transforms(frames))
-        folder = os.path.join(out, "colmap")
-        os.makedirs(folder, exist_ok=True)
-        for name, text in colmap(pictures, points).items():
-            write_bytes(os.path.join(folder, name), text.encode())
-    write_json(os.path.join(out, "names.json"), {kind: table for kind, table in names.items() if table})
-    if coco:
-        write_json(os.path.join(out, "annotations.json"), annotations.table())
-    if poses is not None:
-        poses.finish()
-    return measured
+                report(len(records) / len(cameras))
+    return tables(scene, records, options, categories)
 
 
-def _write(picture, out, number, aovs, image, format):
+def write_view(picture, out, number, aovs, image, format):
     """Writes the arrays of a view. Returns the file of its picture, as a path from `out`."""
+
     def place(folder, extension):
         os.makedirs(os.path.join(out, folder), exist_ok=True)
         return f"{folder}/{number:06}.{extension}"
 
     if format == "exr":
         file = place("images", "exr")
-        kept = {name: array for name, array in picture.aovs.items() if name in aovs}
-        picture.aovs, every = kept, picture.aovs
+        every, picture.aovs = picture.aovs, {name: array for name, array in picture.aovs.items() if name in aovs}
         picture.save(os.path.join(out, file))
         picture.aovs = every
         return file
@@ -215,66 +327,6 @@ def _write(picture, out, number, aovs, image, format):
     elif image:
         write_npy(os.path.join(out, file), picture.image)
     return file
-
-
-class _Bop:
-    """The files of a BOP scene: rgb, depth, masks, poses. Lengths are in millimetres."""
-
-    def __init__(self, scene, out, units_to_mm):
-        self.scene, self.out, self.mm = scene, out, units_to_mm
-        self.cameras, self.poses, self.facts = {}, {}, {}
-        for folder in ("rgb", "depth", "mask", "mask_visib"):
-            os.makedirs(os.path.join(out, folder), exist_ok=True)
-        self.placed = [matrix(part.transform) for part in scene.objects]
-
-    def add(self, number, picture, labels, entries, whole):
-        """A view. `whole`: the masks of the entries alone."""
-        import numpy as np
-
-        camera = picture.camera
-        if "K" not in camera:
-            raise ValueError("BOP needs perspective cameras")
-        pose = np.array(camera["opencv"]["world_to_camera"])
-        depth = labels["depth"]
-        # Tenths of a millimetre in 16 bits.
-        scale = 0.1
-        far = np.where(depth < 1e9, depth * self.mm / scale, 0)
-        write_png(os.path.join(self.out, "depth", f"{number:06}.png"), np.clip(np.rint(far), 0, 65535).astype(np.uint16))
-        write_png(os.path.join(self.out, "rgb", f"{number:06}.png"), picture.display[..., :3])
-        self.cameras[str(number)] = {
-            "cam_K": np.array(camera["K"]).ravel().tolist(),
-            "depth_scale": scale,
-            "cam_R_w2c": pose[:3, :3].ravel().tolist(),
-            "cam_t_w2c": (pose[:3, 3] * self.mm).tolist(),
-        }
-        ids, poses, facts = labels["instance_id"], [], []
-        for i, (label, entry) in enumerate(entries.items()):
-            model = pose @ self.placed[entry]
-            size = np.cbrt(abs(np.linalg.det(model[:3, :3])))
-            poses.append({
-                "cam_R_m2c": (model[:3, :3] / size).ravel().tolist(),
-                "cam_t_m2c": (model[:3, 3] * self.mm).tolist(),
-                "obj_id": label,
-            })
-            seen = ids == label
-            full = seen if whole is None else whole[label]
-            write_png(os.path.join(self.out, "mask", f"{number:06}_{i:06}.png"), full)
-            write_png(os.path.join(self.out, "mask_visib", f"{number:06}_{i:06}.png"), seen)
-            count, visible = int(full.sum()), int(seen.sum())
-            facts.append({
-                "bbox_obj": box(full) or [-1, -1, -1, -1],
-                "bbox_visib": box(seen) or [-1, -1, -1, -1],
-                "px_count_all": count,
-                "px_count_valid": int((full & (depth < 1e9)).sum()),
-                "px_count_visib": visible,
-                "visib_fract": visible / count if count else 0.0,
-            })
-        self.poses[str(number)], self.facts[str(number)] = poses, facts
-
-    def finish(self):
-        """Writes the tables."""
-        for name, table in (("scene_camera", self.cameras), ("scene_gt", self.poses), ("scene_gt_info", self.facts)):
-            write_json(os.path.join(self.out, f"{name}.json"), table)
 
 
 __all__ = ["Views", "boxes", "views"]
