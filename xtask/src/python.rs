@@ -6,7 +6,7 @@ use std::process::Command;
 use crate::{root, run};
 
 /// What the tests need besides the module.
-const TESTED_WITH: [&str; 5] = ["numpy", "pytest", "pillow", "distributed", "nbclient"];
+const TESTED_WITH: [&str; 4] = ["numpy", "pytest", "pillow", "distributed"];
 
 /// The Python that builds, and the tools that it installs.
 const MATURIN: &str = "maturin>=1.8,<2";
