@@ -142,7 +142,7 @@ fn same_scene(a: (&Header, &Path), b: (&Header, &Path)) -> Result<(), Failure> {
         return Ok(());
     }
     let message = format!(
-        "{} and {}: the scenes, or options other than --part, --sample-range, --crop and --samples, differ",
+        "{} and {}: the scenes, or options other than --sample-range, --part, --crop and --samples, differ",
         a.1.display(),
         b.1.display()
     );

@@ -71,7 +71,7 @@ impl One<'_> {
         }
         let all = prepared.view.film.samples_per_pixel();
         if args.checkpoints.is_part() && prepared.view.film.adaptive_sampling {
-            let message = "adaptive sampling decides from the whole picture, which cannot be split into parts of the samples";
+            let message = "adaptive sampling decides from the whole picture, which --part and --sample-range cannot split";
             return Err(Failure::usage(
                 SceneError::new(ErrorCode::Conflict, message)
                     .help("leave out --adaptive (`film.adaptive_sampling`)"),

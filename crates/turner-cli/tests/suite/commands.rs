@@ -30,6 +30,7 @@ fn small(mut args: Vec<String>) -> Vec<String> {
         "tonemap",
         "view",
         "convert",
+        "farm",
         "info",
         "list",
         "help",
@@ -47,7 +48,7 @@ fn small(mut args: Vec<String>) -> Vec<String> {
         return args;
     }
     // Parts of the samples keep their ranges.
-    let samples = if args.iter().any(|a| a == "--sample-range") { "256" } else { "1" };
+    let samples = if args.iter().any(|a| a == "--sample-range" || a == "--part") { "256" } else { "1" };
     for (option, value) in [("--width", "24"), ("--height", "16"), ("--samples", samples)] {
         match args.iter().position(|a| a == option) {
             Some(i) => args[i + 1] = value.to_owned(),

@@ -196,6 +196,41 @@ fn parts_merge_to_the_single_render() {
     assert!(!f.path().join("x.png").exists());
 }
 
+/// Equal parts, and the jobs that render them, give the bytes of a single render.
+#[test]
+fn numbered_parts_and_jobs_give_the_single_render() {
+    let f = folder();
+    let expected = single(&f, &[]);
+    for part in ["1/3", "2/3", "3/3"] {
+        f.turner(&args(&["--part", part])).ok();
+    }
+    let files = ["1", "2", "3"].map(|i| format!("s-{i}-of-3.turner-checkpoint"));
+    let files = files.each_ref().map(String::as_str);
+    f.turner(&[&["merge"], &files[..], &["-o", "m.png"]].concat()).ok();
+    assert!(f.read("m.png") == expected);
+    f.turner(&args(&["--part", "1/49"])).fails(2, &["48 samples per pixel", "at most 48 parts"]);
+    f.turner(&args(&["--part", "4/3"])).fails(2, &["--part 1/64"]);
+
+    let options = args(&[]);
+    let split = ["farm", "split", "s.toml", "--parts", "5", "--queue", "shell", "-o", "job.sh", "--"];
+    f.turner(&[&split[..], &options[1..]].concat()).ok();
+    if cfg!(unix) {
+        let turner = std::path::Path::new(env!("CARGO_BIN_EXE_turner")).parent().unwrap().to_owned();
+        let path = format!("{}:{}", turner.display(), std::env::var("PATH").unwrap_or_default());
+        let run = || crate::folder::Run::of(f.program("sh", &["job.sh"]).env("PATH", &path).output().unwrap()).ok();
+        run();
+        assert!(f.read("s.png") == expected);
+        // A part that is lost, and one that was stopped on its way, are rendered; the others stay.
+        let lost = f.path().join("s-parts/part-000002.turner-checkpoint");
+        std::fs::remove_file(&lost).unwrap();
+        std::fs::remove_file(f.path().join("s.png")).unwrap();
+        run();
+        assert!(lost.is_file() && f.read("s.png") == expected);
+    }
+    f.turner(&["farm", "split", "no.toml", "--parts", "5"]).fails(2, &["no.toml", "no such file"]);
+    f.turner(&["farm", "split", "s.toml", "--parts", "5", "--", "--crop=0,0,4,4"]).fails(2, &["--crop"]);
+}
+
 /// Finished pictures of a sequence are skipped; the interrupted one continues.
 #[test]
 fn a_sequence_continues() {

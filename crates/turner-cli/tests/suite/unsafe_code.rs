@@ -1,4 +1,5 @@
-//! `unsafe` occurs only in turner-bvh, and in the crates that load libraries of other programs.
+//! `unsafe` occurs only in turner-bvh, in the crates that load libraries of other programs, and in two files of the Python
+//! module.
 
 use std::path::{Path, PathBuf};
 
@@ -21,7 +22,7 @@ fn is_unsafe(line: &str) -> bool {
 }
 
 #[test]
-fn unsafe_code_stands_in_three_crates() {
+fn unsafe_code_stands_in_few_places() {
     let crates = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
     let mut looked_at = Vec::new();
     for entry in std::fs::read_dir(crates).unwrap().map(|e| e.unwrap().path()) {
@@ -29,6 +30,17 @@ fn unsafe_code_stands_in_three_crates() {
         if !entry.join("Cargo.toml").is_file()
             || ["turner-bvh", "turner-embree", "turner-oidn"].contains(&&*name)
         {
+            continue;
+        }
+        if name == "turner-python" {
+            // The macros of its bindings write unsafe code of their own, so the crate cannot forbid it.
+            let mut files = Vec::new();
+            sources(&entry, &mut files);
+            let has = |file: &PathBuf| std::fs::read_to_string(file).unwrap().lines().any(is_unsafe);
+            let named = |file: PathBuf| file.file_name().unwrap().to_string_lossy().into_owned();
+            let mut found: Vec<String> = files.into_iter().filter(has).map(named).collect();
+            found.sort();
+            assert_eq!(found, ["interpreter.rs", "mesh_views.rs"]);
             continue;
         }
         let library = std::fs::read_to_string(entry.join("src/lib.rs")).unwrap();
