@@ -23,7 +23,9 @@ def measured():
     import turner as tr
 
     scene = tr.Scene(
-        objects=[tr.Sphere(center=(0, 1, 0)), tr.Plane()], lights=[tr.EnvironmentLight()], integrator="path",
+        objects=[tr.Sphere(center=(0, 1, 0)), tr.Plane()],
+        lights=[tr.EnvironmentLight()],
+        integrator="path",
         film=tr.Film(width=320, height=240),
     )
     times = []
@@ -103,8 +105,16 @@ def main():
     for each in (1, 4, 16, 64):
         found = [
             simulate(
-                times, machines=args.machines, parts=each * args.machines, hours=args.hours, failures=args.failures,
-                stragglers=args.stragglers, slowness=args.slowness, loading=args.loading, merging=args.merging, seed=seed,
+                times,
+                machines=args.machines,
+                parts=each * args.machines,
+                hours=args.hours,
+                failures=args.failures,
+                stragglers=args.stragglers,
+                slowness=args.slowness,
+                loading=args.loading,
+                merging=args.merging,
+                seed=seed,
             )
             for seed in range(5)
         ]

@@ -7,9 +7,8 @@ import sys
 from pathlib import Path
 
 import numpy as np
-from PIL import Image
-
 import turner as tr
+from PIL import Image
 
 PALETTE = np.array([[24, 24, 28], [86, 180, 233], [230, 159, 0], [0, 158, 115], [204, 121, 167], [213, 94, 0]], np.uint8)
 
@@ -42,8 +41,12 @@ def room():
     return tr.Scene(
         objects=[
             tr.Sphere(name="ball", center=(0, 1, 0), material=tr.PrincipledMaterial(base_color="tomato")),
-            tr.Sphere(name="mirror", center=(-1.8, 0.7, 0.6), radius=0.7,
-                      material=tr.PrincipledMaterial(base_metalness=1, base_color="gold", specular_roughness=0.1)),
+            tr.Sphere(
+                name="mirror",
+                center=(-1.8, 0.7, 0.6),
+                radius=0.7,
+                material=tr.PrincipledMaterial(base_metalness=1, base_color="gold", specular_roughness=0.1),
+            ),
             tr.Plane(name="floor", material=tr.PrincipledMaterial(base_color="ivory")),
         ],
         lights=[tr.EnvironmentLight()],
@@ -57,8 +60,11 @@ def model():
     """The scene of docs/datasets.md."""
     return tr.Scene(
         objects=[
-            tr.Torus(name="ring", transform={"translate": [0, 1.2, 0], "rotate": [70, 0, 0]},
-                     material=tr.PrincipledMaterial(base_color="steelblue")),
+            tr.Torus(
+                name="ring",
+                transform={"translate": [0, 1.2, 0], "rotate": [70, 0, 0]},
+                material=tr.PrincipledMaterial(base_color="steelblue"),
+            ),
             tr.Sphere(name="ball", radius=0.5, center=(0, 1.2, 0), material=tr.PrincipledMaterial(base_color="orange")),
             tr.Box(name="base", min=(-1.5, 0, -1.5), max=(1.5, 0.3, 1.5), material=tr.PrincipledMaterial(base_color="ivory")),
         ],
@@ -71,8 +77,10 @@ def main(folder):
     """Writes the pictures."""
     scene = room()
     out = tr.render(scene, 256, ["depth", "normal", "object_id"])
-    sheet([[out.display, shown_depth(out["depth"]), shown_normal(out["normal"]), PALETTE[out["object_id"]]]],
-          folder / "python-room.jpg")
+    sheet(
+        [[out.display, shown_depth(out["depth"]), shown_normal(out["normal"]), PALETTE[out["object_id"]]]],
+        folder / "python-room.jpg",
+    )
 
     rows = [[], [], []]
     for camera in tr.dataset.orbit(4, elevation=25):

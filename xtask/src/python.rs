@@ -1,4 +1,5 @@
-//! `cargo xtask python`: builds the Python module's wheel, installs it in a fresh environment and runs its tests there.
+//! `cargo xtask python`: checks the Python code's format, builds the module's wheel, installs it in a fresh environment and
+//! runs its tests there.
 
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -6,7 +7,7 @@ use std::process::Command;
 use crate::{root, run};
 
 /// What the tests need besides the module.
-const TESTED_WITH: [&str; 4] = ["numpy", "pytest", "pillow", "distributed"];
+const TESTED_WITH: [&str; 5] = ["numpy", "pytest", "pillow", "distributed", "ruff==0.17.6"];
 
 /// The Python that builds, and the tools that it installs.
 const MATURIN: &str = "maturin>=1.8,<2";
@@ -45,6 +46,14 @@ pub fn test(more: &[&str]) -> Result<(), String> {
     }
     let wheel = wheel.to_str().ok_or("the path of the wheel is not UTF-8")?;
     pip(&TESTED_WITH)?;
+    let crate_folder = root().join("crates/turner-python");
+    let code =
+        [crate_folder.clone(), root().join("examples/python"), root().join("scripts/simulate_farm.py")];
+    for check in [&["check"][..], &["format", "--check"]] {
+        let mut ruff = Command::new(&python);
+        ruff.args(["-m", "ruff"]).args(check).args(["--quiet", "--no-cache", "--config"]);
+        run(ruff.arg(crate_folder.join("pyproject.toml")).args(&code))?;
+    }
     pip(&[wheel])?;
     // From its own folder, where `turner` is the installed module.
     let tests = root().join("crates/turner-python/tests");

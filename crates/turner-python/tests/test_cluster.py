@@ -4,11 +4,9 @@ import os
 import random
 import signal
 import threading
-import time
 
 import numpy as np
 import pytest
-
 import turner as tr
 from turner.cluster import _parts
 

@@ -5,7 +5,6 @@ import pickle
 
 import numpy as np
 import pytest
-
 import turner as tr
 from turner import dataset
 
@@ -47,11 +46,13 @@ def test_views_write_what_others_read(model, tmp_path):
     assert len(lines) == 4
     for line, frame in zip(lines, table["frames"]):
         w, x, y, z, *t = map(float, line.split()[1:8])
-        R = np.array([
-            [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
-            [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
-            [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
-        ])
+        R = np.array(
+            [
+                [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
+                [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
+                [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
+            ]
+        )
         camera_to_world = np.array(frame["transform_matrix"]) @ np.diag([1, -1, -1, 1])
         assert np.allclose(np.linalg.inv(camera_to_world)[:3], np.column_stack([R, t]), atol=1e-9)
     points = [line for line in (tmp_path / "colmap" / "points3D.txt").read_text().splitlines() if line[0] != "#"]

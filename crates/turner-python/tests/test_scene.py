@@ -6,7 +6,6 @@ import sys
 
 import numpy as np
 import pytest
-
 import turner as tr
 from turner._classes import classes
 
@@ -188,20 +187,31 @@ def test_textures_environments_and_grids_from_arrays():
     checks = np.indices((8, 8)).sum(0) % 2
     sky = np.full((16, 32, 3), 0.5, np.float32)
     scene = tr.Scene(
-        objects=[tr.Rectangle(material={"type": "principled", "base_color": {"type": "image", "file": (checks * 255).astype(np.uint8)}})],
+        objects=[
+            tr.Rectangle(
+                material={"type": "principled", "base_color": {"type": "image", "file": (checks * 255).astype(np.uint8)}}
+            )
+        ],
         lights=[tr.EnvironmentLight(file=sky)],
         film={"width": 8, "height": 8},
         integrator="path",
     )
     assert tr.render(scene, 1).complete
     away = tr.Camera.look_at((0, 0, 0), (0, 0, -1))
-    white = tr.Scene(objects=[tr.Sphere(center=(9, 9, 9))], lights=[tr.EnvironmentLight(file=sky)], integrator="path",
-                     camera=away, film={"width": 8, "height": 8})
+    white = tr.Scene(
+        objects=[tr.Sphere(center=(9, 9, 9))],
+        lights=[tr.EnvironmentLight(file=sky)],
+        integrator="path",
+        camera=away,
+        film={"width": 8, "height": 8},
+    )
     assert np.allclose(tr.render(white, 4).image[..., :3], 0.5, atol=1e-6)
     smoke = np.ones((4, 4, 4))
     fog = tr.Scene(
         objects=[tr.Box(min=(-1, -1, -1), max=(1, 1, 1), medium={"type": "grid", "file": smoke, "scattering": 1.0})],
-        lights=[tr.EnvironmentLight(file=sky)], integrator="path", film={"width": 8, "height": 8},
+        lights=[tr.EnvironmentLight(file=sky)],
+        integrator="path",
+        film={"width": 8, "height": 8},
     )
     assert tr.render(fog, 4).non_finite == 0
     with pytest.raises(ValueError, match="expected .height, width"):

@@ -19,7 +19,7 @@ fn arguments(line: &str) -> Option<Vec<String>> {
 
 /// The command that is run instead.
 fn small(mut args: Vec<String>) -> Vec<String> {
-    const OTHERS: [&str; 17] = [
+    const OTHERS: [&str; 18] = [
         "resume",
         "merge",
         "remake",

@@ -217,7 +217,8 @@ fn numbered_parts_and_jobs_give_the_single_render() {
     if cfg!(unix) {
         let turner = std::path::Path::new(env!("CARGO_BIN_EXE_turner")).parent().unwrap().to_owned();
         let path = format!("{}:{}", turner.display(), std::env::var("PATH").unwrap_or_default());
-        let run = || crate::folder::Run::of(f.program("sh", &["job.sh"]).env("PATH", &path).output().unwrap()).ok();
+        let run =
+            || crate::folder::Run::of(f.program("sh", &["job.sh"]).env("PATH", &path).output().unwrap()).ok();
         run();
         assert!(f.read("s.png") == expected);
         // A part that is lost, and one that was stopped on its way, are rendered; the others stay.

@@ -23,8 +23,20 @@ from ._tools import Explanation, compare, convert, denoise, doctor, explain, loa
 __version__ = _turner.VERSION
 
 _OWN = [
-    "Explanation", "Picture", "Renderer", "Scene", "SceneError", "SceneWarning", "compare", "convert", "denoise",
-    "doctor", "explain", "load", "merge_films", "render",
+    "Explanation",
+    "Picture",
+    "Renderer",
+    "Scene",
+    "SceneError",
+    "SceneWarning",
+    "compare",
+    "convert",
+    "denoise",
+    "doctor",
+    "explain",
+    "load",
+    "merge_films",
+    "render",
 ]
 
 

@@ -8,7 +8,7 @@ from typing import Any, Callable, Iterable, Iterator, Literal, Mapping, Sequence
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from . import cluster as cluster, dataset as dataset
+from . import _turner as _turner, cluster as cluster, dataset as dataset
 from ._cameras import Orbit, Sized
 from ._errors import SceneError as SceneError, SceneWarning as SceneWarning
 from ._render import Picture as Picture, Renderer as Renderer, merge_films as merge_films, render as render

@@ -11,9 +11,24 @@ from ._scene import Scene, camera_edits, integrator_edits
 AOV_NAMES = {"cryptomatte": "crypto_object", "ids": "object_id", "normals": "normal"}
 
 
-def settings_edits(scene, samples=None, aovs=(), *, width=None, height=None, crop=None, seed=None, camera=None,
-                   integrator=None, denoise=None, adaptive=None, antialias=None, exposure=None, tonemap=None,
-                   settings=None):
+def settings_edits(
+    scene,
+    samples=None,
+    aovs=(),
+    *,
+    width=None,
+    height=None,
+    crop=None,
+    seed=None,
+    camera=None,
+    integrator=None,
+    denoise=None,
+    adaptive=None,
+    antialias=None,
+    exposure=None,
+    tonemap=None,
+    settings=None,
+):
     """The arguments of `render` as edits by key path."""
     edits = {}
     if integrator is not None:
@@ -156,7 +171,8 @@ class Picture:
         return self.image if dtype is None else self.image.astype(dtype)
 
     def __repr__(self):
-        return f"<turner.Picture {self.width} x {self.height}, {self.samples:g} samples per pixel, aovs: {', '.join(self.aovs) or 'none'}>"
+        names = ", ".join(self.aovs) or "none"
+        return f"<turner.Picture {self.width} x {self.height}, {self.samples:g} samples per pixel, aovs: {names}>"
 
 
 def matte_id(name):

@@ -48,7 +48,9 @@ class Part:
         for cls in classes().values():
             if self._family and cls._family == self._family and cls._type == kind and kind is not None:
                 return cls
-        return classes().get({"film": "Film", "background": "Background", "studio": "Studio", "animation": "Animation"}.get(section, ""))
+        return classes().get(
+            {"film": "Film", "background": "Background", "studio": "Studio", "animation": "Animation"}.get(section, "")
+        )
 
     def __getattr__(self, key):
         if key.startswith("_"):

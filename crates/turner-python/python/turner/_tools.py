@@ -10,8 +10,21 @@ from ._render import Picture, Renderer, settings_edits
 from ._scene import Scene
 
 
-def load(path, *, integrator=None, time=None, animation=None, variant=None, defines=None, overrides=None,
-         max_texture_size=None, allow_outside=False, allow_paths=(), max_memory=None, warn=True):
+def load(
+    path,
+    *,
+    integrator=None,
+    time=None,
+    animation=None,
+    variant=None,
+    defines=None,
+    overrides=None,
+    max_texture_size=None,
+    allow_outside=False,
+    allow_paths=(),
+    max_memory=None,
+    warn=True,
+):
     """Loads a scene (.toml, .pbrt, Mitsuba's .xml) or a model (.glb, .gltf, .obj, .ply, .stl).
 
     A model without camera, lights or floor gets those of the default studio, as on the command line.
@@ -24,8 +37,17 @@ def load(path, *, integrator=None, time=None, animation=None, variant=None, defi
     """
     shown = {key: value if isinstance(value, str) else json.dumps(value) for key, value in (overrides or {}).items()}
     inner = _turner.Scene.load(
-        os.fspath(path), integrator, time, animation, None if variant is None else str(variant),
-        list((defines or {}).items()), list(shown.items()), max_texture_size, allow_outside, list(allow_paths), max_memory,
+        os.fspath(path),
+        integrator,
+        time,
+        animation,
+        None if variant is None else str(variant),
+        list((defines or {}).items()),
+        list(shown.items()),
+        max_texture_size,
+        allow_outside,
+        list(allow_paths),
+        max_memory,
     )
     if warn:
         inner.warn()
@@ -58,7 +80,8 @@ class Explanation(dict):
     def _repr_html_(self):
         import html
 
-        return f'<iframe srcdoc="{html.escape(self.html())}" style="width:100%;height:640px;border:0" title="explanation of a pixel"></iframe>'
+        style = "width:100%;height:640px;border:0"
+        return f'<iframe srcdoc="{html.escape(self.html())}" style="{style}" title="explanation of a pixel"></iframe>'
 
     def __str__(self):
         return self.text()

@@ -76,9 +76,7 @@ class Job:
         bands = [[0, a, size[0], b - a] for a, b in zip(rows, rows[1:])]
         samples = [total * i // parts for i in range(parts + 1)]
         #: (crop or None, first sample, sample after the last) of each part.
-        self.parts = [
-            (None if tiles == 1 else band, a, b) for band in bands for a, b in zip(samples, samples[1:])
-        ]
+        self.parts = [(None if tiles == 1 else band, a, b) for band in bands for a, b in zip(samples, samples[1:])]
         text = repr((digest, sorted((k, repr(v)) for k, v in edits.items()), self.parts))
         self.name = hashlib.sha256(text.encode()).hexdigest()[:20]
 
@@ -127,9 +125,7 @@ def tree(items, merge):
     level = 0
     while len(items) > 1:
         groups = [items[i : i + FAN_IN] for i in range(0, len(items), FAN_IN)]
-        items = [
-            group[0] if len(group) == 1 else merge(group, f"level-{level}-{i:06}") for i, group in enumerate(groups)
-        ]
+        items = [group[0] if len(group) == 1 else merge(group, f"level-{level}-{i:06}") for i, group in enumerate(groups)]
         level += 1
     return items[0]
 

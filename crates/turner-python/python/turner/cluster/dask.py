@@ -92,7 +92,14 @@ def render(scene, samples=None, aovs=(), *, client=None, parts=None, tiles=1, fo
         with connected(client) as own, reporter(progress) as report:
             workers = max(1, len(own.scheduler_info(n_workers=-1)["workers"]))
             data, job, renderer = job_of(
-                scene, samples, aovs, parts=parts, tiles=tiles, threads=threads, folder=folder, workers=workers,
+                scene,
+                samples,
+                aovs,
+                parts=parts,
+                tiles=tiles,
+                threads=threads,
+                folder=folder,
+                workers=workers,
                 settings=settings,
             )
             given = _scene_for(own, data, job.digest, folder)

@@ -39,7 +39,14 @@ def render(scene, samples=None, aovs=(), *, client=None, parts=None, tiles=1, fo
         with connected(client) as ray, reporter(progress) as report:
             workers = max(1, int(ray.cluster_resources().get("CPU", 1)) // threads)
             data, job, renderer = job_of(
-                scene, samples, aovs, parts=parts, tiles=tiles, threads=threads, folder=folder, workers=workers,
+                scene,
+                samples,
+                aovs,
+                parts=parts,
+                tiles=tiles,
+                threads=threads,
+                folder=folder,
+                workers=workers,
                 settings=settings,
             )
             given = ray.put(data)

@@ -19,6 +19,17 @@ from ._views import Views, views
 from ._write import write_png
 
 __all__ = [
-    "Views", "boxes", "choice", "color", "hemisphere", "item", "items", "normal", "orbit", "rle", "uniform", "views",
+    "Views",
+    "boxes",
+    "choice",
+    "color",
+    "hemisphere",
+    "item",
+    "items",
+    "normal",
+    "orbit",
+    "rle",
+    "uniform",
+    "views",
     "write_png",
 ]

@@ -33,11 +33,7 @@ def boxes(ids):
 
     ids = np.asarray(ids)
     numbers, counts = np.unique(ids, return_counts=True)
-    return {
-        int(number): {"box": box(ids == number), "pixels": int(count)}
-        for number, count in zip(numbers, counts)
-        if number
-    }
+    return {int(number): {"box": box(ids == number), "pixels": int(count)} for number, count in zip(numbers, counts) if number}
 
 
 class Coco:

@@ -60,12 +60,17 @@ def colmap(cameras, points=()):
         values = [*q, *(row[3] for row in pose[:3])]
         images.append(f"{number} {' '.join(repr(float(v)) for v in values)} {kind} {file}\n\n")
     head = "# Camera list with one line of data per camera:\n#   CAMERA_ID, MODEL, WIDTH, HEIGHT, PARAMS[]\n"
-    cameras_text = head + "".join(
-        f"{number} PINHOLE {' '.join(repr(v) for v in model)}\n" for model, number in models.items()
+    cameras_text = head + "".join(f"{number} PINHOLE {' '.join(repr(v) for v in model)}\n" for model, number in models.items())
+    head = (
+        "# Image list with two lines of data per image:\n"
+        "#   IMAGE_ID, QW, QX, QY, QZ, TX, TY, TZ, CAMERA_ID, NAME\n"
+        "#   POINTS2D[] as (X, Y, POINT3D_ID)\n"
     )
-    head = "# Image list with two lines of data per image:\n#   IMAGE_ID, QW, QX, QY, QZ, TX, TY, TZ, CAMERA_ID, NAME\n#   POINTS2D[] as (X, Y, POINT3D_ID)\n"
     images_text = head + "".join(images)
-    head = "# 3D point list with one line of data per point:\n#   POINT3D_ID, X, Y, Z, R, G, B, ERROR, TRACK[] as (IMAGE_ID, POINT2D_IDX)\n"
+    head = (
+        "# 3D point list with one line of data per point:\n"
+        "#   POINT3D_ID, X, Y, Z, R, G, B, ERROR, TRACK[] as (IMAGE_ID, POINT2D_IDX)\n"
+    )
     points_text = head + "".join(
         f"{number} {x!r} {y!r} {z!r} {r} {g} {b} 0\n" for number, (x, y, z, r, g, b) in enumerate(points, 1)
     )

@@ -108,8 +108,20 @@ class Views:
 class Options:
     """What the views of a dataset have in common. It can be pickled."""
 
-    def __init__(self, out, aovs=(), samples=None, image=True, format="png", coco=False, bop=False, colmap_points=16,
-                 occlusion=None, units_to_mm=1000.0, settings=None):
+    def __init__(
+        self,
+        out,
+        aovs=(),
+        samples=None,
+        image=True,
+        format="png",
+        coco=False,
+        bop=False,
+        colmap_points=16,
+        occlusion=None,
+        units_to_mm=1000.0,
+        settings=None,
+    ):
         if format not in ("png", "npy", "exr"):
             raise ValueError(f'there is no format {format!r}; valid: "png", "npy", "exr"')
         self.out, self.samples, self.image, self.format = os.fspath(out), samples, image, format
@@ -203,14 +215,16 @@ def _bop(picture, depth, ids, entries, whole, number, options):
         write_png(place("mask", f"{number:06}_{i:06}"), full)
         write_png(place("mask_visib", f"{number:06}_{i:06}"), seen)
         count, visible = int(full.sum()), int(seen.sum())
-        facts.append({
-            "bbox_obj": box(full) or [-1, -1, -1, -1],
-            "bbox_visib": box(seen) or [-1, -1, -1, -1],
-            "px_count_all": count,
-            "px_count_valid": int((full & (depth < 1e9)).sum()),
-            "px_count_visib": visible,
-            "visib_fract": visible / count if count else 0.0,
-        })
+        facts.append(
+            {
+                "bbox_obj": box(full) or [-1, -1, -1, -1],
+                "bbox_visib": box(seen) or [-1, -1, -1, -1],
+                "px_count_all": count,
+                "px_count_valid": int((full & (depth < 1e9)).sum()),
+                "px_count_visib": visible,
+                "visib_fract": visible / count if count else 0.0,
+            }
+        )
     return {"labels": list(entries.items()), "facts": facts}
 
 
@@ -260,17 +274,37 @@ def _bop_tables(scene, records, options):
             model = pose @ placed[entry]
             # BOP knows no scale: that of an object belongs to its model.
             size = np.cbrt(abs(np.linalg.det(model[:3, :3])))
-            truth[name].append({
-                "cam_R_m2c": (model[:3, :3] / size).ravel().tolist(),
-                "cam_t_m2c": (model[:3, 3] * mm).tolist(),
-                "obj_id": label,
-            })
+            truth[name].append(
+                {
+                    "cam_R_m2c": (model[:3, :3] / size).ravel().tolist(),
+                    "cam_t_m2c": (model[:3, 3] * mm).tolist(),
+                    "obj_id": label,
+                }
+            )
     for name, table in (("scene_camera", cameras), ("scene_gt", truth), ("scene_gt_info", facts)):
         write_json(os.path.join(options.out, f"{name}.json"), table)
 
 
-def views(scene, cameras, out, *, first=0, categories=None, progress=None, threads=0, aovs=(), samples=None, image=True,
-          format="png", coco=False, bop=False, colmap_points=16, occlusion=None, units_to_mm=1000.0, **settings):
+def views(
+    scene,
+    cameras,
+    out,
+    *,
+    first=0,
+    categories=None,
+    progress=None,
+    threads=0,
+    aovs=(),
+    samples=None,
+    image=True,
+    format="png",
+    coco=False,
+    bop=False,
+    colmap_points=16,
+    occlusion=None,
+    units_to_mm=1000.0,
+    **settings,
+):
     """Renders a scene from many cameras into the folder `out`.
 
     cameras: e.g. `orbit(100)`, `hemisphere(200)`, or any that `render` takes. aovs: further channels.
@@ -289,8 +323,9 @@ def views(scene, cameras, out, *, first=0, categories=None, progress=None, threa
 
     cameras = list(cameras)
     # Views are rendered side by side, each on one thread: their parts that need one thread overlap.
-    options = Options(out, aovs, samples, image, format, coco, bop, colmap_points, occlusion, units_to_mm,
-                      {"threads": 1, **settings})
+    options = Options(
+        out, aovs, samples, image, format, coco, bop, colmap_points, occlusion, units_to_mm, {"threads": 1, **settings}
+    )
     os.makedirs(options.out, exist_ok=True)
     alone: dict = {}
     records = []

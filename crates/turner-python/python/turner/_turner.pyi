@@ -1,0 +1,5 @@
+from typing import Any
+
+VERSION: str
+
+def __getattr__(name: str) -> Any: ...
