@@ -4,14 +4,17 @@ use numpy::{IntoPyArray, PyArrayMethods};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList};
 use turner::film::{Aov, LabelKind, Picture};
+use turner::integrator::Prepared;
 use turner::render::{AovChannel, AovValues, Renderer, label_name};
+
+use crate::plain::of_json;
 
 /// What a film shows, developed without the GIL.
 pub(crate) struct Developed {
     picture: Picture,
     aovs: Vec<Layer>,
     attributes: Vec<(String, String)>,
-    names: Vec<(&'static str, Vec<(u32, String)>)>,
+    names: Names,
 }
 
 /// An AOV or one layer of it.
@@ -62,19 +65,30 @@ fn layer(name: String, channels: Vec<AovChannel>) -> Layer {
     Layer { name, channels: names, values }
 }
 
-/// Develops a film. No GIL is needed. `names`: whether the numbers of objects, materials and instances get their names.
+/// Develops a film. No GIL is needed.
 pub(crate) fn develop(renderer: &Renderer, threads: usize) -> Developed {
     let picture = renderer.develop_with(threads);
+    let aovs = layers(renderer.develop_aovs(threads));
+    let (attributes, names) = (renderer.aov_attributes(), names_of(renderer.prepared()));
+    Developed { picture, aovs, attributes, names }
+}
+
+/// Channels as layers, in order.
+fn layers(channels: Vec<AovChannel>) -> Vec<Layer> {
     let mut aovs: Vec<(String, Vec<AovChannel>)> = Vec::new();
-    for channel in renderer.develop_aovs(threads) {
+    for channel in channels {
         let name = layer_of(&channel);
         match aovs.last_mut() {
             Some((last, channels)) if *last == name => channels.push(channel),
             _ => aovs.push((name, vec![channel])),
         }
     }
-    let scene = &renderer.prepared().scene;
-    let asked = &renderer.prepared().view.film.aovs;
+    aovs.into_iter().map(|(name, channels)| layer(name, channels)).collect()
+}
+
+/// For each kind of numbers among the AOVs: the names of all numbers.
+fn names_of(prepared: &Prepared) -> Names {
+    let (scene, asked) = (&prepared.scene, &prepared.view.film.aovs);
     let mut names = Vec::new();
     for (word, kind, count) in [
         ("object_id", LabelKind::Object, scene.stats.primitives as usize),
@@ -86,9 +100,53 @@ pub(crate) fn develop(renderer: &Renderer, threads: usize) -> Developed {
             names.push((word, all));
         }
     }
-    let attributes = renderer.aov_attributes();
-    let aovs = aovs.into_iter().map(|(name, channels)| layer(name, channels)).collect();
-    Developed { picture, aovs, attributes, names }
+    names
+}
+
+/// The names of numbers, by AOV.
+type Names = Vec<(&'static str, Vec<(u32, String)>)>;
+
+/// Labels without a picture, as a dict.
+pub(crate) fn labels_dict<'py>(
+    py: Python<'py>,
+    prepared: &Prepared,
+    channels: Vec<AovChannel>,
+) -> PyResult<Bound<'py, PyDict>> {
+    let out = PyDict::new(py);
+    let film = &prepared.view.film;
+    let [.., width, height] = film.crop.unwrap_or([0, 0, film.width, film.height]);
+    put_layers(&out, layers(channels), [height as usize, width as usize])?;
+    put_names(&out, names_of(prepared))?;
+    out.set_item("camera", of_json(py, &turner_cli::camera::json(&prepared.view).to_string())?)?;
+    Ok(out)
+}
+
+fn put_layers(out: &Bound<'_, PyDict>, layers: Vec<Layer>, [height, width]: [usize; 2]) -> PyResult<()> {
+    let py = out.py();
+    let (arrays, channels) = (PyDict::new(py), PyDict::new(py));
+    for Layer { name, channels: own, values } in layers {
+        let depth = own.len();
+        let shape: Vec<usize> = if depth == 1 { vec![height, width] } else { vec![height, width, depth] };
+        match values {
+            AovValues::Float(values) => arrays.set_item(&name, values.into_pyarray(py).reshape(shape)?)?,
+            AovValues::Uint(values) => arrays.set_item(&name, values.into_pyarray(py).reshape(shape)?)?,
+        }
+        channels.set_item(&name, PyList::new(py, own)?)?;
+    }
+    out.set_item("aovs", arrays)?;
+    out.set_item("channels", channels)
+}
+
+fn put_names(out: &Bound<'_, PyDict>, names: Names) -> PyResult<()> {
+    let tables = PyDict::new(out.py());
+    for (word, of_word) in names {
+        let table = PyDict::new(out.py());
+        for (number, name) in of_word {
+            table.set_item(number, name)?;
+        }
+        tables.set_item(word, table)?;
+    }
+    out.set_item("names", tables)
 }
 
 impl Developed {
@@ -106,29 +164,8 @@ impl Developed {
         out.set_item("has_alpha", picture.has_alpha)?;
         out.set_item("exposure", picture.exposure)?;
         out.set_item("missing", picture.missing)?;
-        let (arrays, channels) = (PyDict::new(py), PyDict::new(py));
-        for Layer { name, channels: own, values } in aovs {
-            let depth = own.len();
-            let shape: Vec<usize> = if depth == 1 { vec![height, width] } else { vec![height, width, depth] };
-            match values {
-                AovValues::Float(values) => {
-                    arrays.set_item(&name, values.into_pyarray(py).reshape(shape)?)?
-                }
-                AovValues::Uint(values) => arrays.set_item(&name, values.into_pyarray(py).reshape(shape)?)?,
-            }
-            channels.set_item(&name, PyList::new(py, own)?)?;
-        }
-        out.set_item("aovs", arrays)?;
-        out.set_item("channels", channels)?;
-        let tables = PyDict::new(py);
-        for (word, of_word) in names {
-            let table = PyDict::new(py);
-            for (number, name) in of_word {
-                table.set_item(number, name)?;
-            }
-            tables.set_item(word, table)?;
-        }
-        out.set_item("names", tables)?;
+        put_layers(&out, aovs, [height, width])?;
+        put_names(&out, names)?;
         out.set_item("attributes", attributes.into_iter().collect::<std::collections::BTreeMap<_, _>>())?;
         Ok(out)
     }

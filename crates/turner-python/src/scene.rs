@@ -12,6 +12,7 @@ use turner::description::{ObjectDesc, SceneDesc, SceneLight, read_scene};
 use turner::film::FilmDesc;
 use turner::integrator::Prepared;
 use turner::prepare::{Preparer, UpdateOptions};
+use turner::render::{PassOptions, center_aovs};
 use turner::schema::value::{Data, Value};
 use turner::schema::{ErrorCode, KeyEdit, KeyPart, Limits, Named, PrepareOptions, SceneError, WarningKind};
 use turner::shape::ShapeDesc;
@@ -24,6 +25,7 @@ use crate::arrays::Arrays;
 use crate::assets::{Assets, Folders};
 use crate::errors::Origin;
 use crate::mesh_views;
+use crate::picture;
 use crate::places::Places;
 use crate::renderer::Renderer;
 use crate::tools;
@@ -359,6 +361,22 @@ impl Scene {
     /// A renderer of the scene, with further values that the scene does not keep.
     fn renderer(&self, py: Python<'_>, values: &Bound<'_, PyDict>, threads: usize) -> PyResult<Renderer> {
         Renderer::new(py, self.made(py, values)?, threads)
+    }
+
+    /// AOVs of what the centres of pixels show, without light: a dict of `aovs`, `channels`, `names` and `camera`.
+    fn labels<'py>(
+        &self,
+        py: Python<'py>,
+        values: &Bound<'_, PyDict>,
+        threads: usize,
+    ) -> PyResult<Bound<'py, PyDict>> {
+        let made = self.made(py, values)?;
+        let cancel = AtomicBool::new(false);
+        let options = PassOptions { threads, cancel: &cancel, progress: None };
+        let work = || center_aovs(&made.prepared, &options);
+        let channels = attend(py, &cancel, work, |_| Ok(()))?;
+        let channels = channels.map_err(|e| self.error(py, &e))?.unwrap_or_default();
+        picture::labels_dict(py, &made.prepared, channels)
     }
 
     /// What the scene contains: sizes, bounds, memory, the camera as numbers.

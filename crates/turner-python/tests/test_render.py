@@ -196,6 +196,18 @@ def test_debug_views_and_denoising(scene):
     assert error[1] < error[0]
 
 
+def test_labels_are_those_of_a_picture_with_one_sample(scene):
+    aovs = ["depth", "normal", "object_id", "position", "albedo", "instance_id"]
+    out = tr.render(scene, 1, aovs, antialias="none", warn=False)
+    for threads in (1, 2):
+        found = tr.labels(scene, aovs, threads=threads)
+        for aov in aovs:
+            assert np.array_equal(found[aov], out[aov]), aov
+    assert found.names == out.names and found.camera["K"] == out.camera["K"]
+    with pytest.raises(tr.SceneError, match="first surface"):
+        tr.labels(scene, ["direct"])
+
+
 def test_an_integrator_brings_its_sampling():
     plain = tr.Scene(objects=[tr.Sphere()], lights=[tr.AmbientLight(intensity=1)], film={"width": 16, "height": 16})
     assert plain.film.samples == 16 and plain.film.antialias == "none"

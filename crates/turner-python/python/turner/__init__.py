@@ -16,7 +16,7 @@ from __future__ import annotations
 
 from . import _turner
 from ._errors import SceneError, SceneWarning
-from ._render import Picture, Renderer, merge_films, render
+from ._render import Labels, Picture, Renderer, labels, merge_films, render
 from ._scene import Scene
 from ._tools import Explanation, compare, convert, denoise, doctor, explain, load
 
@@ -24,6 +24,7 @@ __version__ = _turner.VERSION
 
 _OWN = [
     "Explanation",
+    "Labels",
     "Picture",
     "Renderer",
     "Scene",
@@ -34,6 +35,7 @@ _OWN = [
     "denoise",
     "doctor",
     "explain",
+    "labels",
     "load",
     "merge_films",
     "render",

@@ -323,6 +323,46 @@ def render(scene, samples=None, aovs=(), *, seconds=None, noise=None, progress=N
     return renderer.picture()
 
 
+class Labels:
+    """Arrays about what the centres of pixels show: `turner.labels`.
+
+    Attributes:
+        aovs: dict of arrays (height, width) or (height, width, channels); `labels["depth"]` is short for it.
+        names, material_names, instance_names: the names of numbers, from 1.
+        camera: the camera as numbers.
+    """
+
+    def __init__(self, parts):
+        self.aovs = parts["aovs"]
+        self.camera = parts["camera"]
+        self.names = parts["names"].get("object_id", {})
+        self.material_names = parts["names"].get("material_id", {})
+        self.instance_names = parts["names"].get("instance_id", {})
+
+    def __getitem__(self, aov):
+        return self.aovs[AOV_NAMES.get(aov, aov)]
+
+    def __repr__(self):
+        return f"<turner.Labels {self.camera['width']} x {self.camera['height']}: {', '.join(self.aovs)}>"
+
+
+#: The AOVs that `labels` knows.
+OF_SURFACES = (
+    *("albedo", "normal", "geometric_normal", "camera_normal", "depth", "distance", "position", "uv", "motion"),
+    *("object_id", "material_id", "instance_id"),
+)
+
+
+def labels(scene, aovs=("depth", "normal", "object_id"), *, threads=0, **settings):
+    """AOVs of the surfaces at the centres of pixels, without light: fast, and without a mix of two surfaces in a pixel.
+
+    aovs: any of "albedo", "normal", "geometric_normal", "camera_normal", "depth", "distance", "position", "uv", "motion",
+    "object_id", "material_id", "instance_id". Motion blur and depth of field are left out. Other arguments are those of
+    `render`. Returns `Labels`.
+    """
+    return Labels(scene._inner.labels(settings_edits(scene, None, aovs, **settings), threads))
+
+
 def merge_films(films):
     """The films of parts of one picture (`Renderer.film`) as one, in any order."""
     return _turner.merge_films([bytes(film) for film in films])

@@ -22,7 +22,8 @@ from numpy.typing import ArrayLike, NDArray
 from . import _turner as _turner, cluster as cluster, dataset as dataset
 from ._cameras import Orbit, Sized
 from ._errors import SceneError as SceneError, SceneWarning as SceneWarning
-from ._render import Picture as Picture, Renderer as Renderer, merge_films as merge_films, render as render
+from ._render import Labels as Labels, Picture as Picture, Renderer as Renderer, labels as labels
+from ._render import merge_films as merge_films, render as render
 from ._scene import Scene as Scene
 from ._tools import Explanation as Explanation, compare as compare, convert as convert, denoise as denoise
 from ._tools import doctor as doctor, explain as explain, load as load

@@ -267,6 +267,11 @@ impl Aov {
             || self.is_lobe()
     }
 
+    /// Whether its value is known only when paths were traced, or is another kind of sum.
+    pub(crate) fn needs_paths(self) -> bool {
+        self.is_light() || matches!(self, Aov::Cost | Aov::Bounces | Aov::Denoising)
+    }
+
     /// Whether it is the light of one lobe of the first surface.
     pub fn is_lobe(self) -> bool {
         Aov::LOBES.contains(&self)

@@ -15,6 +15,7 @@ mod adaptive;
 #[cfg(test)]
 mod adaptive_sampling_tests;
 mod aovs;
+mod center_aovs;
 mod coarse;
 mod cryptomatte;
 #[cfg(test)]
@@ -46,6 +47,7 @@ mod tile_aovs;
 mod work;
 
 pub use aovs::{AovChannel, AovValues, label_name};
+pub use center_aovs::center_aovs;
 pub use pixel::{MAX_LISTED, PixelRecord, SampleRecord, Square, pixel};
 pub use pixel_aovs::{PixelAov, pixel_aovs};
 pub use schedule::{PassRange, TileSet};

@@ -78,7 +78,7 @@ def colmap(cameras, points=()):
 
 
 def seen_points(camera, depth, display, step):
-    """Points on the surfaces that a picture shows, every `step` pixels: (x, y, z, r, g, b)."""
+    """Points on the surfaces that a picture shows, every `step` pixels: (x, y, z, r, g, b); grey without a picture."""
     import numpy as np
 
     K, pose = np.array(camera["K"]), np.array(camera["opencv"]["camera_to_world"])
@@ -88,7 +88,7 @@ def seen_points(camera, depth, display, step):
     u, v, z = columns[hit] + 0.5, rows[hit] + 0.5, z[hit]
     local = np.stack([(u - K[0, 2]) / K[0, 0] * z, (v - K[1, 2]) / K[1, 1] * z, z], -1)
     world = local @ pose[:3, :3].T + pose[:3, 3]
-    colors = display[rows[hit], columns[hit], :3]
+    colors = np.full((len(z), 3), 128) if display is None else display[rows[hit], columns[hit], :3]
     return [(*map(float, p), *map(int, c)) for p, c in zip(world, colors)]
 
 

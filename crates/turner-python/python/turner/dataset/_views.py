@@ -8,7 +8,8 @@ from __future__ import annotations
 
 import os
 
-from .._render import AOV_NAMES, Renderer
+from .._render import AOV_NAMES, OF_SURFACES, Renderer
+from .._render import labels as surface_labels
 from ._coco import Coco, box, boxes
 from ._poses import colmap, frame, matrix, seen_points, transforms
 from ._write import write_bytes, write_json, write_npy, write_png
@@ -21,7 +22,9 @@ BOP_DEPTH = 0.1
 
 
 def rendered(scene, camera, samples, aovs, image, settings, running=None):
-    """The `Picture` of a view; without `image`, of its labels alone."""
+    """The `Picture` of a view; without `image`, its `Labels` where these suffice."""
+    if not image and all(AOV_NAMES.get(aov, aov) in OF_SURFACES for aov in aovs):
+        return surface_labels(scene, aovs, camera=camera, **settings)
     if not image:
         settings = {**LABELS_ONLY, **settings}
     renderer = Renderer(scene, samples if image else None, aovs, camera=camera, **settings)
@@ -158,8 +161,8 @@ def record(scene, camera, number, options, running=None, alone=None):
         },
     }
     if options.colmap_points and "K" in numbers and not numbers["mirrored"]:
-        step = max(1, picture.width // options.colmap_points)
-        found["points"] = seen_points(numbers, picture["depth"], picture.display, step)
+        step = max(1, numbers["width"] // options.colmap_points)
+        found["points"] = seen_points(numbers, picture["depth"], getattr(picture, "display", None), step)
     if options.labelled:
         ids = found["ids"] = labels["instance_id"]
         entries = _entries(scene, picture.instance_names)
@@ -207,7 +210,8 @@ def _bop(picture, depth, ids, entries, whole, number, options):
 
     far = np.where(depth < 1e9, depth * (options.units_to_mm / BOP_DEPTH), 0)
     write_png(place("depth", f"{number:06}"), np.clip(np.rint(far), 0, 65535).astype(np.uint16))
-    write_png(place("rgb", f"{number:06}"), picture.display[..., :3])
+    if options.image:
+        write_png(place("rgb", f"{number:06}"), picture.display[..., :3])
     facts = []
     for i, label in enumerate(entries):
         seen = ids == label
@@ -308,7 +312,8 @@ def views(
     """Renders a scene from many cameras into the folder `out`.
 
     cameras: e.g. `orbit(100)`, `hemisphere(200)`, or any that `render` takes. aovs: further channels.
-    image: whether light is computed. format: "png" writes pictures as PNG and AOVs as NPY, "npy" all as NPY, "exr" one
+    image: whether light is computed; without it there are AOVs of surfaces alone, as `turner.labels` has them, as NPY.
+    format: "png" writes pictures as PNG and AOVs as NPY, "npy" all as NPY, "exr" one
     EXR file a view. In `coco` and `bop`, objects are the entries of the scene's list of objects (`instance_id`).
     coco: writes annotations.json with masks and boxes. bop: writes poses, masks and depth as BOP's test sets have them;
     `units_to_mm` is the size of a scene unit. occlusion: whether each object is also rendered alone, for the fraction of
@@ -348,7 +353,7 @@ def write_view(picture, out, number, aovs, image, format):
         os.makedirs(os.path.join(out, folder), exist_ok=True)
         return f"{folder}/{number:06}.{extension}"
 
-    if format == "exr":
+    if format == "exr" and image:
         file = place("images", "exr")
         every, picture.aovs = picture.aovs, {name: array for name, array in picture.aovs.items() if name in aovs}
         picture.save(os.path.join(out, file))
@@ -356,10 +361,12 @@ def write_view(picture, out, number, aovs, image, format):
         return file
     for aov in aovs:
         write_npy(os.path.join(out, place(aov, "npy")), picture[aov])
+    if not image:
+        return f"images/{number:06}.{format}"
     file = place("images", format)
-    if image and format == "png":
+    if format == "png":
         write_png(os.path.join(out, file), picture.display if picture.has_alpha else picture.display[..., :3])
-    elif image:
+    else:
         write_npy(os.path.join(out, file), picture.image)
     return file
 
