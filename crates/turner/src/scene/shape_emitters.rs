@@ -163,7 +163,8 @@ pub(crate) fn shape_emitters(scene: &Scene, index: u32, primitive: &Primitive) -
             }
             None => Vec::new(),
         },
-        Shape::Plane(_) | Shape::Mesh(_) => Vec::new(),
+        // Light sampling does not find curves.
+        Shape::Plane(_) | Shape::Mesh(_) | Shape::Curves(_) => Vec::new(),
     }
 }
 
