@@ -1,7 +1,7 @@
 //! A cubic segment of a curve, and its intersection with a ray.
 //!
 //! The segment is seen along the ray: the ray is the z axis of the frame, so a flat curve is hit where the axis is within its
-//! width in the xy plane. The segment is split in halves until it is nearly straight; halves whose box does not meet the axis
+//! width in the xy plane. A part of it is split in halves until it is nearly straight; halves whose box does not meet the axis
 //! are left out (Nakamaru and Ohno 2002; Pharr, Jakob and Humphreys 2023, §6.7).
 //!
 //! ```text
@@ -16,11 +16,13 @@ use crate::math::{Bounds, DVec3, Frame, Ray};
 /// Most halvings of a segment.
 const MAX_DEPTH: u32 = 8;
 /// Largest distance of a piece from a straight line, in radii.
-const STRAIGHT: f64 = 0.03;
-/// Steps of Newton's method.
-const STEPS: usize = 4;
-/// How far a tube continues beyond u = 0 and 1, so that neighbouring segments leave no gap.
-const OVERLAP: f64 = 1e-6;
+const STRAIGHT: f64 = 0.1;
+/// Most steps of Newton's method.
+const STEPS: usize = 8;
+/// Relative size of a step after which no other follows: the error then is about its square.
+const CONVERGED: f64 = 1e-6;
+/// How far a piece continues beyond its ends, in u, so that neighbours leave no gap.
+const OVERLAP: f64 = 1e-7;
 
 /// A cubic Bézier segment: points and radii.
 #[derive(Clone, Copy, Debug)]
@@ -98,6 +100,19 @@ impl Cubic {
         let b = Bounds::of(self.p.iter().copied());
         let r = DVec3::splat(self.widest());
         Bounds::new(b.min - r, b.max + r)
+    }
+
+    /// Radius of a capsule around the tube: of all points within that distance of the chord.
+    pub(super) fn capsule(&self) -> f64 {
+        let [a, b, c, d] = self.p;
+        let chord = d - a;
+        let squared = chord.length_squared();
+        let distance = |p: DVec3| {
+            let s = if squared > 0.0 { ((p - a).dot(chord) / squared).clamp(0.0, 1.0) } else { 0.0 };
+            (p - a - chord * s).length()
+        };
+        // The distance from the chord is convex: on the curve it is at most that of the control points.
+        self.widest() + distance(b).max(distance(c))
     }
 
     /// Halvings after which each piece is straight within [`STRAIGHT`] (Wang's bound of the second differences).
@@ -229,9 +244,20 @@ impl Search<'_> {
         }
         let chord = d - a;
         let squared = chord.length_squared();
-        let w = if squared > 0.0 { ((-a).dot(chord) / squared).clamp(0.0, 1.0) } else { 0.5 };
+        let mut w = if squared > 0.0 { ((-a).dot(chord) / squared).clamp(0.0, 1.0) } else { 0.5 };
+        let mut at = piece.at(w);
+        for _ in 0..2 {
+            // Newton's method for the nearest point of the curve.
+            let (p, t) = (at.c.truncate(), at.d1.truncate());
+            let dw = -p.dot(t) / (t.length_squared() + p.dot(at.d2.truncate()));
+            let next = if dw.is_finite() { (w + dw).clamp(0.0, 1.0) } else { w };
+            if next == w {
+                break;
+            }
+            w = next;
+            at = piece.at(w);
+        }
         let u = from + (to - from) * w;
-        let at = piece.at(w);
         let mut r = at.r;
         if let Section::Ribbon([first, second]) = self.section {
             let n = first * (1.0 - u) + second * u;
@@ -277,34 +303,37 @@ impl Search<'_> {
         let root = discriminant.sqrt();
         let q = if q1 >= 0.0 { -q1 - root } else { -q1 + root };
         let roots = [q / q2, if q == 0.0 { f64::NAN } else { q0 / q }];
+        let nearer = if roots[1] < roots[0] { [roots[1], roots[0]] } else { roots };
         // Where two pieces bend away from one another, both reach a little into the gap.
         let beyond = 0.05 * length + 0.5 * piece.widest();
-        for z in roots {
+        for z in nearer {
             let s = s0 + axis.z * z;
             if !(s >= -beyond && s <= length + beyond) {
                 continue;
             }
             let u = from + (to - from) * (s / length).clamp(0.0, 1.0);
-            if let Some(found) = self.refine(a.z + z, u, 2.0 * (to - from)) {
+            if let Some(found) = self.refine(a.z + z, u, [from, to]) {
+                // The ray enters here; it leaves at the other root.
                 self.offer(found);
+                return;
             }
         }
     }
 
-    /// The hit of the true tube near an approximate one, if the ray enters the tube there; `reach` is the farthest that u
-    /// may move.
-    fn refine(&self, z: f64, u: f64, reach: f64) -> Option<Found> {
-        let (mut z, start) = (z, u);
-        let mut u = u;
+    /// The hit of the true tube near an approximate one, if the ray enters the tube there and u is in the range of the
+    /// piece. Other hits are those of other pieces, which are tested or not: what is found must not depend on that.
+    fn refine(&self, z: f64, u: f64, [from, to]: [f64; 2]) -> Option<Found> {
+        let reach = 2.0 * (to - from);
+        let (mut z, mut u, start) = (z, u, u);
         // u first: z is exact where the piece is straight.
-        for _ in 0..2 {
-            let at = self.whole.at(u);
-            let x = DVec3::new(0.0, 0.0, z) - at.c;
-            let du = x.dot(at.d1) / (at.d1.length_squared() - x.dot(at.d2));
-            u = if du.is_finite() { (u + du).clamp(start - reach, start + reach) } else { u };
+        let mut at = self.whole.at(u);
+        let x = DVec3::new(0.0, 0.0, z) - at.c;
+        let du = x.dot(at.d1) / (at.d1.length_squared() - x.dot(at.d2));
+        if du.is_finite() && du.abs() > CONVERGED * reach {
+            u = (u + du).clamp(start - reach, start + reach);
+            at = self.whole.at(u);
         }
         for _ in 0..STEPS {
-            let at = self.whole.at(u);
             let x = DVec3::new(0.0, 0.0, z) - at.c;
             let (f, g) = (x.dot(at.d1), x.length_squared() - at.r * at.r);
             let (fz, fu) = (at.d1.z, x.dot(at.d2) - at.d1.length_squared());
@@ -316,10 +345,13 @@ impl Search<'_> {
             }
             z += dz;
             u = (u + du).clamp(start - reach, start + reach);
+            at = self.whole.at(u);
+            if dz.abs() <= CONVERGED * at.r && du.abs() <= CONVERGED * reach {
+                break;
+            }
         }
-        let at = self.whole.at(u);
         let x = DVec3::new(0.0, 0.0, z) - at.c;
-        let is_there = (x.length() - at.r).abs() <= 1e-3 * at.r && (-OVERLAP..=1.0 + OVERLAP).contains(&u);
+        let is_there = (x.length() - at.r).abs() <= 1e-3 * at.r && u >= from - OVERLAP && u <= to + OVERLAP;
         if !is_there || normal_of(&at, x).z >= 0.0 {
             return None;
         }

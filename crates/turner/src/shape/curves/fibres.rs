@@ -2,8 +2,9 @@
 
 use std::sync::Arc;
 
-use turner_bvh::{BoxBvh, BuildOptions};
+use turner_bvh::{BlockBvh, BuildOptions};
 
+use super::blocks::{Block, BlockRay};
 use super::cubic::{At, Cubic, Found, Section, SeenAlong, normal_of};
 use super::{CurveBasis, CurveKind, CurvesDesc};
 use crate::math::{Bounds, DVec2, DVec3, Ray};
@@ -22,7 +23,7 @@ const WORTH: f64 = 0.3;
 /// Most hits of one segment that are offered to a test, which may refuse them.
 const MAX_HITS: usize = 8;
 
-/// Curves with their BVH: some 70 bytes for each part of a segment (1, 2 or 4 parts) and 4 for each segment and each
+/// Curves with their BVH: some 50 bytes for each part of a segment (1, 2 or 4 parts) and 4 for each segment and each
 /// curve, in addition to the points, which are shared with the description.
 #[derive(Clone, Debug)]
 pub struct Curves {
@@ -36,7 +37,8 @@ pub struct Curves {
     ends: Vec<u32>,
     /// Each segment has 2^level parts.
     level: u32,
-    tree: BoxBvh,
+    tree: BlockBvh,
+    blocks: Vec<Block>,
     frame: TraversalFrame,
     bounds: Bounds,
     /// See [`Shape::tests_per_ray`](crate::shape::Shape::tests_per_ray).
@@ -66,7 +68,8 @@ impl Curves {
             segments,
             ends,
             level: 0,
-            tree: BoxBvh::build(&[], &BuildOptions::default()).map_err(|e| too_many(&e))?,
+            tree: BlockBvh::build(&[], &BuildOptions::default()).map_err(|e| too_many(&e))?.0,
+            blocks: Vec::new(),
             frame: TraversalFrame::new(&Bounds::EMPTY),
             bounds: Bounds::EMPTY,
             tests_per_ray: 1.0,
@@ -81,8 +84,8 @@ impl Curves {
         curves.frame = TraversalFrame::new(&curves.bounds);
         let parts = 1_u32 << curves.level;
         let count = curves.segments.len() as u64 * u64::from(parts);
-        /// Bytes per part while the BVH is built: its box, and the builder's memory.
-        const PART: u64 = 24 + 208;
+        /// Bytes per part while the BVH is built: its box, the builder's memory and two lanes of a block.
+        const PART: u64 = 24 + 208 + 64;
         options
             .limits
             .memory
@@ -100,7 +103,15 @@ impl Curves {
             instruction_set: options.instruction_set,
             ..BuildOptions::default()
         };
-        curves.tree = BoxBvh::build(&boxes, &build).map_err(|e| too_many(&e))?;
+        let blocks;
+        (curves.tree, blocks) = BlockBvh::build(&boxes, &build).map_err(|e| too_many(&e))?;
+        drop(boxes);
+        let mut made = Vec::new();
+        made.try_reserve_exact(blocks.len()).map_err(|e| too_many(&e))?;
+        let part =
+            |id: u32| curves.visible(id >> curves.level).map(|c| c.part(curves.part_of(id), curves.level));
+        made.extend(blocks.into_iter().map(|parts| Block::new(parts, &curves.frame, part)));
+        curves.blocks = made;
         curves.tests_per_ray = mean_parts(areas, &curves.bounds);
         Ok(curves)
     }
@@ -150,6 +161,7 @@ impl Curves {
     pub fn memory(&self) -> usize {
         size_of_val(self)
             + self.tree.bytes()
+            + size_of_val(&self.blocks[..])
             + size_of_val(&self.segments[..])
             + size_of_val(&self.ends[..])
             + self.data.memory()
@@ -244,17 +256,22 @@ impl Curves {
     /// The nearest hit that `accept` accepts. `accept` is called in any order.
     pub fn intersect_where(&self, ray: &Ray, accept: &dyn Fn(&ShapeHit) -> bool) -> Option<ShapeHit> {
         let search = self.frame.ray(ray)?;
-        let seen = SeenAlong::new(ray)?;
+        let (seen, from) = (SeenAlong::new(ray)?, BlockRay::new(&search.ray));
+        let set = self.tree.instruction_set();
         let mut nearest: Option<ShapeHit> = None;
         self.tree.closest(&search.ray, |range, t_max| {
-            for &part in &self.tree.order()[range.start as usize..range.end as usize] {
-                let limit = nearest.map_or(ray.t_max, |n| n.t);
-                let Some(hit) = self.hit(part, ray, &seen, limit, accept) else { continue };
-                if nearest.is_none_or(|n| hit.t < n.t || hit.t == n.t && hit.part < n.part) {
-                    nearest = Some(hit);
+            let mut end = t_max;
+            for block in &self.blocks[range.start as usize..range.end as usize] {
+                for lane in lanes(block.near(set, &from, end)) {
+                    let limit = nearest.map_or(ray.t_max, |n| n.t);
+                    let Some(hit) = self.hit(block.parts[lane], ray, &seen, limit, accept) else { continue };
+                    if nearest.is_none_or(|n| hit.t < n.t || hit.t == n.t && hit.part < n.part) {
+                        nearest = Some(hit);
+                        end = search.end(hit.t).min(end);
+                    }
                 }
             }
-            nearest.map_or(t_max, |n| search.end(n.t).min(t_max))
+            end
         });
         nearest
     }
@@ -262,10 +279,18 @@ impl Curves {
     /// Whether there is a hit that `accept` accepts.
     pub fn occludes_where(&self, ray: &Ray, accept: &dyn Fn(&ShapeHit) -> bool) -> bool {
         let (Some(search), Some(seen)) = (self.frame.ray(ray), SeenAlong::new(ray)) else { return false };
+        let (from, set) = (BlockRay::new(&search.ray), self.tree.instruction_set());
         self.tree.any(&search.ray, |range| {
-            let leaf = &self.tree.order()[range.start as usize..range.end as usize];
-            leaf.iter().any(|&part| self.hit(part, ray, &seen, ray.t_max, accept).is_some())
+            self.blocks[range.start as usize..range.end as usize].iter().any(|block| {
+                lanes(block.near(set, &from, search.ray.t_max))
+                    .any(|lane| self.hit(block.parts[lane], ray, &seen, ray.t_max, accept).is_some())
+            })
         })
+    }
+
+    /// The index of a part within its segment.
+    fn part_of(&self, part: u32) -> u32 {
+        part & ((1 << self.level) - 1)
     }
 
     /// The nearest accepted hit of one part of a segment.
@@ -277,7 +302,7 @@ impl Curves {
         t_max: f64,
         accept: &dyn Fn(&ShapeHit) -> bool,
     ) -> Option<ShapeHit> {
-        let (segment, part) = (part >> self.level, part & ((1 << self.level) - 1));
+        let (segment, part) = (part >> self.level, self.part_of(part));
         let (cubic, section) = (self.cubic(segment), self.section(segment));
         let mut t_min = ray.t_min;
         for _ in 0..MAX_HITS {
@@ -369,6 +394,15 @@ impl Curves {
         let (a, b, u) = (a?, b?, hit.u as f32);
         Some([0, 1, 2, 3].map(|i| a[i] + (b[i] - a[i]) * u))
     }
+}
+
+/// The lanes of a set, the first lane lowest.
+fn lanes(mut set: u8) -> impl Iterator<Item = usize> {
+    std::iter::from_fn(move || {
+        let lane = (set != 0).then(|| set.trailing_zeros() as usize)?;
+        set &= set - 1;
+        Some(lane)
+    })
 }
 
 impl Cubic {

@@ -1,5 +1,6 @@
 //! Curves: hair, fur, grass and wires; many cubic curves in one shape with one BVH.
 
+mod blocks;
 mod cubic;
 mod fibres;
 #[cfg(test)]
