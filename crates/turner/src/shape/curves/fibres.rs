@@ -16,15 +16,17 @@ use crate::shape::{ROUNDING, ShapeHit, SurfacePoint, mean_parts};
 const FIRST: u32 = 1 << 31;
 const LAST: u32 = 1 << 30;
 const INDEX: u32 = LAST - 1;
-/// A segment is divided into at most 2^2 parts with a box each.
-const MAX_LEVEL: u32 = 2;
+/// A segment is divided into at most 2 parts with a box each, and into 2^3 where there are at most [`MANY`] parts.
+const LEVEL: u32 = 1;
+const MAX_LEVEL: u32 = 3;
+const MANY: usize = 1 << 13;
 /// Boxes are divided while that removes this fraction of their surface.
 const WORTH: f64 = 0.3;
 /// Most hits of one segment that are offered to a test, which may refuse them.
 const MAX_HITS: usize = 8;
 
-/// Curves with their BVH: some 50 bytes for each part of a segment (1, 2 or 4 parts) and 4 for each segment and each
-/// curve, in addition to the points, which are shared with the description.
+/// Curves with their BVH: some 40 bytes for each part of a segment (one or two parts, up to eight of few segments) and 4
+/// for each segment and each curve, in addition to the points, which are shared with the description.
 #[derive(Clone, Debug)]
 pub struct Curves {
     data: Arc<MeshData>,
@@ -130,9 +132,7 @@ impl Curves {
             sum * step as f64
         };
         let (mut level, mut least) = (0, area(0));
-        // More parts than this take more memory than they save time.
-        const MOST: usize = 1 << 25;
-        while level < MAX_LEVEL && self.segments.len() << (level + 1) <= MOST {
+        while level < LEVEL || level < MAX_LEVEL && self.segments.len() << (level + 1) <= MANY {
             let next = area(level + 1);
             if !(next < (1.0 - WORTH) * least) {
                 break;
@@ -431,7 +431,7 @@ fn segments_of(
         for i in 0..count {
             let first = if i == 0 { FIRST } else { 0 };
             let last = if i + 1 == count { LAST } else { 0 };
-            segments.push(point + i * step | first | last);
+            segments.push((point + i * step) | first | last);
         }
         ends.push(segments.len() as u32);
         point += points;

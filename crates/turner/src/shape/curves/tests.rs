@@ -258,7 +258,7 @@ fn the_tree_finds_the_nearest_segment_and_is_small() {
             }
             assert!(hits > 30, "{hits}");
             let own = hair.memory() - hair.data_memory();
-            assert!(own < 800 * hair.count(), "{}", own / hair.count());
+            assert!(own <= 100 * hair.count(), "{}", own / hair.count());
         }
     }
 }
