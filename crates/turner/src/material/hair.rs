@@ -1,7 +1,7 @@
 //! Hair and fur.
 
 use super::{MaterialEvalContext, OpenPbr, PrincipledMaterial};
-use crate::bsdf::{Bsdf, HairPoint, color_of_sigma_a, sigma_a_of_color, sigma_a_of_melanin};
+use crate::bsdf::{Bsdf, HairPoint, sigma_a_of_color, sigma_a_of_melanin};
 use crate::color::Spectrum;
 use crate::interaction::SurfaceInteraction;
 use crate::math::{DVec3, Frame};
@@ -43,12 +43,15 @@ material = "brown"
 }
 
 impl HairMaterial {
-    /// A thin diffuse wall of about the same colour and roughness, for integrators and formats without hair.
+    /// A thin diffuse wall with about the albedo and roughness of a fibre, for integrators and formats without hair. A
+    /// texture is used unchanged.
     pub fn principled(&self) -> PrincipledMaterial {
         let grey = |v: f64| ColorSource::Constant(Spectrum::grey(v as f32));
+        let albedo = |color| ColorSource::Constant(Bsdf::hair(&self.point(color, 0.0)).albedo_hint());
         let color = match (self.sigma_a, self.color) {
-            (None, Some(color)) => color,
-            _ => ColorSource::Constant(color_of_sigma_a(self.absorption(None), self.beta_n)),
+            (None, Some(texture @ ColorSource::Texture(_))) => texture,
+            (_, Some(ColorSource::Constant(color))) => albedo(Some(color)),
+            _ => albedo(None),
         };
         PrincipledMaterial {
             base_color: color,
@@ -72,17 +75,23 @@ impl HairMaterial {
         }
     }
 
-    /// The BSDF at a surface point.
-    pub(super) fn bsdf(&self, scene: &impl MaterialEvalContext, surface: &SurfaceInteraction) -> Bsdf {
-        let at = scene.texture_point(surface);
-        Bsdf::hair(&HairPoint {
-            sigma_a: self.absorption(self.color.map(|c| scene.textures().color(c, &at))),
-            h: 2.0 * at.uv.y - 1.0,
+    /// The parameters where `color` has the given value, at the offset `h`.
+    fn point(&self, color: Option<Spectrum>, h: f64) -> HairPoint {
+        HairPoint {
+            sigma_a: self.absorption(color),
+            h,
             beta_m: self.beta_m,
             beta_n: self.beta_n,
             alpha: self.alpha,
             ior: self.ior,
-        })
+        }
+    }
+
+    /// The BSDF at a surface point.
+    pub(super) fn bsdf(&self, scene: &impl MaterialEvalContext, surface: &SurfaceInteraction) -> Bsdf {
+        let at = scene.texture_point(surface);
+        let color = self.color.map(|c| scene.textures().color(c, &at));
+        Bsdf::hair(&self.point(color, 2.0 * at.uv.y - 1.0))
     }
 }
 
@@ -107,5 +116,27 @@ impl OpenPbr {
         let x = scene.tangent_frame(surface, 0).map_or_else(|| Frame::from_z(surface.ns).x, |(x, _)| x);
         let z = (wo - x * wo.dot(x)).try_normalize().unwrap_or_else(|| x.any_orthonormal_vector());
         Frame { x, y: z.cross(x), z }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Integrators without hair show a fibre's own albedo, which is brighter than a mass of such hair.
+    #[test]
+    fn the_wall_has_the_albedo_of_a_fibre() {
+        let of = |hair: HairMaterial| match hair.principled().base_color {
+            ColorSource::Constant(c) => c,
+            ColorSource::Texture(_) => panic!("no texture was given"),
+        };
+        let white = of(HairMaterial { eumelanin: 0.0, ..HairMaterial::default() });
+        assert!((white - Spectrum::WHITE).map(f32::abs).max_component() < 1e-4, "{white:?}");
+        let brown = of(HairMaterial::default());
+        assert!(brown.r > 0.2 && brown.r < 0.5 && brown.b > 0.05 && brown.b < brown.r, "{brown:?}");
+        let color = Spectrum::new(0.1, 0.3, 0.5);
+        let of_color =
+            of(HairMaterial { color: Some(ColorSource::Constant(color)), ..HairMaterial::default() });
+        assert!(of_color.r > color.r && of_color.r < of_color.b && of_color.b > color.b, "{of_color:?}");
     }
 }
