@@ -163,7 +163,6 @@ pub(crate) fn shape_emitters(scene: &Scene, index: u32, primitive: &Primitive) -
             }
             None => Vec::new(),
         },
-        // Light sampling does not find curves.
         Shape::Plane(_) | Shape::Mesh(_) | Shape::Curves(_) => Vec::new(),
     }
 }
