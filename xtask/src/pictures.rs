@@ -320,6 +320,7 @@ pub(crate) const PICTURES: &[Picture] = &[
         "solids.jpg",
         Turner("scenes/guides/solids.toml --width 640 --height 360 --samples 32 --denoise"),
     ),
+    picture("hair.jpg", Turner("scenes/guides/hair.toml --width 640 --height 320 --samples 48 --denoise")),
     picture("subdivision.jpg", Turner("scenes/guides/subdivision.toml --samples 64 --denoise")),
     picture("cutout.png", Turner("scenes/guides/transparent.toml --width 240 --height 200 --samples 192")),
     picture(

@@ -131,7 +131,7 @@ impl BoxBvh {
     /// all primitives in one range.
     #[inline]
     pub fn closest(&self, ray: &Ray, mut leaf: impl FnMut(Range<u32>, f32) -> f32) -> f32 {
-        if !self.reaches(ray) {
+        if !reaches(&self.space, ray) {
             let t = if ray.is_valid() && !self.order.is_empty() {
                 leaf(self.all(), ray.t_max)
             } else {
@@ -153,7 +153,7 @@ impl BoxBvh {
     /// As with [`closest`](Self::closest), no primitive is missed if the ray intersects its box.
     #[inline]
     pub fn any(&self, ray: &Ray, mut leaf: impl FnMut(Range<u32>) -> bool) -> bool {
-        if !self.reaches(ray) {
+        if !reaches(&self.space, ray) {
             return ray.is_valid() && !self.order.is_empty() && leaf(self.all());
         }
         let leaves = Any { visit: RefCell::new(|_, range| leaf(range)), order: &self.order };
@@ -173,7 +173,7 @@ impl BoxBvh {
                 order: &self.order,
             };
             search::closest_batch(self.tree(&leaves), rays, &mut hits[..rays.len()]);
-            for (i, ray) in rays.iter().enumerate().filter(|(_, ray)| !self.reaches(ray)) {
+            for (i, ray) in rays.iter().enumerate().filter(|(_, ray)| !reaches(&self.space, ray)) {
                 if ray.is_valid() && !self.order.is_empty() {
                     leaf(first + i, self.all(), ray.t_max);
                 }
@@ -194,25 +194,25 @@ impl BoxBvh {
             let leaves = Any { visit: RefCell::new(&mut leaf), order: &self.order };
             search::any_batch(self.tree(&leaves), rays, hits);
         }
-        for (i, ray) in rays.iter().enumerate().filter(|(_, ray)| !self.reaches(ray)) {
+        for (i, ray) in rays.iter().enumerate().filter(|(_, ray)| !reaches(&self.space, ray)) {
             hits[i] = ray.is_valid() && !self.order.is_empty() && leaf(i, self.all());
         }
     }
+}
 
-    /// Whether traversal supports this ray and scales its t exactly.
-    #[inline(always)]
-    fn reaches(&self, ray: &Ray) -> bool {
-        let [x, y, z] = ray.origin.map(f32::abs);
-        let [u, v, w] = ray.direction.map(f32::abs);
-        let (far, longest) = (x.max(y).max(z), u.max(v).max(w));
-        let scale = self.space.scale;
-        // The scale is 1 unless the BVH is very large or small.
-        let t_scale = longest * scale;
-        far * scale <= MAX_COORDINATE
-            && (1e-36..1e36).contains(&longest)
-            && (1e-36..1e36).contains(&t_scale)
-            && ray.is_valid()
-    }
+/// Whether traversal supports this ray and scales its t exactly.
+#[inline(always)]
+pub(crate) fn reaches(space: &Space, ray: &Ray) -> bool {
+    let [x, y, z] = ray.origin.map(f32::abs);
+    let [u, v, w] = ray.direction.map(f32::abs);
+    let (far, longest) = (x.max(y).max(z), u.max(v).max(w));
+    let scale = space.scale;
+    // The scale is 1 unless the BVH is very large or small.
+    let t_scale = longest * scale;
+    far * scale <= MAX_COORDINATE
+        && (1e-36..1e36).contains(&longest)
+        && (1e-36..1e36).contains(&t_scale)
+        && ray.is_valid()
 }
 
 /// The primitives that are in no leaf.
@@ -232,10 +232,10 @@ fn positions(leaf: ChildRef) -> Range<u32> {
 }
 
 /// Leaves for nearest hits. `visit` gets the ray index, the positions and t, and returns the new t, kept in `hit.u`.
-struct Nearest<'a, F> {
-    rays: &'a [Ray],
-    visit: RefCell<F>,
-    order: &'a [u32],
+pub(crate) struct Nearest<'a, F> {
+    pub(crate) rays: &'a [Ray],
+    pub(crate) visit: RefCell<F>,
+    pub(crate) order: &'a [u32],
 }
 
 impl<F: FnMut(usize, Range<u32>, f32) -> f32> Leaves for Nearest<'_, F> {
@@ -264,9 +264,9 @@ impl<F: FnMut(usize, Range<u32>, f32) -> f32> Leaves for Nearest<'_, F> {
 }
 
 /// Leaves for any hit. `visit` gets the ray index and the positions, and returns true to stop.
-struct Any<'a, F> {
-    visit: RefCell<F>,
-    order: &'a [u32],
+pub(crate) struct Any<'a, F> {
+    pub(crate) visit: RefCell<F>,
+    pub(crate) order: &'a [u32],
 }
 
 impl<F: FnMut(usize, Range<u32>) -> bool> Leaves for Any<'_, F> {

@@ -2,7 +2,7 @@
 //!
 //! [`Bvh`] is a BVH over triangles. [`BoxBvh`] is a BVH over boxes of any primitives, which the caller intersects. With
 //! the BVHs of meshes in its leaves it is the top level of a two-level BVH, and it follows moving objects by
-//! [refitting](BoxBvh::refit).
+//! [refitting](BoxBvh::refit). [`BlockBvh`] is for callers that intersect eight primitives at once.
 //!
 //! ```
 //! use turner_bvh::{BuildOptions, Bvh, Ray, Triangles};
@@ -33,6 +33,7 @@
 //! triangle, measured on scans, terrain, architecture and thin sticks. Traversal does not allocate.
 
 mod aabb;
+mod blocks;
 mod boxes;
 mod build;
 mod bvh;
@@ -58,6 +59,7 @@ mod triangle;
 mod validate;
 
 pub use aabb::Aabb;
+pub use blocks::BlockBvh;
 pub use build::{BuildError, BuildOptions, BuildStats, Bvh2Options, Bvh2Stats, Quality};
 #[doc(hidden)]
 pub use build::{build_stats, build_stats_of_boxes};

@@ -130,6 +130,8 @@ impl AssetSource for AnyFile {
                 let mut seeds = turner_io::testing::seeds::seeds().into_iter();
                 seeds.find(|seed| seed.name.ends_with(".vdb")).unwrap().bytes
             }
+            // The points of one curve.
+            Some("hair") => TRIANGLE_PLY.as_bytes().to_vec(),
             Some("ply") => TRIANGLE_PLY.as_bytes().to_vec(),
             _ => picture(turner_io::image::ImageFormat::of_path(Path::new(uri)).unwrap()),
         })

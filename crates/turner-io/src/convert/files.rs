@@ -16,7 +16,7 @@ use turner::shape::ShapeDesc;
 use super::file_names::{Taken, safe, stem};
 use super::{ConvertOptions, Converted, WrittenFile, create, exists, output_error};
 use crate::image::{ImageFormat, exr, png};
-use crate::mesh::ply;
+use crate::mesh::{hair, ply};
 
 /// Most vertices and triangles of a mesh that is written inline, so that a person can read it.
 const FEW: usize = 12;
@@ -85,6 +85,7 @@ impl<'a> Files<'a> {
             let mesh = match &object.content {
                 ObjectContent::Shape(ShapeDesc::Mesh(mesh)) => mesh.mesh,
                 ObjectContent::Shape(ShapeDesc::Points(points)) => points.points,
+                ObjectContent::Shape(ShapeDesc::Curves(curves)) => curves.curves,
                 _ => continue,
             };
             if let Some(count) = uses.get_mut(mesh.index()) {
@@ -219,8 +220,13 @@ impl SceneAssetWriter for Files<'_> {
             return Ok(name.clone());
         }
         let used_once = self.uses.get(id.index()).is_some_and(|count| *count == 1);
-        let name = if used_once && is_readable(&asset.data) {
+        let is_curves = !(asset.data.strands.is_empty() && asset.data.widths.is_empty());
+        let name = if used_once && is_readable(&asset.data) || is_curves && !hair::can_write(&asset.data) {
             None
+        } else if is_curves {
+            asset.data.check()?;
+            let wanted = stem(&asset.uri);
+            Some(self.file(Kind::Mesh, (wanted, "hair"), |out| hair::write(&asset.data, out))?)
         } else {
             asset.data.check()?;
             let wanted = stem(&asset.uri);

@@ -1,4 +1,4 @@
-//! Triangle meshes and point clouds from OBJ, PLY and STL files.
+//! Triangle meshes and point clouds from OBJ, PLY and STL files, curves from HAIR files.
 //!
 //! All indices are checked, and memory is reserved only for as many elements as the file's bytes can hold. Convex
 //! polygons become triangle fans, other polygons are triangulated by ear clipping. [`decode`] returns only the mesh;
@@ -6,6 +6,7 @@
 
 mod corners;
 mod error;
+pub(crate) mod hair;
 mod import;
 mod mtl;
 pub(crate) mod need;
@@ -49,8 +50,11 @@ pub fn decode(bytes: &[u8], name: &str) -> Result<ReadMesh, MeshError> {
     Ok(read)
 }
 
-/// Reads a mesh or a point cloud, which has vertices but no triangles.
+/// Reads a mesh, or a point cloud or curves, which have vertices but no triangles.
 pub fn decode_any(bytes: &[u8], name: &str) -> Result<ReadMesh, MeshError> {
+    if bytes.starts_with(hair::MAGIC) {
+        return hair::read(bytes, name);
+    }
     let mut read = if bytes.starts_with(b"ply\n") || bytes.starts_with(b"ply\r") {
         ply::read(bytes, name)?
     } else {

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use turner::schema::{Limits, SceneError};
 
-use super::ply;
+use super::{hair, ply};
 use crate::assets::printable;
 use crate::scene::SceneFormat;
 
@@ -12,6 +12,7 @@ use crate::scene::SceneFormat;
 const OBJ: u64 = 2;
 const STL_BINARY: u64 = 2;
 const STL_TEXT: u64 = 1;
+const HAIR: u64 = 2;
 
 /// Checks the memory limit for reading a file, and the triangle limit if the file announces its count.
 pub(crate) fn check(bytes: &[u8], name: &str, limits: &Limits) -> Result<(), SceneError> {
@@ -22,6 +23,8 @@ pub(crate) fn check(bytes: &[u8], name: &str, limits: &Limits) -> Result<(), Sce
         let (bytes, triangles) = ply::need(bytes);
         limits.check_triangles(triangles, called)?;
         bytes
+    } else if bytes.starts_with(hair::MAGIC) {
+        of_file(HAIR)
     } else {
         match SceneFormat::of_path(Path::new(name)) {
             Some(SceneFormat::Obj) => of_file(OBJ),

@@ -18,17 +18,8 @@ use crate::scene_import::{Through, inner_reflectance, map_values, product, unkno
 use crate::spectral::metal_of_index;
 
 /// Known BSDFs that are not supported.
-const UNSUPPORTED: &[&str] = &[
-    "measured",
-    "measured_polarized",
-    "hair",
-    "polarizer",
-    "retarder",
-    "circular",
-    "bsdf_hair",
-    "irawan",
-    "hk",
-];
+const UNSUPPORTED: &[&str] =
+    &["measured", "measured_polarized", "polarizer", "retarder", "circular", "bsdf_hair", "irawan", "hk"];
 
 /// All known BSDFs.
 const KNOWN: &[&str] = &[

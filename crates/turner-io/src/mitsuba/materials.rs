@@ -179,6 +179,7 @@ pub(super) fn make(
             "mixturebsdf" => return older::mixture(scene, &object, usage),
             "phong" | "ward" => return older::two_lobes(scene, &object, usage),
             "coating" | "roughcoating" => return older::coat(scene, &object, usage),
+            "hair" => return super::hair::material(scene, &object, &usage),
             "difftrans" => return older::translucent(scene, &object, usage),
             "null" => {
                 scene.finish(&object);

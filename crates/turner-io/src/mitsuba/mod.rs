@@ -12,6 +12,7 @@ mod document;
 mod emitters;
 mod environment;
 mod frame;
+mod hair;
 mod leaves;
 mod materials;
 mod media;

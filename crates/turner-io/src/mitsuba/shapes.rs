@@ -1,4 +1,4 @@
-//! Shapes: spheres, rectangles, disks and cylinders keep their type, all others become triangles.
+//! Shapes: spheres, rectangles, disks, cylinders and curves keep their type, all others become triangles.
 
 use std::f64::consts::PI;
 
@@ -19,16 +19,8 @@ use crate::scene_import::report::Fault;
 use crate::scene_import::{ALONG, AROUND, Surface as Round, orient, unknown, upright};
 
 /// Known shapes that are not supported.
-const UNSUPPORTED: &[&str] = &[
-    "bsplinecurve",
-    "linearcurve",
-    "sdfgrid",
-    "ellipsoids",
-    "ellipsoidsmesh",
-    "heightfield",
-    "hair",
-    "deformable",
-];
+const UNSUPPORTED: &[&str] =
+    &["sdfgrid", "ellipsoids", "ellipsoidsmesh", "heightfield", "hair", "deformable"];
 
 /// Deepest nesting of groups.
 const MAX_NESTING: u32 = 16;
@@ -92,6 +84,10 @@ fn add_to(scene: &mut Assembly<'_>, object: &Object, depth: u32) -> Result<(), F
         "cube" => {
             let id = shared(scene, "\0cube", flip, meshes::cube);
             (mesh_of(id), DAffine3::IDENTITY, Surface::Same)
+        }
+        "bsplinecurve" | "linearcurve" => {
+            let curves = super::hair::curves(scene, object)?;
+            (ShapeDesc::Curves(curves), DAffine3::IDENTITY, Surface::Same)
         }
         "obj" | "ply" | "serialized" => {
             let mirrored = to_world.matrix3.determinant() < 0.0;

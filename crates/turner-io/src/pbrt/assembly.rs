@@ -10,6 +10,7 @@ use super::frame::Frame;
 use super::layers::Layers;
 use super::materials::Materials;
 use super::report::Fault;
+use super::shapes::OpenCurves;
 use super::source::Place;
 use super::state::State;
 use crate::assets::AssetSource;
@@ -32,6 +33,8 @@ pub(super) struct Assembly<'a> {
     /// By name.
     pub(super) textures: BTreeMap<String, Texture>,
     pub(super) media: BTreeMap<String, MediumId>,
+    /// The last object, if it has curves to which others may be added.
+    pub(super) open_curves: Option<OpenCurves>,
 }
 
 impl<'a> Deref for Assembly<'a> {
@@ -56,6 +59,7 @@ impl<'a> Assembly<'a> {
             layers: Layers::default(),
             textures: BTreeMap::new(),
             media: BTreeMap::new(),
+            open_curves: None,
         }
     }
 

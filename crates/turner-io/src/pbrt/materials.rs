@@ -199,7 +199,16 @@ fn make(
         },
         "diffusetransmission" => maker.diffuse_transmission()?,
         "subsurface" => maker.subsurface()?,
-        "hair" => maker.hair()?,
+        "hair" => {
+            let hair = maker.hair()?;
+            params.pass(&["displacement", "normalmap"]);
+            params.finish(&what, &mut maker.scene.report);
+            if usage.emission.is_some() || usage.alpha.is_some() {
+                let message = "an area light on hair, or the alpha of hair: opaque hair without emission";
+                maker.scene.report.ignored(params.place, message);
+            }
+            return Ok(MaterialDesc::Hair(hair));
+        }
         "measured" => {
             params.pass(&["filename"]);
             maker.scene.report.ignored(params.place, "a measured material: rendered as diffuse grey");

@@ -17,6 +17,7 @@ mod frame;
 #[cfg(test)]
 mod frame_tests;
 mod goniometric;
+mod hair;
 mod layer_colors;
 mod layers;
 mod lexer;

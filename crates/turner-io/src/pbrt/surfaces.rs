@@ -70,7 +70,7 @@ impl Maker<'_, '_> {
     }
 
     /// A number or a texture.
-    fn number(&mut self, name: &'static str) -> Result<Option<ColorSource>, Fault> {
+    pub(super) fn number(&mut self, name: &'static str) -> Result<Option<ColorSource>, Fault> {
         if self.params.is(name, Type::Texture) {
             return self.texture(name).map(Some);
         }
@@ -408,32 +408,6 @@ impl Maker<'_, '_> {
         self.roughness(["roughness", "uroughness", "vroughness"], &mut surface)?;
         surface.transmission_dispersion_scale = 0.0;
         Ok(surface)
-    }
-
-    pub(super) fn hair(&mut self) -> Result<PrincipledMaterial, Fault> {
-        let place = self.params.place;
-        let color = if self.params.has("reflectance") {
-            self.color("reflectance", 0.3)?
-        } else {
-            ColorSource::Constant(Spectrum::new(0.25, 0.14, 0.07))
-        };
-        self.params.pass(&[
-            "sigma_a",
-            "eumelanin",
-            "pheomelanin",
-            "eta",
-            "beta_m",
-            "beta_n",
-            "alpha",
-            "reflectance",
-        ]);
-        self.scene.report.approximated(place, "hair: rendered as a glossy dielectric of its colour");
-        Ok(PrincipledMaterial {
-            base_color: color,
-            specular_roughness: grey(0.4),
-            specular_ior: 1.55,
-            ..PrincipledMaterial::default()
-        })
     }
 
     pub(super) fn mix(&mut self, usage: Use) -> Result<MaterialDesc, Fault> {

@@ -34,6 +34,7 @@ pub fn seeds() -> Vec<Seed> {
         alone("binary.ply", &binary_ply()),
         alone("text.stl", STL.as_bytes()),
         alone("binary.stl", &binary_stl()),
+        shown("fur.hair", hair(), fur()),
         alone("scene.pbrt", PBRT.as_bytes()),
         alone("packed.pbrt", &gzip(PBRT.as_bytes())),
         shown("lamp.ies", IES.into(), lamp()),
@@ -103,6 +104,27 @@ fn texture(file: &str) -> String {
         "[integrator]\ntype = \"path\"\n[texture.t]\ntype = \"image\"\nfile = \"{file}\"\n[[object]]\ntype = \"rectangle\"\n\
          material = {{ color = \"t\" }}\n[[light]]\ntype = \"environment\"\nfile = \"{file}\"\n"
     )
+}
+
+/// Three curves of three points with widths and colours.
+fn hair() -> Vec<u8> {
+    let data = turner::schema::MeshData {
+        positions: (0..9_u8).map(|i| [f32::from(i / 3), f32::from(i % 3), 0.1 * f32::from(i)]).collect(),
+        widths: vec![0.1; 9],
+        colors: vec![[0.6, 0.4, 0.2, 1.0]; 9],
+        strands: vec![3; 3],
+        ..Default::default()
+    };
+    let mut out = Vec::new();
+    // Writing to a vector does not fail.
+    let _ = crate::mesh::hair::write(&data, &mut out);
+    out
+}
+
+fn fur() -> String {
+    "[[object]]\ntype = \"curves\"\nfile = \"fur.hair\"\nmaterial = { type = \"hair\", color = { type = \"vertex-color\" } }\n\
+     [integrator]\ntype = \"path\"\n[[light]]\ntype = \"ambient\"\n"
+        .to_owned()
 }
 
 fn model(file: &str) -> String {

@@ -312,8 +312,10 @@ fn apply(studio: &mut Studio, node: Node, path: &str, table: &Table, key: &'stat
     match change {
         Change::Set(data) => {
             studio.moving();
-            // The lists of a mesh are read together.
-            let is_inline = key != "type" && table.get("positions").is_some();
+            // The lists of a mesh are read together, and those of curves.
+            let is_curves = table.get("type").is_some_and(|kind| kind.data == Data::String("curves".into()));
+            let list = if is_curves { "points" } else { "positions" };
+            let is_inline = key != "type" && table.get(list).is_some();
             let inline = || {
                 let mut table = table.clone();
                 table.set(key, Span::NONE, Value::new(data.clone()));

@@ -65,6 +65,15 @@ pub(crate) fn items(field: &Field, kind: &Kind, around: &Around<'_>) -> Vec<Valu
             let all = around.part.get("radius").and_then(|radius| number(&radius.data));
             (Some(Data::Number(all.unwrap_or(0.1))), Some("positions"))
         }
+        "widths" => {
+            let all = around.part.get("width").and_then(|width| number(&width.data));
+            (Some(Data::Number(all.unwrap_or(0.1))), Some("points"))
+        }
+        // One curve of all points.
+        "strands" => match around.part.get("points").map(|points| &points.data) {
+            Some(Data::Array(points)) => (Some(Data::Integer(points.len() as i64)), None),
+            _ => (None, None),
+        },
         "face_materials" => (Some(Data::Integer(0)), Some("triangles")),
         // The middle of a gradient.
         "stops" => {
@@ -75,7 +84,9 @@ pub(crate) fn items(field: &Field, kind: &Kind, around: &Around<'_>) -> Vec<Valu
         _ if *kind == Kind::Source => (Some(Data::Number(1.0)), None),
         _ => (kind.start(&|part| around.names(part)), None),
     };
-    let count = match like.and_then(|key| around.part.get(key)).map(|value| &value.data) {
+    // The points of curves are their vertices.
+    let like = like.and_then(|key| around.part.get(key).or_else(|| around.part.get("points")));
+    let count = match like.map(|value| &value.data) {
         Some(Data::Array(items)) => items.len(),
         _ => 1,
     };

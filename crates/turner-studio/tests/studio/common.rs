@@ -333,6 +333,7 @@ pub(crate) fn shape_keys(name: &str) -> Option<&'static str> {
     Some(match name {
         "mesh" => "positions = [[0, 0, 0], [1, 0, 0], [0, 1, 0]]\ntriangles = [[0, 1, 2]]",
         "points" => "positions = [[0, 0, 0], [1, 0, 0]]\nradius = 0.1",
+        "curves" => "points = [[0, 0, 0], [1, 0, 0]]\nwidth = 0.1",
         "height_field" => return None,
         "union" | "intersection" | "difference" | "clipped" => {
             "parts = [{ type = \"sphere\" }, { type = \"plane\" }]"

@@ -16,7 +16,7 @@ use turner_studio::studio::{Dialog, Purpose};
 use super::common::*;
 
 /// What meshes and points do not go without.
-const REQUIRED: &[&str] = &["positions", "triangles"];
+const REQUIRED: &[&str] = &["positions", "triangles", "points"];
 
 pub(crate) fn textures() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../../scenes/classic")

@@ -139,6 +139,9 @@ impl Bsdf {
         if self.exits {
             return self.prepare_exit(wo);
         }
+        if self.hair.is_some() {
+            return (self.prepare_exit(wo).0, [0.0; LOBES]);
+        }
         let above = self.above_towards(DVec3 { z: wo.z.max(0.0), ..wo }, self.inside);
         let p = if wo.z > MIN_COSINE { self.probabilities(above) } else { [0.0; LOBES] };
         (above, p)
@@ -249,6 +252,9 @@ impl Bsdf {
             let f = self.softened_lambert(wi, terminator).to_array().map(f64::from);
             return (Rgb::from(f), wi.z / PI);
         }
+        if let Some(hair) = &self.hair {
+            return hair.eval(wo, wi);
+        }
         if self.exits {
             let (f, pdf) = self.eval_exit(wi);
             return (f * softening(terminator, wi), pdf);
@@ -344,6 +350,9 @@ impl Bsdf {
             let lobe = Lobe { is_delta: false, is_transmission: false, is_diffuse: true };
             let f = self.softened_lambert(wi, terminator);
             return (wi.z > MIN_COSINE).then(|| BsdfSample { wi, f, pdf: wi.z / PI, lobe, eta: 1.0 });
+        }
+        if let Some(hair) = &self.hair {
+            return hair.sample(wo, u);
         }
         if self.exits {
             let sample = self.sample_exit([u[1], u[2]])?;

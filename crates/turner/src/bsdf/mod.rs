@@ -37,6 +37,8 @@
 //! - The colours of metal, coat and fuzz absorb. Under a dielectric with a `specular_color`, all bands of the diffuse
 //!   lobe are attenuated by the reflection of the strongest band.
 //!
+//! A hair ([`Bsdf::hair`]) has none of these layers: module `hair`.
+//!
 //! Sampling chooses one lobe in proportion to its approximate albedo seen from wo, then a direction: cosine-weighted
 //! (diffuse), visible normals (coat, interface), uniform (fuzz), near grazing (multiple scattering between facets).
 //! Dividing by the pdf of all lobes is one-sample MIS with the balance heuristic (Veach 1997, §9.2.4).
@@ -51,6 +53,7 @@ mod film;
 mod fresnel;
 mod fresnel_x8;
 mod fuzz;
+mod hair;
 mod interface;
 mod microfacet;
 mod mixture;
@@ -65,6 +68,7 @@ mod terminator;
 pub(crate) use block::{Bands, BsdfBlock, LambertBlock, Sampled};
 pub(crate) use diffuse::sample_cosine;
 pub use facets::{FacetDistribution, FacetMasking};
+pub use hair::{HairPoint, color_of_sigma_a, sigma_a_of_color, sigma_a_of_melanin};
 pub(crate) use mixture::MIN_COSINE;
 pub(crate) use opaque_base::{OpaqueBase, OpaqueBlock, OpaqueSeen};
 pub(crate) use parts::MOST_DELTAS;
@@ -75,6 +79,7 @@ pub(crate) use terminator::{Terminator, TerminatorX8};
 use albedo::AlbedoDirection;
 use coat::Coat;
 use fuzz::Charlie;
+use hair::Hair;
 use interface::Interface;
 
 use crate::color::Spectrum;
@@ -129,6 +134,8 @@ pub struct Bsdf {
     lambert: bool,
     /// Light that leaves the interior after a subsurface random walk: see [`Bsdf::leaving`].
     exits: bool,
+    /// The scattering of a hair, instead of all layers.
+    hair: Option<Hair>,
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -199,6 +206,7 @@ impl Bsdf {
             },
             lambert: false,
             exits: false,
+            hair: None,
         };
         bsdf.diffuse.normalisation = bsdf.diffuse_normalisation();
         bsdf.lambert = bsdf.is_lambert();
@@ -226,6 +234,7 @@ impl Bsdf {
             },
             lambert: false,
             exits: false,
+            hair: None,
         };
         bsdf.lambert = bsdf.is_lambert();
         bsdf
@@ -286,7 +295,8 @@ impl Bsdf {
 
     /// Whether any lobe is not a delta lobe, so that lights can be sampled.
     pub fn has_smooth(&self) -> bool {
-        self.fuzz.is_some()
+        self.hair.is_some()
+            || self.fuzz.is_some()
             || self.coat.as_ref().is_some_and(|c| !c.smooth)
             || self.interface.as_ref().is_some_and(|i| !i.smooth)
             || self.diffuse.reflect != Rgb::ZERO
@@ -295,6 +305,9 @@ impl Bsdf {
 
     /// Mean roughness, weighted by albedo: 0 is a mirror or clear glass, 1 is diffuse.
     pub fn roughness_hint(&self) -> f64 {
+        if let Some(hair) = &self.hair {
+            return hair.roughness();
+        }
         let rough = |smooth: bool, alpha: f64| if smooth { 0.0 } else { alpha.sqrt() };
         // All other lobes are diffuse, or nearly.
         let mut roughness = [1.0; mixture::LOBES];
@@ -314,6 +327,9 @@ impl Bsdf {
 
     /// Approximate fraction of light at normal incidence that is reflected or transmitted, each band within 0..=1.
     pub fn albedo_hint(&self) -> Spectrum {
+        if let Some(hair) = &self.hair {
+            return spectrum(hair.albedo().clamp(Rgb::ZERO, Rgb::ONE));
+        }
         let sum: Rgb = self.albedos(self.above(AlbedoDirection::all(1.0))).into_iter().sum();
         spectrum(sum.clamp(Rgb::ZERO, Rgb::ONE))
     }
@@ -352,9 +368,10 @@ impl<'a> BsdfFromWo<'a> {
         BsdfFromWo { terminator: Some(terminator), ..self }
     }
 
-    /// The BSDF for any direction on the same side; `None` if its coat has a normal of its own, which depends on wo.
+    /// The BSDF for any direction on the same side; `None` if its coat has a normal of its own, which depends on wo, or if
+    /// it is a hair, whose offset depends on wo.
     pub(crate) fn at_any_wo(&self) -> Option<&'a Bsdf> {
-        self.bsdf.coat_normal.is_none().then_some(self.bsdf)
+        (self.bsdf.coat_normal.is_none() && self.bsdf.hair.is_none()).then_some(self.bsdf)
     }
 }
 

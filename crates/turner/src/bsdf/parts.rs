@@ -27,13 +27,17 @@ impl Bsdf {
 
     /// Whether any lobe is neither diffuse nor a delta lobe.
     pub(crate) fn has_gloss(&self) -> bool {
-        self.fuzz.is_some()
+        self.hair.is_some()
+            || self.fuzz.is_some()
             || self.coat.as_ref().is_some_and(|c| !c.smooth)
             || self.interface.as_ref().is_some_and(|i| !i.smooth)
     }
 
     /// Roughness of the sharpest lobe that is neither diffuse nor a delta lobe; 1 without one.
     pub(crate) fn gloss_roughness(&self) -> f64 {
+        if let Some(hair) = &self.hair {
+            return hair.roughness();
+        }
         let coat = self.coat.as_ref().filter(|c| !c.smooth).map_or(1.0, |c| c.facets.ax.min(c.facets.ay));
         let interface =
             self.interface.as_ref().filter(|i| !i.smooth).map_or(1.0, |i| i.facets.ax.min(i.facets.ay));
@@ -104,6 +108,9 @@ impl BsdfFromWo<'_> {
     /// Samples a lobe that is neither a delta lobe nor one of the diffuse base; `None` if there is none. The sample's pdf
     /// and f are those of all lobes.
     pub(crate) fn sample_gloss(&self, u: [f64; 3]) -> Option<BsdfSample> {
+        if self.bsdf.hair.is_some() {
+            return self.sample(u);
+        }
         let is_gloss = |lobe: usize| match lobe {
             REFLECT | TRANSMIT | ENTER | PASS => false,
             COAT => self.bsdf.coat.as_ref().is_some_and(|c| !c.smooth),

@@ -110,7 +110,7 @@ fn check<T: Clone + Debug>(
         let table = write(&value, &mut Writer::new(&desc, &mut lent)).unwrap();
         let keys: Vec<&str> = table.entries.iter().map(|e| e.key.as_str()).collect();
         let required = entry.fields.iter().filter(|f| f.default.is_none()).map(|f| f.name);
-        let data = matches!(entry.name, "mesh" | "points").then_some("file");
+        let data = matches!(entry.name, "mesh" | "points" | "curves").then_some("file");
         let expected: Vec<&str> = std::iter::once("type").chain(required).chain(data).collect();
         assert_eq!(keys, expected, "{what}");
 

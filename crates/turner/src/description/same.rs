@@ -117,6 +117,8 @@ fn same_mesh(a: &MeshData, b: &MeshData) -> bool {
         polygons,
         face_materials,
         material_names,
+        strands,
+        widths,
     } = a;
     bits(positions.as_flattened(), b.positions.as_flattened())
         && bits(normals.as_flattened(), b.normals.as_flattened())
@@ -129,6 +131,8 @@ fn same_mesh(a: &MeshData, b: &MeshData) -> bool {
         && *polygons == b.polygons
         && *face_materials == b.face_materials
         && *material_names == b.material_names
+        && *strands == b.strands
+        && bits(widths, &b.widths)
 }
 
 /// A description in canonical form, with the numbering of its images and meshes.

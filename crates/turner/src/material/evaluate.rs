@@ -117,6 +117,9 @@ impl OpenPbr {
         entering: bool,
         ior: f64,
     ) -> Bsdf {
+        if let Some(hair) = &self.hair {
+            return hair.bsdf(scene, surface);
+        }
         let at = scene.texture_point(surface);
         let mut point = self.desc.point_by(|source| scene.textures().color(source, &at));
         point.specular_ior = ior;

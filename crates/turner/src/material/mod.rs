@@ -31,6 +31,7 @@ mod emission;
 mod emissive;
 mod evaluate;
 mod gloss;
+mod hair;
 mod interface;
 mod matte;
 mod metal;
@@ -53,6 +54,7 @@ pub use dielectric::DielectricMaterial;
 pub use emissive::EmissiveMaterial;
 pub(crate) use gloss::Gloss;
 pub use gloss::GlossyLobe;
+pub use hair::HairMaterial;
 pub use interface::InterfaceMaterial;
 pub use matte::MatteMaterial;
 pub use metal::MetalMaterial;
@@ -81,6 +83,7 @@ family! {
         Emissive(EmissiveMaterial),
         Mix(MixMaterial),
         Interface(InterfaceMaterial),
+        Hair(HairMaterial),
     }
 }
 
@@ -130,6 +133,7 @@ impl MaterialDesc {
             (MaterialDesc::Classic(m), _) if !physical => Material::Classic(m.prepare()),
             (MaterialDesc::Mix(m), _) => Material::Mix(Box::new(m.prepare(physical, descs))),
             (MaterialDesc::Interface(m), _) if physical => Material::OpenPbr(Box::new(OpenPbr::boundary(m))),
+            (MaterialDesc::Hair(m), _) if physical => Material::OpenPbr(Box::new(OpenPbr::hair(m))),
             (_, Some(m)) if physical => Material::OpenPbr(Box::new(OpenPbr::new(m))),
             (_, m) => {
                 let m = m.unwrap_or_default();
@@ -150,6 +154,7 @@ impl MaterialDesc {
             MaterialDesc::Plastic(m) => m.principled(),
             MaterialDesc::Emissive(m) => m.principled(),
             MaterialDesc::Interface(m) => m.principled(),
+            MaterialDesc::Hair(m) => m.principled(),
             MaterialDesc::Mix(_) => return None,
         })
     }
@@ -173,7 +178,8 @@ impl MaterialDesc {
             | MaterialDesc::Metal(_)
             | MaterialDesc::Dielectric(_)
             | MaterialDesc::Plastic(_)
-            | MaterialDesc::Emissive(_) => return None,
+            | MaterialDesc::Emissive(_)
+            | MaterialDesc::Hair(_) => return None,
             MaterialDesc::Interface(_) if physical => return None,
             MaterialDesc::Interface(_) => (ColorSource::Constant(Spectrum::BLACK), 0.5, false),
             // Each part has its own.

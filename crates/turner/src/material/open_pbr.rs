@@ -12,7 +12,9 @@
 
 use super::block_bsdf::TexturedBase;
 use super::gloss::Gloss;
-use super::{AlphaMode, ClassicMaterial, Fresnel, InterfaceMaterial, PrincipledMaterial, ShadowKind};
+use super::{
+    AlphaMode, ClassicMaterial, Fresnel, HairMaterial, InterfaceMaterial, PrincipledMaterial, ShadowKind,
+};
 use crate::bsdf::Bsdf;
 use crate::color::Spectrum;
 use crate::material::MaterialEvalContext;
@@ -47,6 +49,8 @@ pub struct OpenPbr {
     pub(super) is_plain: bool,
     /// The rest of that BSDF, if only its base colour is textured.
     pub(super) textured_base: Option<Box<TexturedBase>>,
+    /// The parameters of hair, which replace those of `desc`.
+    pub(super) hair: Option<Box<HairMaterial>>,
 }
 
 /// A constant grey.
@@ -193,6 +197,7 @@ impl OpenPbr {
             is_opaque_base: false,
             is_plain: false,
             textured_base: None,
+            hair: None,
         };
         made.prepare_blocks();
         made

@@ -114,6 +114,12 @@ pub(crate) fn prepare<'a>(
     outside: bool,
 ) -> Vertex<'a> {
     let wo = -ray.direction;
+    if material.hair.is_some() {
+        // A fibre scatters into the whole sphere: the sides are those of the frame.
+        let frame = OpenPbr::hair_frame(scene, surface, wo);
+        let wo_local = frame.to_local(wo);
+        return Vertex { surface, frame, ng: frame.z, bsdf: bsdf.towards(wo_local), wo, wo_local };
+    }
     let mut frame = material.frame(scene, surface);
     let mut ng = surface.ng;
     // Sign of the side that the ray came from.

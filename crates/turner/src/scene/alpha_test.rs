@@ -134,6 +134,9 @@ impl Scene {
         }
         match &primitive.shape {
             Shape::Mesh(mesh) => mesh.intersect_where(&ray, &|hit| self.accepts_hit(primitive, &ray, hit)),
+            Shape::Curves(curves) => {
+                curves.intersect_where(&ray, &|hit| self.accepts_hit(primitive, &ray, hit))
+            }
             shape => each_hit(shape, &ray, |hit| self.accepts_hit(primitive, &ray, hit)),
         }
     }
@@ -155,6 +158,7 @@ impl Scene {
         match &primitive.shape {
             Shape::Mesh(mesh) => mesh.occludes_where(&ray, &blocks),
             Shape::Points(points) => points.occludes_where(&ray, &blocks),
+            Shape::Curves(curves) => curves.occludes_where(&ray, &blocks),
             shape => each_hit(shape, &ray, blocks).is_some(),
         }
     }

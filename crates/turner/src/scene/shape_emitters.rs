@@ -163,7 +163,7 @@ pub(crate) fn shape_emitters(scene: &Scene, index: u32, primitive: &Primitive) -
             }
             None => Vec::new(),
         },
-        Shape::Plane(_) | Shape::Mesh(_) => Vec::new(),
+        Shape::Plane(_) | Shape::Mesh(_) | Shape::Curves(_) => Vec::new(),
     }
 }
 

@@ -13,16 +13,21 @@ impl Scene {
     pub fn tangent_frame(&self, surface: &SurfaceInteraction, uv_set: u32) -> Option<(DVec3, DVec3)> {
         let primitive = &self.primitives[surface.hit.primitive as usize];
         let hit = &surface.hit.shape;
-        let (tangent, bitangent) = if let Shape::Sphere(_) = &primitive.shape {
-            // u grows with the longitude, v towards +y.
-            let n = surface.object_normal();
-            (DVec3::new(n.z, 0.0, -n.x), DVec3::Y - n * n.y)
-        } else {
-            let Shape::Mesh(mesh) = &primitive.shape else { return None };
-            match mesh.tangent(hit) {
+        let (tangent, bitangent) = match &primitive.shape {
+            Shape::Sphere(_) => {
+                // u grows with the longitude, v towards +y.
+                let n = surface.object_normal();
+                (DVec3::new(n.z, 0.0, -n.x), DVec3::Y - n * n.y)
+            }
+            Shape::Mesh(mesh) => match mesh.tangent(hit) {
                 Some((tangent, side)) => (tangent, side * surface.object_normal().cross(tangent)),
                 None => mesh.uv_directions(hit, uv_set as usize)?,
+            },
+            Shape::Curves(curves) => {
+                let tangent = curves.tangent(hit);
+                (tangent, surface.object_normal().cross(tangent))
             }
+            _ => return None,
         };
         let to_world = |v: DVec3| match primitive.transform {
             NO_TRANSFORM => v,

@@ -95,7 +95,8 @@ fn interior(materials: &[Named<MaterialDesc>], material: usize) -> Option<u32> {
             | MaterialDesc::Matte(_)
             | MaterialDesc::Metal(_)
             | MaterialDesc::Plastic(_)
-            | MaterialDesc::Emissive(_) => {}
+            | MaterialDesc::Emissive(_)
+            | MaterialDesc::Hair(_) => {}
         }
     }
     None

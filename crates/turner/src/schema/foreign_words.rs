@@ -208,6 +208,7 @@ pub const KINDS: &[Foreign] = words! {
         "write `type = \"mesh\"` with `file`, or with `positions` and `triangles`";
     SHAPE, "obj" | "gltf" | "glb" | "fbx" | "import" | "asset" => "write `type = \"model\"` with `file = \"FILE\"`";
     SHAPE, "pointcloud" | "particles" | "spheres" => "write `type = \"points\"` with `positions` and `radius`";
+    SHAPE, "hair" | "curve" | "strands" | "bsplinecurve" | "linearcurve" | "fur" => "write `type = \"curves\"` with `file` or `points`";
     SHAPE, "group" | "shapegroup" | "object" => "write `type = \"instance\"` with `group = \"NAME\"`, and the objects as `[[group.NAME.object]]`";
     SHAPE, "csg" | "boolean" | "merge" | "subtract" | "subtraction" | "cut" =>
         "write `type = \"union\"`, `\"intersection\"`, `\"difference\"` or `\"clipped\"` with tables `[[object.parts]]`";

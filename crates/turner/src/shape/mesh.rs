@@ -55,11 +55,13 @@ fn write_materials(list: &[Option<MaterialId>], cx: &dyn WriteContext) -> Result
     Ok(write::list(list.iter().map(one).collect::<Result<Vec<_>, _>>()?))
 }
 
+/// A list of vectors; `None` for an empty one.
+pub(super) fn vectors<const N: usize>(v: &[[f32; N]]) -> Option<Data> {
+    (!v.is_empty()).then(|| write::list(v.iter().map(|v| write::list(v.map(write::single)))))
+}
+
 /// Writes the arrays of an inline mesh.
 pub(super) fn write_lists(data: &MeshData, table: &mut Table) {
-    fn vectors<const N: usize>(v: &[[f32; N]]) -> Option<Data> {
-        (!v.is_empty()).then(|| write::list(v.iter().map(|v| write::list(v.map(write::single)))))
-    }
     let whole = |i: u32| Data::Integer(i64::from(i));
     table.push("positions", vectors(&data.positions));
     // Polygons are read as fans.
@@ -244,6 +246,7 @@ impl MeshKeys {
             polygons,
             face_materials,
             material_names: Vec::new(),
+            ..MeshData::default()
         })
     }
 

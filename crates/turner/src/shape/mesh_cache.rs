@@ -3,6 +3,7 @@
 use std::collections::HashMap;
 use std::sync::Arc;
 
+use super::curves::{Curves, CurvesDesc};
 use super::height_field::HeightFieldDesc;
 use super::made_meshes::CachedMade;
 use super::mesh::MeshDesc;
@@ -18,6 +19,7 @@ pub struct CachedShapes {
     /// Key: the address of the data (kept alive by the entry), and whether it is smooth.
     meshes: HashMap<(usize, bool), CachedMesh>,
     points: Vec<CachedPoints>,
+    curves: Vec<CachedCurves>,
     height_fields: Vec<CachedHeightField>,
     made: Vec<CachedMade>,
 }
@@ -34,6 +36,13 @@ struct CachedPoints {
     desc: PointsDesc,
     data: Arc<MeshData>,
     points: Arc<Points>,
+}
+
+#[derive(Clone, Debug)]
+struct CachedCurves {
+    desc: CurvesDesc,
+    data: Arc<MeshData>,
+    curves: Arc<Curves>,
 }
 
 #[derive(Clone, Debug)]
@@ -57,6 +66,14 @@ impl CachedShapes {
             Arc::ptr_eq(&k.data, data) && k.desc.radius == desc.radius && k.desc.radii == desc.radii
         };
         self.points.iter().find(same).map(|k| k.points.clone())
+    }
+
+    fn curves(&self, desc: &CurvesDesc, data: &Arc<MeshData>) -> Option<Arc<Curves>> {
+        let same = |k: &&CachedCurves| {
+            // The number of the mesh may change; its data decide.
+            Arc::ptr_eq(&k.data, data) && CurvesDesc { curves: desc.curves, ..k.desc.clone() } == *desc
+        };
+        self.curves.iter().find(same).map(|k| k.curves.clone())
     }
 
     /// How many meshes of `other` are not in this cache.
@@ -185,6 +202,26 @@ impl<'a> MeshCache<'a> {
         };
         let fields = fields.iter().enumerate().filter(is_first).map(|(_, field)| &field.mesh);
         self.prepared.values().chain(fields).chain(self.used.made.iter().map(CachedMade::mesh))
+    }
+
+    /// The prepared curves of an object.
+    pub fn curves(&mut self, desc: &CurvesDesc) -> Result<Arc<Curves>, SceneError> {
+        let data = self.meshes.get(desc.curves.index()).map(|asset| asset.data.clone());
+        let known = data.as_ref().and_then(|data| {
+            let kept = self.kept.and_then(|kept| kept.curves(desc, data));
+            kept.or_else(|| self.used.curves(desc, data))
+        });
+        if let Some(curves) = known {
+            if let Some(data) = data {
+                self.used.curves.push(CachedCurves { desc: desc.clone(), data, curves: curves.clone() });
+            }
+            return Ok(curves);
+        }
+        let curves = Arc::new(desc.prepare(self.meshes, &self.options)?);
+        if let Some(data) = data {
+            self.used.curves.push(CachedCurves { desc: desc.clone(), data, curves: curves.clone() });
+        }
+        Ok(curves)
     }
 
     /// The prepared point cloud of an object.

@@ -23,6 +23,7 @@
 
 mod cone;
 mod cuboid;
+pub mod curves;
 mod cylinder;
 mod disk;
 pub(crate) mod extent;
@@ -52,6 +53,7 @@ mod triangle_x8;
 
 pub use cone::{Cone, ConeDesc};
 pub use cuboid::{BoxDesc, Cuboid};
+pub use curves::{Curves, CurvesDesc};
 pub use cylinder::{Cylinder, CylinderDesc};
 pub use disk::{Disk, DiskDesc};
 pub use height_field::HeightFieldDesc;
@@ -120,6 +122,7 @@ solid::descriptions! { shapes! (
     Torus(TorusDesc) => |d, _| Ok(Shape::Torus(Box::new(d.prepare()?))),
     Mesh(MeshDesc) => |d, meshes| Ok(Shape::Mesh(meshes.get(d)?)),
     Points(PointsDesc) => |d, meshes| Ok(Shape::Points(meshes.points(d)?)),
+    Curves(CurvesDesc) => |d, meshes| Ok(Shape::Curves(meshes.curves(d)?)),
     HeightField(HeightFieldDesc) => |d, meshes| Ok(Shape::Mesh(meshes.height_field(d)?)),
 ) }
 
@@ -177,6 +180,8 @@ pub enum Shape {
     Mesh(Arc<TriangleMesh>),
     /// A point cloud, shared by the objects that use it.
     Points(Arc<Points>),
+    /// Curves, shared by the objects that use them.
+    Curves(Arc<Curves>),
     /// Another shape; see [`solid`].
     Solid(Arc<Solid>),
 }
@@ -197,11 +202,12 @@ impl Shape {
             Shape::Torus(_) => TorusDesc::DOC.name,
             Shape::Mesh(_) => MeshDesc::DOC.name,
             Shape::Points(_) => PointsDesc::DOC.name,
+            Shape::Curves(_) => CurvesDesc::DOC.name,
             Shape::Solid(s) => s.word(),
         }
     }
 
-    /// Bounding box; `None` if unbounded, empty for a mesh without triangles or a cloud without points.
+    /// Bounding box; `None` if unbounded, empty for a mesh without triangles, a cloud without points or no curves.
     pub fn bounds(&self) -> Option<Bounds> {
         match self {
             Shape::Sphere(s) => Some(s.bounds()),
@@ -214,6 +220,7 @@ impl Shape {
             Shape::Torus(s) => Some(s.bounds()),
             Shape::Mesh(s) => Some(s.bounds()),
             Shape::Points(s) => Some(s.bounds()),
+            Shape::Curves(s) => Some(s.bounds()),
             Shape::Solid(s) => s.bounds(),
         }
     }
@@ -233,6 +240,7 @@ impl Shape {
             Shape::Torus(s) => s.intersect(ray),
             Shape::Mesh(s) => s.intersect(ray),
             Shape::Points(s) => s.intersect(ray),
+            Shape::Curves(s) => s.intersect(ray),
             Shape::Solid(s) => s.intersect(ray),
         }
     }
@@ -244,6 +252,7 @@ impl Shape {
             // Any triangle is enough, not the nearest.
             Shape::Mesh(s) => s.occludes(ray),
             Shape::Points(s) => s.occludes_where(ray, &|_| true),
+            Shape::Curves(s) => s.occludes_where(ray, &|_| true),
             Shape::Sphere(_)
             | Shape::Plane(_)
             | Shape::Box(_)
@@ -270,6 +279,7 @@ impl Shape {
             Shape::Torus(s) => s.surface(ray, hit),
             Shape::Mesh(s) => s.surface(hit),
             Shape::Points(s) => s.surface(ray, hit),
+            Shape::Curves(s) => s.surface(ray, hit),
             Shape::Solid(s) => s.surface(ray, hit),
         }
     }
@@ -287,11 +297,12 @@ impl Shape {
             Shape::Cone(s) => s.uv(hit.part, point.p),
             Shape::Torus(s) => s.uv(point.p),
             Shape::Mesh(s) => s.uv(hit),
+            Shape::Curves(s) => s.uv(hit),
             Shape::Solid(s) => s.uv(hit, point),
         }
     }
 
-    /// Mean number of simple intersection tests (blocks of eight triangles of a mesh, points of a cloud) for a
+    /// Mean number of simple intersection tests (blocks of eight triangles of a mesh, points of a cloud, parts of curves) for a
     /// ray that hits the bounding box. At least 1. It depends on the shape alone, not on its tree.
     pub(crate) fn tests_per_ray(&self) -> f64 {
         match self {
@@ -305,6 +316,7 @@ impl Shape {
             | Shape::Torus(_) => 1.0,
             Shape::Mesh(s) => s.tests_per_ray(),
             Shape::Points(s) => s.tests_per_ray(),
+            Shape::Curves(s) => s.tests_per_ray(),
             Shape::Solid(s) => s.tests_per_ray(),
         }
     }
@@ -320,6 +332,7 @@ impl Shape {
             Shape::Torus(_) => size_of::<Torus>(),
             Shape::Mesh(s) => s.memory(),
             Shape::Points(s) => s.memory(),
+            Shape::Curves(s) => s.memory(),
             Shape::Solid(s) => size_of::<Solid>() + s.memory(),
         }
     }
@@ -329,7 +342,7 @@ impl Shape {
     pub fn is_closed(&self) -> bool {
         match self {
             Shape::Sphere(_) | Shape::Plane(_) | Shape::Box(_) | Shape::Torus(_) | Shape::Mesh(_) => true,
-            Shape::Disk(_) | Shape::Rectangle(_) | Shape::Points(_) => false,
+            Shape::Disk(_) | Shape::Rectangle(_) | Shape::Points(_) | Shape::Curves(_) => false,
             Shape::Cylinder(s) => s.is_capped(),
             Shape::Cone(s) => s.is_capped(),
             Shape::Solid(s) => s.is_closed(),
@@ -349,7 +362,8 @@ impl Shape {
             | Shape::Cone(_)
             | Shape::Torus(_)
             | Shape::Mesh(_)
-            | Shape::Points(_) => false,
+            | Shape::Points(_)
+            | Shape::Curves(_) => false,
         }
     }
 }

@@ -96,6 +96,12 @@ impl Shape {
                 let step = points.count() / MAX_POINTS + 1;
                 points.spheres().step_by(step).map(|(_, s)| s.center).collect()
             }
+            Shape::Curves(curves) => {
+                let positions = curves.positions();
+                let step = positions.len() / MAX_POINTS + 1;
+                let chosen = positions.iter().step_by(step).map(|p| DVec3::from(p.map(f64::from)));
+                chosen.filter(|p| p.is_finite()).collect()
+            }
             Shape::Solid(s) => s.hull_points(),
         }
     }

@@ -11,6 +11,7 @@ impl Shape {
         match self {
             Shape::Mesh(mesh) => mesh.uv_change(hit, 0, along),
             Shape::Rectangle(r) => along.map(|d| finite_or_zero(r.uv_along(d))),
+            Shape::Curves(c) => along.map(|d| finite_or_zero(c.uv_along(hit, point.ng, d))),
             Shape::Sphere(_)
             | Shape::Plane(_)
             | Shape::Box(_)
@@ -51,6 +52,7 @@ impl Shape {
             | Shape::Cone(_)
             | Shape::Torus(_)
             | Shape::Mesh(_)
+            | Shape::Curves(_)
             | Shape::Solid(_) => self.uv(hit, &SurfacePoint { p, ..*point }),
         }
     }
@@ -61,6 +63,7 @@ impl Shape {
         match self {
             Shape::Sphere(s) => s.radius.abs(),
             Shape::Points(s) => s.sphere(hit.part).radius,
+            Shape::Curves(s) => s.radius(hit),
             Shape::Plane(_) => 1.0 + point.p.abs().max_element(),
             Shape::Solid(s) => match s.bounds() {
                 Some(bounds) => bounds.size().max_element(),
@@ -83,7 +86,9 @@ impl Shape {
                 true
             }
             Shape::Disk(d) => d.is_polar(),
-            Shape::Plane(_) | Shape::Box(_) | Shape::Rectangle(_) | Shape::Mesh(_) => false,
+            Shape::Plane(_) | Shape::Box(_) | Shape::Rectangle(_) | Shape::Mesh(_) | Shape::Curves(_) => {
+                false
+            }
             Shape::Solid(s) => s.wraps(),
         }
     }
@@ -100,6 +105,7 @@ impl Shape {
             Shape::Cylinder(c) => 0.5 / c.radius().max(1e-30),
             Shape::Cone(c) => 0.5 / c.mean_radius().max(1e-30),
             Shape::Torus(t) => 0.5 / t.tube_radius().max(1e-30),
+            Shape::Curves(c) => 0.5 / c.radius(hit).max(1e-30),
             Shape::Mesh(mesh) => mesh.curvature(hit),
             Shape::Solid(s) => s.curvature(hit),
         }

@@ -225,6 +225,7 @@ impl<'a> TexturePoint<'a> {
         };
         let point_color = match shape {
             Shape::Points(points) => points.color(hit),
+            Shape::Curves(curves) => curves.color(hit),
             _ => None,
         };
         TexturePoint::on_surface(shape.uv(hit, point), point.p, point.ng, mesh, point_color)

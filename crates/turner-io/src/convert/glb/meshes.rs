@@ -106,6 +106,7 @@ impl<'a> MeshWriter<'a> {
                     ShapeDesc::Mesh(m) => flat = m.smooth == Some(false),
                     ShapeDesc::Plane(_) => remarks.approximated("infinite planes: written as large squares"),
                     ShapeDesc::Box(_) | ShapeDesc::Rectangle(_) | ShapeDesc::HeightField(_) => {}
+                    ShapeDesc::Curves(_) => remarks.approximated("curves: written as tubes with six sides"),
                     ShapeDesc::Sphere(_)
                     | ShapeDesc::Disk(_)
                     | ShapeDesc::Cylinder(_)

@@ -7,6 +7,7 @@ use turner::description::SceneDesc;
 use turner::math::elementary::{cos, sin};
 use turner::math::{Bounds, DVec3};
 use turner::schema::{ErrorCode, MaterialId, MeshData, SceneError};
+use turner::shape::curves::MAX_TRIANGLES;
 use turner::shape::solid::{SolidGeometry, tessellate};
 use turner::shape::{MeshCache, Shape, ShapeDesc};
 
@@ -128,6 +129,19 @@ fn solid(shape: &ShapeDesc, desc: &SceneDesc, reach: f64) -> Result<Tessellated,
     Ok(Tessellated { mesh: tessellate(&solid, &bounds), materials: solid.materials().to_vec() })
 }
 
+/// Curves as tubes.
+fn curves(shape: &ShapeDesc, desc: &SceneDesc) -> Result<Tessellated, SceneError> {
+    let mut cache = MeshCache::new(&desc.meshes);
+    let mesh = match shape.prepare(&mut cache)? {
+        Shape::Curves(curves) => curves.tubes().ok_or_else(|| {
+            let message = format!("{} triangles of curves; at most {MAX_TRIANGLES}", curves.triangles());
+            SceneError::new(ErrorCode::TooLarge, message)
+        })?,
+        _ => MeshData::default(),
+    };
+    Ok(Tessellated { mesh, materials: Vec::new() })
+}
+
 /// Tessellates a shape of a scene; `reach` is half the side of infinite planes. `None` for meshes that are not
 /// subdivided, and points.
 pub(super) fn triangles(
@@ -206,6 +220,7 @@ pub(super) fn triangles(
         }
         ShapeDesc::Mesh(desc) if desc.subdivision.is_none() => return Ok(None),
         ShapeDesc::Points(_) => return Ok(None),
+        ShapeDesc::Curves(_) => return curves(shape, desc).map(Some),
         _ => return solid(shape, desc, reach).map(Some),
     }
     Ok(Some(Tessellated { mesh: b.0, materials: Vec::new() }))
@@ -242,6 +257,7 @@ mod tests {
             "\"blob\"\nspheres = [[0, 0, 0, 1, 1], [0.8, 0, 0, 1, 1]]",
             "\"quadric\"\nsquared = [1, -1, 1]",
             "\"polynomial\"\nterms = [[1, 4, 0, 0], [1, 0, 2, 0], [1, 0, 0, 2], [-0.5, 0, 0, 0]]",
+            "\"curves\"\npoints = [[-1, 0, 0], [0, 1, 0.3], [1, 0, 0]]\nwidth = 0.2",
             "\"isosurface\"\nfunction = \"x^2 + y^2 + z^2 - 0.5\"",
             "\"clipped\"\nparts = [{ type = \"sphere\" }, { type = \"plane\" }]",
         ];

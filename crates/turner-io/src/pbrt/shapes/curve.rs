@@ -1,4 +1,4 @@
-//! Curves as triangle meshes: Turner has no curve primitive.
+//! Curves. Those with an area light become triangle meshes, on which lights are sampled; all others are curves.
 //!
 //! A curve is a chain of Bézier segments of degree 2 or 3; a B-spline is converted span by span. A
 //! cross-section is swept along the chain and neighbouring cross-sections are joined by triangles:
@@ -17,11 +17,13 @@
 use turner::math::DVec3;
 use turner::math::elementary::{acos, sin_cos_turns};
 use turner::schema::{ErrorCode, MeshData};
+use turner::shape::curves::CurveKind;
 
 use super::super::assembly::Assembly;
 use super::super::params::Params;
 use super::super::report::Fault;
 use super::super::state::State;
+use super::fibres::fibre;
 use super::light_parts::LightParts;
 use super::{Made, orient};
 use crate::assets::printable;
@@ -43,6 +45,7 @@ pub(super) fn curve(scene: &mut Assembly<'_>, state: &State, params: &mut Params
     let degree = params.integer("degree").unwrap_or(3);
     let width = params.float("width").unwrap_or(1.0);
     let widths = [params.float("width0").unwrap_or(width), params.float("width1").unwrap_or(width)];
+    // The pieces of an area light; without one it changes nothing.
     let splits = params.integer("splitdepth").unwrap_or(3).clamp(0, MAX_SPLITS);
     let points: Vec<DVec3> =
         params.take_triples("P").into_iter().map(|p| DVec3::from(p.map(f64::from))).collect();
@@ -75,12 +78,22 @@ pub(super) fn curve(scene: &mut Assembly<'_>, state: &State, params: &mut Params
         }
     };
     let ribbon = kind == "ribbon" && !normals.is_empty();
+    if state.area_light.is_none() {
+        let count = 3 * segments.len() as u64 + 1;
+        scene.divide(count, place)?;
+        let kind = match kind.as_str() {
+            "flat" => CurveKind::Flat,
+            "ribbon" if ribbon => CurveKind::Ribbon,
+            _ => CurveKind::Tube,
+        };
+        return Ok(Made::Curve(fibre(&segments, widths, ribbon.then_some(&normals[..])), kind));
+    }
     let across = if ribbon { 2 } else { SIDES };
     let rows = segments.iter().map(|s| u64::from(steps(s))).sum::<u64>() + 1;
     scene.divide(rows.saturating_mul(u64::from(across)), place)?;
     scene.report.approximated(
         place,
-        format!("curves of type \"{}\": rendered as thin swept meshes", printable(&kind)),
+        format!("emissive curves of type \"{}\": rendered as thin swept meshes", printable(&kind)),
     );
     let mut data = sweep(&segments, widths, if ribbon { Some(&normals) } else { None }, across);
     orient(&mut data, state.reverse);

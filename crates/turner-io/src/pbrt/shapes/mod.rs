@@ -1,7 +1,8 @@
-//! Shapes: meshes and full quadrics keep their type, all others become triangles.
+//! Shapes: meshes, full quadrics and curves keep their type, all others become triangles.
 
 mod curve;
 mod default_uvs;
+mod fibres;
 mod light_parts;
 mod mesh;
 mod patch;
@@ -25,7 +26,9 @@ use super::state::{Ctm, State};
 use super::textures::source_named;
 use crate::assets::printable;
 use crate::scene_import::orient;
+pub(super) use fibres::Open as OpenCurves;
 use light_parts::LightParts;
+use turner::shape::curves::CurveKind;
 
 /// The result of a `Shape` directive.
 pub(super) enum Made {
@@ -36,6 +39,8 @@ pub(super) enum Made {
     /// A shape, the transform from its space to that of pbrt's shape, and the area of its light. As in pbrt, a scaled
     /// shape counts with the area that it has without the scale.
     Shape(ShapeDesc, DAffine3, f64),
+    /// One curve of the shape "curves".
+    Curve(MeshData, CurveKind),
     /// Nothing, after a report.
     Nothing,
 }
@@ -85,6 +90,10 @@ pub(super) fn add(
             let material = materials(scene, state, alpha, in_object, place, &[area])?.first().copied();
             let ctm: Ctm = state.ctm.map(|m| m * own);
             return scene.place_at(ObjectContent::Shape(shape), material, ctm, place);
+        }
+        Made::Curve(data, kind) => {
+            let material = materials(scene, state, alpha, in_object, place, &[1.0])?.first().copied();
+            return fibres::place(scene, state, (data, kind), material, in_object, place);
         }
         Made::Mesh(mut data, parts) => {
             if data.triangles.is_empty() {

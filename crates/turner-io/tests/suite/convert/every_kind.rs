@@ -124,14 +124,16 @@ fn of_a_mesh(key: &str) -> Option<&'static str> {
         "colors" => "[[0.1, 0.2, 0.3, 1], [0, 0, 0, 0.5], [1, 1, 1, 1]]",
         "face_materials" => "[0, 1]",
         "materials" => "[\"base\", false, { type = \"matte\" }]",
-        "radii" => "[0.1, 0.2, 0.3]",
+        "radii" | "widths" => "[0.1, 0.2, 0.3]",
+        "points" => "[[0, 0, 0.1], [1, 0.5, 0], [0, 1.7, 0]]",
+        "strands" => "[3]",
         _ => return None,
     })
 }
 
 /// A value for a key, by the type names of the documentation.
 fn value(entry: &EntryDoc, field: &Field, random: &mut Random) -> String {
-    if matches!(entry.name, "mesh" | "points")
+    if matches!(entry.name, "mesh" | "points" | "curves")
         && let Some(lists) = of_a_mesh(field.name)
     {
         return lists.into();
@@ -204,7 +206,7 @@ fn keys(
     let mut text = String::new();
     for field in entry.fields {
         // A mesh is either in a file or inline.
-        if matches!(entry.name, "mesh" | "points") {
+        if matches!(entry.name, "mesh" | "points" | "curves") {
             let of_both = matches!(
                 field.name,
                 "materials"
@@ -215,6 +217,9 @@ fn keys(
                     | "creases"
                     | "crease_angle"
                     | "keep_corners"
+                    | "width"
+                    | "basis"
+                    | "kind"
             );
             if !of_both && (field.name == "file") == round.is_multiple_of(2) {
                 continue;
@@ -406,7 +411,7 @@ impl SceneAssets for NoFiles {
 }
 
 /// Each key of a material must affect the physically based material; otherwise it was forgotten there. Classic
-/// materials are only approximated, and mixes have none.
+/// materials and hair are only approximated, and mixes have none.
 #[test]
 fn every_key_of_a_material_counts() {
     let mut random = Random(11);
@@ -415,7 +420,7 @@ fn every_key_of_a_material_counts() {
         let material = desc.materials.iter().find(|m| m.name.as_deref() == Some("m"));
         Ok::<_, String>(material.and_then(|m| m.value.principled()))
     };
-    for entry in MaterialDesc::DOC.entries.iter().filter(|e| !matches!(e.name, "classic" | "mix")) {
+    for entry in MaterialDesc::DOC.entries.iter().filter(|e| !matches!(e.name, "classic" | "mix" | "hair")) {
         let plain = principled(entry, "").unwrap();
         for field in entry.fields {
             let counts = (0..60).any(|_| {

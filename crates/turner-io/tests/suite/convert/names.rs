@@ -144,6 +144,7 @@ fn holes_in_lists_of_materials_and_all_of_a_mesh_come_back() {
         face_materials: (0..38).map(|i| i as u16 % 3 * 300).collect(),
         polygons: Vec::new(),
         material_names: vec!["one".into(), " two\n%41 ".into(), String::new()],
+        ..MeshData::default()
     };
     desc.meshes[0].data = Arc::new(mesh);
     let id = desc.objects[0].material;

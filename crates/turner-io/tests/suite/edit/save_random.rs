@@ -77,7 +77,10 @@ fn change(desc: &mut SceneDesc, what: u32, which: usize, by: f64) {
 }
 
 fn has_no_mesh(object: &ObjectDesc) -> bool {
-    !matches!(object.content, ObjectContent::Shape(ShapeDesc::Mesh(_) | ShapeDesc::Points(_)))
+    !matches!(
+        object.content,
+        ObjectContent::Shape(ShapeDesc::Mesh(_) | ShapeDesc::Points(_) | ShapeDesc::Curves(_))
+    )
 }
 
 /// Whether all lines of `part` are in `whole`, in the same order.

@@ -28,6 +28,7 @@ fn files() -> Vec<(String, Vec<u8>)> {
     [0.0f32, 0.0, 0.0, 1.0, 1.0, 1.0].iter().for_each(|v| grid.extend(v.to_le_bytes()));
     (0..8).for_each(|v| grid.extend((v as f32).to_le_bytes()));
     out.push(("smoke.vol".into(), grid));
+    out.push(("curves.txt".into(), b"0 0 0 .1\n1 0 0 .1\n2 1 0 .1\n3 1 0 .2\n".to_vec()));
     out
 }
 

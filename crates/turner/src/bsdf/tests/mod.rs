@@ -2,6 +2,7 @@
 
 mod coat_normal;
 mod energy;
+mod hair;
 mod lobes;
 mod robustness;
 mod statistics;

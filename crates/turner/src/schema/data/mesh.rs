@@ -1,4 +1,4 @@
-//! Triangle meshes and point clouds, as read from files.
+//! Triangle meshes, point clouds and curves, as read from files.
 
 use crate::schema::{ErrorCode, SceneError};
 
@@ -26,6 +26,10 @@ pub struct MeshData {
     pub face_materials: Vec<u16>,
     /// The names of the mesh's materials.
     pub material_names: Vec<String>,
+    /// Of curves, the number of points of each: none, or together one per vertex. Without them all vertices are one curve.
+    pub strands: Vec<u32>,
+    /// Of curves, the width at each vertex: none, or one per vertex.
+    pub widths: Vec<f32>,
 }
 
 impl MeshData {
@@ -37,6 +41,7 @@ impl MeshData {
             ("uvs", self.uvs.len()),
             ("tangents", self.tangents.len()),
             ("colors", self.colors.len()),
+            ("widths", self.widths.len()),
         ];
         lists.extend(self.more_uvs.iter().map(|set| ("uvs", set.len())));
         for (what, found) in lists {
@@ -45,6 +50,13 @@ impl MeshData {
                 return Err(SceneError::new(ErrorCode::Mesh, message)
                     .help(format!("give one per vertex, or no {what}")));
             }
+        }
+        let in_strands: u64 = self.strands.iter().map(|n| u64::from(*n)).sum();
+        if !self.strands.is_empty() && in_strands != count as u64 {
+            let message =
+                format!("{} curves have {in_strands} points, but there are {count}", self.strands.len());
+            return Err(SceneError::new(ErrorCode::Mesh, message)
+                .help("the numbers of points of all curves sum to the number of points"));
         }
         for (i, triangle) in self.triangles.iter().enumerate() {
             if let Some(&bad) = triangle.iter().find(|&&v| v as usize >= count) {
@@ -79,6 +91,14 @@ impl MeshData {
             + size_of_val(&self.triangles[..])
             + size_of_val(&self.polygons[..])
             + size_of_val(&self.face_materials[..])
+            + size_of_val(&self.strands[..])
+            + size_of_val(&self.widths[..])
+    }
+
+    /// The number of points of each curve.
+    pub fn curve_counts(&self) -> impl Iterator<Item = u32> + '_ {
+        let all = self.strands.is_empty() && !self.positions.is_empty();
+        self.strands.iter().copied().chain(all.then_some(self.positions.len() as u32))
     }
 
     /// The number of materials its triangles refer to, at least 1.

@@ -9,6 +9,7 @@ mod caustics;
 mod dispersion;
 mod estimators;
 mod glass;
+mod hair;
 mod panes;
 mod replay;
 mod replay_scenes;
