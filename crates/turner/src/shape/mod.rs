@@ -35,6 +35,7 @@ mod mesh_cache;
 mod mesh_rays;
 mod mesh_search;
 mod outline;
+mod parametric;
 mod plane;
 pub mod points;
 mod rectangle;
@@ -58,6 +59,7 @@ pub use height_field::HeightFieldDesc;
 pub use mesh::MeshDesc;
 pub use mesh_cache::{CachedShapes, MeshCache};
 pub use mesh_rays::{BlockRays, MeshRays, NO_TRIANGLE};
+pub use parametric::ParametricDesc;
 pub use plane::{Plane, PlaneDesc};
 pub use points::{Points, PointsDesc};
 pub use rectangle::{Rectangle, RectangleDesc};
@@ -120,6 +122,7 @@ solid::descriptions! { shapes! (
     Torus(TorusDesc) => |d, _| Ok(Shape::Torus(Box::new(d.prepare()?))),
     Mesh(MeshDesc) => |d, meshes| Ok(Shape::Mesh(meshes.get(d)?)),
     Points(PointsDesc) => |d, meshes| Ok(Shape::Points(meshes.points(d)?)),
+    Parametric(ParametricDesc) => |d, meshes| Ok(Shape::Mesh(meshes.parametric(d)?)),
     HeightField(HeightFieldDesc) => |d, meshes| Ok(Shape::Mesh(meshes.height_field(d)?)),
 ) }
 
