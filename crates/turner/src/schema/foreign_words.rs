@@ -41,6 +41,8 @@ pub const KEYS: &[Foreign] = words! {
     OBJECT, "opacity" | "alpha" => "opacity belongs in the material: `material = { opacity = 0.5 }`";
     OBJECT, "visible" | "hide" | "hiderender" | "invisible" | "disabled" | "enabled" =>
         "write `hidden = true` to leave an object out";
+    OBJECT, "visiblecamera" | "cameravisible" | "primaryvisibility" | "visibletocamera" =>
+        "write `hidden_from_camera = true` to hide an object from the camera alone";
     OBJECT, "isshadowcatcher" | "shadowmatte" | "matteshadow" => "write `shadow_catcher = true`";
     OBJECT, "emission" | "emissive" | "emit" | "glow" | "light" =>
         "an object emits light by its material: `material = { type = \"emissive\", strength = 5 }`";

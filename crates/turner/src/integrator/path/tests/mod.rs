@@ -9,6 +9,7 @@ mod caustics;
 mod dispersion;
 mod estimators;
 mod glass;
+mod hidden_from_camera;
 mod panes;
 mod replay;
 mod replay_scenes;
