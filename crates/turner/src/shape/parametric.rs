@@ -155,28 +155,21 @@ impl Grid {
         (max - min).max_element()
     }
 
-    /// The largest distance between a point of an edge and the surface there, for edges along u and along v. Diagonals
-    /// count half for both.
-    fn errors(&self, surface: &Surface) -> [f64; 2] {
-        let mut errors = [0.0f64; 2];
+    /// The largest distance between a point of an edge and the surface there: for edges along u, along v, and diagonals.
+    fn errors(&self, surface: &Surface) -> [f64; 3] {
+        let mut errors = [0.0f64; 3];
         let [w, h] = self.cells;
         for (i, j) in (0..=h).flat_map(|j| (0..=w).map(move |i| (i, j))) {
             let p = self.at(i, j);
-            let distance = |di: u32, dj: u32, t: f64| {
-                let s =
-                    fraction(f64::from(i) + t * f64::from(di), f64::from(j) + t * f64::from(dj), self.cells);
-                (surface.point(s) - p.lerp(self.at(i + di, j + dj), t)).length()
-            };
-            for t in COMPARED {
-                if i < w {
-                    errors[0] = errors[0].max(distance(1, 0, t));
+            for ([di, dj], error) in [[1, 0], [0, 1], [1, 1]].into_iter().zip(&mut errors) {
+                if i + di > w || j + dj > h {
+                    continue;
                 }
-                if j < h {
-                    errors[1] = errors[1].max(distance(0, 1, t));
-                }
-                if i < w && j < h {
-                    let error = 0.5 * distance(1, 1, t);
-                    errors = errors.map(|e| e.max(error));
+                let q = self.at(i + di, j + dj);
+                for t in COMPARED {
+                    let at = |i: u32, di: u32| f64::from(i) + t * f64::from(di);
+                    let exact = surface.point(fraction(at(i, di), at(j, dj), self.cells));
+                    *error = error.max((exact - p.lerp(q, t)).length());
                 }
             }
         }
@@ -231,15 +224,19 @@ impl ParametricDesc {
             limits.memory.need(triangles.saturating_mul(VERTEX_BYTES), what)?;
             let grid = Grid::new(&surface, cells)?;
             let most = self.tolerance * grid.size();
-            let errors = grid.errors(&surface);
+            let [u, v, diagonal] = grid.errors(&surface);
+            let mut over = [u > most, v > most];
+            if over == [false; 2] && diagonal > most {
+                over = [u >= v, v >= u];
+            }
             let mut finer = cells;
             for k in 0..2 {
-                if errors[k] > most && cells[k] < MOST_CELLS {
+                if over[k] && cells[k] < MOST_CELLS {
                     finer[k] *= 2;
                 }
             }
             if finer == cells || 2 * u64::from(finer[0]) * u64::from(finer[1]) > MOST_TRIANGLES {
-                break (grid, errors.iter().all(|e| *e <= most));
+                break (grid, over == [false; 2]);
             }
             cells = finer;
         };
@@ -334,7 +331,8 @@ mod tests {
     #[test]
     fn open_surfaces() {
         // A helicoid of radius 1 and pitch 2π: the area is the integral of sqrt(1 + r²) over r times the angle.
-        let helicoid = made(&surface("v * cos(u)", "u", "v * sin(u)", [0.0, TAU], [-1.0, 1.0]));
+        let helicoid = surface("v * cos(u)", "u", "v * sin(u)", [0.0, TAU], [-1.0, 1.0]);
+        let helicoid = made(&ParametricDesc { tolerance: 1e-5, ..helicoid });
         let exact = TAU * (2f64.sqrt() + crate::math::elementary::ln(1.0 + 2f64.sqrt()));
         assert!((area_and_volume(&helicoid).0 / exact - 1.0).abs() < 1e-3, "{exact}");
         // Its normals: (∂/∂u × ∂/∂v) = (sin u, v, -cos u), normalized.
@@ -383,6 +381,20 @@ mod tests {
         assert!(fault(&ParametricDesc { y: "x".into(), ..default() }).contains("no \"x\""));
         assert!(fault(&ParametricDesc { u_range: DVec2::new(1.0, 1.0), ..default() }).contains("`u_range`"));
         assert!(fault(&ParametricDesc { z: "1 / (u - u)".into(), ..default() }).contains("not finite at u"));
+        // A shell of eight turns needs many cells along them and few around: 2 million triangles were too few for the same
+        // number along both.
+        let shell = surface(
+            "exp(v / 9) * cos(v) * (1 + 0.9 * cos(u))",
+            "3.2 - exp(v / 9) * (3.2 - 0.9 * sin(u))",
+            "exp(v / 9) * sin(v) * (1 + 0.9 * cos(u))",
+            [0.0, TAU],
+            [-50.0, 0.6],
+        );
+        assert!(made(&shell).triangles.len() <= 1 << 20);
+        // A saddle, whose edges along u and v are straight: its diagonals are not.
+        let saddle =
+            made(&ParametricDesc { tolerance: 1e-3, ..surface("u", "u * v", "v", [-1.0, 1.0], [-1.0, 1.0]) });
+        assert!(saddle.triangles.len() > 128);
         // Eight waves, whose zeros are the corners and the middles of the first cells.
         let waves = made(&surface("u", "sin(8 * u)", "v", [0.0, TAU], [0.0, 1.0]));
         let highest = waves.positions.iter().map(|p| p[1]).fold(0.0, f32::max);
