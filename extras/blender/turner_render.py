@@ -31,7 +31,6 @@ from pathlib import Path
 import bpy
 import numpy as np
 from bpy.props import BoolProperty, EnumProperty, FloatProperty, IntProperty, PointerProperty, StringProperty
-from bpy_extras.object_utils import world_to_camera_view
 from mathutils import Matrix, Vector
 
 TO_TURNER = Matrix(((1, 0, 0, 0), (0, 0, 1, 0), (0, -1, 0, 0), (0, 0, 0, 1)))
@@ -231,7 +230,7 @@ def light_color(light, report):
     return color, factor
 
 
-def lights(depsgraph, camera, report):
+def lights(depsgraph, report):
     """`[[light]]` and `[[object]]` entries, in the order of the dependency graph.
 
     Power becomes radiometric values as in Cycles: a point or spot light of P watts has the radiant intensity
@@ -247,19 +246,9 @@ def lights(depsgraph, camera, report):
         if light.energy * factor <= 0.0 or max(color) <= 0.0:
             continue
         matrix = instance.matrix_world.copy()
-        if light.type == "AREA" and not source.visible_camera and is_seen(depsgraph.scene_eval, camera, matrix):
-            report.note(f"The area light “{source.name}” is in the picture, and visible there")
         one = {"SUN": sun, "AREA": area_light, "SPOT": spot_light}.get(light.type, point_light)
         sections.append(one(source, matrix, color, light.energy * factor, report))
     return sections
-
-
-def is_seen(scene, camera, matrix):
-    """Whether the camera sees the front of an area light, judged by its centre."""
-    centre = matrix.translation
-    place = world_to_camera_view(scene, camera, centre)
-    in_front = direction_of(matrix).dot(camera.matrix_world.translation - centre) > 0.0
-    return in_front and place.z > 0.0 and 0.0 <= place.x <= 1.0 and 0.0 <= place.y <= 1.0
 
 
 def direction_of(matrix):
@@ -287,7 +276,9 @@ def emitter(source, shape, color, radiance):
         "emission_front_only": True,
         "double_sided": False,
     }
-    return "[[object]]", {**shape, "name": source.name, "material": material}
+    # Cycles hides lights from the camera alone unless told otherwise.
+    seen = {} if source.visible_camera else {"hidden_from_camera": True}
+    return "[[object]]", {**shape, "name": source.name, **seen, "material": material}
 
 
 def point_light(source, matrix, color, power, report):
@@ -309,10 +300,6 @@ def point_light(source, matrix, color, power, report):
             "attenuation": "inverse-square",
         }
     shape = {"type": "sphere", "center": position, "radius": radius}
-    if not source.visible_camera:
-        # Neither the camera nor mirrors see it.
-        values = {**shape, "color": color, "intensity": intensity, "attenuation": "inverse-square"}
-        return "[[light]]", {"name": source.name, **values}
     return emitter(source, shape, color, intensity / area)
 
 
@@ -925,10 +912,13 @@ def write_scene(depsgraph, camera, path, report):
         ("[integrator]", {"type": "path", "max_depth": scene.turner.max_depth}),
         ("[camera]", camera_section(depsgraph, camera, width, height, report)),
         *world_sections(scene, folder, report),
-        *lights(depsgraph, camera, report),
+        *lights(depsgraph, report),
     ]
     if scene.render.use_motion_blur:
         report.note("Motion blur is ignored")
+    for source in visible:
+        if source.type != "LIGHT" and not source.visible_camera:
+            report.note(f"“{source.name}” is hidden from the camera in Blender, and visible to it in Turner")
     glb = folder.path / "scene.glb"
     export_gltf(scene.original, visible, glb)
     if mend_glb(glb, {source.name for source in visible}):

@@ -321,6 +321,10 @@ pub(crate) const PICTURES: &[Picture] = &[
         Turner("scenes/guides/solids.toml --width 640 --height 360 --samples 32 --denoise"),
     ),
     picture("hair.jpg", Turner("scenes/guides/hair.toml --width 640 --height 320 --samples 48 --denoise")),
+    picture(
+        "surfaces.jpg",
+        Turner("scenes/guides/surfaces.toml --width 640 --height 360 --samples 32 --denoise"),
+    ),
     picture("subdivision.jpg", Turner("scenes/guides/subdivision.toml --samples 64 --denoise")),
     picture("cutout.png", Turner("scenes/guides/transparent.toml --width 240 --height 200 --samples 192")),
     picture(

@@ -92,6 +92,12 @@ pub(crate) fn object() -> Page {
                 "Whether the camera sees nothing of the object but the shadow that others cast on it: alpha is the fraction of the direct light that they keep off. Reflections, and light that it reflects, stay. Integrators \"path\" and \"direct\".",
             ),
             key(
+                "hidden_from_camera",
+                "true | false",
+                Some("`false`"),
+                "Whether rays from the camera pass through the object. All other rays meet it: it is visible in mirrors, casts shadows and emits light. An instance or model hides everything in it.",
+            ),
+            key(
                 "hidden",
                 "true | false",
                 Some("`false`"),

@@ -32,7 +32,7 @@ pub fn pick(stand: &Stand, at: [f64; 2]) -> Option<Picked> {
     let inside = |v: f64, size: u32| (v >= 0.0 && v < f64::from(size)).then_some(v as u32);
     let (x, y) = (inside(at[0], view.film.width)?, inside(at[1], view.film.height)?);
     let ray = camera_ray(view, SampleId { x, y, index: 0, seed: 0 }, at)?;
-    let hit = scene.intersect(&ray)?;
+    let hit = scene.intersect_from_camera(&ray)?;
     let surface = scene.surface(&ray, &hit);
     let primitive = scene.primitive_id(&hit);
     let entry = scene.entry_of(primitive) as usize;

@@ -37,6 +37,7 @@ const COMMON: &[(&str, &str, &str)] = &[
     ("object", "material", "Name of a [material.NAME]"),
     ("object", "light_group", "Light group of its emission"),
     ("object", "shadow_catcher", "The camera sees only the shadow on it"),
+    ("object", "hidden_from_camera", "Visible to all rays but those of the camera"),
     ("object", "hidden", "Left out of the picture"),
     ("object", "transform", "Scale first, then rotate, then translate; or the rows of a matrix"),
     ("object", "motion", "The transform at the end of the motion, for motion blur"),

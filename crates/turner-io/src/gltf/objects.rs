@@ -217,6 +217,7 @@ impl<'a> Objects<'a> {
                 material: Some(id),
                 light_group: None,
                 shadow_catcher: false,
+                hidden_from_camera: false,
                 hidden: false,
                 transform: Transform(transform),
                 motion: None,

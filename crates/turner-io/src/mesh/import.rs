@@ -311,6 +311,7 @@ impl Import {
             material: (!scene.materials.is_empty()).then_some(MaterialId(0)),
             light_group: None,
             shadow_catcher: false,
+            hidden_from_camera: false,
             hidden: false,
             transform: Transform::IDENTITY,
             motion: None,

@@ -12,6 +12,7 @@ use turner::math::{DAffine3, DVec2, DVec3, radians};
 use turner::schema::{ErrorCode, MediumId, Named};
 
 use super::assembly::Assembly;
+use super::far_clip::FarClip;
 use super::media;
 use super::params::Object;
 use crate::assets::printable;
@@ -36,6 +37,8 @@ pub(super) struct Frame {
     exposure: f64,
     /// The medium around the camera.
     pub(super) medium: Option<MediumId>,
+    /// Where the view of the sensor ends, if the file says so.
+    pub(super) far_clip: Option<FarClip>,
 }
 
 impl Default for Frame {
@@ -49,6 +52,7 @@ impl Default for Frame {
             integrator: paths(NO_LIMIT),
             exposure: 0.0,
             medium: None,
+            far_clip: None,
         }
     }
 }
@@ -143,7 +147,14 @@ pub(super) fn sensor(scene: &mut Assembly<'_>, object: &Object) -> Result<(), Fa
         scene.frame.medium = media::medium(scene, *medium)?;
     }
     let to_world = object.transform("to_world")?;
-    object.pass(&["shutter_open", "shutter_close", "srf", "far_clip"]);
+    object.pass(&["shutter_open", "shutter_close", "srf"]);
+    if let (Some(distance), Some(forward)) =
+        (object.float("far_clip")?, to_world.matrix3.z_axis.try_normalize())
+    {
+        let position = to_world.translation;
+        scene.frame.far_clip =
+            Some(FarClip { place: object.place_of("far_clip"), position, forward, distance });
+    }
     let camera = match object.kind.as_str() {
         "perspective" | "thinlens" => {
             let pose = pose(scene, object, to_world)?;

@@ -11,6 +11,7 @@ mod assembly;
 mod document;
 mod emitters;
 mod environment;
+mod far_clip;
 mod frame;
 mod hair;
 mod leaves;
@@ -127,6 +128,7 @@ fn finish(assembly: Assembly<'_>, materials: Vec<Named<MaterialDesc>>) -> Result
     if objects.is_empty() {
         report.note("the file contains no geometry");
     }
+    let far_clip = frame.far_clip;
     frame.apply(&mut scene);
     scene.textures = stock.texture_list;
     scene.materials = materials;
@@ -136,6 +138,9 @@ fn finish(assembly: Assembly<'_>, materials: Vec<Named<MaterialDesc>>) -> Result
     scene.lights = stock.lights;
     scene.images = stock.images;
     scene.meshes = stock.meshes;
+    if let Some(far) = far_clip {
+        far.check(&scene, &mut report);
+    }
     fill_open(&mut scene, around);
     scene.imports =
         vec![ImportSummary { file: printable(&uri), format: "Mitsuba", counts, names: Vec::new() }];

@@ -131,6 +131,7 @@ impl<'a> CommonParts<'a> {
             material,
             light_group: None,
             shadow_catcher: false,
+            hidden_from_camera: false,
             hidden: false,
             transform: Transform(start),
             motion: (start != end).then_some(Transform(end)),

@@ -27,6 +27,7 @@ pub(crate) fn fill_open(scene: &mut SceneDesc, around: Option<MediumId>) {
         material: Some(material_id),
         light_group: None,
         shadow_catcher: false,
+        hidden_from_camera: false,
         hidden: false,
         transform: Transform::IDENTITY,
         motion: None,

@@ -179,6 +179,11 @@ const COMMON: &[Field] = &[
         || "true | false".into(),
         &["Whether the camera sees nothing of it but the shadow on it."],
     ),
+    common(
+        "hidden_from_camera",
+        || "true | false".into(),
+        &["Whether rays from the camera pass through it, and all others meet it."],
+    ),
     common("hidden", || "true | false".into(), &["Whether it is left out of the picture."]),
 ];
 

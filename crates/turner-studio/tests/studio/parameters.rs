@@ -162,7 +162,7 @@ fn what_all_objects_have() {
             }
         }
     }
-    for key in ["hidden", "shadow_catcher"] {
+    for key in ["hidden", "hidden_from_camera", "shadow_catcher"] {
         let label = key.replace('_', " ");
         let act = |window: &mut Window| click(window, Role::CheckBox, &label);
         if !form.step(key, act, |form| form.value(key) == Some(Data::Bool(true))) {

@@ -116,6 +116,7 @@ fn taken_out(object: &ObjectDesc, instance: &ObjectDesc) -> ObjectDesc {
         material: object.material.or(instance.material),
         light_group: object.light_group.clone().or_else(|| instance.light_group.clone()),
         shadow_catcher: object.shadow_catcher || instance.shadow_catcher,
+        hidden_from_camera: object.hidden_from_camera || instance.hidden_from_camera,
         hidden: object.hidden || instance.hidden,
         transform: Transform(instance.transform.0 * object.transform.0),
         motion: moves.then(|| Transform(ends[1].0 * ends[0].0)),

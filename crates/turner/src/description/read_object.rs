@@ -15,6 +15,7 @@ pub(super) fn read_object(value: &Value, cx: &mut Reader<'_>) -> Result<ObjectDe
     let name = table.optional::<String>("name", None, cx)?;
     let light_group = light_group(&mut table, "light_group", cx)?;
     let shadow_catcher = table.optional::<bool>("shadow_catcher", None, cx)?.unwrap_or(false);
+    let hidden_from_camera = table.optional::<bool>("hidden_from_camera", None, cx)?.unwrap_or(false);
     let hidden = table.optional::<bool>("hidden", None, cx)?.unwrap_or(false);
     let mut transform = table.optional::<Transform>("transform", None, cx)?.unwrap_or(Transform::IDENTITY);
     let mut motion = table.optional::<Transform>("motion", None, cx)?;
@@ -71,6 +72,7 @@ pub(super) fn read_object(value: &Value, cx: &mut Reader<'_>) -> Result<ObjectDe
         material,
         light_group,
         shadow_catcher,
+        hidden_from_camera,
         hidden,
         transform,
         motion,

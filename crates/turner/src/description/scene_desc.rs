@@ -56,6 +56,9 @@ pub struct ObjectDesc {
     pub light_group: Option<String>,
     /// Whether the camera sees nothing of it but the shadow on it.
     pub shadow_catcher: bool,
+    /// Whether rays from the camera pass through it. All other rays meet it: it is visible in mirrors, casts shadows and
+    /// emits light. An instance hides everything in its group.
+    pub hidden_from_camera: bool,
     /// Whether it is left out of the picture: it is not seen, casts no shadow and emits no light. A hidden instance
     /// hides everything in its group.
     pub hidden: bool,

@@ -194,6 +194,7 @@ pub(super) fn write_object(object: &ObjectDesc, cx: &mut Writer<'_>) -> Result<T
     table.push("material", object.material.map(|m| cx.material(m)).transpose()?);
     table.push("light_group", string(&object.light_group));
     table.push("shadow_catcher", object.shadow_catcher.then_some(Data::Bool(true)));
+    table.push("hidden_from_camera", object.hidden_from_camera.then_some(Data::Bool(true)));
     table.push("hidden", object.hidden.then_some(Data::Bool(true)));
     table.push("transform", object.transform.write(cx)?);
     // A motion to the identity is written as an empty table: without the key, the object does not move.

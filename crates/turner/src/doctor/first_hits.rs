@@ -61,7 +61,7 @@ fn steps(scene: &Scene, ray: &Ray) -> u64 {
 
 /// The first hit of `ray`.
 pub(super) fn first(scene: &Scene, ray: &Ray) -> Option<Hit> {
-    let hit = scene.intersect(ray)?;
+    let hit = scene.intersect_from_camera(ray)?;
     let surface = scene.surface(ray, &hit);
     let material = scene.material_at(&hit);
     let outside = surface.ng.dot(ray.direction) <= 0.0;

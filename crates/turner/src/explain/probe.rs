@@ -74,7 +74,7 @@ pub fn probe(prepared: &Prepared, desc: &SceneDesc, x: u32, y: u32) -> Result<Op
     check_pixel(view, x, y)?;
     let id = SampleId { x, y, index: 0, seed: u64::from(view.film.seed) };
     let Some(ray) = camera_ray(view, id, [f64::from(x) + 0.5, f64::from(y) + 0.5]) else { return Ok(None) };
-    let Some(hit) = scene.intersect(&ray) else { return Ok(None) };
+    let Some(hit) = scene.intersect_from_camera(&ray) else { return Ok(None) };
     let surface = scene.surface(&ray, &hit);
     let (primitive, shape) = (scene.primitive_id(&hit), scene.shape_word(&hit));
     let labels = Labels { scene, desc };

@@ -99,7 +99,7 @@ impl FirstHit {
         let Some(ray) = camera_ray(&prepared.view, sample.id, sample.place) else {
             return FirstHit { camera: None, hit: None, shown };
         };
-        let hit = scene.intersect(&ray).map(|hit| {
+        let hit = scene.intersect_from_camera(&ray).map(|hit| {
             let surface = scene.surface(&ray, &hit);
             FirstSurface {
                 t: hit.shape.t,

@@ -6,10 +6,10 @@ use crate::description::*;
 use crate::material::MaterialDesc;
 use crate::math::{Bounds, DAffine3};
 use crate::scene::alpha_test::{Faces, NO_FACES};
+use crate::scene::camera_visibility::PrimitiveSet;
 use crate::scene::light_groups::LightGroups;
 use crate::scene::names::NameCollector;
 use crate::scene::scene::{NO_TRANSFORM, ObjectTransform, Primitive};
-use crate::scene::shadow_catchers::ShadowCatchers;
 use crate::schema::error::escape;
 use crate::schema::{ErrorCode, MaterialId, Named, SceneError};
 use crate::shape::{Shape, ShapeDesc, SolidGeometry};
@@ -25,7 +25,8 @@ pub(crate) struct Flattener<'a> {
     pub(crate) default_material: MaterialId,
     pub(crate) names: NameCollector,
     pub(crate) light_groups: LightGroups,
-    pub(crate) shadow_catchers: ShadowCatchers,
+    pub(crate) shadow_catchers: PrimitiveSet,
+    pub(crate) hidden_from_camera: PrimitiveSet,
     pub(crate) physical: bool,
     /// Opening and closing time of the shutter; equal without motion blur.
     pub(crate) shutter: [f64; 2],
@@ -47,6 +48,8 @@ impl Flattener<'_> {
             group: Option<u32>,
             /// Whether the object that contains these is a shadow catcher.
             catches: bool,
+            /// Whether it is hidden from the camera.
+            is_passed: bool,
             /// Whether the objects are the scene's own.
             is_top: bool,
         }
@@ -60,6 +63,7 @@ impl Flattener<'_> {
             name: None,
             group: None,
             catches: false,
+            is_passed: false,
             is_top: true,
         }];
         while let Some(level) = stack.last_mut() {
@@ -85,6 +89,7 @@ impl Flattener<'_> {
             let own_group = object.light_group.as_deref().map(|name| self.light_groups.number(name));
             let group = own_group.or(level.group);
             let catches = object.shadow_catcher || level.catches;
+            let is_passed = object.hidden_from_camera || level.is_passed;
             level.next += 1;
             if is_entry {
                 self.names.begin_entry(self.primitives.len() as u32, own);
@@ -97,6 +102,7 @@ impl Flattener<'_> {
                     self.place(shape, to_world, material, object).map_err(|e| e.or_at(object.span))?;
                     let end = self.primitives.len() as u32;
                     (first..end).filter(|_| catches).for_each(|id| self.shadow_catchers.add(id));
+                    (first..end).filter(|_| is_passed).for_each(|id| self.hidden_from_camera.add(id));
                 }
                 (ObjectContent::Instance(g), _) => stack.push(Level {
                     objects: &desc.groups[g.index()].value.objects,
@@ -107,6 +113,7 @@ impl Flattener<'_> {
                     name: outer.or(own),
                     group,
                     catches,
+                    is_passed,
                     is_top: false,
                 }),
                 (ObjectContent::Shape(_), None) => {}

@@ -10,11 +10,11 @@ use crate::description::framing::Subject;
 use crate::description::{GroupDesc, ObjectDesc, SceneDesc};
 use crate::math::Bounds;
 use crate::scene::alpha_test::Faces;
+use crate::scene::camera_visibility::PrimitiveSet;
 use crate::scene::light_groups::LightGroups;
 use crate::scene::names::NameCollector;
 use crate::scene::outline::hull_points;
 use crate::scene::scene::{ObjectTransform, Primitive};
-use crate::scene::shadow_catchers::ShadowCatchers;
 use crate::schema::error::unknown_name;
 use crate::schema::value::{FileId, Span};
 use crate::schema::{ErrorCode, MaterialId, MeshData, PrepareOptions, SceneError, Warning};
@@ -32,7 +32,8 @@ pub(super) struct Placed {
     pub(super) faces: Vec<Faces>,
     pub(super) names: NameCollector,
     pub(super) light_groups: LightGroups,
-    pub(super) shadow_catchers: ShadowCatchers,
+    pub(super) shadow_catchers: PrimitiveSet,
+    pub(super) hidden_from_camera: PrimitiveSet,
     pub(super) meshes: Vec<Arc<TriangleMesh>>,
     pub(super) warnings: Vec<Warning>,
     /// The bounds of all bounded primitives.
@@ -105,6 +106,7 @@ fn same_object(a: &ObjectDesc, b: &ObjectDesc) -> bool {
         && a.name == b.name
         && a.light_group == b.light_group
         && a.shadow_catcher == b.shadow_catcher
+        && a.hidden_from_camera == b.hidden_from_camera
         && a.hidden == b.hidden
 }
 
@@ -170,7 +172,8 @@ impl CachedObjects {
             default_material: MaterialId(desc.materials.len() as u32),
             names: NameCollector::default(),
             light_groups: groups,
-            shadow_catchers: ShadowCatchers::default(),
+            shadow_catchers: PrimitiveSet::default(),
+            hidden_from_camera: PrimitiveSet::default(),
             physical,
             shutter,
         };
@@ -179,8 +182,17 @@ impl CachedObjects {
             return Err(SceneError::new(ErrorCode::TooLarge, message));
         }
         flat.flatten(desc)?;
-        let Flattener { primitives, bounds, transforms, faces, names, light_groups, shadow_catchers, .. } =
-            flat;
+        let Flattener {
+            primitives,
+            bounds,
+            transforms,
+            faces,
+            names,
+            light_groups,
+            shadow_catchers,
+            hidden_from_camera,
+            ..
+        } = flat;
         let PreparedShapes { meshes: used, warnings, .. } = shapes;
         let total = bounds.iter().flatten().fold(Bounds::EMPTY, |a, b| a.union(b));
         let placed = Placed {
@@ -191,6 +203,7 @@ impl CachedObjects {
             names,
             light_groups,
             shadow_catchers,
+            hidden_from_camera,
             meshes: used,
             warnings,
             total,

@@ -35,10 +35,10 @@ use crate::integrator::{Capabilities, IntegratorDesc, Prepared};
 use crate::light::{BackgroundDesc, Light};
 use crate::material::Material;
 use crate::math::Bounds;
+use crate::scene::camera_visibility::PrimitiveSet;
 use crate::scene::emitters::Emitters;
 use crate::scene::light_groups::LightGroups;
 use crate::scene::placed_emitters::LightChoice;
-use crate::scene::shadow_catchers::ShadowCatchers;
 use crate::scene::volumes::Volumes;
 use crate::scene::{Scene, SceneStats};
 use crate::schema::{ErrorCode, Named, PrepareOptions, SceneError, Warning};
@@ -107,7 +107,8 @@ struct WithStudio {
     shutter: [f64; 2],
     ambient: Spectrum,
     light_groups: LightGroups,
-    shadow_catchers: ShadowCatchers,
+    shadow_catchers: PrimitiveSet,
+    hidden_from_camera: PrimitiveSet,
     material_names: Arc<[Option<String>]>,
 }
 
@@ -162,6 +163,7 @@ fn assemble(
         material_names: with_studio.material_names,
         light_groups: with_studio.light_groups,
         shadow_catchers: with_studio.shadow_catchers,
+        hidden_from_camera: with_studio.hidden_from_camera,
         light_sources: with_studio.sources,
         stats,
         instruction_set,
@@ -380,6 +382,7 @@ impl Preparer {
             ambient,
             light_groups,
             shadow_catchers,
+            hidden_from_camera: placed.map_or_else(Default::default, |p| p.hidden_from_camera.clone()),
             material_names: desc.materials.iter().map(|m| m.name.clone()).collect(),
         })
     }

@@ -112,6 +112,7 @@ impl Centre {
         let mut hits = tracer.details().hits;
         if hits.len() != self.out.len() {
             scene.intersect_batch(&mut self.samples.rays, &mut self.hits);
+            scene.look_past_hidden(&self.samples.rays, &mut self.hits);
             hits = &self.hits;
         }
         for ((i, radiance), hit) in self.out.iter().enumerate().zip(hits) {

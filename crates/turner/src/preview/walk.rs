@@ -179,6 +179,7 @@ impl Walk {
         });
         take_points(frame.view, &mut samples, points);
         frame.scene.intersect_batch(&mut samples.rays, &mut hits);
+        frame.scene.look_past_hidden(&samples.rays, &mut hits);
         queue.clear();
         let mut kept = 0;
         for i in 0..self.traced.len() {
@@ -215,6 +216,13 @@ impl Walk {
             self.round(frame);
             let mut hits = std::mem::take(&mut self.hits);
             frame.scene.intersect_batch(&mut self.queue.rays, &mut hits);
+            if !frame.scene.hidden_from_camera.is_empty() {
+                for (i, (hit, walker)) in hits.iter_mut().zip(&self.queue.walkers).enumerate() {
+                    if let Some(ray) = self.queue.rays.get(i).filter(|_| walker.from_camera) {
+                        *hit = frame.scene.seen_by_camera(&ray, *hit);
+                    }
+                }
+            }
             self.hits = hits;
         }
     }

@@ -193,7 +193,8 @@ impl Renderer {
         let p = &self.prepared;
         let (x, y) = self.position(pixel);
         let id = SampleId { x, y, index: FIRST, seed: u64::from(p.view.film.seed) };
-        let hit = camera_ray(&p.view, id, place_of(&p.view, &id)).and_then(|ray| p.scene.intersect(&ray));
+        let hit = camera_ray(&p.view, id, place_of(&p.view, &id))
+            .and_then(|ray| p.scene.intersect_from_camera(&ray));
         hit.is_some_and(|hit| match p.scene.material_at(&hit) {
             Material::OpenPbr(m) => m.desc.has_thin_film(),
             Material::Mix(_) | Material::Classic(_) | Material::Principled(..) => false,

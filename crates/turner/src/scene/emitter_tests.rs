@@ -16,7 +16,9 @@ use crate::scene::Scene;
 use crate::schema::transform::rotation;
 use crate::schema::{Asset, MeshData, MeshId, Transform};
 use crate::shape::solid::*;
-use crate::shape::{ConeDesc, CylinderDesc, DiskDesc, MeshDesc, PlaneDesc, PointsDesc, ShapeDesc, TorusDesc};
+use crate::shape::{
+    ConeDesc, CylinderDesc, DiskDesc, MeshDesc, ParametricDesc, PlaneDesc, PointsDesc, ShapeDesc, TorusDesc,
+};
 use crate::testing::scenes::{
     Mean, cuboid, emissive, grey, matte, mean, path, plane, rectangle, rgb, sphere, v,
 };
@@ -61,6 +63,7 @@ fn shapes() -> Vec<ObjectDesc> {
         ShapeDesc::Torus(TorusDesc { axis: v(0.3, 1.0, 0.1), ..torus() }),
         ShapeDesc::Points(PointsDesc { points: MeshId(0), radius: None, radii: vec![0.4, 0.3, 0.2] }),
         ShapeDesc::Mesh(MeshDesc { mesh: MeshId(1), ..MeshDesc::default() }),
+        ShapeDesc::Parametric(ParametricDesc { tolerance: 0.1, ..ParametricDesc::default() }),
     ];
     plain.extend(solids());
     for entry in

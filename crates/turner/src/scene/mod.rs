@@ -6,6 +6,7 @@ pub(crate) mod batch_meshes;
 mod bvh_boxes;
 #[cfg(test)]
 mod bvh_boxes_tests;
+pub(crate) mod camera_visibility;
 pub mod caustic_targets;
 pub(crate) mod emitter_batch;
 pub(crate) mod emitter_list;
@@ -30,7 +31,6 @@ pub(crate) mod rectangles;
 #[allow(clippy::module_inception)]
 pub(crate) mod scene;
 pub(crate) mod search_cost;
-pub(crate) mod shadow_catchers;
 pub(crate) mod shape_emitters;
 pub(crate) mod similarity;
 pub(crate) mod spectrum_block;
@@ -42,6 +42,7 @@ pub(crate) mod volumes;
 pub(crate) mod world_mesh;
 
 pub use crate::interaction::{Hit, SurfaceInteraction};
+pub use camera_visibility::PrimitiveSet;
 pub use emitter_batch::{EscapedRays, LightBatch};
 pub use emitter_list::ListedEmitter;
 pub use light_groups::LightGroups;
@@ -51,7 +52,6 @@ pub use placed_emitters::LightChoice;
 pub use ray_batch::{RayBatch, RayOrigin};
 pub use scene::{Scene, SceneStats};
 pub use search_cost::SearchCost;
-pub use shadow_catchers::ShadowCatchers;
 pub use spectrum_block::SpectrumBlock;
 pub(crate) use surface_block::{SurfaceBlock, SurfaceX8};
 pub(crate) use volumes::Volumes;

@@ -14,10 +14,10 @@ use crate::material::{Material, ShadowKind};
 use crate::math::{Bounds, DAffine3, DMat3, DVec3, Ray};
 use crate::scene::alpha_test::{Faces, NO_FACES};
 use crate::scene::batch::BatchShapes;
+use crate::scene::camera_visibility::PrimitiveSet;
 use crate::scene::emitters::Emitters;
 use crate::scene::light_groups::LightGroups;
 use crate::scene::names::ObjectNames;
-use crate::scene::shadow_catchers::ShadowCatchers;
 use crate::scene::sphere_culler::SphereCuller;
 use crate::scene::volumes::Volumes;
 use crate::scene::world_mesh::StaticWorldMesh;
@@ -75,7 +75,9 @@ pub struct Scene {
     /// Light groups of lights and objects.
     pub light_groups: LightGroups,
     /// Objects of which the camera sees only the shadow on them.
-    pub shadow_catchers: ShadowCatchers,
+    pub shadow_catchers: PrimitiveSet,
+    /// Objects that rays from the camera pass through.
+    pub hidden_from_camera: PrimitiveSet,
     /// For each light its index in the description; `None` for those of the default studio.
     pub light_sources: Vec<Option<u32>>,
     /// Counts and sizes, for `turner info`.
@@ -170,12 +172,13 @@ impl Scene {
             .then(|| Scene { lights: self.lights.iter().enumerate().map(turned).collect(), ..self.clone() })
     }
 
-    /// Whether background, light groups, shadow catchers and names are those of another scene.
+    /// Whether background, light groups, shadow catchers, hidden objects and names are those of another scene.
     pub(crate) fn has_settings_of(&self, other: &Scene) -> bool {
         self.background == other.background
             && self.ambient == other.ambient
             && self.light_groups == other.light_groups
             && self.shadow_catchers == other.shadow_catchers
+            && self.hidden_from_camera == other.hidden_from_camera
             && self.light_sources == other.light_sources
             && self.material_names == other.material_names
     }

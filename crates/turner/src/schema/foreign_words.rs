@@ -41,6 +41,8 @@ pub const KEYS: &[Foreign] = words! {
     OBJECT, "opacity" | "alpha" => "opacity belongs in the material: `material = { opacity = 0.5 }`";
     OBJECT, "visible" | "hide" | "hiderender" | "invisible" | "disabled" | "enabled" =>
         "write `hidden = true` to leave an object out";
+    OBJECT, "visiblecamera" | "cameravisible" | "primaryvisibility" | "visibletocamera" =>
+        "write `hidden_from_camera = true` to hide an object from the camera alone";
     OBJECT, "isshadowcatcher" | "shadowmatte" | "matteshadow" => "write `shadow_catcher = true`";
     OBJECT, "emission" | "emissive" | "emit" | "glow" | "light" =>
         "an object emits light by its material: `material = { type = \"emissive\", strength = 5 }`";
@@ -218,6 +220,7 @@ pub const KINDS: &[Foreign] = words! {
     SHAPE, "extrude" | "extrusion" | "linearextrude" | "extrudegeometry" => "write `type = \"prism\"` with `points`, `bottom` and `top`";
     SHAPE, "metaball" | "metaballs" | "blobby" => "write `type = \"blob\"` with `spheres`";
     SHAPE, "sdf" | "implicit" | "function" | "distancefield" => "write `type = \"isosurface\"` with `function`, `min` and `max`";
+    SHAPE, "parametricgeometry" | "parametricsurface" => "write `type = \"parametric\"` with `x`, `y` and `z` in u and v";
     SHAPE, "poly" | "quartic" | "cubic" => "write `type = \"polynomial\"` with `terms`";
     SHAPE, "ellipsoid" | "paraboloid" | "hyperboloid" => "write `type = \"quadric\"`; an ellipsoid is a sphere with `transform = { scale = [1, 2, 3] }`";
     SHAPE, "capsule" | "capsulegeometry" | "tubegeometry" | "pipe" => "write `type = \"sphere_sweep\"` with `spheres`";

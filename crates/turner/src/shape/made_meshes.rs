@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use super::mesh::MeshDesc;
 use super::mesh_cache::MeshCache;
+use super::parametric::ParametricDesc;
 use super::subdivision::{Subdivision, subdivide};
 use super::triangle_mesh::TriangleMesh;
 use crate::schema::{Asset, MeshData, SceneError};
@@ -13,6 +14,8 @@ use crate::schema::{Asset, MeshData, SceneError};
 pub(super) enum Recipe {
     /// A subdivided mesh, and whether it is smooth.
     Subdivided(Arc<MeshData>, Box<Subdivision>, bool),
+    /// A parametric surface.
+    Parametric(ParametricDesc),
 }
 
 impl Recipe {
@@ -22,6 +25,9 @@ impl Recipe {
             (Recipe::Subdivided(a, by, smooth), Recipe::Subdivided(b, other_by, other_smooth)) => {
                 Arc::ptr_eq(a, b) && by == other_by && smooth == other_smooth
             }
+            (Recipe::Parametric(a), Recipe::Parametric(b)) => a == b,
+            (Recipe::Subdivided(..), Recipe::Parametric(_))
+            | (Recipe::Parametric(_), Recipe::Subdivided(..)) => false,
         }
     }
 }
@@ -83,6 +89,21 @@ impl MeshCache<'_> {
                 ));
             }
             Ok(TriangleMesh::without_tree(&Arc::new(subdivided.mesh), smooth)?.0)
+        })
+    }
+
+    /// The prepared mesh of a parametric surface.
+    ///
+    /// Errors: those of the expressions; more triangles than the limits allow.
+    pub(super) fn parametric(&mut self, desc: &ParametricDesc) -> Result<Arc<TriangleMesh>, SceneError> {
+        self.made(Recipe::Parametric(desc.clone()), |cache| {
+            let (data, reached) = desc.mesh(&cache.options().limits)?;
+            if !reached {
+                cache.warn(
+                    "a parametric surface has more than `tolerance` of error at its largest number of triangles".to_owned(),
+                );
+            }
+            Ok(TriangleMesh::without_tree(&Arc::new(data), desc.smooth)?.0)
         })
     }
 }

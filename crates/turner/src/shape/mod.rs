@@ -36,6 +36,7 @@ mod mesh_cache;
 mod mesh_rays;
 mod mesh_search;
 mod outline;
+mod parametric;
 mod plane;
 pub mod points;
 mod rectangle;
@@ -60,6 +61,7 @@ pub use height_field::HeightFieldDesc;
 pub use mesh::MeshDesc;
 pub use mesh_cache::{CachedShapes, MeshCache};
 pub use mesh_rays::{BlockRays, MeshRays, NO_TRIANGLE};
+pub use parametric::ParametricDesc;
 pub use plane::{Plane, PlaneDesc};
 pub use points::{Points, PointsDesc};
 pub use rectangle::{Rectangle, RectangleDesc};
@@ -123,6 +125,7 @@ solid::descriptions! { shapes! (
     Mesh(MeshDesc) => |d, meshes| Ok(Shape::Mesh(meshes.get(d)?)),
     Points(PointsDesc) => |d, meshes| Ok(Shape::Points(meshes.points(d)?)),
     Curves(CurvesDesc) => |d, meshes| Ok(Shape::Curves(meshes.curves(d)?)),
+    Parametric(ParametricDesc) => |d, meshes| Ok(Shape::Mesh(meshes.parametric(d)?)),
     HeightField(HeightFieldDesc) => |d, meshes| Ok(Shape::Mesh(meshes.height_field(d)?)),
 ) }
 

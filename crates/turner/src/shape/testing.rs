@@ -130,8 +130,8 @@ fn cases() -> Vec<Case> {
 
 #[test]
 fn every_shape_has_a_case() {
-    // Meshes, height fields, point clouds and curves have tests of their own.
-    let is_data = |name| matches!(name, "mesh" | "points" | "curves" | "height_field");
+    // Meshes, shapes that become meshes, point clouds and curves have tests of their own.
+    let is_data = |name| matches!(name, "mesh" | "points" | "curves" | "height_field" | "parametric");
     let formulas = ShapeDesc::DOC.entries.iter().filter(|e| !is_data(e.name));
     for entry in formulas {
         assert!(cases().iter().any(|c| c.shape.word() == entry.name), "no case for the shape {}", entry.name);

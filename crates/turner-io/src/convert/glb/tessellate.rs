@@ -250,6 +250,7 @@ mod tests {
             "\"union\"\nparts = [{ type = \"sphere\" }, { type = \"torus\" }]",
             "\"intersection\"\nparts = [{ type = \"sphere\", radius = 1.2 }, { type = \"box\" }]",
             "\"difference\"\nparts = [{ type = \"box\" }, { type = \"sphere\", radius = 1.2 }]",
+            "\"parametric\"",
             "\"prism\"\npoints = [[0, 0], [2, 0], [2, 1], [0, 1]]",
             "\"lathe\"\npoints = [[0.5, 0], [1, 1], [0.3, 2]]",
             "\"sphere_sweep\"\nspheres = [[0, 0, 0, 0.5], [1, 1, 0, 0.3]]",

@@ -267,7 +267,10 @@ fn head(section: &str, i: usize) -> String {
             format!("[[light]]\ngroup = \"key lights\"\nname = \"light {i}\"\n{motion}")
         }
         "object" => {
-            format!("[[object]]\nname = \"{i}\"\nlight_group = \"key lights\"\nshadow_catcher = true\n")
+            format!(
+                "[[object]]\nname = \"{i}\"\nlight_group = \"key lights\"\nshadow_catcher = true\n\
+                 hidden_from_camera = true\n"
+            )
         }
         _ => format!("[{section}]\n"),
     }

@@ -88,6 +88,7 @@ impl<'a> SampleAovs<'a> {
         if details.hits.len() != samples.ids.len() {
             self.rays.copy(&samples.rays);
             self.scene.intersect_batch(&mut self.rays, &mut self.hits);
+            self.scene.look_past_hidden(&self.rays, &mut self.hits);
         }
         let hits = if details.hits.len() == samples.ids.len() { details.hits } else { &self.hits };
         for (i, radiance) in radiance.iter().enumerate().take(samples.ids.len()) {

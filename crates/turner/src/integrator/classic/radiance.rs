@@ -187,6 +187,13 @@ impl<R: Record> TreeBatch<'_, R> {
     /// Traces and shades the rays of the queue and fills the next one.
     fn round(&mut self, samples: &CameraSamples, out: &mut [Radiance], stats: &mut RayStats) {
         self.scene.intersect_batch(&mut self.queue.rays, &mut self.hits);
+        if !self.scene.hidden_from_camera.is_empty() {
+            for (i, (hit, task)) in self.hits.iter_mut().zip(&self.queue.tasks).enumerate() {
+                if let Some(ray) = self.queue.rays.get(i).filter(|_| task.depth == 0) {
+                    *hit = self.scene.seen_by_camera(&ray, *hit);
+                }
+            }
+        }
         self.first_hits.found(&self.hits);
         self.next.clear();
         self.gather(out);

@@ -162,7 +162,7 @@ impl<D: DebugView> Tracer for DebugViewTracer<'_, D> {
         stats.camera += samples.ids.len() as u64;
         out.clear();
         let rays = samples.ids.iter().enumerate().filter_map(|(i, id)| Some((*id, samples.rays.get(i)?)));
-        out.extend(rays.map(|(id, ray)| match scene.intersect(&ray) {
+        out.extend(rays.map(|(id, ray)| match scene.intersect_from_camera(&ray) {
             None => self.debug_view.at_miss(scene, &ray),
             Some(hit) => {
                 let surface = scene.surface(&ray, &hit);

@@ -297,6 +297,15 @@ impl<R: Record> Tracer for PathBatch<'_, R> {
 }
 
 impl<R: Record> PathBatch<'_, R> {
+    /// Replaces the hits of rays that come straight from the camera by what it sees.
+    fn look_past_hidden(&self, queue: &RayQueue, hits: &mut [Option<Hit>]) {
+        for (i, (&sample, hit)) in queue.samples.iter().zip(hits).enumerate() {
+            if let Some(ray) = queue.rays.get(i).filter(|_| self.paths[sample as usize].from_camera) {
+                *hit = self.scene.seen_by_camera(&ray, *hit);
+            }
+        }
+    }
+
     /// Traces the rays of the queue, shades their hits and fills the next queue.
     fn round(&mut self, out: &mut [Radiance], stats: &mut RayStats) {
         let mut hits = std::mem::take(&mut self.hits);
@@ -307,6 +316,9 @@ impl<R: Record> PathBatch<'_, R> {
             }
         }
         self.scene.intersect_batch(&mut queue.rays, &mut hits);
+        if !self.scene.hidden_from_camera.is_empty() {
+            self.look_past_hidden(&queue, &mut hits);
+        }
         self.first_hits.found(&hits);
         self.split.begin_round(&queue.samples, &self.paths, out);
         self.lobes.begin_round(&queue.samples, &self.paths, out);

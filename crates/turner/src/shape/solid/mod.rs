@@ -7,7 +7,7 @@
 mod blob;
 mod contained;
 pub mod csg;
-mod expression;
+pub(in crate::shape) mod expression;
 mod isosurface;
 mod lathe;
 mod line;

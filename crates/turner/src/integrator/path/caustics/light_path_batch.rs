@@ -315,7 +315,8 @@ impl<'a> LightPathBatch<'a> {
     fn connect(&mut self, index: u32, seen: &SurfaceBsdf<'_>, light: DVec3, lens: DVec2) {
         let (scene, path) = (self.scene, &self.paths[index as usize]);
         let surface = seen.surface;
-        if path.bounces.total >= self.settings.max_depth || scene.is_shadow_catcher(&surface.hit) {
+        let is_hidden = scene.is_shadow_catcher(&surface.hit) || scene.is_hidden_from_camera(&surface.hit);
+        if path.bounces.total >= self.settings.max_depth || is_hidden {
             return;
         }
         let Some(Projection { place, to_camera, free, density }) =
@@ -428,7 +429,13 @@ impl<'a> LightPathBatch<'a> {
         stats.light += self.connections.len() as u64;
         self.scene.transmittance_batch(&mut self.camera_rays, &mut self.through);
         for (i, CameraConnection { splat, weight, group }) in self.connections.drain(..).enumerate() {
-            let through = self.through[i / LANES].get(i % LANES);
+            let mut through = self.through[i / LANES].get(i % LANES);
+            if through.is_black()
+                && !self.scene.hidden_from_camera.is_empty()
+                && let Some(ray) = self.camera_rays.get(i)
+            {
+                through = self.scene.transmittance_to_camera(&ray);
+            }
             if !through.is_black() {
                 contribute(Splat { color: splat.color * through, ..splat }, weight, group);
             }

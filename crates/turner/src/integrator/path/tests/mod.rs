@@ -10,6 +10,7 @@ mod dispersion;
 mod estimators;
 mod glass;
 mod hair;
+mod hidden_from_camera;
 mod panes;
 mod replay;
 mod replay_scenes;

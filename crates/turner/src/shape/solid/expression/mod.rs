@@ -1,18 +1,18 @@
-//! Expressions in x, y and z, evaluated with numbers, intervals, and either with a derivative.
+//! Expressions in x, y and z, or other variables, evaluated with numbers, intervals, and either with a derivative.
 
 mod number;
 mod parse;
 #[cfg(test)]
 mod tests;
 
-pub(super) use number::{Dual, Interval, Number};
+pub(in crate::shape) use number::{Dual, Interval, Number};
 
 /// One step of the evaluation on a stack.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Op {
     /// Pushes a number.
     Constant(f64),
-    /// Pushes x, y or z.
+    /// Pushes a variable.
     Variable(usize),
     Add,
     Subtract,
@@ -40,13 +40,13 @@ const STACK: usize = 16;
 
 /// A parsed expression.
 #[derive(Clone, Debug, PartialEq)]
-pub(super) struct Expression {
+pub(in crate::shape) struct Expression {
     ops: Vec<Op>,
 }
 
 impl Expression {
     /// Its value at a point.
-    pub(super) fn evaluate<N: Number>(&self, at: [N; 3]) -> N {
+    pub(in crate::shape) fn evaluate<N: Number>(&self, at: [N; 3]) -> N {
         let mut stack = [N::constant(0.0); STACK];
         let mut height = 0;
         for op in &self.ops {

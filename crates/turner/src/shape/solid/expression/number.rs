@@ -5,7 +5,7 @@ use std::ops::{Add, Div, Mul, Neg, Sub};
 use crate::math::elementary::{exp, ln, pow, pow_int, sin};
 
 /// A number, an interval, or either with a derivative.
-pub(in crate::shape::solid) trait Number:
+pub(in crate::shape) trait Number:
     Copy + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self> + Div<Output = Self> + Neg<Output = Self>
 {
     fn constant(v: f64) -> Self;
@@ -62,9 +62,9 @@ impl Number for f64 {
 
 /// All numbers from `low` to `high`. Results are rounded outwards, so they contain the exact ones.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(in crate::shape::solid) struct Interval {
-    pub(in crate::shape::solid) low: f64,
-    pub(in crate::shape::solid) high: f64,
+pub(in crate::shape) struct Interval {
+    pub(in crate::shape) low: f64,
+    pub(in crate::shape) high: f64,
 }
 
 /// More than the relative error of an elementary function.
@@ -73,7 +73,7 @@ const WIDEN: f64 = 8.0 * f64::EPSILON;
 impl Interval {
     const EVERYTHING: Interval = Interval { low: f64::NEG_INFINITY, high: f64::INFINITY };
 
-    pub(in crate::shape::solid) fn new(low: f64, high: f64) -> Interval {
+    pub(in crate::shape) fn new(low: f64, high: f64) -> Interval {
         Interval { low, high }
     }
 
@@ -87,7 +87,7 @@ impl Interval {
     }
 
     /// Whether 0 is not in it.
-    pub(in crate::shape::solid) fn excludes_zero(self) -> bool {
+    pub(in crate::shape) fn excludes_zero(self) -> bool {
         self.low > 0.0 || self.high < 0.0
     }
 
@@ -210,9 +210,9 @@ impl Number for Interval {
 
 /// A value with its derivative along a line.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(in crate::shape::solid) struct Dual<N> {
-    pub(in crate::shape::solid) value: N,
-    pub(in crate::shape::solid) slope: N,
+pub(in crate::shape) struct Dual<N> {
+    pub(in crate::shape) value: N,
+    pub(in crate::shape) slope: N,
 }
 
 impl<N: Number> Add for Dual<N> {

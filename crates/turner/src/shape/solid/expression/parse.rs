@@ -9,12 +9,13 @@ const MAX_OPS: usize = 1024;
 /// Deepest nesting of parentheses and signs.
 const MAX_DEPTH: usize = 64;
 
-/// Names that an expression may contain.
-const NAMES: [&str; 13] =
-    ["x", "y", "z", "pi", "abs", "sqrt", "exp", "ln", "sin", "cos", "min", "max", "length"];
+/// Names that an expression may contain besides its variables.
+const NAMES: [&str; 10] = ["pi", "abs", "sqrt", "exp", "ln", "sin", "cos", "min", "max", "length"];
 
 struct Parser<'a> {
     text: &'a str,
+    /// Names of variables, at most three.
+    variables: &'a [&'a str],
     /// Position in bytes.
     at: usize,
     ops: Vec<Op>,
@@ -22,11 +23,18 @@ struct Parser<'a> {
 }
 
 impl Expression {
-    /// Parses an expression.
+    /// Parses an expression in x, y and z.
     ///
     /// Errors: whatever is no expression, with the position, what was found and what was expected.
     pub(in crate::shape::solid) fn parse(text: &str) -> Result<Expression, SceneError> {
-        let mut parser = Parser { text, at: 0, ops: Vec::new(), depth: 0 };
+        Expression::parse_in(text, &["x", "y", "z"])
+    }
+
+    /// Parses an expression in up to three variables.
+    ///
+    /// Errors: as [`Expression::parse`].
+    pub(in crate::shape) fn parse_in(text: &str, variables: &[&str]) -> Result<Expression, SceneError> {
+        let mut parser = Parser { text, variables, at: 0, ops: Vec::new(), depth: 0 };
         parser.sum()?;
         if parser.peek().is_some() {
             return Err(parser.expected("an operator or the end"));
@@ -215,16 +223,17 @@ impl<'a> Parser<'a> {
             return if self.accept(')') { Ok(()) } else { Err(self.expected("`)`")) };
         }
         if !self.peek().is_some_and(|c| c.is_ascii_alphabetic()) {
-            return Err(self.expected("a number, x, y, z, a function or `(`"));
+            let variables = self.variables.join(", ");
+            return Err(self.expected(&format!("a number, {variables}, a function or `(`")));
         }
         let rest = &self.text[self.at..];
         let end = rest.find(|c: char| !(c.is_ascii_alphanumeric() || c == '_')).unwrap_or(rest.len());
         let name = &rest[..end];
+        if let Some(i) = self.variables.iter().position(|v| *v == name) {
+            self.at += end;
+            return self.push(Op::Variable(i));
+        }
         match name {
-            "x" | "y" | "z" => {
-                self.at += end;
-                self.push(Op::Variable(["x", "y", "z"].iter().position(|v| *v == name).unwrap_or(0)))
-            }
             "pi" => {
                 self.at += end;
                 self.push(Op::Constant(std::f64::consts::PI))
@@ -236,9 +245,10 @@ impl<'a> Parser<'a> {
             name => {
                 let column = self.text[..self.at].chars().count() + 1;
                 let message = format!("there is no \"{name}\" in expressions (character {column})");
-                Err(SceneError::new(ErrorCode::UnknownName, message).help(match nearest(name, &NAMES) {
+                let names = [self.variables, &NAMES].concat();
+                Err(SceneError::new(ErrorCode::UnknownName, message).help(match nearest(name, &names) {
                     Some(near) => format!("write `{near}`"),
-                    None => format!("valid: {}", NAMES.join(", ")),
+                    None => format!("valid: {}", names.join(", ")),
                 }))
             }
         }
