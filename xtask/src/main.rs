@@ -94,7 +94,7 @@ mod tests {
 
     /// Images that this program does not make. They need other renderers or models that are not in the repository. Those of
     /// Turner Studio are screenshots by `scripts/studio-end-to-end.sh`.
-    const MADE_ELSEWHERE: [&str; 9] = [
+    const MADE_ELSEWHERE: [&str; 12] = [
         "error-over-time.svg",
         "gltf-test-models.jpg",
         "bunny.jpg",

@@ -1,7 +1,7 @@
 #!/bin/sh
 # Renders @PARTS@ parts of a picture by GNU parallel and merges them. Written by `turner farm split` @VERSION@.
 # Add machines by the environment: PARALLEL="--sshlogin a,b --workdir ." (they must see this folder).
-# A part whose file exists is complete and is not rendered again, one that was stopped goes on; one that fails is tried three times.
+# A part whose file exists is complete and is not rendered again, one that was stopped continues; one that fails is tried three times.
 set -eu
 mkdir -p @FOLDER@
 # The script may come from a pipe: each part runs a copy of it.

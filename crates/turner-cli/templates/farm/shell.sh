@@ -1,6 +1,6 @@
 #!/bin/sh
 # Renders @PARTS@ parts of a picture and merges them. Written by `turner farm split` @VERSION@.
-# A part whose file exists is complete and is not rendered again, one that was stopped goes on.
+# A part whose file exists is complete and is not rendered again, one that was stopped continues.
 set -eu
 mkdir -p @FOLDER@
 part=1

@@ -391,9 +391,12 @@ impl<'a> Diff<'a> {
             let by = |name: &str| own.entries.iter().find(|e| e.key == name);
             by(key).or_else(|| by(old_names::of_key(key)?))
         };
+        // The `medium` of an object stands for its material.
+        let medium = |key: &str| find("medium").filter(|_| key == "material");
         for entry in &before.entries {
             if after.get(&entry.key).is_none() {
-                let own = find(&entry.key).ok_or_else(|| format!("`{}` is not in the text", entry.key))?;
+                let own = find(&entry.key).or_else(|| medium(&entry.key));
+                let own = own.ok_or_else(|| format!("`{}` is not in the text", entry.key))?;
                 removed.push(&own.key);
             }
         }
@@ -404,7 +407,10 @@ impl<'a> Diff<'a> {
                 continue;
             }
             match find(&entry.key) {
-                None => added.push(format!("{} = {}", key_text(&entry.key), self.text_of(&entry.value.data))),
+                None => {
+                    removed.extend(medium(&entry.key).map(|own| own.key.as_str()));
+                    added.push(format!("{} = {}", key_text(&entry.key), self.text_of(&entry.value.data)));
+                }
                 Some(own) if self.out.is_spread(&own.value) => {
                     match (old.map(|v| &v.data), &entry.value.data) {
                         (Some(Data::Table(a)), Data::Table(b)) => self.update(&own.value, a, b)?,

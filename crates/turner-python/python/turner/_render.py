@@ -230,7 +230,7 @@ class Renderer:
         return self.complete
 
     async def run_async(self, samples=None, *, seconds=None, noise=None, progress=None):
-        """`run` for asyncio: other tasks go on. Cancelling the task cancels the run."""
+        """`run` for asyncio: other tasks continue. Cancelling the task cancels the run."""
         import asyncio
 
         task = asyncio.get_running_loop().run_in_executor(

@@ -9,7 +9,7 @@ use std::sync::Mutex;
 use super::aovs::{AovChannel, AovValues};
 use super::work::Work;
 use super::{PassOptions, Prepared};
-use crate::film::{Average, FilmDesc, NO_LABEL, PixelRect};
+use crate::film::{Average, FilmDesc, Fixed96, NO_LABEL, PixelRect};
 use crate::integrator::aovs::SampleAovs;
 use crate::integrator::{Radiance, SampleDetails};
 use crate::math::DVec2;
@@ -113,7 +113,8 @@ fn channels(film: &FilmDesc, pixels: usize, strips: &[Strip]) -> Vec<AovChannel>
             for strip in strips {
                 plane.extend(strip.values.chunks_exact(stride).map(|pixel| match layout.average {
                     Average::Hits(none) if pixel[0] == 0.0 => none,
-                    _ => pixel[at],
+                    // As the sum of one sample in a film.
+                    _ => Fixed96::from_f32(pixel[at]).mean(1.0) as f32,
                 }));
             }
             out.push(AovChannel { aov, name: (*name).to_owned(), values: AovValues::Float(plane) });
@@ -169,8 +170,20 @@ mod tests {
             for threads in [1, 3] {
                 let options = PassOptions { threads, ..options };
                 let found = center_aovs(&prepared, &options).unwrap().unwrap();
-                assert_eq!(found, renderer.develop_aovs(1), "{aovs:?} {crop:?}");
+                for (own, film) in found.iter().zip(&renderer.develop_aovs(1)) {
+                    assert!(own == film, "{} {crop:?}: {}", own.name, difference(own, film));
+                }
             }
+        }
+    }
+
+    /// The first values that differ.
+    fn difference(a: &AovChannel, b: &AovChannel) -> String {
+        match (&a.values, &b.values) {
+            (AovValues::Float(a), AovValues::Float(b)) => {
+                format!("{:?} of {}, {}", a.iter().zip(b).find(|(a, b)| a != b), a.len(), b.len())
+            }
+            (a, b) => format!("{} differs", if a == b { "nothing" } else { "a label" }),
         }
     }
 

@@ -275,6 +275,8 @@ mod tests {
             let desc = loaded.unwrap_or_else(|e| panic!("{}\n{text}", e.error)).desc;
             let turner::description::ObjectContent::Shape(shape) = &desc.objects[0].content else { panic!() };
             let mesh = triangles(shape, &desc, 10.0).unwrap().unwrap().mesh;
+            // Tubes of curves have six sides: cos 30° = .866, less where they bend.
+            let least = if scene.starts_with("\"curves\"") { 0.8 } else { 0.9 };
             mesh.check().unwrap();
             assert!(!mesh.triangles.is_empty());
             for t in &mesh.triangles {
@@ -284,7 +286,7 @@ mod tests {
                 assert!(face.length() > 0.0, "{scene}");
                 for n in n {
                     assert!((n.length() - 1.0).abs() < 1e-6, "{scene}");
-                    assert!(face.normalize().dot(n) > 0.9, "{scene} {t:?} {face} {n}");
+                    assert!(face.normalize().dot(n) > least, "{scene} {t:?} {face} {n}");
                 }
             }
         }

@@ -1,7 +1,7 @@
 """Pictures and datasets over a Dask cluster: `pip install turner[dask]`.
 
 Tasks name their results by what they are made of. With a shared `folder`, films are files: a worker that is lost costs the
-task that it ran, and a render that was stopped goes on. Without one, films travel as bytes; those that a lost worker held
+task that it ran, and a render that was stopped continues. Without one, films travel as bytes; those that a lost worker held
 are rendered again. Either way the picture has the same bytes as that of one process.
 """
 
