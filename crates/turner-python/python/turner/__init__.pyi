@@ -11,7 +11,8 @@ from numpy.typing import ArrayLike, NDArray
 from . import _turner as _turner, cluster as cluster, dataset as dataset
 from ._cameras import Orbit, Sized
 from ._errors import SceneError as SceneError, SceneWarning as SceneWarning
-from ._render import Picture as Picture, Renderer as Renderer, merge_films as merge_films, render as render
+from ._render import Labels as Labels, Picture as Picture, Renderer as Renderer, labels as labels
+from ._render import merge_films as merge_films, render as render
 from ._scene import Scene as Scene
 from ._tools import Explanation as Explanation, compare as compare, convert as convert, denoise as denoise
 from ._tools import doctor as doctor, explain as explain, load as load
@@ -496,6 +497,7 @@ class Sphere(Shape):
         name ("text"): A name, used in reports.
         light_group ("text"): The light group of an object with an emissive material. An object in a group without this key has that of the instance.
         shadow_catcher (true | false, default false): Whether the camera sees nothing of the object but the shadow that others cast on it: alpha is the fraction of the direct light that they keep off. Reflections, and light that it reflects, stay. Integrators "path" and "direct".
+        hidden_from_camera (true | false, default false): Whether rays from the camera pass through the object. All other rays meet it: it is visible in mirrors, casts shadows and emits light. An instance or model hides everything in it.
         hidden (true | false, default false): Whether the object is left out of the picture: it is not seen, casts no shadow and emits no light. A hidden instance or model hides everything in it.
         material (material): The name of a `[material.NAME]`, or a material defined in place. In a group, an object without one takes the material of the instance. Otherwise the default material is used.
         transform (transform): Transform from object space to scene space; see `transform`.
@@ -510,6 +512,7 @@ class Sphere(Shape):
         name: str | None = None,
         light_group: str | None = None,
         shadow_catcher: bool | None = None,
+        hidden_from_camera: bool | None = None,
         hidden: bool | None = None,
         material: str | Material | Mapping[str, Any] | None = None,
         transform: Mapping[str, Any] | Sequence[Mapping[str, Any]] | NDArray[Any] | None = None,
@@ -521,6 +524,7 @@ class Sphere(Shape):
     name: Any
     light_group: Any
     shadow_catcher: Any
+    hidden_from_camera: Any
     hidden: Any
     material: Any
     transform: Any
@@ -536,6 +540,7 @@ class Plane(Shape):
         name ("text"): A name, used in reports.
         light_group ("text"): The light group of an object with an emissive material. An object in a group without this key has that of the instance.
         shadow_catcher (true | false, default false): Whether the camera sees nothing of the object but the shadow that others cast on it: alpha is the fraction of the direct light that they keep off. Reflections, and light that it reflects, stay. Integrators "path" and "direct".
+        hidden_from_camera (true | false, default false): Whether rays from the camera pass through the object. All other rays meet it: it is visible in mirrors, casts shadows and emits light. An instance or model hides everything in it.
         hidden (true | false, default false): Whether the object is left out of the picture: it is not seen, casts no shadow and emits no light. A hidden instance or model hides everything in it.
         material (material): The name of a `[material.NAME]`, or a material defined in place. In a group, an object without one takes the material of the instance. Otherwise the default material is used.
         transform (transform): Transform from object space to scene space; see `transform`.
@@ -550,6 +555,7 @@ class Plane(Shape):
         name: str | None = None,
         light_group: str | None = None,
         shadow_catcher: bool | None = None,
+        hidden_from_camera: bool | None = None,
         hidden: bool | None = None,
         material: str | Material | Mapping[str, Any] | None = None,
         transform: Mapping[str, Any] | Sequence[Mapping[str, Any]] | NDArray[Any] | None = None,
@@ -561,6 +567,7 @@ class Plane(Shape):
     name: Any
     light_group: Any
     shadow_catcher: Any
+    hidden_from_camera: Any
     hidden: Any
     material: Any
     transform: Any
@@ -578,6 +585,7 @@ class Box(Shape):
         name ("text"): A name, used in reports.
         light_group ("text"): The light group of an object with an emissive material. An object in a group without this key has that of the instance.
         shadow_catcher (true | false, default false): Whether the camera sees nothing of the object but the shadow that others cast on it: alpha is the fraction of the direct light that they keep off. Reflections, and light that it reflects, stay. Integrators "path" and "direct".
+        hidden_from_camera (true | false, default false): Whether rays from the camera pass through the object. All other rays meet it: it is visible in mirrors, casts shadows and emits light. An instance or model hides everything in it.
         hidden (true | false, default false): Whether the object is left out of the picture: it is not seen, casts no shadow and emits no light. A hidden instance or model hides everything in it.
         material (material): The name of a `[material.NAME]`, or a material defined in place. In a group, an object without one takes the material of the instance. Otherwise the default material is used.
         transform (transform): Transform from object space to scene space; see `transform`.
@@ -594,6 +602,7 @@ class Box(Shape):
         name: str | None = None,
         light_group: str | None = None,
         shadow_catcher: bool | None = None,
+        hidden_from_camera: bool | None = None,
         hidden: bool | None = None,
         material: str | Material | Mapping[str, Any] | None = None,
         transform: Mapping[str, Any] | Sequence[Mapping[str, Any]] | NDArray[Any] | None = None,
@@ -607,6 +616,7 @@ class Box(Shape):
     name: Any
     light_group: Any
     shadow_catcher: Any
+    hidden_from_camera: Any
     hidden: Any
     material: Any
     transform: Any
@@ -625,6 +635,7 @@ class Disk(Shape):
         name ("text"): A name, used in reports.
         light_group ("text"): The light group of an object with an emissive material. An object in a group without this key has that of the instance.
         shadow_catcher (true | false, default false): Whether the camera sees nothing of the object but the shadow that others cast on it: alpha is the fraction of the direct light that they keep off. Reflections, and light that it reflects, stay. Integrators "path" and "direct".
+        hidden_from_camera (true | false, default false): Whether rays from the camera pass through the object. All other rays meet it: it is visible in mirrors, casts shadows and emits light. An instance or model hides everything in it.
         hidden (true | false, default false): Whether the object is left out of the picture: it is not seen, casts no shadow and emits no light. A hidden instance or model hides everything in it.
         material (material): The name of a `[material.NAME]`, or a material defined in place. In a group, an object without one takes the material of the instance. Otherwise the default material is used.
         transform (transform): Transform from object space to scene space; see `transform`.
@@ -642,6 +653,7 @@ class Disk(Shape):
         name: str | None = None,
         light_group: str | None = None,
         shadow_catcher: bool | None = None,
+        hidden_from_camera: bool | None = None,
         hidden: bool | None = None,
         material: str | Material | Mapping[str, Any] | None = None,
         transform: Mapping[str, Any] | Sequence[Mapping[str, Any]] | NDArray[Any] | None = None,
@@ -656,6 +668,7 @@ class Disk(Shape):
     name: Any
     light_group: Any
     shadow_catcher: Any
+    hidden_from_camera: Any
     hidden: Any
     material: Any
     transform: Any
@@ -672,6 +685,7 @@ class Rectangle(Shape):
         name ("text"): A name, used in reports.
         light_group ("text"): The light group of an object with an emissive material. An object in a group without this key has that of the instance.
         shadow_catcher (true | false, default false): Whether the camera sees nothing of the object but the shadow that others cast on it: alpha is the fraction of the direct light that they keep off. Reflections, and light that it reflects, stay. Integrators "path" and "direct".
+        hidden_from_camera (true | false, default false): Whether rays from the camera pass through the object. All other rays meet it: it is visible in mirrors, casts shadows and emits light. An instance or model hides everything in it.
         hidden (true | false, default false): Whether the object is left out of the picture: it is not seen, casts no shadow and emits no light. A hidden instance or model hides everything in it.
         material (material): The name of a `[material.NAME]`, or a material defined in place. In a group, an object without one takes the material of the instance. Otherwise the default material is used.
         transform (transform): Transform from object space to scene space; see `transform`.
@@ -687,6 +701,7 @@ class Rectangle(Shape):
         name: str | None = None,
         light_group: str | None = None,
         shadow_catcher: bool | None = None,
+        hidden_from_camera: bool | None = None,
         hidden: bool | None = None,
         material: str | Material | Mapping[str, Any] | None = None,
         transform: Mapping[str, Any] | Sequence[Mapping[str, Any]] | NDArray[Any] | None = None,
@@ -699,6 +714,7 @@ class Rectangle(Shape):
     name: Any
     light_group: Any
     shadow_catcher: Any
+    hidden_from_camera: Any
     hidden: Any
     material: Any
     transform: Any
@@ -716,6 +732,7 @@ class Cylinder(Shape):
         name ("text"): A name, used in reports.
         light_group ("text"): The light group of an object with an emissive material. An object in a group without this key has that of the instance.
         shadow_catcher (true | false, default false): Whether the camera sees nothing of the object but the shadow that others cast on it: alpha is the fraction of the direct light that they keep off. Reflections, and light that it reflects, stay. Integrators "path" and "direct".
+        hidden_from_camera (true | false, default false): Whether rays from the camera pass through the object. All other rays meet it: it is visible in mirrors, casts shadows and emits light. An instance or model hides everything in it.
         hidden (true | false, default false): Whether the object is left out of the picture: it is not seen, casts no shadow and emits no light. A hidden instance or model hides everything in it.
         material (material): The name of a `[material.NAME]`, or a material defined in place. In a group, an object without one takes the material of the instance. Otherwise the default material is used.
         transform (transform): Transform from object space to scene space; see `transform`.
@@ -731,6 +748,7 @@ class Cylinder(Shape):
         name: str | None = None,
         light_group: str | None = None,
         shadow_catcher: bool | None = None,
+        hidden_from_camera: bool | None = None,
         hidden: bool | None = None,
         material: str | Material | Mapping[str, Any] | None = None,
         transform: Mapping[str, Any] | Sequence[Mapping[str, Any]] | NDArray[Any] | None = None,
@@ -745,6 +763,7 @@ class Cylinder(Shape):
     name: Any
     light_group: Any
     shadow_catcher: Any
+    hidden_from_camera: Any
     hidden: Any
     material: Any
     transform: Any
@@ -763,6 +782,7 @@ class Cone(Shape):
         name ("text"): A name, used in reports.
         light_group ("text"): The light group of an object with an emissive material. An object in a group without this key has that of the instance.
         shadow_catcher (true | false, default false): Whether the camera sees nothing of the object but the shadow that others cast on it: alpha is the fraction of the direct light that they keep off. Reflections, and light that it reflects, stay. Integrators "path" and "direct".
+        hidden_from_camera (true | false, default false): Whether rays from the camera pass through the object. All other rays meet it: it is visible in mirrors, casts shadows and emits light. An instance or model hides everything in it.
         hidden (true | false, default false): Whether the object is left out of the picture: it is not seen, casts no shadow and emits no light. A hidden instance or model hides everything in it.
         material (material): The name of a `[material.NAME]`, or a material defined in place. In a group, an object without one takes the material of the instance. Otherwise the default material is used.
         transform (transform): Transform from object space to scene space; see `transform`.
@@ -779,6 +799,7 @@ class Cone(Shape):
         name: str | None = None,
         light_group: str | None = None,
         shadow_catcher: bool | None = None,
+        hidden_from_camera: bool | None = None,
         hidden: bool | None = None,
         material: str | Material | Mapping[str, Any] | None = None,
         transform: Mapping[str, Any] | Sequence[Mapping[str, Any]] | NDArray[Any] | None = None,
@@ -794,6 +815,7 @@ class Cone(Shape):
     name: Any
     light_group: Any
     shadow_catcher: Any
+    hidden_from_camera: Any
     hidden: Any
     material: Any
     transform: Any
@@ -811,6 +833,7 @@ class Torus(Shape):
         name ("text"): A name, used in reports.
         light_group ("text"): The light group of an object with an emissive material. An object in a group without this key has that of the instance.
         shadow_catcher (true | false, default false): Whether the camera sees nothing of the object but the shadow that others cast on it: alpha is the fraction of the direct light that they keep off. Reflections, and light that it reflects, stay. Integrators "path" and "direct".
+        hidden_from_camera (true | false, default false): Whether rays from the camera pass through the object. All other rays meet it: it is visible in mirrors, casts shadows and emits light. An instance or model hides everything in it.
         hidden (true | false, default false): Whether the object is left out of the picture: it is not seen, casts no shadow and emits no light. A hidden instance or model hides everything in it.
         material (material): The name of a `[material.NAME]`, or a material defined in place. In a group, an object without one takes the material of the instance. Otherwise the default material is used.
         transform (transform): Transform from object space to scene space; see `transform`.
@@ -827,6 +850,7 @@ class Torus(Shape):
         name: str | None = None,
         light_group: str | None = None,
         shadow_catcher: bool | None = None,
+        hidden_from_camera: bool | None = None,
         hidden: bool | None = None,
         material: str | Material | Mapping[str, Any] | None = None,
         transform: Mapping[str, Any] | Sequence[Mapping[str, Any]] | NDArray[Any] | None = None,
@@ -840,6 +864,7 @@ class Torus(Shape):
     name: Any
     light_group: Any
     shadow_catcher: Any
+    hidden_from_camera: Any
     hidden: Any
     material: Any
     transform: Any
@@ -872,6 +897,7 @@ class Mesh(Shape):
         name ("text"): A name, used in reports.
         light_group ("text"): The light group of an object with an emissive material. An object in a group without this key has that of the instance.
         shadow_catcher (true | false, default false): Whether the camera sees nothing of the object but the shadow that others cast on it: alpha is the fraction of the direct light that they keep off. Reflections, and light that it reflects, stay. Integrators "path" and "direct".
+        hidden_from_camera (true | false, default false): Whether rays from the camera pass through the object. All other rays meet it: it is visible in mirrors, casts shadows and emits light. An instance or model hides everything in it.
         hidden (true | false, default false): Whether the object is left out of the picture: it is not seen, casts no shadow and emits no light. A hidden instance or model hides everything in it.
         material (material): The name of a `[material.NAME]`, or a material defined in place. In a group, an object without one takes the material of the instance. Otherwise the default material is used.
         transform (transform): Transform from object space to scene space; see `transform`.
@@ -901,6 +927,7 @@ class Mesh(Shape):
         name: str | None = None,
         light_group: str | None = None,
         shadow_catcher: bool | None = None,
+        hidden_from_camera: bool | None = None,
         hidden: bool | None = None,
         material: str | Material | Mapping[str, Any] | None = None,
         transform: Mapping[str, Any] | Sequence[Mapping[str, Any]] | NDArray[Any] | None = None,
@@ -930,6 +957,7 @@ class Mesh(Shape):
     name: Any
     light_group: Any
     shadow_catcher: Any
+    hidden_from_camera: Any
     hidden: Any
     material: Any
     transform: Any
@@ -948,6 +976,7 @@ class Points(Shape):
         name ("text"): A name, used in reports.
         light_group ("text"): The light group of an object with an emissive material. An object in a group without this key has that of the instance.
         shadow_catcher (true | false, default false): Whether the camera sees nothing of the object but the shadow that others cast on it: alpha is the fraction of the direct light that they keep off. Reflections, and light that it reflects, stay. Integrators "path" and "direct".
+        hidden_from_camera (true | false, default false): Whether rays from the camera pass through the object. All other rays meet it: it is visible in mirrors, casts shadows and emits light. An instance or model hides everything in it.
         hidden (true | false, default false): Whether the object is left out of the picture: it is not seen, casts no shadow and emits no light. A hidden instance or model hides everything in it.
         material (material): The name of a `[material.NAME]`, or a material defined in place. In a group, an object without one takes the material of the instance. Otherwise the default material is used.
         transform (transform): Transform from object space to scene space; see `transform`.
@@ -965,6 +994,7 @@ class Points(Shape):
         name: str | None = None,
         light_group: str | None = None,
         shadow_catcher: bool | None = None,
+        hidden_from_camera: bool | None = None,
         hidden: bool | None = None,
         material: str | Material | Mapping[str, Any] | None = None,
         transform: Mapping[str, Any] | Sequence[Mapping[str, Any]] | NDArray[Any] | None = None,
@@ -980,6 +1010,139 @@ class Points(Shape):
     name: Any
     light_group: Any
     shadow_catcher: Any
+    hidden_from_camera: Any
+    hidden: Any
+    material: Any
+    transform: Any
+    motion: Any
+    medium: Any
+
+class Curves(Shape):
+    """Curves: hair, fur, grass, wires. From a .hair file, or given inline. Along a curve u grows from 0 to 1; v grows from 0 to 1 across it, seen from the ray. The texture "vertex-color" shows the points' colours. They emit light, but lights are not sampled on them.
+    
+    Keys:
+        file ("text"): Path of a .hair file.
+        points ([[x, y, z], …]): Points of all curves, one curve after the other, instead of `file`.
+        strands ([integer, …]): Number of points of each curve. If not given, all points are one curve.
+        width (number, greater than 0): Width of all curves. If not given, the widths of the file, or 1/200 of the longest side of the bounding box.
+        widths ([number, …], 0 or more): Width at each point; `width` takes precedence.
+        normals ([[x, y, z], …]): Normal at each point, for ribbons.
+        colors ([[number, number, number, number], …]): Colours [r, g, b, opacity], linear, one per inline point.
+        basis ("catmull-rom" | "b-spline" | "bezier" | "linear", default "catmull-rom"): How the points define the curves.
+            'catmull-rom': Through all points, with smooth bends (uniform Catmull-Rom spline).
+            'b-spline': Near the points, with smoother bends (uniform cubic B-spline). It begins near the second point and ends near the last but one.
+            'bezier': Cubic Bézier segments: each fourth point is on the curve, the two between are handles. 4, 7, 10, … points.
+            'linear': Straight lines from point to point.
+        kind ("tube" | "flat" | "ribbon", default "tube"): The cross-section.
+            'tube': Round, closed at both ends. Seen from outside only.
+            'flat': Flat, and turned towards every ray: for hair that is thinner than a pixel.
+            'ribbon': Flat, perpendicular to the `normals`: blades of grass, ribbons.
+        name ("text"): A name, used in reports.
+        light_group ("text"): The light group of an object with an emissive material. An object in a group without this key has that of the instance.
+        shadow_catcher (true | false, default false): Whether the camera sees nothing of the object but the shadow that others cast on it: alpha is the fraction of the direct light that they keep off. Reflections, and light that it reflects, stay. Integrators "path" and "direct".
+        hidden_from_camera (true | false, default false): Whether rays from the camera pass through the object. All other rays meet it: it is visible in mirrors, casts shadows and emits light. An instance or model hides everything in it.
+        hidden (true | false, default false): Whether the object is left out of the picture: it is not seen, casts no shadow and emits no light. A hidden instance or model hides everything in it.
+        material (material): The name of a `[material.NAME]`, or a material defined in place. In a group, an object without one takes the material of the instance. Otherwise the default material is used.
+        transform (transform): Transform from object space to scene space; see `transform`.
+        motion (transform): The transform at time 1, for motion blur; `transform` is that at time 0. `shutter` in `[film]` sets when the shutter opens and closes. Rotations take the shorter arc. A moving emitter is not sampled as a light: only BSDF-sampled rays that hit it contribute.
+        medium (medium): Instead of `material`: the medium inside a surface that is not seen.
+    """
+    def __init__(
+        self,
+        *,
+        file: str | None = None,
+        points: ArrayLike | None = None,
+        strands: Any | None = None,
+        width: float | None = None,
+        widths: Any | None = None,
+        normals: ArrayLike | None = None,
+        colors: Any | None = None,
+        basis: Literal['catmull-rom', 'b-spline', 'bezier', 'linear'] | None = None,
+        kind: Literal['tube', 'flat', 'ribbon'] | None = None,
+        name: str | None = None,
+        light_group: str | None = None,
+        shadow_catcher: bool | None = None,
+        hidden_from_camera: bool | None = None,
+        hidden: bool | None = None,
+        material: str | Material | Mapping[str, Any] | None = None,
+        transform: Mapping[str, Any] | Sequence[Mapping[str, Any]] | NDArray[Any] | None = None,
+        motion: Mapping[str, Any] | Sequence[Mapping[str, Any]] | NDArray[Any] | None = None,
+        medium: str | Medium | Mapping[str, Any] | None = None,
+    ) -> None: ...
+    file: Any
+    points: Any
+    strands: Any
+    width: Any
+    widths: Any
+    normals: Any
+    colors: Any
+    basis: Any
+    kind: Any
+    name: Any
+    light_group: Any
+    shadow_catcher: Any
+    hidden_from_camera: Any
+    hidden: Any
+    material: Any
+    transform: Any
+    motion: Any
+    medium: Any
+
+class Parametric(Shape):
+    """A parametric surface: a point for each u and v of two ranges. Ends that coincide are closed, so that spheres and tori enclose a volume and may be parts of `union` or `difference`. The normal is ∂/∂u × ∂/∂v. The (u, v) of textures are 0..1 over the ranges.
+    
+    Keys:
+        x ("text", default "sin(v) * cos(u)"): The x coordinate: an expression in u and v, with the functions that an isosurface has.
+        y ("text", default "-cos(v)"): The y coordinate.
+        z ("text", default "-sin(v) * sin(u)"): The z coordinate.
+        u_range ([u, v], default [0, 6.283185307179586]): The first and the last u.
+        v_range ([u, v], default [0, 3.141592653589793]): The first and the last v.
+        tolerance (number, greater than 0, default 0.0001): The largest distance between an edge of a triangle and the surface, relative to the size of the surface.
+        smooth (true | false, default true): Whether shading is smooth.
+        flip (true | false, default false): Whether the normal is turned to the other side.
+        name ("text"): A name, used in reports.
+        light_group ("text"): The light group of an object with an emissive material. An object in a group without this key has that of the instance.
+        shadow_catcher (true | false, default false): Whether the camera sees nothing of the object but the shadow that others cast on it: alpha is the fraction of the direct light that they keep off. Reflections, and light that it reflects, stay. Integrators "path" and "direct".
+        hidden_from_camera (true | false, default false): Whether rays from the camera pass through the object. All other rays meet it: it is visible in mirrors, casts shadows and emits light. An instance or model hides everything in it.
+        hidden (true | false, default false): Whether the object is left out of the picture: it is not seen, casts no shadow and emits no light. A hidden instance or model hides everything in it.
+        material (material): The name of a `[material.NAME]`, or a material defined in place. In a group, an object without one takes the material of the instance. Otherwise the default material is used.
+        transform (transform): Transform from object space to scene space; see `transform`.
+        motion (transform): The transform at time 1, for motion blur; `transform` is that at time 0. `shutter` in `[film]` sets when the shutter opens and closes. Rotations take the shorter arc. A moving emitter is not sampled as a light: only BSDF-sampled rays that hit it contribute.
+        medium (medium): Instead of `material`: the medium inside a surface that is not seen.
+    """
+    def __init__(
+        self,
+        *,
+        x: str | None = None,
+        y: str | None = None,
+        z: str | None = None,
+        u_range: Any | None = None,
+        v_range: Any | None = None,
+        tolerance: float | None = None,
+        smooth: bool | None = None,
+        flip: bool | None = None,
+        name: str | None = None,
+        light_group: str | None = None,
+        shadow_catcher: bool | None = None,
+        hidden_from_camera: bool | None = None,
+        hidden: bool | None = None,
+        material: str | Material | Mapping[str, Any] | None = None,
+        transform: Mapping[str, Any] | Sequence[Mapping[str, Any]] | NDArray[Any] | None = None,
+        motion: Mapping[str, Any] | Sequence[Mapping[str, Any]] | NDArray[Any] | None = None,
+        medium: str | Medium | Mapping[str, Any] | None = None,
+    ) -> None: ...
+    x: Any
+    y: Any
+    z: Any
+    u_range: Any
+    v_range: Any
+    tolerance: Any
+    smooth: Any
+    flip: Any
+    name: Any
+    light_group: Any
+    shadow_catcher: Any
+    hidden_from_camera: Any
     hidden: Any
     material: Any
     transform: Any
@@ -998,6 +1161,7 @@ class HeightField(Shape):
         name ("text"): A name, used in reports.
         light_group ("text"): The light group of an object with an emissive material. An object in a group without this key has that of the instance.
         shadow_catcher (true | false, default false): Whether the camera sees nothing of the object but the shadow that others cast on it: alpha is the fraction of the direct light that they keep off. Reflections, and light that it reflects, stay. Integrators "path" and "direct".
+        hidden_from_camera (true | false, default false): Whether rays from the camera pass through the object. All other rays meet it: it is visible in mirrors, casts shadows and emits light. An instance or model hides everything in it.
         hidden (true | false, default false): Whether the object is left out of the picture: it is not seen, casts no shadow and emits no light. A hidden instance or model hides everything in it.
         material (material): The name of a `[material.NAME]`, or a material defined in place. In a group, an object without one takes the material of the instance. Otherwise the default material is used.
         transform (transform): Transform from object space to scene space; see `transform`.
@@ -1015,6 +1179,7 @@ class HeightField(Shape):
         name: str | None = None,
         light_group: str | None = None,
         shadow_catcher: bool | None = None,
+        hidden_from_camera: bool | None = None,
         hidden: bool | None = None,
         material: str | Material | Mapping[str, Any] | None = None,
         transform: Mapping[str, Any] | Sequence[Mapping[str, Any]] | NDArray[Any] | None = None,
@@ -1029,6 +1194,7 @@ class HeightField(Shape):
     name: Any
     light_group: Any
     shadow_catcher: Any
+    hidden_from_camera: Any
     hidden: Any
     material: Any
     transform: Any
@@ -1043,6 +1209,7 @@ class Union(Shape):
         name ("text"): A name, used in reports.
         light_group ("text"): The light group of an object with an emissive material. An object in a group without this key has that of the instance.
         shadow_catcher (true | false, default false): Whether the camera sees nothing of the object but the shadow that others cast on it: alpha is the fraction of the direct light that they keep off. Reflections, and light that it reflects, stay. Integrators "path" and "direct".
+        hidden_from_camera (true | false, default false): Whether rays from the camera pass through the object. All other rays meet it: it is visible in mirrors, casts shadows and emits light. An instance or model hides everything in it.
         hidden (true | false, default false): Whether the object is left out of the picture: it is not seen, casts no shadow and emits no light. A hidden instance or model hides everything in it.
         material (material): The name of a `[material.NAME]`, or a material defined in place. In a group, an object without one takes the material of the instance. Otherwise the default material is used.
         transform (transform): Transform from object space to scene space; see `transform`.
@@ -1056,6 +1223,7 @@ class Union(Shape):
         name: str | None = None,
         light_group: str | None = None,
         shadow_catcher: bool | None = None,
+        hidden_from_camera: bool | None = None,
         hidden: bool | None = None,
         material: str | Material | Mapping[str, Any] | None = None,
         transform: Mapping[str, Any] | Sequence[Mapping[str, Any]] | NDArray[Any] | None = None,
@@ -1066,6 +1234,7 @@ class Union(Shape):
     name: Any
     light_group: Any
     shadow_catcher: Any
+    hidden_from_camera: Any
     hidden: Any
     material: Any
     transform: Any
@@ -1080,6 +1249,7 @@ class Intersection(Shape):
         name ("text"): A name, used in reports.
         light_group ("text"): The light group of an object with an emissive material. An object in a group without this key has that of the instance.
         shadow_catcher (true | false, default false): Whether the camera sees nothing of the object but the shadow that others cast on it: alpha is the fraction of the direct light that they keep off. Reflections, and light that it reflects, stay. Integrators "path" and "direct".
+        hidden_from_camera (true | false, default false): Whether rays from the camera pass through the object. All other rays meet it: it is visible in mirrors, casts shadows and emits light. An instance or model hides everything in it.
         hidden (true | false, default false): Whether the object is left out of the picture: it is not seen, casts no shadow and emits no light. A hidden instance or model hides everything in it.
         material (material): The name of a `[material.NAME]`, or a material defined in place. In a group, an object without one takes the material of the instance. Otherwise the default material is used.
         transform (transform): Transform from object space to scene space; see `transform`.
@@ -1093,6 +1263,7 @@ class Intersection(Shape):
         name: str | None = None,
         light_group: str | None = None,
         shadow_catcher: bool | None = None,
+        hidden_from_camera: bool | None = None,
         hidden: bool | None = None,
         material: str | Material | Mapping[str, Any] | None = None,
         transform: Mapping[str, Any] | Sequence[Mapping[str, Any]] | NDArray[Any] | None = None,
@@ -1103,6 +1274,7 @@ class Intersection(Shape):
     name: Any
     light_group: Any
     shadow_catcher: Any
+    hidden_from_camera: Any
     hidden: Any
     material: Any
     transform: Any
@@ -1117,6 +1289,7 @@ class Difference(Shape):
         name ("text"): A name, used in reports.
         light_group ("text"): The light group of an object with an emissive material. An object in a group without this key has that of the instance.
         shadow_catcher (true | false, default false): Whether the camera sees nothing of the object but the shadow that others cast on it: alpha is the fraction of the direct light that they keep off. Reflections, and light that it reflects, stay. Integrators "path" and "direct".
+        hidden_from_camera (true | false, default false): Whether rays from the camera pass through the object. All other rays meet it: it is visible in mirrors, casts shadows and emits light. An instance or model hides everything in it.
         hidden (true | false, default false): Whether the object is left out of the picture: it is not seen, casts no shadow and emits no light. A hidden instance or model hides everything in it.
         material (material): The name of a `[material.NAME]`, or a material defined in place. In a group, an object without one takes the material of the instance. Otherwise the default material is used.
         transform (transform): Transform from object space to scene space; see `transform`.
@@ -1130,6 +1303,7 @@ class Difference(Shape):
         name: str | None = None,
         light_group: str | None = None,
         shadow_catcher: bool | None = None,
+        hidden_from_camera: bool | None = None,
         hidden: bool | None = None,
         material: str | Material | Mapping[str, Any] | None = None,
         transform: Mapping[str, Any] | Sequence[Mapping[str, Any]] | NDArray[Any] | None = None,
@@ -1140,6 +1314,7 @@ class Difference(Shape):
     name: Any
     light_group: Any
     shadow_catcher: Any
+    hidden_from_camera: Any
     hidden: Any
     material: Any
     transform: Any
@@ -1154,6 +1329,7 @@ class Clipped(Shape):
         name ("text"): A name, used in reports.
         light_group ("text"): The light group of an object with an emissive material. An object in a group without this key has that of the instance.
         shadow_catcher (true | false, default false): Whether the camera sees nothing of the object but the shadow that others cast on it: alpha is the fraction of the direct light that they keep off. Reflections, and light that it reflects, stay. Integrators "path" and "direct".
+        hidden_from_camera (true | false, default false): Whether rays from the camera pass through the object. All other rays meet it: it is visible in mirrors, casts shadows and emits light. An instance or model hides everything in it.
         hidden (true | false, default false): Whether the object is left out of the picture: it is not seen, casts no shadow and emits no light. A hidden instance or model hides everything in it.
         material (material): The name of a `[material.NAME]`, or a material defined in place. In a group, an object without one takes the material of the instance. Otherwise the default material is used.
         transform (transform): Transform from object space to scene space; see `transform`.
@@ -1167,6 +1343,7 @@ class Clipped(Shape):
         name: str | None = None,
         light_group: str | None = None,
         shadow_catcher: bool | None = None,
+        hidden_from_camera: bool | None = None,
         hidden: bool | None = None,
         material: str | Material | Mapping[str, Any] | None = None,
         transform: Mapping[str, Any] | Sequence[Mapping[str, Any]] | NDArray[Any] | None = None,
@@ -1177,6 +1354,7 @@ class Clipped(Shape):
     name: Any
     light_group: Any
     shadow_catcher: Any
+    hidden_from_camera: Any
     hidden: Any
     material: Any
     transform: Any
@@ -1195,6 +1373,7 @@ class Prism(Shape):
         name ("text"): A name, used in reports.
         light_group ("text"): The light group of an object with an emissive material. An object in a group without this key has that of the instance.
         shadow_catcher (true | false, default false): Whether the camera sees nothing of the object but the shadow that others cast on it: alpha is the fraction of the direct light that they keep off. Reflections, and light that it reflects, stay. Integrators "path" and "direct".
+        hidden_from_camera (true | false, default false): Whether rays from the camera pass through the object. All other rays meet it: it is visible in mirrors, casts shadows and emits light. An instance or model hides everything in it.
         hidden (true | false, default false): Whether the object is left out of the picture: it is not seen, casts no shadow and emits no light. A hidden instance or model hides everything in it.
         material (material): The name of a `[material.NAME]`, or a material defined in place. In a group, an object without one takes the material of the instance. Otherwise the default material is used.
         transform (transform): Transform from object space to scene space; see `transform`.
@@ -1212,6 +1391,7 @@ class Prism(Shape):
         name: str | None = None,
         light_group: str | None = None,
         shadow_catcher: bool | None = None,
+        hidden_from_camera: bool | None = None,
         hidden: bool | None = None,
         material: str | Material | Mapping[str, Any] | None = None,
         transform: Mapping[str, Any] | Sequence[Mapping[str, Any]] | NDArray[Any] | None = None,
@@ -1226,6 +1406,7 @@ class Prism(Shape):
     name: Any
     light_group: Any
     shadow_catcher: Any
+    hidden_from_camera: Any
     hidden: Any
     material: Any
     transform: Any
@@ -1244,6 +1425,7 @@ class Lathe(Shape):
         name ("text"): A name, used in reports.
         light_group ("text"): The light group of an object with an emissive material. An object in a group without this key has that of the instance.
         shadow_catcher (true | false, default false): Whether the camera sees nothing of the object but the shadow that others cast on it: alpha is the fraction of the direct light that they keep off. Reflections, and light that it reflects, stay. Integrators "path" and "direct".
+        hidden_from_camera (true | false, default false): Whether rays from the camera pass through the object. All other rays meet it: it is visible in mirrors, casts shadows and emits light. An instance or model hides everything in it.
         hidden (true | false, default false): Whether the object is left out of the picture: it is not seen, casts no shadow and emits no light. A hidden instance or model hides everything in it.
         material (material): The name of a `[material.NAME]`, or a material defined in place. In a group, an object without one takes the material of the instance. Otherwise the default material is used.
         transform (transform): Transform from object space to scene space; see `transform`.
@@ -1258,6 +1440,7 @@ class Lathe(Shape):
         name: str | None = None,
         light_group: str | None = None,
         shadow_catcher: bool | None = None,
+        hidden_from_camera: bool | None = None,
         hidden: bool | None = None,
         material: str | Material | Mapping[str, Any] | None = None,
         transform: Mapping[str, Any] | Sequence[Mapping[str, Any]] | NDArray[Any] | None = None,
@@ -1269,6 +1452,7 @@ class Lathe(Shape):
     name: Any
     light_group: Any
     shadow_catcher: Any
+    hidden_from_camera: Any
     hidden: Any
     material: Any
     transform: Any
@@ -1287,6 +1471,7 @@ class SphereSweep(Shape):
         name ("text"): A name, used in reports.
         light_group ("text"): The light group of an object with an emissive material. An object in a group without this key has that of the instance.
         shadow_catcher (true | false, default false): Whether the camera sees nothing of the object but the shadow that others cast on it: alpha is the fraction of the direct light that they keep off. Reflections, and light that it reflects, stay. Integrators "path" and "direct".
+        hidden_from_camera (true | false, default false): Whether rays from the camera pass through the object. All other rays meet it: it is visible in mirrors, casts shadows and emits light. An instance or model hides everything in it.
         hidden (true | false, default false): Whether the object is left out of the picture: it is not seen, casts no shadow and emits no light. A hidden instance or model hides everything in it.
         material (material): The name of a `[material.NAME]`, or a material defined in place. In a group, an object without one takes the material of the instance. Otherwise the default material is used.
         transform (transform): Transform from object space to scene space; see `transform`.
@@ -1301,6 +1486,7 @@ class SphereSweep(Shape):
         name: str | None = None,
         light_group: str | None = None,
         shadow_catcher: bool | None = None,
+        hidden_from_camera: bool | None = None,
         hidden: bool | None = None,
         material: str | Material | Mapping[str, Any] | None = None,
         transform: Mapping[str, Any] | Sequence[Mapping[str, Any]] | NDArray[Any] | None = None,
@@ -1312,6 +1498,7 @@ class SphereSweep(Shape):
     name: Any
     light_group: Any
     shadow_catcher: Any
+    hidden_from_camera: Any
     hidden: Any
     material: Any
     transform: Any
@@ -1327,6 +1514,7 @@ class Superellipsoid(Shape):
         name ("text"): A name, used in reports.
         light_group ("text"): The light group of an object with an emissive material. An object in a group without this key has that of the instance.
         shadow_catcher (true | false, default false): Whether the camera sees nothing of the object but the shadow that others cast on it: alpha is the fraction of the direct light that they keep off. Reflections, and light that it reflects, stay. Integrators "path" and "direct".
+        hidden_from_camera (true | false, default false): Whether rays from the camera pass through the object. All other rays meet it: it is visible in mirrors, casts shadows and emits light. An instance or model hides everything in it.
         hidden (true | false, default false): Whether the object is left out of the picture: it is not seen, casts no shadow and emits no light. A hidden instance or model hides everything in it.
         material (material): The name of a `[material.NAME]`, or a material defined in place. In a group, an object without one takes the material of the instance. Otherwise the default material is used.
         transform (transform): Transform from object space to scene space; see `transform`.
@@ -1341,6 +1529,7 @@ class Superellipsoid(Shape):
         name: str | None = None,
         light_group: str | None = None,
         shadow_catcher: bool | None = None,
+        hidden_from_camera: bool | None = None,
         hidden: bool | None = None,
         material: str | Material | Mapping[str, Any] | None = None,
         transform: Mapping[str, Any] | Sequence[Mapping[str, Any]] | NDArray[Any] | None = None,
@@ -1352,6 +1541,7 @@ class Superellipsoid(Shape):
     name: Any
     light_group: Any
     shadow_catcher: Any
+    hidden_from_camera: Any
     hidden: Any
     material: Any
     transform: Any
@@ -1368,6 +1558,7 @@ class Blob(Shape):
         name ("text"): A name, used in reports.
         light_group ("text"): The light group of an object with an emissive material. An object in a group without this key has that of the instance.
         shadow_catcher (true | false, default false): Whether the camera sees nothing of the object but the shadow that others cast on it: alpha is the fraction of the direct light that they keep off. Reflections, and light that it reflects, stay. Integrators "path" and "direct".
+        hidden_from_camera (true | false, default false): Whether rays from the camera pass through the object. All other rays meet it: it is visible in mirrors, casts shadows and emits light. An instance or model hides everything in it.
         hidden (true | false, default false): Whether the object is left out of the picture: it is not seen, casts no shadow and emits no light. A hidden instance or model hides everything in it.
         material (material): The name of a `[material.NAME]`, or a material defined in place. In a group, an object without one takes the material of the instance. Otherwise the default material is used.
         transform (transform): Transform from object space to scene space; see `transform`.
@@ -1383,6 +1574,7 @@ class Blob(Shape):
         name: str | None = None,
         light_group: str | None = None,
         shadow_catcher: bool | None = None,
+        hidden_from_camera: bool | None = None,
         hidden: bool | None = None,
         material: str | Material | Mapping[str, Any] | None = None,
         transform: Mapping[str, Any] | Sequence[Mapping[str, Any]] | NDArray[Any] | None = None,
@@ -1395,6 +1587,7 @@ class Blob(Shape):
     name: Any
     light_group: Any
     shadow_catcher: Any
+    hidden_from_camera: Any
     hidden: Any
     material: Any
     transform: Any
@@ -1412,6 +1605,7 @@ class Quadric(Shape):
         name ("text"): A name, used in reports.
         light_group ("text"): The light group of an object with an emissive material. An object in a group without this key has that of the instance.
         shadow_catcher (true | false, default false): Whether the camera sees nothing of the object but the shadow that others cast on it: alpha is the fraction of the direct light that they keep off. Reflections, and light that it reflects, stay. Integrators "path" and "direct".
+        hidden_from_camera (true | false, default false): Whether rays from the camera pass through the object. All other rays meet it: it is visible in mirrors, casts shadows and emits light. An instance or model hides everything in it.
         hidden (true | false, default false): Whether the object is left out of the picture: it is not seen, casts no shadow and emits no light. A hidden instance or model hides everything in it.
         material (material): The name of a `[material.NAME]`, or a material defined in place. In a group, an object without one takes the material of the instance. Otherwise the default material is used.
         transform (transform): Transform from object space to scene space; see `transform`.
@@ -1428,6 +1622,7 @@ class Quadric(Shape):
         name: str | None = None,
         light_group: str | None = None,
         shadow_catcher: bool | None = None,
+        hidden_from_camera: bool | None = None,
         hidden: bool | None = None,
         material: str | Material | Mapping[str, Any] | None = None,
         transform: Mapping[str, Any] | Sequence[Mapping[str, Any]] | NDArray[Any] | None = None,
@@ -1441,6 +1636,7 @@ class Quadric(Shape):
     name: Any
     light_group: Any
     shadow_catcher: Any
+    hidden_from_camera: Any
     hidden: Any
     material: Any
     transform: Any
@@ -1458,6 +1654,7 @@ class Polynomial(Shape):
         name ("text"): A name, used in reports.
         light_group ("text"): The light group of an object with an emissive material. An object in a group without this key has that of the instance.
         shadow_catcher (true | false, default false): Whether the camera sees nothing of the object but the shadow that others cast on it: alpha is the fraction of the direct light that they keep off. Reflections, and light that it reflects, stay. Integrators "path" and "direct".
+        hidden_from_camera (true | false, default false): Whether rays from the camera pass through the object. All other rays meet it: it is visible in mirrors, casts shadows and emits light. An instance or model hides everything in it.
         hidden (true | false, default false): Whether the object is left out of the picture: it is not seen, casts no shadow and emits no light. A hidden instance or model hides everything in it.
         material (material): The name of a `[material.NAME]`, or a material defined in place. In a group, an object without one takes the material of the instance. Otherwise the default material is used.
         transform (transform): Transform from object space to scene space; see `transform`.
@@ -1474,6 +1671,7 @@ class Polynomial(Shape):
         name: str | None = None,
         light_group: str | None = None,
         shadow_catcher: bool | None = None,
+        hidden_from_camera: bool | None = None,
         hidden: bool | None = None,
         material: str | Material | Mapping[str, Any] | None = None,
         transform: Mapping[str, Any] | Sequence[Mapping[str, Any]] | NDArray[Any] | None = None,
@@ -1487,6 +1685,7 @@ class Polynomial(Shape):
     name: Any
     light_group: Any
     shadow_catcher: Any
+    hidden_from_camera: Any
     hidden: Any
     material: Any
     transform: Any
@@ -1504,6 +1703,7 @@ class Isosurface(Shape):
         name ("text"): A name, used in reports.
         light_group ("text"): The light group of an object with an emissive material. An object in a group without this key has that of the instance.
         shadow_catcher (true | false, default false): Whether the camera sees nothing of the object but the shadow that others cast on it: alpha is the fraction of the direct light that they keep off. Reflections, and light that it reflects, stay. Integrators "path" and "direct".
+        hidden_from_camera (true | false, default false): Whether rays from the camera pass through the object. All other rays meet it: it is visible in mirrors, casts shadows and emits light. An instance or model hides everything in it.
         hidden (true | false, default false): Whether the object is left out of the picture: it is not seen, casts no shadow and emits no light. A hidden instance or model hides everything in it.
         material (material): The name of a `[material.NAME]`, or a material defined in place. In a group, an object without one takes the material of the instance. Otherwise the default material is used.
         transform (transform): Transform from object space to scene space; see `transform`.
@@ -1520,6 +1720,7 @@ class Isosurface(Shape):
         name: str | None = None,
         light_group: str | None = None,
         shadow_catcher: bool | None = None,
+        hidden_from_camera: bool | None = None,
         hidden: bool | None = None,
         material: str | Material | Mapping[str, Any] | None = None,
         transform: Mapping[str, Any] | Sequence[Mapping[str, Any]] | NDArray[Any] | None = None,
@@ -1533,6 +1734,7 @@ class Isosurface(Shape):
     name: Any
     light_group: Any
     shadow_catcher: Any
+    hidden_from_camera: Any
     hidden: Any
     material: Any
     transform: Any
@@ -2012,6 +2214,40 @@ class InterfaceMaterial(Material):
         interior: str | Medium | Mapping[str, Any] | None = None,
     ) -> None: ...
     interior: Any
+
+class HairMaterial(Material):
+    """Hair and fur (Chiang et al. 2016): light is reflected by fibres with tilted scales, passes through them and is absorbed inside. For the shape "curves", whose (u, v) it needs: u along the fibre, v across it. The colour is that of `sigma_a`, else of `color`, else of the two melanins. The integrator "classic" shows a diffuse surface.
+    
+    Keys:
+        eumelanin (number, 0 to 1000000, default 1.3): Concentration of eumelanin: 0.3 is blond, 1.3 brown, 8 black.
+        pheomelanin (number, 0 to 1000000, default 0): Concentration of pheomelanin, which makes hair red.
+        color (color | texture, 0 or more): Colour of a mass of hair in white light, instead of melanin.
+        sigma_a (color, 0 to 1000000): Absorption inside the fibre per radius of the fibre, by colour, instead of `color` and melanin.
+        beta_m (number, 0 to 1, default 0.3): Roughness along the fibre: 0 is smooth, 1 very rough.
+        beta_n (number, 0 to 1, default 0.3): Roughness around the fibre: 0 is smooth, 1 very rough.
+        alpha (number, -30 to 30, default 2): Angle in degrees by which the scales of the fibre are tilted towards its root.
+        ior (number, 1 to 10, default 1.55): Index of refraction of the fibre.
+    """
+    def __init__(
+        self,
+        *,
+        eumelanin: float | None = None,
+        pheomelanin: float | None = None,
+        color: Color | Texture | Mapping[str, Any] | None = None,
+        sigma_a: Color | None = None,
+        beta_m: float | None = None,
+        beta_n: float | None = None,
+        alpha: float | None = None,
+        ior: float | None = None,
+    ) -> None: ...
+    eumelanin: Any
+    pheomelanin: Any
+    color: Any
+    sigma_a: Any
+    beta_m: Any
+    beta_n: Any
+    alpha: Any
+    ior: Any
 
 class ConstantTexture(Texture):
     """The same colour everywhere. Use it to give a colour a name.
@@ -3324,6 +3560,7 @@ class Model(Description):
         name ("text"): A name, used in reports.
         light_group ("text"): The light group of an object with an emissive material. An object in a group without this key has that of the instance.
         shadow_catcher (true | false, default false): Whether the camera sees nothing of the object but the shadow that others cast on it: alpha is the fraction of the direct light that they keep off. Reflections, and light that it reflects, stay. Integrators "path" and "direct".
+        hidden_from_camera (true | false, default false): Whether rays from the camera pass through the object. All other rays meet it: it is visible in mirrors, casts shadows and emits light. An instance or model hides everything in it.
         hidden (true | false, default false): Whether the object is left out of the picture: it is not seen, casts no shadow and emits no light. A hidden instance or model hides everything in it.
         material (material): The name of a `[material.NAME]`, or a material defined in place. In a group, an object without one takes the material of the instance. Otherwise the default material is used.
         transform (transform): Transform from object space to scene space; see `transform`.
@@ -3344,6 +3581,7 @@ class Model(Description):
         name: str | None = None,
         light_group: str | None = None,
         shadow_catcher: bool | None = None,
+        hidden_from_camera: bool | None = None,
         hidden: bool | None = None,
         material: str | Material | Mapping[str, Any] | None = None,
         transform: Mapping[str, Any] | Sequence[Mapping[str, Any]] | NDArray[Any] | None = None,
@@ -3361,6 +3599,7 @@ class Model(Description):
     name: Any
     light_group: Any
     shadow_catcher: Any
+    hidden_from_camera: Any
     hidden: Any
     material: Any
     transform: Any
@@ -3375,6 +3614,7 @@ class Instance(Shape):
         name ("text"): A name, used in reports.
         light_group ("text"): The light group of an object with an emissive material. An object in a group without this key has that of the instance.
         shadow_catcher (true | false, default false): Whether the camera sees nothing of the object but the shadow that others cast on it: alpha is the fraction of the direct light that they keep off. Reflections, and light that it reflects, stay. Integrators "path" and "direct".
+        hidden_from_camera (true | false, default false): Whether rays from the camera pass through the object. All other rays meet it: it is visible in mirrors, casts shadows and emits light. An instance or model hides everything in it.
         hidden (true | false, default false): Whether the object is left out of the picture: it is not seen, casts no shadow and emits no light. A hidden instance or model hides everything in it.
         material (material): The name of a `[material.NAME]`, or a material defined in place. In a group, an object without one takes the material of the instance. Otherwise the default material is used.
         transform (transform): Transform from object space to scene space; see `transform`.
@@ -3388,6 +3628,7 @@ class Instance(Shape):
         name: str | None = None,
         light_group: str | None = None,
         shadow_catcher: bool | None = None,
+        hidden_from_camera: bool | None = None,
         hidden: bool | None = None,
         material: str | Material | Mapping[str, Any] | None = None,
         transform: Mapping[str, Any] | Sequence[Mapping[str, Any]] | NDArray[Any] | None = None,
@@ -3398,6 +3639,7 @@ class Instance(Shape):
     name: Any
     light_group: Any
     shadow_catcher: Any
+    hidden_from_camera: Any
     hidden: Any
     material: Any
     transform: Any

@@ -258,7 +258,7 @@ mod tests {
             "\"blob\"\nspheres = [[0, 0, 0, 1, 1], [0.8, 0, 0, 1, 1]]",
             "\"quadric\"\nsquared = [1, -1, 1]",
             "\"polynomial\"\nterms = [[1, 4, 0, 0], [1, 0, 2, 0], [1, 0, 0, 2], [-0.5, 0, 0, 0]]",
-            "\"curves\"\npoints = [[-1, 0, 0], [0, 1, 0.3], [1, 0, 0]]\nwidth = 0.2",
+            "\"curves\"\npoints = [[-1, 0, 0], [0, 0.4, 0.1], [1, 0, 0]]\nwidth = 0.1",
             "\"isosurface\"\nfunction = \"x^2 + y^2 + z^2 - 0.5\"",
             "\"clipped\"\nparts = [{ type = \"sphere\" }, { type = \"plane\" }]",
         ];
