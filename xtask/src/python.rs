@@ -13,7 +13,7 @@ const TESTED_WITH: [&str; 5] = ["numpy", "pytest", "pillow", "distributed", "ruf
 const MATURIN: &str = "maturin>=1.8,<2";
 
 /// Builds the wheel into `target/wheels`. Returns its path.
-pub fn wheel(python: &Path) -> Result<PathBuf, String> {
+pub(crate) fn wheel(python: &Path) -> Result<PathBuf, String> {
     let out = target().join("wheels");
     let _ = std::fs::remove_dir_all(&out);
     run(Command::new(python)
@@ -27,7 +27,7 @@ pub fn wheel(python: &Path) -> Result<PathBuf, String> {
 }
 
 /// Builds and tests; `more` are arguments of pytest.
-pub fn test(more: &[&str]) -> Result<(), String> {
+pub(crate) fn test(more: &[&str]) -> Result<(), String> {
     let folder = target().join("python");
     let _ = std::fs::remove_dir_all(&folder);
     let base = std::env::var_os("PYTHON").unwrap_or_else(|| "python3".into());

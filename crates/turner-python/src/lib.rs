@@ -8,7 +8,7 @@
 //! NumPy arrays ◄── picture ── Film ◄── Renderer::pass ◄── renderer ◄── Prepared ◄──────────────────┘
 //! ```
 //!
-//! Descriptions have no classes here: the schema is handed to Python as data ([`schema`]), which makes its classes of it.
+//! Descriptions have no classes here: the schema is handed to Python as data (`schema`), which makes its classes of it.
 //! All work runs without the GIL. Locks are taken only for moments, or without the GIL, so that no thread waits for a
 //! lock while it holds the GIL that the owner of the lock needs.
 // Python's functions are found by their names in the module, not by paths in Rust.
