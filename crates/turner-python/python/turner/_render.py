@@ -203,7 +203,8 @@ def matte_id(name):
 class Renderer:
     """Renders a scene pass by pass: to watch it, to stop it, to save and merge its samples.
 
-    Arguments are those of `turner.render`. The scene is that of now: later edits do not change the renderer.
+    Arguments are those of `turner.render`. The scene is that of now: later edits do not change the renderer. While `run` works
+    on one thread, its other functions wait on another thread, `cancel` excepted: `progress` tells how far it is.
     """
 
     def __init__(self, scene, samples=None, aovs=(), *, threads=0, **settings):
