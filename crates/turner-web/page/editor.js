@@ -1,0 +1,211 @@
+// The text of the scene: a textarea, with colours and underlines painted behind it. What is typed is checked, and
+// rendered if it has no error.
+
+import { announce, find, later, make } from "./dom.js";
+import { Completion } from "./completion.js";
+import { setupHover } from "./hover.js";
+import { offset, paint } from "./highlight.js";
+
+/// Milliseconds after the last key.
+const REST = 250;
+/// Problems listed; a broken text can have thousands.
+const MOST = 100;
+
+export class Editor {
+  #page;
+  #area = find("text");
+  #paint = find("editor").querySelector(".paint");
+  #gutter = find("editor").querySelector(".gutter");
+  #list = find("problems");
+  #problems = [];
+  #turn = 0;
+  /// The text of the scene that the engine has.
+  #known = "";
+  #lines = 0;
+  #rest = later(REST, () => this.#check());
+
+  constructor(page) {
+    this.#page = page;
+    this.completion = new Completion(page, this.#area, () => this.#changed());
+    setupHover(page, this.#area, this.#paint);
+    this.#area.addEventListener("input", () => this.#changed());
+    this.#area.addEventListener("scroll", () => this.#follow());
+    this.#area.addEventListener("keydown", event => {
+      if (event.key !== "F8") return;
+      event.preventDefault();
+      this.#next(event.shiftKey ? -1 : 1);
+    });
+    page.on("document", document => this.#take(document));
+    page.on("opened", () => { this.#turn++; this.#rest.cancel(); this.#show(this.#page.document); });
+  }
+
+  get text() {
+    return this.#area.value;
+  }
+
+  /// Whether the text has changes that are not part of the scene yet.
+  get waiting() {
+    return !this.#area.readOnly && this.#area.value !== this.#known;
+  }
+
+  /// Waits until what was typed is rendered or found wrong.
+  async flush() {
+    this.#rest.cancel();
+    if (this.waiting) await this.#check();
+  }
+
+  #changed() {
+    this.#problems = this.#problems.filter(problem => problem.severity === "error").map(problem => ({ ...problem, stale: true }));
+    this.#render();
+    this.#rest();
+  }
+
+  async #check() {
+    const turn = ++this.#turn;
+    const text = this.#area.value;
+    if (text === this.#known) {
+      this.#report([], this.#page.document?.warnings || []);
+      return;
+    }
+    try {
+      const { errors, warnings } = await this.#page.call("check", { text });
+      if (turn !== this.#turn) return;
+      this.#report(errors, warnings || []);
+      if (errors.length) return;
+      await this.#page.call("set_text", { text });
+      if (turn === this.#turn) this.#known = text;
+    } catch (error) {
+      if (turn === this.#turn) this.#report([error], []);
+    }
+  }
+
+  /// The scene has changed: by a gesture, in the properties, by undo, or by what was typed here.
+  #take(document) {
+    if (document.text === null || document.text === this.#area.value) {
+      this.#known = document.text ?? "";
+      if (document.text !== null) this.#report([], document.warnings || []);
+      return;
+    }
+    const typed = this.#area === globalThis.document.activeElement && this.waiting;
+    if (typed && document.text !== this.#known) {
+      // What is being typed wins; it replaces the scene when it is checked.
+      this.#known = document.text;
+      return;
+    }
+    this.#turn++;
+    this.#show(document);
+  }
+
+  #show(document) {
+    if (!document) return;
+    const has = document.text !== null;
+    const area = this.#area;
+    const { selectionStart, selectionEnd, scrollTop, scrollLeft } = area;
+    const text = has ? document.text : "";
+    this.#known = text;
+    area.readOnly = !has;
+    find("editor").classList.toggle("none", !has);
+    area.placeholder = has ? "" : "This scene was made by another program: it has no TOML text here.\nChange it in the panel Scene.";
+    if (area.value !== text) {
+      const kept = keep(area.value, text, selectionStart, selectionEnd);
+      area.value = text;
+      area.setSelectionRange(...kept);
+      area.scrollTop = scrollTop;
+      area.scrollLeft = scrollLeft;
+    }
+    this.completion.close();
+    this.#report([], document.warnings || []);
+  }
+
+  #report(errors, warnings) {
+    const text = this.#area.value;
+    const problem = severity => found => {
+      const line = found.line || 0;
+      const start = line ? offset(text, line, found.column) : 0;
+      let end = line && found.end_column > found.column ? offset(text, line, found.end_column) : start;
+      if (line && end === start) end = wordEnd(text, start);
+      return { severity, message: found.message, help: found.help, line, start, end };
+    };
+    const own = warnings.filter(warning => warning.line && !/\.(glb|gltf|obj|ply|stl|mtl)$/i.test(warning.file || ""));
+    this.#problems = [...errors.slice(0, MOST).map(problem("error")), ...own.slice(0, MOST).map(problem("warning"))];
+    this.#area.setAttribute("aria-invalid", String(errors.length > 0));
+    this.#render();
+    this.#items();
+  }
+
+  #items() {
+    const items = this.#problems.map(problem => make("li", { class: problem.severity },
+      make("button", { type: "button", on: { click: () => this.#jump(problem) } },
+        make("b", { text: problem.line ? `Line ${problem.line}` : "Text" }),
+        make("span", { text: problem.message }),
+        problem.help ? make("span", { class: "remedy", text: problem.help }) : null)));
+    this.#list.replaceChildren(...items);
+    this.#page.countPanel?.("text", this.#problems.filter(problem => problem.severity === "error").length);
+  }
+
+  #jump({ start, end, message }) {
+    this.#area.focus();
+    this.#area.setSelectionRange(start, end);
+    this.#reveal(start);
+    announce(message);
+  }
+
+  #next(step) {
+    const all = this.#problems;
+    if (!all.length) {
+      announce("No errors");
+      return;
+    }
+    const at = this.#area.selectionStart;
+    const after = step > 0 ? all.find(problem => problem.start > at) : [...all].reverse().find(problem => problem.start < at);
+    this.#jump(after || (step > 0 ? all[0] : all[all.length - 1]));
+  }
+
+  /// Scrolls until the line of an offset is visible.
+  #reveal(at) {
+    const line = this.text.slice(0, at).split("\n").length - 1;
+    const height = parseFloat(getComputedStyle(this.#area).lineHeight);
+    const top = line * height;
+    if (top < this.#area.scrollTop || top > this.#area.scrollTop + this.#area.clientHeight - 2 * height) {
+      this.#area.scrollTop = top - this.#area.clientHeight / 3;
+    }
+  }
+
+  #render() {
+    const text = this.#area.value;
+    paint(this.#paint, text, this.#problems.filter(problem => problem.line && !problem.stale)
+      .map(({ start, end, severity }) => ({ start, end, kind: severity })));
+    const lines = text.split("\n").length;
+    const bad = new Map();
+    for (const { line, severity } of [...this.#problems].reverse()) if (line) bad.set(line, severity);
+    const key = `${lines}:${Array.from(bad)}`;
+    if (key !== this.#lines) {
+      this.#lines = key;
+      this.#gutter.replaceChildren(...Array.from({ length: lines }, (_, i) =>
+        make("span", { class: bad.get(i + 1) || null, text: `${i + 1}\n` })));
+    }
+    this.#follow();
+  }
+
+  /// The painted text and the line numbers scroll with the textarea.
+  #follow() {
+    const { scrollTop, scrollLeft } = this.#area;
+    this.#paint.style.transform = `translate(${-scrollLeft}px, ${-scrollTop}px)`;
+    this.#gutter.scrollTop = scrollTop;
+  }
+}
+
+/// The end of the word at an offset, at least one character.
+function wordEnd(text, start) {
+  const word = /^[\w."-]+/.exec(text.slice(start, start + 200));
+  return Math.min(text.length, start + (word ? word[0].length : 1));
+}
+
+/// The selection after the text changed elsewhere: it moves with what stands behind the change.
+function keep(before, after, start, end) {
+  let same = 0;
+  const least = Math.min(before.length, after.length);
+  while (same < least && before[same] === after[same]) same++;
+  const shift = at => at <= same ? at : Math.max(same, at + after.length - before.length);
+  return [Math.min(shift(start), after.length), Math.min(shift(end), after.length)];
+}

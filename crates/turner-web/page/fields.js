@@ -1,0 +1,186 @@
+// The field of a value: chosen by the kind that the scene format states for its key.
+
+import { make } from "./dom.js";
+import { hexOf, isColor } from "./color.js";
+
+/// Longest value that is shown as text.
+const LONGEST = 400;
+
+/// A field: {element, update(key)}. `set(value, merge)` edits the scene; changes with the same `merge` are one undo step.
+export function field(key, id, set, scene) {
+  const kind = (key.kind || "").trim();
+  const label = key.name.replaceAll("_", " ");
+  if (key.words?.length && !kind.startsWith("[")) return choice(key.words, id, label, set);
+  if (kind === "bool" || kind === "true | false") return toggle(id, label, set);
+  if (/^(number|integer)$/.test(kind)) return number(key, id, label, set, kind === "integer");
+  if (/^colou?r\b|\| *texture|colou?r or texture/.test(kind)) return color(key, id, label, set);
+  if (/^(material|medium|group|texture)$/.test(kind)) return part(kind, id, label, set, scene);
+  const parts = tuple(kind);
+  if (parts) return vector(parts, id, label, set);
+  if (/^("text"|text|word)$/.test(kind)) return text(id, label, set);
+  return shown(label);
+}
+
+/// What a key has: its value, or its default as far as that is a value.
+function current(key) {
+  if (key.value !== null && key.value !== undefined) return key.value;
+  if (key.default === null || key.default === undefined) return null;
+  if (typeof key.default !== "string") return key.default;
+  try {
+    return JSON.parse(key.default);
+  } catch {
+    return key.default;
+  }
+}
+
+const isBusy = element => element === document.activeElement;
+
+function choice(words, id, label, set) {
+  const select = make("select", { id, "aria-label": label, on: { change: () => set(select.value, "") } },
+    ...words.map(([word, doc]) => make("option", { value: word, text: word, title: doc })));
+  return {
+    element: select,
+    update(key) {
+      const value = current(key);
+      if (!words.some(([word]) => word === value)) {
+        if (!select.querySelector(".other")) select.prepend(make("option", { class: "other", value: "", disabled: true }));
+        select.firstChild.textContent = value === null ? "none" : brief(value);
+        select.value = "";
+      } else {
+        select.value = value;
+      }
+    },
+  };
+}
+
+function toggle(id, label, set) {
+  const box = make("input", { type: "checkbox", id, "aria-label": label, on: { change: () => set(box.checked, "") } });
+  return { element: box, update(key) { box.checked = current(key) === true; } };
+}
+
+/// The ends of a range that has two: [0, 1].
+export function ends(range) {
+  if (Array.isArray(range)) return range.every(Number.isFinite) && range.length === 2 ? range : null;
+  const number = "(-?[\\d.]+(?:e[+-]?\\d+)?)";
+  const match = new RegExp(`^${number}(?: \\(\\w+\\))? to ${number}(?: \\(\\w+\\))?$`, "i").exec((range || "").trim());
+  return match ? [Number(match[1]), Number(match[2])] : null;
+}
+
+/// Numbers are shown with up to six digits; what was written stays until it is changed.
+const digits = x => typeof x === "number" ? String(Number(x.toPrecision(6))) : "";
+
+function number(key, id, label, set, whole) {
+  const range = ends(key.range);
+  let drag = 0;
+  const send = (value, merge) => { if (Number.isFinite(value)) set(whole ? Math.round(value) : value, merge); };
+  const input = make("input", { type: "number", id, "aria-label": label, step: whole ? "1" : "any", inputmode: "decimal", on: { change: () => send(input.valueAsNumber, "") } });
+  // A wider range than this has no use as a slider.
+  const slides = range && range[1] - range[0] <= 360;
+  const slider = slides ? make("input", {
+    type: "range", min: range[0], max: range[1], step: whole ? 1 : (range[1] - range[0]) / 200, "aria-label": `${label}, slider`,
+    on: {
+      input: () => { input.value = digits(slider.valueAsNumber); send(Number(input.value), `${id}-${drag}`); },
+      change: () => { drag++; },
+    },
+  }) : null;
+  return {
+    element: make("div", { class: "number" }, slider, input),
+    update(next) {
+      const value = current(next);
+      if (!isBusy(input)) input.value = digits(value);
+      if (slider && !isBusy(slider)) slider.value = typeof value === "number" ? value : range[0];
+      input.placeholder = typeof value === "string" ? value : "";
+    },
+  };
+}
+
+function color(key, id, label, set) {
+  let drag = 0;
+  const picker = make("input", { type: "color", id, "aria-label": `${label}, colour picker`, on: { input: () => set(picker.value, `${id}-${drag}`), change: () => { drag++; } } });
+  const input = make("input", { type: "text", "aria-label": label, autocomplete: "off", spellcheck: "false", on: { change: () => { const value = read(input.value); if (value !== undefined) set(value, ""); } } });
+  return {
+    element: make("div", { class: "color" }, picker, input),
+    update(next) {
+      const value = current(next);
+      const plain = isColor(value);
+      picker.hidden = !plain;
+      input.placeholder = "none";
+      if (plain && !isBusy(picker)) picker.value = hexOf(value);
+      // A texture that is written in place is a table: it is edited in the text.
+      input.readOnly = value !== null && typeof value === "object" && !Array.isArray(value);
+      input.title = input.readOnly ? "A texture: edit it in the panel Text" : "A name, #rrggbb, [r, g, b] in linear light, a number, or the name of a texture";
+      if (!isBusy(input)) input.value = value === null ? "" : brief(value);
+    },
+  };
+}
+
+/// What was written: JSON, or text.
+function read(text) {
+  const trimmed = text.trim();
+  if (!trimmed) return null;
+  try {
+    return JSON.parse(trimmed);
+  } catch {
+    return trimmed;
+  }
+}
+
+/// Another part of the scene by its name.
+function part(kind, id, label, set, scene) {
+  const names = () => scene.lists.flatMap(list => list.entries).filter(entry => entry.path?.startsWith(`${kind}.`)).map(entry => entry.path.slice(kind.length + 1).replace(/^"|"$/g, ""));
+  const select = make("select", { id, "aria-label": label, on: { change: () => set(select.value || null, "") } });
+  return {
+    element: select,
+    update(key) {
+      const value = current(key);
+      const inline = value !== null && typeof value === "object";
+      const all = new Set(names());
+      if (typeof value === "string") all.add(value);
+      select.replaceChildren(make("option", { value: "", text: inline ? `own (${value.type || "default"})` : "none" }),
+        ...Array.from(all).map(name => make("option", { value: name, text: name })));
+      select.value = typeof value === "string" ? value : "";
+    },
+  };
+}
+
+/// The names of the numbers of a kind like "[x, y, z]".
+function tuple(kind) {
+  const match = /^\[([^[\]{}|…]+)\]$/.exec(kind);
+  if (!match) return /^(point|vector|position|direction)$/.test(kind) ? ["x", "y", "z"] : null;
+  const parts = match[1].split(",").map(word => word.trim());
+  const plain = parts.every(word => /^[\w ]+$/.test(word) && !/^(text|color|material|texture)$/.test(word));
+  return plain && parts.length >= 2 && parts.length <= 4 ? parts : null;
+}
+
+function vector(parts, id, label, set) {
+  const inputs = parts.map((part, i) => make("input", {
+    type: "number", step: "any", id: i ? null : id, "aria-label": `${label} ${part}`,
+    on: { change: () => { const values = inputs.map(input => input.valueAsNumber); if (values.every(Number.isFinite)) set(values, ""); } },
+  }));
+  return {
+    element: make("div", { class: "vector" }, ...inputs),
+    update(key) {
+      const value = current(key);
+      inputs.forEach((input, i) => {
+        if (!isBusy(input)) input.value = Array.isArray(value) ? digits(value[i]) : "";
+        input.placeholder = typeof value === "string" ? value : "";
+      });
+    },
+  };
+}
+
+function text(id, label, set) {
+  const input = make("input", { type: "text", id, "aria-label": label, on: { change: () => set(input.value || null, "") } });
+  return { element: input, update(key) { if (!isBusy(input)) input.value = current(key) ?? ""; } };
+}
+
+/// Values without a field of their own are edited in the text.
+function shown(label) {
+  const output = make("output", { class: "dim raw", "aria-label": label, title: "Edit it in the panel Text" });
+  return { element: output, update(key) { const value = current(key); output.textContent = value === null ? "none" : brief(value); } };
+}
+
+function brief(value) {
+  const written = typeof value === "string" ? value : JSON.stringify(value);
+  return written.length > LONGEST ? `${written.slice(0, LONGEST)} …` : written;
+}

@@ -1,0 +1,129 @@
+// Links: a scene in the address, a scene of the gallery, and a pixel that is explained.
+
+import { announce, find, make } from "./dom.js";
+import { fail, tell } from "./message.js";
+import { deflate, inflate } from "./zip.js";
+
+/// Most bytes of compressed text in a link: longer addresses are cut off by mail programs and chats.
+const MOST = 8192;
+/// Most bytes of text that a link may expand to.
+const EXPANDED = 2 ** 20;
+
+export function setupLinks(page) {
+  find("share").addEventListener("click", () => share(page));
+
+  /// Goes to the start page, and remembers the scene for the browser's Back and Forward.
+  page.goStart = () => {
+    if (page.state === "start") return;
+    history.pushState({ state: "start" }, "", location.pathname);
+    page.show("start");
+  };
+
+  /// Puts what was opened into the address.
+  page.remember = ({ start }) => {
+    const address = start ? `?start=${encodeURIComponent(start)}` : location.pathname;
+    const now = history.state?.state === "scene" && history.state.start === start;
+    if (!now) history.pushState({ state: "scene", start: start || null }, "", address);
+  };
+
+  addEventListener("popstate", ({ state }) => {
+    if (state?.state === "scene" && state.start && page.origin.start !== state.start) page.openStart(state.start, false);
+    else if (state?.state === "scene") page.show("scene");
+    else if (location.hash.startsWith("#s=") || location.search.includes("start=")) follow(page);
+    else page.show("start");
+  });
+  // A link that is pasted while the page is open.
+  addEventListener("hashchange", () => { if (location.hash.startsWith("#s=")) follow(page); });
+
+  page.ready.then(() => follow(page), () => {});
+}
+
+/// Opens what the address asks for.
+async function follow(page) {
+  const query = new URLSearchParams(location.search);
+  let opened = false;
+  if (location.hash.startsWith("#s=")) {
+    const packed = location.hash.slice(3);
+    opened = await page.open("the scene of the link", { link: true }, async () => {
+      const bytes = await unpack(packed);
+      await page.call("open", { main: "scene.toml" }, [{ name: "scene.toml", bytes }]);
+    });
+  } else if (query.has("start")) {
+    opened = await page.openStart(query.get("start"), false);
+  } else if (page.document) {
+    // `turner serve SCENE` has a scene already.
+    page.show("scene");
+    opened = true;
+  }
+  if (!opened || !query.has("explain")) return;
+  const [x, y] = (query.get("explain") || "").split(",").map(Number);
+  const film = page.document?.film;
+  if (film && Number.isInteger(x) && Number.isInteger(y) && x >= 0 && y >= 0 && x < film.width && y < film.height) page.explain(x, y);
+  else fail(Object.assign(new Error(`the link explains the pixel “${query.get("explain").slice(0, 40)}”, which is not in the picture`), { help: film ? `Columns go from 0 to ${film.width - 1}, rows from 0 to ${film.height - 1}.` : "" }));
+}
+
+async function unpack(packed) {
+  const broken = help => Object.assign(new Error("the link is damaged: its scene cannot be read"), { help });
+  const help = "Copy the whole link again: mail programs cut long lines.";
+  if (packed.length > Math.ceil(MOST * 4 / 3)) throw broken(`A link holds at most ${MOST} bytes of compressed text. ${help}`);
+  let text;
+  try {
+    const bytes = Uint8Array.from(atob(packed.replaceAll("-", "+").replaceAll("_", "/")), c => c.charCodeAt(0));
+    text = await inflate(bytes, EXPANDED);
+  } catch {
+    throw broken(help);
+  }
+  if (!text) throw broken(`The text of a link has at most ${EXPANDED} bytes.`);
+  return text;
+}
+
+export async function pack(text) {
+  const bytes = await deflate(new TextEncoder().encode(text));
+  if (bytes.length > MOST) return { bytes: bytes.length, packed: null };
+  const packed = btoa(String.fromCharCode(...bytes)).replaceAll("+", "-").replaceAll("/", "_").replace(/=+$/, "");
+  return { bytes: bytes.length, packed };
+}
+
+async function share(page) {
+  await page.editor.flush();
+  const { document: scene, origin, explained } = page;
+  const link = new URL(location.pathname, location.href);
+  if (explained) link.search = `?explain=${explained.x},${explained.y}`;
+  let note = "";
+  if (origin.start && !scene.changed) {
+    link.searchParams.set("start", origin.start);
+  } else if (scene.text === null) {
+    fail(Object.assign(new Error("this scene has no TOML text, and a link holds only text"), { help: "Save it as TOML, or send the file itself." }), "Cannot make a link");
+    return;
+  } else {
+    const { bytes, packed } = await pack(scene.text);
+    if (!packed) {
+      fail(Object.assign(new Error(`the text of this scene has ${bytes.toLocaleString("en")} bytes when compressed; a link holds at most ${MOST.toLocaleString("en")}`), { help: "Save it as TOML, and send the file." }), "Cannot make a link");
+      return;
+    }
+    link.hash = `s=${packed}`;
+    if (origin.files > 1) note = " It holds the text alone: models and textures that the scene reads are not in it.";
+  }
+  // The query's comma is legal as it is.
+  const address = link.href.replace("%2C", ",");
+  try {
+    await navigator.clipboard.writeText(address);
+    tell(`The link is copied.${note}`);
+  } catch {
+    show(address, note);
+  }
+}
+
+/// Where the browser does not let the page copy.
+function show(address, note) {
+  const dialog = find("dialog");
+  const field = make("textarea", { readonly: true, rows: "4", "aria-label": "Link to this scene", class: "address" });
+  field.value = address;
+  dialog.replaceChildren(
+    make("h2", { id: "dialog-title", text: "Link to this scene" }),
+    make("p", { text: `Copy this address.${note}` }), field,
+    make("p", { class: "buttons" }, make("button", { type: "button", class: "main", text: "Close", on: { click: () => dialog.close() } })));
+  dialog.showModal();
+  field.select();
+  announce("The link is selected: copy it");
+}
