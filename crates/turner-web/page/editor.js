@@ -5,6 +5,7 @@ import { announce, find, later, make } from "./dom.js";
 import { Completion } from "./completion.js";
 import { setupHover } from "./hover.js";
 import { offset, paint } from "./highlight.js";
+import { keep, merge } from "./merge.js";
 
 /// Milliseconds after the last key.
 const REST = 250;
@@ -55,6 +56,7 @@ export class Editor {
   }
 
   #changed() {
+    this.#page.emit("typed");
     this.#problems = this.#problems.filter(problem => problem.severity === "error").map(problem => ({ ...problem, stale: true }));
     this.#render();
     this.#rest();
@@ -86,33 +88,52 @@ export class Editor {
       if (document.text !== null) this.#report([], document.warnings || []);
       return;
     }
-    const typed = this.#area === globalThis.document.activeElement && this.waiting;
-    if (typed && document.text !== this.#known) {
-      // What is being typed wins; it replaces the scene when it is checked.
-      this.#known = document.text;
+    if (this.waiting) {
+      this.#join(document.text);
       return;
     }
     this.#turn++;
     this.#show(document);
   }
 
+  /// The scene changes while the text has changes of its own: both are kept where they do not touch the same place;
+  /// otherwise what was typed wins, and replaces the scene once it has no error.
+  #join(text) {
+    const joined = merge(this.#known, this.#area.value, text);
+    this.#known = text;
+    if (joined === null || joined === this.#area.value) return;
+    this.#put(joined);
+    this.#changed();
+  }
+
+  /// Forgets what was typed and is not part of the scene.
+  discard() {
+    this.#turn++;
+    this.#rest.cancel();
+    this.#show(this.#page.document);
+  }
+
+  /// Replaces the text; the selection stays where it was.
+  #put(text) {
+    const area = this.#area;
+    const { selectionStart, selectionEnd, scrollTop, scrollLeft } = area;
+    const kept = keep(area.value, text, selectionStart, selectionEnd);
+    area.value = text;
+    area.setSelectionRange(...kept);
+    area.scrollTop = scrollTop;
+    area.scrollLeft = scrollLeft;
+  }
+
   #show(document) {
     if (!document) return;
     const has = document.text !== null;
     const area = this.#area;
-    const { selectionStart, selectionEnd, scrollTop, scrollLeft } = area;
     const text = has ? document.text : "";
     this.#known = text;
     area.readOnly = !has;
     find("editor").classList.toggle("none", !has);
     area.placeholder = has ? "" : "This scene was made by another program: it has no TOML text here.\nChange it in the panel Scene.";
-    if (area.value !== text) {
-      const kept = keep(area.value, text, selectionStart, selectionEnd);
-      area.value = text;
-      area.setSelectionRange(...kept);
-      area.scrollTop = scrollTop;
-      area.scrollLeft = scrollLeft;
-    }
+    if (area.value !== text) this.#put(text);
     this.completion.close();
     this.#report([], document.warnings || []);
   }
@@ -199,13 +220,4 @@ export class Editor {
 function wordEnd(text, start) {
   const word = /^[\w."-]+/.exec(text.slice(start, start + 200));
   return Math.min(text.length, start + (word ? word[0].length : 1));
-}
-
-/// The selection after the text changed elsewhere: it moves with what stands behind the change.
-function keep(before, after, start, end) {
-  let same = 0;
-  const least = Math.min(before.length, after.length);
-  while (same < least && before[same] === after[same]) same++;
-  const shift = at => at <= same ? at : Math.max(same, at + after.length - before.length);
-  return [Math.min(shift(start), after.length), Math.min(shift(end), after.length)];
 }

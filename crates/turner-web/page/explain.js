@@ -17,7 +17,12 @@ export function setupExplain(page) {
   empty();
   page.on("opened", () => { turn++; empty(); });
 
-  /// Explains a pixel of the film. It is explained as the scene is now; later edits do not change the tree.
+  // The tree is that of the scene as it was.
+  const again = make("p", { class: "again", hidden: true }, "The scene has changed since. ",
+    make("button", { type: "button", text: "Explain again", on: { click: () => page.explain(page.explained.x, page.explained.y) } }));
+  page.on("document", () => { again.hidden = false; });
+
+  /// Explains a pixel of the film.
   page.explain = async (x, y) => {
     const mine = ++turn;
     if (page.panel !== "explain") page.showPanel("explain");
@@ -36,7 +41,8 @@ export function setupExplain(page) {
     }
     if (mine !== turn) return;
     const root = fragment(answer.text);
-    panel.replaceChildren(root);
+    again.hidden = true;
+    panel.replaceChildren(again, root);
     panel.removeAttribute("aria-busy");
     wire(root);
     page.explained = { x, y };
@@ -128,7 +134,7 @@ function wireSample(section) {
   // Highlights a ray or an object in the tree and in the views.
   let pinned = null;
   const light = element => {
-    for (const e of all(section, ".on")) e.classList.remove("on");
+    for (const e of all(section, ".marked")) e.classList.remove("marked");
     views.classList.toggle("busy", Boolean(element));
     if (!element) return;
     const wanted = new Set(rays(element));
@@ -136,8 +142,8 @@ function wireSample(section) {
     if (!wanted.size) {
       for (const e of marked) if (e.dataset.object === object) rays(e).forEach(ray => wanted.add(ray));
     }
-    for (const e of marked) if (rays(e).some(ray => wanted.has(ray))) e.classList.add("on");
-    for (const e of objects) if (e.classList.contains("object") && e.dataset.object === object) e.classList.add("on");
+    for (const e of marked) if (rays(e).some(ray => wanted.has(ray))) e.classList.add("marked");
+    for (const e of objects) if (e.classList.contains("object") && e.dataset.object === object) e.classList.add("marked");
   };
   const of = event => event.target.closest("[data-ray],.object");
   section.addEventListener("mouseover", event => light(of(event) || pinned));

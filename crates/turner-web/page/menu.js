@@ -22,7 +22,12 @@ async function toggle(button, items) {
   const list = make("div", { role: "menu", class: "menu", "aria-label": button.textContent, on: { keydown: keys, focusout: leave } });
   const state = open = { button, list };
   button.setAttribute("aria-expanded", "true");
-  const all = await items();
+  let all;
+  try {
+    all = await items();
+  } catch (error) {
+    all = [{ label: error.message, disabled: true }];
+  }
   if (open !== state) return;
   for (const item of all) list.append(entry(item));
   button.after(list);

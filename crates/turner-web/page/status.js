@@ -4,12 +4,15 @@ import { announce, find } from "./dom.js";
 import { fail } from "./message.js";
 
 const HEADERS = "this host does not send the headers Cross-Origin-Opener-Policy and Cross-Origin-Embedder-Policy";
+/// Renders that take longer are announced when they end, seconds.
+const SPOKEN = 3;
 
 export function setupStatus(page) {
   const text = find("status-text");
   const progress = find("progress");
   let noise = null;
   let settled = false;
+  let isNew = true;
 
   page.on("ready", engine => {
     const threads = engine.threads === 1 ? "one thread" : `${engine.threads} threads`;
@@ -19,7 +22,7 @@ export function setupStatus(page) {
     find("host").textContent = `Renders with ${host}.`;
   });
 
-  page.on("opened", () => { settled = false; noise = null; });
+  page.on("opened", () => { settled = false; isNew = true; noise = null; });
   page.on("frame", frame => {
     noise = frame.noise;
     show({ ...frame, doing: frame.stage === "preview" ? "preview" : "", settled: frame.stage === "settled" });
@@ -34,7 +37,11 @@ export function setupStatus(page) {
     const done = total ? Math.min(1, now.samples / total) : 0;
     progress.value = now.settled ? 1 : done;
     text.textContent = sentence(now, noise, page.paused);
-    if (now.settled && !settled) announce(`The picture is finished: ${total} samples in ${duration(now.seconds)}`);
+    // Short renders after each edit would talk all the time.
+    if (now.settled && !settled && (now.seconds > SPOKEN || isNew)) {
+      isNew = false;
+      announce(`The picture is finished: ${total} samples in ${duration(now.seconds)}`);
+    }
     settled = Boolean(now.settled);
   }
 }

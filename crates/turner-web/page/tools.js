@@ -69,6 +69,12 @@ export function setupTools(page) {
   page.on("opened", () => { if (page.paused) setPaused(false); });
 
   page.undo = async word => {
+    if (word === "undo" && page.editor.waiting) {
+      page.editor.discard();
+      announce("The text is again that of the scene");
+      showUndo();
+      return;
+    }
     if (!page.document?.[word]) {
       announce(`Nothing to ${word}`);
       return;
@@ -77,15 +83,19 @@ export function setupTools(page) {
     if (done?.label) announce(`${word === "undo" ? "Undone" : "Done again"}: ${done.label}`);
   };
   for (const word of ["undo", "redo"]) find(word).addEventListener("click", () => page.undo(word));
-  page.on("document", document => {
-    for (const word of ["undo", "redo"]) {
+  const showUndo = () => {
+    const steps = { undo: page.editor.waiting ? "what was typed" : page.document?.undo, redo: page.document?.redo };
+    for (const [word, step] of Object.entries(steps)) {
       const button = find(word);
       // A button that loses its use keeps the focus.
-      button.disabled = !document[word] && button !== globalThis.document.activeElement;
-      button.setAttribute("aria-disabled", String(!document[word]));
-      button.title = document[word] ? `${button.textContent}: ${document[word]}` : "";
+      button.disabled = !step && button !== document.activeElement;
+      button.setAttribute("aria-disabled", String(!step));
+      button.title = step ? `${button.textContent}: ${step}` : "";
     }
-  });
+  };
+  page.on("document", showUndo);
+  page.on("opened", showUndo);
+  page.on("typed", showUndo);
 
   find("frame").addEventListener("click", () => page.attempt("frame", { object: null }));
   find("to-start").addEventListener("click", () => page.goStart());

@@ -11,10 +11,7 @@ export function setupViewport(page) {
   const buffer = document.createElement("canvas");
   const view = page.viewport = { canvas, film: { width: 480, height: 300 }, stage: "", marker: null };
 
-  page.on("opened", () => {
-    context.clearRect(0, 0, canvas.width, canvas.height);
-    view.mark(null);
-  });
+  page.on("opened", () => view.mark(null));
   page.on("document", ({ film }) => {
     if (film.width !== view.film.width || film.height !== view.film.height) {
       view.film = { width: film.width, height: film.height };

@@ -1,0 +1,60 @@
+// Checks of addresses: a scene, a scene of the gallery, and a pixel in the link.
+
+import { randomBytes } from "node:crypto";
+import { PATIENCE, SCENE, assert, equal, link, message, openText, settled, start } from "./helpers.mjs";
+
+/// What Share copies, read from the dialog that is shown where copying is not allowed.
+async function shared(page) {
+  await page.evaluate(() => { navigator.clipboard.writeText = () => Promise.reject(new Error("not allowed")); });
+  await page.click("#share");
+  await page.waitForSelector("dialog .address", { timeout: PATIENCE });
+  const address = await page.inputValue("dialog .address");
+  await page.click("dialog button:text-is('Close')");
+  return address;
+}
+
+export async function a_link_opens_the_scene_as_sent(page, base) {
+  await openText(page, base);
+  const edited = SCENE.replace("A red ball", "Ein roter Ball, größer").replace("radius = 1\n", "radius = 1.2\n");
+  await page.fill("#text", edited);
+  const address = await shared(page);
+  assert(address.includes("#s="), `the link is ${address}`);
+  await page.goto("about:blank");
+  await page.goto(address);
+  await settled(page);
+  equal(await page.inputValue("#text"), edited, "text of the link");
+}
+
+export async function a_text_above_8_kb_is_no_link(page, base) {
+  await openText(page, base, `${SCENE}# ${"x".repeat(20)}\n`);
+  await page.fill("#text", `${SCENE}# ${randomBytes(9000).toString("hex")}\n`);
+  await page.click("#share");
+  assert((await message(page)).includes("8,192"), "the message does not state the limit");
+}
+
+export async function a_damaged_link_leaves_a_message(page, base) {
+  for (const hash of ["s=AAAA", "s=%%%", `s=${"A".repeat(20_000)}`]) {
+    await page.goto("about:blank");
+    await page.goto(`${base}#${hash}`);
+    assert((await message(page)).includes("link"), `the message for #${hash.slice(0, 10)} does not speak of the link`);
+    await page.waitForSelector("#gallery [data-start]", { timeout: PATIENCE });
+  }
+}
+
+export async function a_link_explains_its_pixel(page, base) {
+  await page.goto("about:blank");
+  await page.goto(link(`${base}?explain=48,32`, SCENE));
+  await page.waitForSelector(".explanation section:not([hidden]) .row", { timeout: PATIENCE });
+  assert((await page.innerText(".explanation")).includes("48,32"), "another pixel is explained");
+  const address = await shared(page);
+  assert(address.includes("explain=48,32"), `the link of an explained pixel is ${address}`);
+}
+
+export async function a_link_to_the_gallery_opens_its_scene(page, base) {
+  await start(page, base);
+  const id = await page.locator("#steps [data-start]").first().getAttribute("data-start");
+  await page.goto("about:blank");
+  await page.goto(`${base}?start=${encodeURIComponent(id)}`);
+  await settled(page);
+  await page.waitForSelector("#step:not([hidden])", { timeout: PATIENCE });
+}

@@ -1,0 +1,232 @@
+// Checks of the page in a browser: each export is `async (page, base)`, with a page of its own and the address of the
+// static folder, and throws where the page is wrong.
+
+import { readFile } from "node:fs/promises";
+import {
+  PATIENCE, SCENE, andSettles, assert, color, drop, equal, glb, message, openText, picture, settled, start, zip,
+} from "./helpers.mjs";
+
+export * from "./access.mjs";
+export * from "./links.mjs";
+
+export async function the_start_page_has_the_gallery_and_eight_steps(page, base) {
+  await start(page, base);
+  equal(await page.locator("#steps [data-start]").count(), 8, "steps");
+  assert(await page.locator("#gallery [data-start]").count() >= 5, "the gallery has fewer than the five classic systems");
+  for (const image of await page.locator("#main img").all()) {
+    for (const name of ["width", "height", "alt"]) {
+      assert(await image.getAttribute(name) !== null, `a picture of the start page has no ${name}`);
+    }
+  }
+}
+
+export async function a_scene_of_the_gallery_opens_and_settles(page, base) {
+  await start(page, base);
+  await page.locator("#gallery [data-start]").first().click();
+  await settled(page);
+  assert((await page.inputValue("#text")).includes("="), "the editor has no text");
+  assert(new URL(page.url()).searchParams.has("start"), "the address does not name the scene");
+  await page.goBack();
+  await page.waitForSelector("#start:not([hidden])");
+}
+
+export async function a_step_shows_its_text_and_leads_to_the_next(page, base) {
+  await start(page, base);
+  await page.locator("#steps [data-start]").first().click();
+  await settled(page);
+  assert((await page.innerText("#step h2")).startsWith("Step 1 of 8"), "step 1 has no heading");
+  assert(await page.locator("#step button", { hasText: "Previous" }).isDisabled(), "step 1 has a previous step");
+  const before = await page.inputValue("#text");
+  await page.click("#step button:text-is('Next')");
+  await page.waitForFunction(() => document.querySelector("#step h2").textContent.startsWith("Step 2 of 8"), null, { timeout: PATIENCE });
+  assert(await page.inputValue("#text") !== before, "step 2 has the text of step 1");
+}
+
+export async function a_dropped_glb_is_rendered(page, base) {
+  await start(page, base);
+  await drop(page, [["triangle.glb", glb()]]);
+  await settled(page);
+  const [r, g, b] = await color(page, 0.5, 0.55);
+  assert(r > 1.3 * g && r > 1.3 * b, `the red triangle is [${r}, ${g}, ${b}]`);
+}
+
+export async function a_zip_with_a_folder_is_opened(page, base) {
+  await start(page, base);
+  await drop(page, [["ball.zip", zip([["ball/readme.txt", "A ball."], ["ball/scene.toml", SCENE]])]]);
+  await settled(page);
+  equal(await page.inputValue("#text"), SCENE, "text of the zipped scene");
+}
+
+export async function the_mouse_orbits(page, base) {
+  await openText(page, base);
+  const before = await picture(page);
+  const box = await page.locator("#canvas").boundingBox();
+  const [x, y] = [box.x + box.width / 2, box.y + box.height / 2];
+  await andSettles(page, async () => {
+    await page.mouse.move(x, y);
+    await page.mouse.down();
+    await page.mouse.move(x + 60, y + 20, { steps: 6 });
+    await page.mouse.up();
+    await page.waitForFunction(text => document.querySelector("#text").value !== text, SCENE, { timeout: PATIENCE });
+  });
+  assert(await picture(page) !== before, "the picture is the same after a drag");
+  await andSettles(page, () => page.click("#undo"));
+  equal(await page.inputValue("#text"), SCENE, "text after undo");
+  equal(await picture(page), before, "picture after undo");
+}
+
+export async function the_keyboard_orbits_and_frames(page, base) {
+  await openText(page, base);
+  const before = await picture(page);
+  await page.focus("#canvas");
+  for (const key of ["ArrowLeft", "ArrowUp", "Shift+ArrowRight", "+", "f"]) {
+    const text = await page.inputValue("#text");
+    await andSettles(page, async () => {
+      await page.keyboard.press(key);
+      await page.waitForFunction(text => document.querySelector("#text").value !== text, text, { timeout: PATIENCE });
+    });
+  }
+  assert(await picture(page) !== before, "the picture is the same after the keys");
+}
+
+export async function a_material_is_edited_in_the_properties(page, base) {
+  await openText(page, base);
+  await page.click("#tab-scene");
+  await page.click("[data-path='material.red']");
+  const field = page.getByRole("textbox", { name: "color", exact: true });
+  await andSettles(page, async () => {
+    await field.fill("#10a020");
+    await field.press("Enter");
+  });
+  const [r, g, b] = await color(page, 0.5, 0.5);
+  assert(g > 1.5 * r && g > 1.5 * b, `the ball is [${r}, ${g}, ${b}] after its colour became green`);
+  assert((await page.inputValue("#text")).includes("#10a020"), "the text does not have the colour");
+  await andSettles(page, () => page.getByRole("button", { name: "Reset color to its default" }).click());
+  assert(!(await page.inputValue("#text")).includes("#10a020"), "the text has the colour after its reset");
+}
+
+export async function a_click_selects_a_material(page, base) {
+  await openText(page, base);
+  await page.click("#canvas");
+  await page.waitForSelector("#properties h2", { timeout: PATIENCE });
+  equal(await page.getAttribute("#tab-scene", "aria-selected"), "true", "the panel Scene is selected");
+  await page.waitForSelector("#properties .links:not([hidden])", { timeout: PATIENCE });
+}
+
+export async function a_material_is_edited_in_the_text(page, base) {
+  await openText(page, base);
+  await andSettles(page, () => page.fill("#text", SCENE.replace("#d02010", "#1030d0")));
+  const [r, g, b] = await color(page, 0.5, 0.5);
+  assert(b > 1.5 * r && b > 1.5 * g, `the ball is [${r}, ${g}, ${b}] after its colour became blue`);
+  equal(await page.inputValue("#text"), SCENE.replace("#d02010", "#1030d0"), "text after the edit");
+}
+
+export async function an_error_is_shown_at_its_line(page, base) {
+  await openText(page, base);
+  const before = await picture(page);
+  const broken = SCENE.replace("color = \"#d02010\"", "colr = \"#d02010\"");
+  const line = broken.split("\n").findIndex(text => text.startsWith("colr")) + 1;
+  await page.fill("#text", broken);
+  await page.waitForSelector("#problems .error", { timeout: PATIENCE });
+  assert((await page.innerText("#problems .error")).includes(`Line ${line}`), "the list does not name the line");
+  assert((await page.locator(".paint .mark.error").allInnerTexts()).join("").includes("colr"), "the word is not underlined");
+  equal(await page.getAttribute("#text", "aria-invalid"), "true", "aria-invalid");
+  equal(await picture(page), before, "picture with an error in the text");
+  await page.click("#problems .error button");
+  equal(await page.evaluate(() => document.activeElement.id), "text", "focus after a click on the error");
+  await andSettles(page, () => page.fill("#text", SCENE.replace("#d02010", "#10a020")));
+  equal(await page.locator("#problems .error").count(), 0, "errors after the correction");
+}
+
+export async function completion_by_keyboard(page, base) {
+  await openText(page, base);
+  const at = SCENE.indexOf("color = \"#d02010\"");
+  await page.focus("#text");
+  await page.evaluate(at => document.querySelector("#text").setSelectionRange(at, at), at);
+  await page.keyboard.type("roug", { delay: 30 });
+  await page.waitForSelector("#completions:not([hidden]) [role=option]", { timeout: PATIENCE });
+  const active = await page.getAttribute("#text", "aria-activedescendant");
+  assert(active && (await page.innerText(`#${active}`)).includes("roughness"), "the first completion is not roughness");
+  await page.keyboard.press("Enter");
+  assert((await page.inputValue("#text")).slice(at).startsWith("roughness"), "Enter does not insert the completion");
+  await page.keyboard.press("Escape");
+  assert(await page.locator("#completions").isHidden(), "Escape does not close the completions");
+}
+
+export async function a_pixel_is_explained(page, base) {
+  await openText(page, base);
+  await page.click("#tab-explain");
+  await page.click("#canvas");
+  await page.waitForSelector(".explanation section:not([hidden]) .row", { timeout: PATIENCE });
+  assert((await page.innerText(".explanation")).includes("ball"), "the explanation does not name the ball");
+  const samples = page.locator(".explanation nav button");
+  if (await samples.count() > 1) {
+    await samples.nth(1).click();
+    equal(await page.locator(".explanation section:not([hidden])").count(), 1, "samples shown");
+  }
+  await page.locator(".explanation section:not([hidden]) summary .what").first().click();
+  assert(await page.locator(".explanation section:not([hidden]) details[open] dl").first().isVisible(), "a click does not open the details of a ray");
+}
+
+export async function png_exr_and_toml_are_saved(page, base) {
+  await openText(page, base);
+  const magic = { PNG: [0x89, 0x50, 0x4e, 0x47], EXR: [0x76, 0x2f, 0x31, 0x01], TOML: [...Buffer.from("# A ")] };
+  for (const [format, bytes] of Object.entries(magic)) {
+    await page.click("#save");
+    const [download] = await Promise.all([
+      page.waitForEvent("download", { timeout: PATIENCE }),
+      page.locator("[role=menuitem]", { hasText: new RegExp(`^${format}`) }).click(),
+    ]);
+    const found = await readFile(await download.path());
+    assert(bytes.every((byte, i) => found[i] === byte), `${download.suggestedFilename()} does not begin as ${format} does`);
+    if (format === "TOML") equal(found.toString(), SCENE, "saved text");
+  }
+}
+
+export async function a_hostile_file_leaves_a_message_and_a_living_page(page, base) {
+  await start(page, base);
+  const broken = glb();
+  broken.writeUInt32LE(0xfffffff0, 12);
+  const hostile = [
+    [["cut.glb", glb().subarray(0, 40)]],
+    [["sizes.glb", broken]],
+    [["noise.ply", Buffer.from("ply\nformat binary_little_endian 1.0\nelement vertex 4000000000\nproperty float x\nend_header\n")]],
+    [["scene.toml", "[[object]]\ntype = \"sphere\"\nradius = 1e999\n"]],
+    [["deep.toml", `a = ${"[".repeat(100_000)}`]],
+    [["up.zip", zip([["../scene.toml", SCENE]])]],
+    [["lie.zip", zip([["scene.toml", "#".repeat(1_000_000)]], () => 10)]],
+    [["many.zip", zip(Array.from({ length: 10_001 }, (_, i) => [`${i}.toml`, ""]))]],
+    [["notes.txt", "no scene"]],
+  ];
+  for (const files of hostile) {
+    await drop(page, files);
+    const text = await message(page);
+    assert(text.length > 20, `${files[0][0]}: the message is “${text}”`);
+    await page.click("#message .close");
+  }
+  await drop(page, [["scene.toml", SCENE]]);
+  await settled(page);
+}
+
+export async function a_scene_that_needs_too_much_memory_leaves_a_message(page, base) {
+  await openText(page, base);
+  await page.fill("#text", SCENE.replace("width = 96", "width = 60000").replace("height = 64", "height = 60000"));
+  await page.waitForFunction(() => document.querySelector("#problems .error") || !document.querySelector("#message").hidden, null, { timeout: PATIENCE });
+  await page.evaluate(() => document.querySelector("#message .close")?.click());
+  await andSettles(page, () => page.fill("#text", SCENE.replace("#d02010", "#10a020")));
+}
+
+export async function a_draft_with_an_error_survives_a_gesture(page, base) {
+  await openText(page, base);
+  const draft = SCENE.replace("name = \"small\"", "name = ");
+  await page.fill("#text", draft);
+  await page.waitForSelector("#problems .error", { timeout: PATIENCE });
+  await page.focus("#canvas");
+  await page.keyboard.press("ArrowLeft");
+  await page.waitForFunction(text => document.querySelector("#text").value !== text, draft, { timeout: PATIENCE });
+  const text = await page.inputValue("#text");
+  assert(text.includes("name = \n"), "the draft is lost");
+  assert(!text.includes("position = [0, 1, 6]"), "the camera of the gesture is not in the text");
+  await page.click("#undo");
+  assert((await page.inputValue("#text")).includes("name = \"small\""), "Undo keeps the draft");
+}
