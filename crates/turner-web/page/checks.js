@@ -40,15 +40,18 @@ function doctor(page, panel) {
     }
   }
 
-  function finding({ severity, message, help, edits }) {
-    const apply = edits?.length ? make("button", {
-      type: "button", text: "Apply the remedy",
-      on: { click: async () => { if (await page.attempt("set", { edits, label: "Remedy of the doctor", merge: "" })) run(); } },
-    }) : null;
+  /// `edits`: those of each remedy; a finding can have several.
+  function finding({ severity, message, why, help, edits = [] }) {
+    const remedies = typeof edits[0]?.[0] === "string" ? [edits] : edits.filter(remedy => remedy.length);
+    const buttons = remedies.map(remedy => make("button", {
+      type: "button", text: `Set ${remedy.map(([path, value]) => `${path} = ${JSON.stringify(value)}`).join(", ").slice(0, 90)}`,
+      on: { click: async () => { if (await page.attempt("set", { edits: remedy, label: "Remedy of the doctor", merge: null })) run(); } },
+    }));
     return make("article", { class: `finding ${severity}` },
       make("p", {}, make("b", { text: `${SEVERITIES[severity] || severity}: ` }), message),
+      why ? make("p", { class: "dim", text: why }) : null,
       help ? make("p", { class: "dim", text: help }) : null,
-      apply ? make("p", { class: "buttons" }, apply) : null);
+      buttons.length ? make("p", { class: "buttons" }, ...buttons) : null);
   }
 }
 

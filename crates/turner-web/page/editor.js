@@ -83,6 +83,7 @@ export class Editor {
 
   /// The scene has changed: by a gesture, in the properties, by undo, or by what was typed here.
   #take(document) {
+    this.#large(document);
     if (document.text === null || document.text === this.#area.value) {
       this.#known = document.text ?? "";
       if (document.text !== null) this.#report([], document.warnings || []);
@@ -94,6 +95,19 @@ export class Editor {
     }
     this.#turn++;
     this.#show(document);
+  }
+
+  /// The text of a scene with large files takes seconds to write: it is shown when it is asked for.
+  #large({ text_is_asked, revision }) {
+    const line = find("large");
+    line.hidden = !text_is_asked;
+    if (!text_is_asked) return;
+    const show = make("button", { type: "button", text: "Show the text", on: { click: async () => {
+      const answer = await this.#page.attempt("text", {});
+      const { document } = this.#page;
+      if (answer && document.revision === revision) this.#take({ ...document, text: answer.text, text_is_asked: false });
+    } } });
+    line.replaceChildren("This scene is large: writing its text takes a moment. ", show);
   }
 
   /// The scene changes while the text has changes of its own: both are kept where they do not touch the same place;
@@ -132,7 +146,7 @@ export class Editor {
     this.#known = text;
     area.readOnly = !has;
     find("editor").classList.toggle("none", !has);
-    area.placeholder = has ? "" : "This scene was made by another program: it has no TOML text here.\nChange it in the panel Scene.";
+    area.placeholder = has ? "" : "The text is not shown. The panel Scene changes the scene, too.";
     if (area.value !== text) this.#put(text);
     this.completion.close();
     this.#report([], document.warnings || []);

@@ -5,16 +5,18 @@ import { hexOf, isColor } from "./color.js";
 
 /// Longest value that is shown as text.
 const LONGEST = 400;
+/// The lists of names that the engine sends with a part.
+const PLURAL = { material: "materials", texture: "textures", medium: "media", group: "groups" };
 
 /// A field: {element, update(key)}. `set(value, merge)` edits the scene; changes with the same `merge` are one undo step.
-export function field(key, id, set, scene) {
+export function field(key, id, set, names) {
   const kind = (key.kind || "").trim();
   const label = key.name.replaceAll("_", " ");
   if (key.words?.length && !kind.startsWith("[")) return choice(key.words, id, label, set);
   if (kind === "bool" || kind === "true | false") return toggle(id, label, set);
   if (/^(number|integer)$/.test(kind)) return number(key, id, label, set, kind === "integer");
   if (/^colou?r\b|\| *texture|colou?r or texture/.test(kind)) return color(key, id, label, set);
-  if (/^(material|medium|group|texture)$/.test(kind)) return part(kind, id, label, set, scene);
+  if (/^(material|medium|group|texture)$/.test(kind)) return part(names[PLURAL[kind]] || [], id, label, set);
   const parts = tuple(kind);
   if (parts) return vector(parts, id, label, set);
   if (/^("text"|text|word)$/.test(kind)) return text(id, label, set);
@@ -36,7 +38,7 @@ function current(key) {
 const isBusy = element => element === document.activeElement;
 
 function choice(words, id, label, set) {
-  const select = make("select", { id, "aria-label": label, on: { change: () => set(select.value, "") } },
+  const select = make("select", { id, "aria-label": label, on: { change: () => set(select.value, null) } },
     ...words.map(([word, doc]) => make("option", { value: word, text: word, title: doc })));
   return {
     element: select,
@@ -54,26 +56,21 @@ function choice(words, id, label, set) {
 }
 
 function toggle(id, label, set) {
-  const box = make("input", { type: "checkbox", id, "aria-label": label, on: { change: () => set(box.checked, "") } });
+  const box = make("input", { type: "checkbox", id, "aria-label": label, on: { change: () => set(box.checked, null) } });
   return { element: box, update(key) { box.checked = current(key) === true; } };
 }
 
-/// The ends of a range that has two: [0, 1].
-export function ends(range) {
-  if (Array.isArray(range)) return range.every(Number.isFinite) && range.length === 2 ? range : null;
-  const number = "(-?[\\d.]+(?:e[+-]?\\d+)?)";
-  const match = new RegExp(`^${number}(?: \\(\\w+\\))? to ${number}(?: \\(\\w+\\))?$`, "i").exec((range || "").trim());
-  return match ? [Number(match[1]), Number(match[2])] : null;
-}
+/// The ends of a range that has two; `null` for an open one.
+const ends = bounds => Array.isArray(bounds) && bounds.every(Number.isFinite) ? bounds : null;
 
 /// Numbers are shown with up to six digits; what was written stays until it is changed.
 const digits = x => typeof x === "number" ? String(Number(x.toPrecision(6))) : "";
 
 function number(key, id, label, set, whole) {
-  const range = ends(key.range);
+  const range = ends(key.bounds);
   let drag = 0;
   const send = (value, merge) => { if (Number.isFinite(value)) set(whole ? Math.round(value) : value, merge); };
-  const input = make("input", { type: "number", id, "aria-label": label, step: whole ? "1" : "any", inputmode: "decimal", on: { change: () => send(input.valueAsNumber, "") } });
+  const input = make("input", { type: "number", id, "aria-label": label, step: whole ? "1" : "any", inputmode: "decimal", on: { change: () => send(input.valueAsNumber, null) } });
   // A wider range than this has no use as a slider.
   const slides = range && range[1] - range[0] <= 360;
   const slider = slides ? make("input", {
@@ -97,7 +94,7 @@ function number(key, id, label, set, whole) {
 function color(key, id, label, set) {
   let drag = 0;
   const picker = make("input", { type: "color", id, "aria-label": `${label}, colour picker`, on: { input: () => set(picker.value, `${id}-${drag}`), change: () => { drag++; } } });
-  const input = make("input", { type: "text", "aria-label": label, autocomplete: "off", spellcheck: "false", on: { change: () => { const value = read(input.value); if (value !== undefined) set(value, ""); } } });
+  const input = make("input", { type: "text", "aria-label": label, autocomplete: "off", spellcheck: "false", on: { change: () => { const value = read(input.value); if (value !== undefined) set(value, null); } } });
   return {
     element: make("div", { class: "color" }, picker, input),
     update(next) {
@@ -126,15 +123,14 @@ function read(text) {
 }
 
 /// Another part of the scene by its name.
-function part(kind, id, label, set, scene) {
-  const names = () => scene.lists.flatMap(list => list.entries).filter(entry => entry.path?.startsWith(`${kind}.`)).map(entry => entry.path.slice(kind.length + 1).replace(/^"|"$/g, ""));
-  const select = make("select", { id, "aria-label": label, on: { change: () => set(select.value || null, "") } });
+function part(names, id, label, set) {
+  const select = make("select", { id, "aria-label": label, on: { change: () => set(select.value || null, null) } });
   return {
     element: select,
     update(key) {
       const value = current(key);
       const inline = value !== null && typeof value === "object";
-      const all = new Set(names());
+      const all = new Set(names);
       if (typeof value === "string") all.add(value);
       select.replaceChildren(make("option", { value: "", text: inline ? `own (${value.type || "default"})` : "none" }),
         ...Array.from(all).map(name => make("option", { value: name, text: name })));
@@ -155,7 +151,7 @@ function tuple(kind) {
 function vector(parts, id, label, set) {
   const inputs = parts.map((part, i) => make("input", {
     type: "number", step: "any", id: i ? null : id, "aria-label": `${label} ${part}`,
-    on: { change: () => { const values = inputs.map(input => input.valueAsNumber); if (values.every(Number.isFinite)) set(values, ""); } },
+    on: { change: () => { const values = inputs.map(input => input.valueAsNumber); if (values.every(Number.isFinite)) set(values, null); } },
   }));
   return {
     element: make("div", { class: "vector" }, ...inputs),
@@ -170,7 +166,7 @@ function vector(parts, id, label, set) {
 }
 
 function text(id, label, set) {
-  const input = make("input", { type: "text", id, "aria-label": label, on: { change: () => set(input.value || null, "") } });
+  const input = make("input", { type: "text", id, "aria-label": label, on: { change: () => set(input.value || null, null) } });
   return { element: input, update(key) { if (!isBusy(input)) input.value = current(key) ?? ""; } };
 }
 

@@ -6,8 +6,7 @@ import { checkName, isOfSystem, isZip, unzip } from "./zip.js";
 
 const LIMITS = { files: 10_000, bytes: 2 ** 30, depth: 32 };
 const FORMATS = "This page opens .glb, .gltf, .obj, .ply, .stl, .toml, .pbrt and Mitsuba’s .xml, alone, in a folder or in a .zip file.";
-/// Formats by how likely they are the main file where several lie in a folder.
-const MAIN = ["toml", "glb", "gltf", "pbrt", "xml", "obj", "ply", "stl"];
+const KNOWN = /\.(toml|glb|gltf|pbrt|xml|obj|ply|stl)$/i;
 
 export function setupFiles(page) {
   const files = find("files");
@@ -20,7 +19,7 @@ export function setupFiles(page) {
     input.addEventListener("change", async () => {
       const chosen = Array.from(input.files, file => ({ name: file.webkitRelativePath || file.name, file }));
       input.value = "";
-      if (chosen.length) await openAll(page, () => chosen);
+      if (chosen.length) await openAll(page, chosen);
     });
   }
   drops(page);
@@ -47,21 +46,26 @@ function drops(page) {
     // Entries are only there during the event.
     const entries = Array.from(event.dataTransfer.items, item => item.webkitGetAsEntry?.()).filter(Boolean);
     const plain = Array.from(event.dataTransfer.files, file => ({ name: file.name, file }));
-    openAll(page, () => entries.length ? walk(entries) : plain);
+    openAll(page, entries.length ? walk(entries) : plain);
   });
 }
 
-async function openAll(page, list) {
-  let read;
+/// Opens files. Without `main` the engine chooses the scene among them.
+async function openAll(page, list, main = null) {
+  let files;
   try {
-    read = await readAll(await list(), await page.ready);
+    files = await readAll(list = await list, await page.ready);
   } catch (error) {
     fail(error, "Cannot open the files");
     return;
   }
-  const { files, main } = read;
-  const name = main || files[0].name;
-  const opened = await page.open(name, { files: files.length }, () => page.call("open", main ? { main } : {}, files));
+  const names = files.map(({ name }) => name);
+  const what = main || (names.length === 1 ? names[0] : "the files");
+  const opened = await page.open(what, { files: names.filter(name => name !== main && !(names.length === 1 && /\.toml$/i.test(name))) }, () => page.call("open", main ? { main } : {}, files), error => {
+    // Several scenes: the user chooses one.
+    const wanted = /^open one of: (.+)$/.exec(error.help || "")?.[1].split(", ").filter(name => names.includes(name)) || [];
+    return wanted.map(name => [name, () => openAll(page, list, name)]);
+  });
   if (opened) page.remember({ files: true });
 }
 
@@ -90,7 +94,7 @@ async function children(directory) {
   }
 }
 
-/// Reads files into memory and chooses the main one.
+/// Reads files into memory, and those of a zip file.
 async function readAll(list, engine) {
   const wanted = list.filter(({ name }) => !isOfSystem(name));
   if (!wanted.length) throw withHelp("no file was found", FORMATS);
@@ -108,28 +112,13 @@ async function readAll(list, engine) {
     }
   }
   if (files.length === 1 && isZip(files[0].bytes)) files = await unzip(files[0].bytes, { entries: LIMITS.files, bytes: most });
-  return { files, main: mainOf(files) };
-}
-
-/// The main file: the most likely format, nearest to the top. `null` if the engine must decide.
-function mainOf(files) {
-  const known = files.map(({ name }) => name).filter(name => MAIN.includes(extension(name)));
-  if (!known.length) {
-    const found = Array.from(new Set(files.map(({ name }) => extension(name) ? `.${extension(name)}` : "no extension"))).slice(0, 8).join(", ");
+  if (!files.some(({ name }) => KNOWN.test(name))) {
+    const found = Array.from(new Set(files.map(({ name }) => /\.[^./]+$/.exec(name)?.[0] || "no extension"))).slice(0, 8).join(", ");
     throw withHelp(`no scene or model is among the files (found: ${found})`, FORMATS);
   }
-  const depth = name => name.split("/").length;
-  const top = Math.min(...known.map(depth));
-  const shallow = known.filter(name => depth(name) === top);
-  for (const format of MAIN) {
-    const of = shallow.filter(name => extension(name) === format);
-    if (of.length === 1) return of[0];
-    if (of.length > 1) return of.find(name => /(^|\/)(scene|main|index)\.\w+$/i.test(name)) || null;
-  }
-  return null;
+  return files;
 }
 
-const extension = name => /\.([^./]+)$/.exec(name)?.[1].toLowerCase() || "";
 const mebibytes = bytes => `${Math.ceil(bytes / 2 ** 20).toLocaleString("en")} MiB`;
 const tooMany = () => withHelp(`there are more than ${LIMITS.files.toLocaleString("en")} files`, "Drop the scene’s own folder.");
 const withHelp = (message, help) => Object.assign(new Error(message), { help });

@@ -52,7 +52,7 @@ export function setupGestures(page, view) {
   function drag(right, down, event) {
     if (pressed.button === 1 || event.shiftKey) camera.move("pan", right, -down);
     else if (pressed.button === 2) camera.move("look", right * TURN, -down * TURN);
-    else camera.move("orbit", -right * TURN, down * TURN);
+    else camera.move("orbit", right * TURN, -down * TURN);
   }
 
   /// Two fingers: their middle moves the picture, their distance the camera.
@@ -134,7 +134,7 @@ function keyboard(page, view, camera, rest, click) {
       announce(`${Math.floor(to.x)}, ${Math.floor(to.y)}`);
     } else if (arrow) {
       if (event.shiftKey) camera.move("pan", -arrow[0] * STEP.pan, -arrow[1] * STEP.pan);
-      else camera.move("orbit", arrow[0] * STEP.turn, arrow[1] * STEP.turn);
+      else camera.move("orbit", -arrow[0] * STEP.turn, -arrow[1] * STEP.turn);
       rest();
     } else if (event.key === "+" || event.key === "=" || event.key === "-") {
       camera.move("dolly", event.key === "-" ? 1 / STEP.dolly : STEP.dolly);

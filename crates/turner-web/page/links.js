@@ -44,9 +44,16 @@ async function follow(page) {
   let opened = false;
   if (location.hash.startsWith("#s=")) {
     const packed = location.hash.slice(3);
-    opened = await page.open("the scene of the link", { link: true }, async () => {
+    const start = query.get("start");
+    opened = await page.open("the scene of the link", start ? { start } : { link: true }, async () => {
       const bytes = await unpack(packed);
-      await page.call("open", { main: "scene.toml" }, [{ name: "scene.toml", bytes }]);
+      // An edited scene of the gallery keeps the gallery's files.
+      if (start) {
+        await page.call("open_start", { id: start });
+        await page.call("set_text", { text: new TextDecoder().decode(bytes) });
+      } else {
+        await page.call("open", { main: "scene.toml" }, [{ name: "scene.toml", bytes }]);
+      }
     });
   } else if (query.has("start")) {
     opened = await page.openStart(query.get("start"), false);
@@ -88,40 +95,43 @@ async function share(page) {
   await page.editor.flush();
   const { document: scene, origin, explained } = page;
   const link = new URL(location.pathname, location.href);
-  if (explained) link.search = `?explain=${explained.x},${explained.y}`;
-  let note = "";
-  if (origin.start && !scene.changed) {
-    link.searchParams.set("start", origin.start);
-  } else if (scene.text === null) {
-    fail(Object.assign(new Error("this scene has no TOML text, and a link holds only text"), { help: "Save it as TOML, or send the file itself." }), "Cannot make a link");
-    return;
-  } else {
-    const { bytes, packed } = await pack(scene.text);
+  if (origin.start) link.searchParams.set("start", origin.start);
+  if (explained) link.searchParams.set("explain", `${explained.x},${explained.y}`);
+  if (!origin.start || scene.changed) {
+    const text = scene.text ?? (await page.attempt("text", {}))?.text;
+    const missing = origin.files?.filter(name => text?.includes(name.split("/").pop()));
+    if (text === undefined) return;
+    if (missing?.length) {
+      refuse(`the scene reads ${missing.slice(0, 3).join(", ")}${missing.length > 3 ? " …" : ""}, and a link holds only text`, "Send the files themselves, as a folder or a zip file.");
+      return;
+    }
+    const { bytes, packed } = await pack(text);
     if (!packed) {
-      fail(Object.assign(new Error(`the text of this scene has ${bytes.toLocaleString("en")} bytes when compressed; a link holds at most ${MOST.toLocaleString("en")}`), { help: "Save it as TOML, and send the file." }), "Cannot make a link");
+      refuse(`the text of this scene has ${bytes.toLocaleString("en")} bytes when compressed; a link holds at most ${MOST.toLocaleString("en")}`, "Save it as TOML, and send the file.");
       return;
     }
     link.hash = `s=${packed}`;
-    if (origin.files > 1) note = " It holds the text alone: models and textures that the scene reads are not in it.";
   }
-  // The query's comma is legal as it is.
+  // The comma of a pixel is legal as it is.
   const address = link.href.replace("%2C", ",");
   try {
     await navigator.clipboard.writeText(address);
-    tell(`The link is copied.${note}`);
+    tell("The link is copied.");
   } catch {
-    show(address, note);
+    show(address);
   }
 }
 
+const refuse = (message, help) => fail(Object.assign(new Error(message), { help }), "Cannot make a link");
+
 /// Where the browser does not let the page copy.
-function show(address, note) {
+function show(address) {
   const dialog = find("dialog");
   const field = make("textarea", { readonly: true, rows: "4", "aria-label": "Link to this scene", class: "address" });
   field.value = address;
   dialog.replaceChildren(
     make("h2", { id: "dialog-title", text: "Link to this scene" }),
-    make("p", { text: `Copy this address.${note}` }), field,
+    make("p", { text: "Copy this address." }), field,
     make("p", { class: "buttons" }, make("button", { type: "button", class: "main", text: "Close", on: { click: () => dialog.close() } })));
   dialog.showModal();
   field.select();

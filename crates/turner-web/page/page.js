@@ -24,7 +24,7 @@ class Page extends EventTarget {
   document = null;
   /// "start" or "scene".
   state = "start";
-  /// What was opened: {start: id} of the gallery or the tutorial, {files: number}, {link: true}.
+  /// What was opened: {start: id} of the gallery or the tutorial, {files: names that its text may read}, {link: true}.
   origin = {};
   #opening = 0;
   #documents = 0;
@@ -53,8 +53,8 @@ class Page extends EventTarget {
     }
   }
 
-  /// Opens a scene. Returns whether it is open now; an error leaves what is shown as it is.
-  async open(what, origin, act) {
+  /// Opens a scene. `actions(error)` are buttons of the message after an error. Returns whether it is open now; an error leaves what is shown as it is.
+  async open(what, origin, act, actions = () => []) {
     const turn = ++this.#opening;
     clear();
     document.body.classList.add("busy");
@@ -70,7 +70,7 @@ class Page extends EventTarget {
       this.show("scene");
       return true;
     } catch (error) {
-      if (turn === this.#opening) fail(error, `Cannot open ${what}`);
+      if (turn === this.#opening) fail(error, `Cannot open ${what}`, actions(error));
       return false;
     } finally {
       if (turn === this.#opening) document.body.classList.remove("busy");

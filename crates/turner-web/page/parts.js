@@ -24,7 +24,6 @@ export function setupParts(page) {
       page.emit("problem", error);
       return;
     }
-    page.lists = lists;
     render();
     if (selected && !all().some(entry => entry.path === selected)) select(null);
     else if (selected) properties.show(selected);
@@ -40,13 +39,13 @@ export function setupParts(page) {
   function render() {
     const wanted = filter.value.trim().toLowerCase();
     const matches = entry => !wanted || `${entry.label} ${entry.type || ""}`.toLowerCase().includes(wanted);
-    const groups = lists.map(({ title, entries }) => {
+    const groups = lists.map(({ title, entries, count }) => {
       const found = entries.filter(matches);
       if (!found.length) return null;
       const id = fresh("list");
-      const more = found.length - MOST;
+      const more = Math.max(found.length, wanted ? 0 : count || 0) - MOST;
       return make("div", { role: "group", "aria-labelledby": id },
-        make("div", { class: "list-title", id, role: "presentation", text: entries.length > 1 ? `${title} (${entries.length})` : title }),
+        make("div", { class: "list-title", id, role: "presentation", text: (count || entries.length) > 1 && title !== "Settings" ? `${title} (${count || entries.length})` : title }),
         ...found.slice(0, MOST).map(option),
         more > 0 ? make("div", { class: "dim more", role: "presentation", text: `${more} more: write in the filter` }) : null);
     });
@@ -102,8 +101,7 @@ export function setupParts(page) {
     if (page.panel !== "scene") page.showPanel("scene");
     if (stale || !lists.length) {
       ({ lists } = await page.call("outline"));
-      page.lists = lists;
-      stale = false;
+        stale = false;
       render();
     }
     // Materials that are written inside their object have no entry of their own.

@@ -75,7 +75,7 @@ export class Properties {
   #types(part) {
     if (!part.types?.length) return part.type ? make("p", { class: "dim", text: part.type }) : "";
     const id = fresh("type");
-    const select = make("select", { id, on: { change: () => this.#set("type", select.value, "") } },
+    const select = make("select", { id, on: { change: () => this.#set("type", select.value, null) } },
       ...part.types.map(type => make("option", { value: type.name, title: type.doc, text: type.name, selected: type.name === part.type })));
     return make("div", { class: "key" }, make("label", { for: id, text: "type" }), make("div", { class: "value" }, select));
   }
@@ -93,10 +93,10 @@ export class Properties {
         problem.hidden = false;
       }
     };
-    const control = field(key, id, set, { lists: this.#page.lists || [] });
+    const control = field(key, id, set, part.names || {});
     const reset = make("button", {
       type: "button", class: "reset", "aria-label": `Reset ${key.name} to its default`, title: "Reset to the default", text: "↺",
-      on: { click: () => set(null, "") },
+      on: { click: () => set(null, null) },
     });
     const name = make("button", {
       type: "button", class: "name", "aria-expanded": "false", "aria-controls": doc.id, "aria-label": `${key.name.replaceAll("_", " ")}: meaning`,

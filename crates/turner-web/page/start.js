@@ -30,7 +30,7 @@ export function setupStart(page) {
 
 function showSteps(page, steps) {
   const list = find("steps").querySelector("ol");
-  list.replaceChildren(...steps.map((step, i) => make("li", {}, card(page, step.id, `${i + 1}. ${step.title}`, ""))));
+  list.replaceChildren(...steps.map((step, i) => make("li", {}, card(page, step.id, `${i + 1}. ${plain(step.title)}`, ""))));
   find("steps").hidden = !steps.length;
 }
 
@@ -71,7 +71,7 @@ function showStep(page, steps) {
     on: { click: async () => { if (await page.openStart(steps[to].id)) box.querySelector("h2").focus(); } },
   });
   box.replaceChildren(
-    make("h2", { tabindex: "-1", text: `Step ${at + 1} of ${steps.length}: ${step.title.replace(/^\d+\. */, "")}` }),
+    make("h2", { tabindex: "-1", text: `Step ${at + 1} of ${steps.length}: ${plain(step.title)}` }),
     make("div", { class: "paragraphs", tabindex: "0", role: "group", "aria-label": "Explanation of the step" }, ...step.text.map(paragraph)),
     make("p", { class: "buttons" }, go(at - 1, "Previous"), go(at + 1, "Next")));
 }
@@ -79,5 +79,9 @@ function showStep(page, steps) {
 /// A paragraph with `code` and **strong** words; a block of code stays as it is written.
 function paragraph(text) {
   const block = /^```\w*\n([^]*?)\n?```$/.exec(text.trim());
-  return block ? make("pre", { text: block[1] }) : make("p", {}, ...words(text));
+  if (block) return make("pre", { text: block[1] });
+  return text.startsWith("> ") ? make("blockquote", {}, ...words(text.slice(2))) : make("p", {}, ...words(text));
 }
+
+/// A title without its number.
+const plain = title => title.replace(/^\d+\. */, "");

@@ -33,7 +33,9 @@ export function setupTools(page) {
   const save = async format => {
     announce(`Saving ${format}`);
     const saved = await page.attempt("save", { format }, "Cannot save");
-    if (saved) download(saved.name, saved.bytes);
+    if (!saved) return;
+    download(saved.name, saved.bytes);
+    if (saved.settled === false) page.tell(`${saved.name} is saved as far as it is rendered. Save it again when the status line says “finished”.`);
   };
   menu(find("save"), () => [
     { label: "PNG", detail: "the picture", act: () => save("png") },
@@ -53,7 +55,7 @@ export function setupTools(page) {
       ({ label, checked: view.display === display, act: () => change({ display }) }));
     const own = { label: "The scene’s integrator", detail: page.document?.integrator, checked: view.integrator === null, act: () => change({ integrator: null }) };
     const rest = items.filter(item => item.name && item.name !== page.document?.integrator).map(item =>
-      ({ label: item.name, detail: item.doc, checked: view.integrator === item.name, act: () => change({ integrator: item.name }) }));
+      ({ label: item.name, detail: /^.*?[.:](?= |$)/.exec(item.doc || "")?.[0].replace(/[.:]$/, ""), checked: view.integrator === item.name, act: () => change({ integrator: item.name }) }));
     return [...displays, null, own, ...rest];
   });
   page.on("opened", () => { view = { integrator: null, display: "picture" }; });

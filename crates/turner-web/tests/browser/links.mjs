@@ -1,7 +1,7 @@
 // Checks of addresses: a scene, a scene of the gallery, and a pixel in the link.
 
 import { randomBytes } from "node:crypto";
-import { PATIENCE, SCENE, assert, equal, link, message, openText, settled, start } from "./helpers.mjs";
+import { PATIENCE, SCENE, assert, drop, equal, glb, link, message, openText, settled, start } from "./helpers.mjs";
 
 /// What Share copies, read from the dialog that is shown where copying is not allowed.
 async function shared(page) {
@@ -57,4 +57,26 @@ export async function a_link_to_the_gallery_opens_its_scene(page, base) {
   await page.goto(`${base}?start=${encodeURIComponent(id)}`);
   await settled(page);
   await page.waitForSelector("#step:not([hidden])", { timeout: PATIENCE });
+}
+
+export async function an_edited_scene_of_the_gallery_keeps_its_files_in_a_link(page, base) {
+  await start(page, base);
+  await page.locator("#steps [data-start]").nth(1).click();
+  await settled(page);
+  const edited = `${await page.inputValue("#text")}\n# edited\n`;
+  await page.fill("#text", edited);
+  const address = await shared(page);
+  assert(address.includes("start=") && address.includes("#s="), `the link is ${address}`);
+  await page.goto("about:blank");
+  await page.goto(address);
+  await settled(page);
+  equal(await page.inputValue("#text"), edited, "text of the link");
+}
+
+export async function a_scene_with_a_model_is_no_link(page, base) {
+  await start(page, base);
+  await drop(page, [["triangle.glb", glb()]]);
+  await settled(page);
+  await page.click("#share");
+  assert((await message(page)).includes("triangle.glb"), "the message does not name the model");
 }
