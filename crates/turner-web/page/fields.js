@@ -2,9 +2,9 @@
 
 import { make } from "./dom.js";
 import { hexOf, isColor } from "./color.js";
+import { transform, tuple, vector, written } from "./compound.js";
+import { brief, current, digits, isBusy } from "./value.js";
 
-/// Longest value that is shown as text.
-const LONGEST = 400;
 /// The lists of names that the engine sends with a part.
 const PLURAL = { material: "materials", texture: "textures", medium: "media", group: "groups" };
 
@@ -20,22 +20,9 @@ export function field(key, id, set, names) {
   const parts = tuple(kind);
   if (parts) return vector(parts, id, label, set);
   if (/^("text"|text|word)$/.test(kind)) return text(id, label, set);
-  return shown(label);
+  if (kind === "transform") return transform(id, label, set);
+  return written(id, label, set);
 }
-
-/// What a key has: its value, or its default as far as that is a value.
-function current(key) {
-  if (key.value !== null && key.value !== undefined) return key.value;
-  if (key.default === null || key.default === undefined) return null;
-  if (typeof key.default !== "string") return key.default;
-  try {
-    return JSON.parse(key.default);
-  } catch {
-    return key.default;
-  }
-}
-
-const isBusy = element => element === document.activeElement;
 
 function choice(words, id, label, set) {
   const select = make("select", { id, "aria-label": label, on: { change: () => set(select.value, null) } },
@@ -62,9 +49,6 @@ function toggle(id, label, set) {
 
 /// The ends of a range that has two; `null` for an open one.
 const ends = bounds => Array.isArray(bounds) && bounds.every(Number.isFinite) ? bounds : null;
-
-/// Numbers are shown with up to six digits; what was written stays until it is changed.
-const digits = x => typeof x === "number" ? String(Number(x.toPrecision(6))) : "";
 
 function number(key, id, label, set, whole) {
   const range = ends(key.bounds);
@@ -139,44 +123,7 @@ function part(names, id, label, set) {
   };
 }
 
-/// The names of the numbers of a kind like "[x, y, z]".
-function tuple(kind) {
-  const match = /^\[([^[\]{}|…]+)\]$/.exec(kind);
-  if (!match) return /^(point|vector|position|direction)$/.test(kind) ? ["x", "y", "z"] : null;
-  const parts = match[1].split(",").map(word => word.trim());
-  const plain = parts.every(word => /^[\w ]+$/.test(word) && !/^(text|color|material|texture)$/.test(word));
-  return plain && parts.length >= 2 && parts.length <= 4 ? parts : null;
-}
-
-function vector(parts, id, label, set) {
-  const inputs = parts.map((part, i) => make("input", {
-    type: "number", step: "any", id: i ? null : id, "aria-label": `${label} ${part}`,
-    on: { change: () => { const values = inputs.map(input => input.valueAsNumber); if (values.every(Number.isFinite)) set(values, null); } },
-  }));
-  return {
-    element: make("div", { class: "vector" }, ...inputs),
-    update(key) {
-      const value = current(key);
-      inputs.forEach((input, i) => {
-        if (!isBusy(input)) input.value = Array.isArray(value) ? digits(value[i]) : "";
-        input.placeholder = typeof value === "string" ? value : "";
-      });
-    },
-  };
-}
-
 function text(id, label, set) {
   const input = make("input", { type: "text", id, "aria-label": label, on: { change: () => set(input.value || null, null) } });
   return { element: input, update(key) { if (!isBusy(input)) input.value = current(key) ?? ""; } };
-}
-
-/// Values without a field of their own are edited in the text.
-function shown(label) {
-  const output = make("output", { class: "dim raw", "aria-label": label, title: "Edit it in the panel Text" });
-  return { element: output, update(key) { const value = current(key); output.textContent = value === null ? "none" : brief(value); } };
-}
-
-function brief(value) {
-  const written = typeof value === "string" ? value : JSON.stringify(value);
-  return written.length > LONGEST ? `${written.slice(0, LONGEST)} …` : written;
 }
