@@ -36,7 +36,9 @@ export function setupViewport(page) {
   function draw({ width, height, pixels }) {
     const { width: w, height: h } = view.film;
     if (canvas.width !== w || canvas.height !== h) { canvas.width = w; canvas.height = h; }
-    const image = new ImageData(pixels, width, height);
+    // An image cannot lie in memory that threads share.
+    const own = pixels.buffer instanceof ArrayBuffer ? pixels : new Uint8ClampedArray(pixels);
+    const image = new ImageData(own, width, height);
     if (width === w && height === h) {
       context.putImageData(image, 0, 0);
       return;

@@ -230,3 +230,29 @@ export async function a_draft_with_an_error_survives_a_gesture(page, base) {
   await page.click("#undo");
   assert((await page.inputValue("#text")).includes("name = \"small\""), "Undo keeps the draft");
 }
+
+export async function the_view_shows_false_colours_and_debug_views(page, base) {
+  await openText(page, base);
+  const before = await picture(page);
+  const choose = async name => {
+    await page.click("#view");
+    await page.locator("[role=menuitemradio]", { has: page.locator(`span:text-is("${name}")`) }).click();
+  };
+  await choose("False colours");
+  await page.waitForSelector("#legend:not([hidden])", { timeout: PATIENCE });
+  await choose("Picture");
+  await page.waitForSelector("#legend[hidden]", { state: "attached", timeout: PATIENCE });
+  await andSettles(page, () => choose("normals"));
+  assert(await picture(page) !== before, "the normals look like the picture");
+  await andSettles(page, () => choose("The scene’s integrator"));
+  equal(await picture(page), before, "picture after the debug view");
+}
+
+export async function the_doctor_says_why_a_picture_is_black(page, base) {
+  const dark = SCENE.replace("type = \"point\"\n", "type = \"point\"\nintensity = 0\n").replace("\"slategray\"", "\"black\"");
+  await openText(page, base, `[integrator]\ntype = "path"\n\n${dark}`);
+  await page.click("#tab-check");
+  await page.click("#panel-check button");
+  await page.waitForSelector(".finding", { timeout: PATIENCE });
+  assert(/light/i.test(await page.innerText(".findings")), "no finding speaks of light");
+}
