@@ -1,6 +1,6 @@
 // Links: a scene in the address, a scene of the gallery, and a pixel that is explained.
 
-import { announce, find, make } from "./dom.js";
+import { announce, find, later, make } from "./dom.js";
 import { fail, tell } from "./message.js";
 import { deflate, inflate } from "./zip.js";
 
@@ -12,24 +12,35 @@ const EXPANDED = 2 ** 20;
 export function setupLinks(page) {
   find("share").addEventListener("click", () => share(page));
 
-  /// Goes to the start page, and remembers the scene for the browser's Back and Forward.
+  /// Goes to the start page; the browser's Back returns to the scene.
   page.goStart = () => {
     if (page.state === "start") return;
-    history.pushState({ state: "start" }, "", location.pathname);
+    history.pushState({ state: "start" }, "", bare());
     page.show("start");
   };
 
   /// Puts what was opened into the address.
   page.remember = ({ start }) => {
-    const address = start ? `?start=${encodeURIComponent(start)}` : location.pathname;
-    const now = history.state?.state === "scene" && history.state.start === start;
-    if (!now) history.pushState({ state: "scene", start: start || null }, "", address);
+    const address = bare(start ? { start } : {});
+    if (history.state?.state !== "scene" || location.href !== address.href) history.pushState({ state: "scene" }, "", address);
+    page.shown = location.href;
   };
 
+  // An edited scene is kept in the address: a reload does not lose it, and the address is the link.
+  const keep = later(1000, async () => {
+    if (page.state !== "scene" || page.document.text === null || !page.document.changed && !location.hash) return;
+    const { address } = await addressOf(page);
+    if (!address || page.state !== "scene") return;
+    history.replaceState({ state: "scene" }, "", address);
+    page.shown = location.href;
+  });
+  page.on("document", keep);
+  page.on("opened", () => { keep.cancel(); page.shown = location.href; });
+
   addEventListener("popstate", ({ state }) => {
-    if (state?.state === "scene" && state.start && page.origin.start !== state.start) page.openStart(state.start, false);
-    else if (state?.state === "scene") page.show("scene");
-    else if (location.hash.startsWith("#s=") || location.search.includes("start=")) follow(page);
+    const asks = location.hash.startsWith("#s=") || /[?&]start=/.test(location.search);
+    if (asks && location.href !== page.shown) follow(page);
+    else if (asks || state?.state === "scene") page.show("scene");
     else page.show("start");
   });
   // A link that is pasted while the page is open.
@@ -91,38 +102,56 @@ export async function pack(text) {
   return { bytes: bytes.length, packed };
 }
 
-async function share(page) {
-  await page.editor.flush();
+/// The address of the page with other parameters; that of `turner serve` keeps its token.
+function bare(parameters = {}) {
+  const address = new URL(location.pathname, location.href);
+  const token = new URLSearchParams(location.search).get("token");
+  for (const [key, value] of Object.entries({ ...(token ? { token } : {}), ...parameters })) address.searchParams.set(key, value);
+  return address;
+}
+
+/// The address that opens the scene as it is: {address}, or {error} if there is none.
+async function addressOf(page) {
   const { document: scene, origin, explained } = page;
-  const link = new URL(location.pathname, location.href);
-  if (origin.start) link.searchParams.set("start", origin.start);
+  const link = bare(origin.start ? { start: origin.start } : {});
   if (explained) link.searchParams.set("explain", `${explained.x},${explained.y}`);
   if (!origin.start || scene.changed) {
-    const text = scene.text ?? (await page.attempt("text", {}))?.text;
-    const missing = origin.files?.filter(name => text?.includes(name.split("/").pop()));
-    if (text === undefined) return;
-    if (missing?.length) {
-      refuse(`the scene reads ${missing.slice(0, 3).join(", ")}${missing.length > 3 ? " …" : ""}, and a link holds only text`, "Send the files themselves, as a folder or a zip file.");
-      return;
+    const text = scene.text ?? (await page.call("text", {})).text;
+    const missing = (origin.files || []).filter(name => text.includes(name.split("/").pop()));
+    if (missing.length) {
+      return refuse(`the scene reads ${missing.slice(0, 3).join(", ")}${missing.length > 3 ? " …" : ""}, and a link holds only text`, "Send the files themselves, as a folder or a zip file.");
     }
     const { bytes, packed } = await pack(text);
     if (!packed) {
-      refuse(`the text of this scene has ${bytes.toLocaleString("en")} bytes when compressed; a link holds at most ${MOST.toLocaleString("en")}`, "Save it as TOML, and send the file.");
-      return;
+      return refuse(`the text of this scene has ${bytes.toLocaleString("en")} bytes when compressed; a link holds at most ${MOST.toLocaleString("en")}`, "Save it as TOML, and send the file.");
     }
     link.hash = `s=${packed}`;
   }
   // The comma of a pixel is legal as it is.
-  const address = link.href.replace("%2C", ",");
-  try {
-    await navigator.clipboard.writeText(address);
-    tell("The link is copied.");
-  } catch {
-    show(address);
-  }
+  return { address: link.href.replace("%2C", ",") };
 }
 
-const refuse = (message, help) => fail(Object.assign(new Error(message), { help }), "Cannot make a link");
+const refuse = (message, help) => ({ error: Object.assign(new Error(message), { help }) });
+
+async function share(page) {
+  await page.editor.flush();
+  let found;
+  try {
+    found = await addressOf(page);
+  } catch (error) {
+    found = { error };
+  }
+  if (found.error) {
+    fail(found.error, "Cannot make a link");
+    return;
+  }
+  try {
+    await navigator.clipboard.writeText(found.address);
+    tell("The link is copied.");
+  } catch {
+    show(found.address);
+  }
+}
 
 /// Where the browser does not let the page copy.
 function show(address) {

@@ -22,6 +22,8 @@ class Page extends EventTarget {
   engine = null;
   /// The last event `document`: what is open.
   document = null;
+  /// The address of what is open.
+  shown = "";
   /// "start" or "scene".
   state = "start";
   /// What was opened: {start: id} of the gallery or the tutorial, {files: names that its text may read}, {link: true}.
@@ -92,6 +94,7 @@ class Page extends EventTarget {
       this.#documents++;
       this.document = detail;
       find("scene-name").textContent = detail.name || "";
+      find("scene-title").textContent = detail.name || "Scene";
       if (this.state === "scene") document.title = `${detail.changed ? "• " : ""}${detail.name} – Turner`;
     }
     this.emit(name, detail);

@@ -67,9 +67,18 @@ export class Properties {
     this.#box.replaceChildren(
       this.#links,
       make("h2", { text: part.label }),
+      this.#frame(),
       this.#types(part),
       part.doc ? make("p", { class: "dim doc", text: part.doc }) : "",
       make("div", { class: "keys" }, ...rows));
+  }
+
+  /// A button that moves the camera to the object.
+  #frame() {
+    const object = /^object\.(\d+)$/.exec(this.#path);
+    if (!object) return "";
+    const act = () => this.#page.attempt("frame", { object: Number(object[1]) }, "Cannot frame it");
+    return make("p", { class: "links" }, make("button", { type: "button", text: "Frame this object", on: { click: act } }));
   }
 
   #types(part) {

@@ -80,3 +80,20 @@ export async function a_scene_with_a_model_is_no_link(page, base) {
   await page.click("#share");
   assert((await message(page)).includes("triangle.glb"), "the message does not name the model");
 }
+
+export async function an_edited_scene_survives_a_reload(page, base) {
+  await start(page, base);
+  await page.locator("#steps [data-start]").nth(1).click();
+  await settled(page);
+  const edited = `${await page.inputValue("#text")}\n# edited\n`;
+  await page.fill("#text", edited);
+  await page.waitForFunction(() => location.hash.startsWith("#s="), null, { timeout: PATIENCE });
+  await page.reload();
+  await settled(page);
+  equal(await page.inputValue("#text"), edited, "text after a reload");
+  await page.click("#to-start");
+  await page.waitForSelector("#start:not([hidden])");
+  await page.goBack();
+  await page.waitForSelector("#scene:not([hidden])");
+  equal(await page.inputValue("#text"), edited, "text after Back");
+}
