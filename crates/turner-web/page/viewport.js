@@ -3,6 +3,9 @@
 import { find, later, make } from "./dom.js";
 import { setupGestures } from "./gestures.js";
 
+/// Windows where the panels lie below the picture: as in `scene.css`.
+const NARROW = "(max-width: 800px), (max-width: 1000px) and (orientation: portrait)";
+
 export function setupViewport(page) {
   const stage = find("stage");
   const picture = find("picture");
@@ -56,7 +59,7 @@ export function setupViewport(page) {
     const { width, height } = view.film;
     const style = getComputedStyle(stage);
     const room = stage.clientWidth - parseFloat(style.paddingLeft) - parseFloat(style.paddingRight);
-    const tall = matchMedia("(max-width: 800px)").matches ? innerHeight * 0.42 : stage.clientHeight - 44;
+    const tall = matchMedia(NARROW).matches ? innerHeight * 0.42 : stage.clientHeight - 44;
     const scale = Math.max(0.01, Math.min(room / width, tall / height, 3));
     picture.style.width = `${Math.round(width * scale)}px`;
     picture.style.height = `${Math.round(height * scale)}px`;
