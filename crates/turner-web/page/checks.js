@@ -1,6 +1,6 @@
 // What the doctor finds, and the warnings of the scene.
 
-import { announce, find, make } from "./dom.js";
+import { announce, find, make, words } from "./dom.js";
 import { position } from "./message.js";
 
 const SEVERITIES = { error: "Error", warning: "Warning", note: "Note", info: "Note", hint: "Hint" };
@@ -48,9 +48,9 @@ function doctor(page, panel) {
       on: { click: async () => { if (await page.attempt("set", { edits: remedy, label: "Remedy of the doctor", merge: null })) run(); } },
     }));
     return make("article", { class: `finding ${severity}` },
-      make("p", {}, make("b", { text: `${SEVERITIES[severity] || severity}: ` }), message),
-      why ? make("p", { class: "dim", text: why }) : null,
-      help ? make("p", { class: "dim", text: help }) : null,
+      make("p", {}, make("b", { text: `${SEVERITIES[severity] || severity}: ` }), ...words(message)),
+      why ? make("p", { class: "dim" }, ...words(why)) : null,
+      help ? make("p", { class: "dim" }, ...words(help)) : null,
       buttons.length ? make("p", { class: "buttons" }, ...buttons) : null);
   }
 }

@@ -1,6 +1,6 @@
 // Completions of the text: a listbox at the cursor. The focus stays in the text; `aria-activedescendant` names the entry.
 
-import { announce, fresh, later, make } from "./dom.js";
+import { announce, fresh, later, make, words } from "./dom.js";
 import { place } from "./highlight.js";
 
 /// Entries shown.
@@ -142,7 +142,7 @@ export class Completion {
     option.scrollIntoView({ block: "nearest" });
     this.#area.setAttribute("aria-activedescendant", option.id);
     const { doc, detail } = this.#items[index];
-    this.#doc.textContent = doc || detail || "";
+    this.#doc.replaceChildren(...words(doc || detail || ""));
     this.#doc.hidden = !this.#doc.textContent;
   }
 

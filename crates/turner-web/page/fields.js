@@ -9,13 +9,13 @@ import { brief, current, digits, isBusy } from "./value.js";
 const PLURAL = { material: "materials", texture: "textures", medium: "media", group: "groups" };
 
 /// A field: {element, update(key)}. `set(value, merge)` edits the scene; changes with the same `merge` are one undo step.
-export function field(key, id, set, names) {
+export function field(key, id, set, { names = {}, encoded = false }) {
   const kind = (key.kind || "").trim();
   const label = key.name.replaceAll("_", " ");
   if (key.words?.length && !kind.startsWith("[")) return choice(key.words, id, label, set);
   if (kind === "bool" || kind === "true | false") return toggle(id, label, set);
   if (/^(number|integer)$/.test(kind)) return number(key, id, label, set, kind === "integer");
-  if (/^colou?r\b|\| *texture|colou?r or texture/.test(kind)) return color(key, id, label, set);
+  if (/^colou?r\b|\| *texture|colou?r or texture/.test(kind)) return color(id, label, set, encoded);
   if (/^(material|medium|group|texture)$/.test(kind)) return part(names[PLURAL[kind]] || [], id, label, set);
   const parts = tuple(kind);
   if (parts) return vector(parts, id, label, set);
@@ -75,7 +75,7 @@ function number(key, id, label, set, whole) {
   };
 }
 
-function color(key, id, label, set) {
+function color(id, label, set, encoded) {
   let drag = 0;
   const picker = make("input", { type: "color", id, "aria-label": `${label}, colour picker`, on: { input: () => set(picker.value, `${id}-${drag}`), change: () => { drag++; } } });
   const input = make("input", { type: "text", "aria-label": label, autocomplete: "off", spellcheck: "false", on: { change: () => { const value = read(input.value); if (value !== undefined) set(value, null); } } });
@@ -86,7 +86,7 @@ function color(key, id, label, set) {
       const plain = isColor(value);
       picker.hidden = !plain;
       input.placeholder = "none";
-      if (plain && !isBusy(picker)) picker.value = hexOf(value);
+      if (plain && !isBusy(picker)) picker.value = hexOf(value, encoded);
       // A texture that is written in place is a table: it is edited in the text.
       input.readOnly = value !== null && typeof value === "object" && !Array.isArray(value);
       input.title = input.readOnly ? "A texture: edit it in the panel Text" : "A name, #rrggbb, [r, g, b] in linear light, a number, or the name of a texture";

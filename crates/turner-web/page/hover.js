@@ -1,6 +1,6 @@
 // What a word of the text means: a tooltip below the pointer, or below the cursor with F1.
 
-import { announce, find, later, make } from "./dom.js";
+import { announce, find, later, make, words } from "./dom.js";
 import { place } from "./highlight.js";
 
 export function setupHover(page, area, painted) {
@@ -26,7 +26,7 @@ export function setupHover(page, area, painted) {
     const facts = [answer.range, answer.default ? `default ${answer.default}` : ""].filter(Boolean).join(" · ");
     tip.replaceChildren(
       make("b", { text: answer.title }),
-      make("p", { text: answer.doc || "" }),
+      make("p", {}, ...words(answer.doc || "")),
       facts ? make("p", { class: "dim", text: facts }) : "");
     tip.hidden = false;
     const width = area.clientWidth;

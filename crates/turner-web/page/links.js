@@ -28,7 +28,7 @@ export function setupLinks(page) {
 
   // An edited scene is kept in the address: a reload does not lose it, and the address is the link.
   const keep = later(1000, async () => {
-    if (page.state !== "scene" || page.document.text === null || !page.document.changed && !location.hash) return;
+    if (page.state !== "scene" || page.document.text === null || page.document.text === page.origin.text && !location.hash) return;
     const { address } = await addressOf(page);
     if (!address || page.state !== "scene") return;
     history.replaceState({ state: "scene" }, "", address);
@@ -56,7 +56,7 @@ async function follow(page) {
   if (location.hash.startsWith("#s=")) {
     const packed = location.hash.slice(3);
     const start = query.get("start");
-    opened = await page.open("the scene of the link", start ? { start } : { link: true }, async () => {
+    opened = await page.open("the scene of the link", start ? { start, edited: true } : { link: true }, async () => {
       const bytes = await unpack(packed);
       // An edited scene of the gallery keeps the gallery's files.
       if (start) {
@@ -115,7 +115,8 @@ async function addressOf(page) {
   const { document: scene, origin, explained } = page;
   const link = bare(origin.start ? { start: origin.start } : {});
   if (explained) link.searchParams.set("explain", `${explained.x},${explained.y}`);
-  if (!origin.start || scene.changed) {
+  const isOriginal = scene.text === null ? !scene.changed : scene.text === origin.text;
+  if (!origin.start || !isOriginal) {
     const text = scene.text ?? (await page.call("text", {})).text;
     const missing = (origin.files || []).filter(name => text.includes(name.split("/").pop()));
     if (missing.length) {

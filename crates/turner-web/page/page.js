@@ -67,7 +67,8 @@ class Page extends EventTarget {
       await act();
       if (documents === this.#documents) await this.#next("document");
       if (turn !== this.#opening) return false;
-      this.origin = origin;
+      // The text of the gallery: a scene with it needs no text in its link.
+      this.origin = { ...origin, text: origin.edited ? null : this.document?.text };
       this.emit("opened", origin);
       this.show("scene");
       return true;

@@ -1,7 +1,7 @@
 // The keys of a part as fields, made from the scene format: what a key takes, its range and its meaning come from the
 // engine.
 
-import { fresh, make } from "./dom.js";
+import { fresh, make, words } from "./dom.js";
 import { field } from "./fields.js";
 
 export class Properties {
@@ -11,6 +11,7 @@ export class Properties {
   #shown = "";
   #fields = new Map();
   #turn = 0;
+  #encoded = false;
   #links = make("p", { class: "links", hidden: true });
 
   constructor(page, box) {
@@ -31,6 +32,7 @@ export class Properties {
     let part;
     try {
       part = await this.#page.call("part", { path });
+      this.#encoded = await this.#isEncoded();
     } catch (error) {
       if (turn !== this.#turn) return;
       this.#shown = "";
@@ -45,6 +47,14 @@ export class Properties {
     }
     this.#shown = form;
     this.#build(part);
+  }
+
+  /// Whether the film writes values unchanged: the numbers of colours are display values then.
+  async #isEncoded() {
+    const { keys } = await this.#page.call("part", { path: "film" });
+    const transfer = keys.find(key => key.name === "transfer");
+    if (transfer?.set) return transfer.value === "none";
+    return !["path", "direct"].includes(this.#page.document?.integrator);
   }
 
   /// After a click in the picture: ways to the object and to its material.
@@ -69,7 +79,7 @@ export class Properties {
       make("h2", { text: part.label }),
       this.#frame(),
       this.#types(part),
-      part.doc ? make("p", { class: "dim doc", text: part.doc }) : "",
+      part.doc ? make("p", { class: "dim doc" }, ...words(part.doc)) : "",
       make("div", { class: "keys" }, ...rows));
   }
 
@@ -84,7 +94,7 @@ export class Properties {
   #types(part) {
     if (!part.types?.length) return part.type ? make("p", { class: "dim", text: part.type }) : "";
     const id = fresh("type");
-    const select = make("select", { id, on: { change: () => this.#set("type", select.value, null) } },
+    const select = make("select", { id, on: { change: () => this.#set("type", select.value, null).catch(error => this.#page.emit("problem", error)) } },
       ...part.types.map(type => make("option", { value: type.name, title: type.doc, text: type.name, selected: type.name === part.type })));
     return make("div", { class: "key" }, make("label", { for: id, text: "type" }), make("div", { class: "value" }, select));
   }
@@ -102,7 +112,7 @@ export class Properties {
         problem.hidden = false;
       }
     };
-    const control = field(key, id, set, part.names || {});
+    const control = field(key, id, set, { names: part.names, encoded: this.#encoded });
     const reset = make("button", {
       type: "button", class: "reset", "aria-label": `Reset ${key.name} to its default`, title: "Reset to the default", text: "↺",
       on: { click: () => set(null, null) },
@@ -114,7 +124,7 @@ export class Properties {
     });
     const update = next => {
       const facts = [next.range, next.default !== null && next.default !== undefined ? `default ${next.default}` : ""].filter(Boolean).join("; ");
-      doc.textContent = [next.doc, facts].filter(Boolean).join(" · ");
+      doc.replaceChildren(...words([next.doc, facts].filter(Boolean).join(" · ")));
       row.classList.toggle("set", next.set);
       reset.style.visibility = next.set ? "" : "hidden";
       control.update(next);

@@ -40,7 +40,7 @@ export function setupStatus(page) {
     // Short renders after each edit would talk all the time.
     if (now.settled && !settled && (now.seconds > SPOKEN || isNew)) {
       isNew = false;
-      announce(`The picture is finished: ${total} samples in ${duration(now.seconds)}`);
+      announce(`The picture is finished: ${plural(total)} in ${duration(now.seconds)}`);
     }
     settled = Boolean(now.settled);
   }
@@ -50,7 +50,7 @@ export function setupStatus(page) {
 function sentence(now, noise, paused) {
   const parts = [];
   if (now.settled) {
-    parts.push(`finished: ${now.total} samples in ${duration(now.seconds)}`);
+    parts.push(`finished: ${plural(now.total)} in ${duration(now.seconds)}`);
   } else if (paused) {
     parts.push("paused");
   } else if (now.doing) {
@@ -63,6 +63,7 @@ function sentence(now, noise, paused) {
   return parts.join(" · ") || "ready";
 }
 
+const plural = samples => samples === 1 ? "1 sample" : `${samples} samples`;
 const percent = x => `${(100 * x).toPrecision(x < 0.1 ? 2 : 3).replace(/\.?0+$/, "")} %`;
 
 /// Seconds in words: "0.4 s", "12 s", "3 min".

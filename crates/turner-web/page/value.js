@@ -7,6 +7,7 @@ const LONGEST = 400;
 export function current(key) {
   if (key.value !== null && key.value !== undefined) return key.value;
   if (key.default === null || key.default === undefined) return null;
+  if (key.default === "none" && !key.words?.length) return null;
   if (typeof key.default !== "string") return key.default;
   try {
     return JSON.parse(key.default);

@@ -70,12 +70,22 @@ export async function openText(page, base, text = SCENE) {
 
 export const frames = page => page.evaluate(() => Number(document.querySelector("#canvas").dataset.frames || 0));
 
-/// Waits for a finished picture after frame number `after`.
+/// Milliseconds without a new picture after which it is the last one: the page orders pictures of another size, and
+/// those of what was typed, a quarter of a second late.
+const QUIET = 450;
+
+/// Waits for a finished picture after frame number `after`, which stays.
 export async function settled(page, after = 0) {
-  await page.waitForFunction(frame => {
-    const { stage, frames } = document.querySelector("#canvas").dataset;
-    return stage === "settled" && Number(frames) > frame;
-  }, after, { timeout: PATIENCE });
+  for (let last = after; ;) {
+    await page.waitForFunction(frame => {
+      const { stage, frames } = document.querySelector("#canvas").dataset;
+      return stage === "settled" && Number(frames) > frame;
+    }, after, { timeout: PATIENCE });
+    await page.waitForTimeout(QUIET);
+    const now = await frames(page);
+    if (now === last) return;
+    last = now;
+  }
 }
 
 /// Acts, and waits for the finished picture that follows.
