@@ -1,6 +1,6 @@
 // What the doctor finds, and the warnings of the scene.
 
-import { announce, find, make, words } from "./dom.js";
+import { announce, find, make, sentence, words } from "./dom.js";
 import { position } from "./message.js";
 
 const SEVERITIES = { error: "Error", warning: "Warning", note: "Note", info: "Note", hint: "Hint" };
@@ -10,7 +10,7 @@ export function setupChecks(page) {
   notes(page, find("panel-notes"));
 }
 
-/// The doctor renders a little: it runs when it is asked.
+/** The doctor renders a little: it runs when it is asked. */
 function doctor(page, panel) {
   const results = make("div", { class: "findings" });
   const button = make("button", { type: "button", class: "main", text: "Check the scene", on: { click: run } });
@@ -40,7 +40,7 @@ function doctor(page, panel) {
     }
   }
 
-  /// `edits`: those of each remedy; a finding can have several.
+  /** `edits`: those of each remedy; a finding can have several. */
   function finding({ severity, message, why, help, edits = [] }) {
     const remedies = typeof edits[0]?.[0] === "string" ? [edits] : edits.filter(remedy => remedy.length);
     const buttons = remedies.map(remedy => make("button", {
@@ -48,9 +48,9 @@ function doctor(page, panel) {
       on: { click: async () => { if (await page.attempt("set", { edits: remedy, label: "Remedy of the doctor", merge: null })) run(); } },
     }));
     return make("article", { class: `finding ${severity}` },
-      make("p", {}, make("b", { text: `${SEVERITIES[severity] || severity}: ` }), ...words(message)),
-      why ? make("p", { class: "dim" }, ...words(why)) : null,
-      help ? make("p", { class: "dim" }, ...words(help)) : null,
+      make("p", {}, make("b", { text: `${SEVERITIES[severity] || severity}: ` }), ...words(sentence(message))),
+      why ? make("p", { class: "dim" }, ...words(sentence(why))) : null,
+      help ? make("p", { class: "dim" }, ...words(sentence(help))) : null,
       buttons.length ? make("p", { class: "buttons" }, ...buttons) : null);
   }
 }

@@ -3,7 +3,7 @@
 import { announce, fresh, later, make, words } from "./dom.js";
 import { place } from "./highlight.js";
 
-/// Entries shown.
+/** Entries shown. */
 const MOST = 200;
 
 export class Completion {
@@ -107,7 +107,7 @@ export class Completion {
     announce(`${this.#items.length} completions`);
   }
 
-  /// Below the cursor, or above it where there is no room.
+  /** Below the cursor, or above it where there is no room. */
   #place(text, at) {
     const style = getComputedStyle(this.#area);
     const height = parseFloat(style.lineHeight);
@@ -125,7 +125,7 @@ export class Completion {
     this.#list.style.top = `${top + size > room && top - height > size ? top - height - size : top}px`;
   }
 
-  /// Width of a character of the text, CSS pixels.
+  /** Width of a character of the text, CSS pixels. */
   #width(style) {
     const context = document.createElement("canvas").getContext("2d");
     context.font = `${style.fontSize} ${style.fontFamily}`;

@@ -3,7 +3,7 @@
 import { make } from "./dom.js";
 import { brief, current, digits, isBusy, isLong } from "./value.js";
 
-/// The names of the numbers of a kind like "[x, y, z]".
+/** The names of the numbers of a kind like "[x, y, z]". */
 export function tuple(kind) {
   const match = /^\[([^[\]{}|…]+)\]$/.exec(kind);
   if (!match) return null;
@@ -12,7 +12,7 @@ export function tuple(kind) {
   return plain && parts.length >= 2 && parts.length <= 4 ? parts : null;
 }
 
-/// Numbers beside one another.
+/** Numbers beside one another. */
 export function vector(parts, id, label, set) {
   const inputs = parts.map((part, i) => make("input", {
     type: "number", step: "any", id: i ? null : id, "aria-label": `${label} ${part}`,
@@ -32,7 +32,7 @@ export function vector(parts, id, label, set) {
 
 const STEPS = [["translate", [0, 0, 0]], ["rotate", [0, 0, 0]], ["scale", [1, 1, 1]]];
 
-/// The three steps of a simple transform; others are written.
+/** The three steps of a simple transform; others are written. */
 export function transform(id, label, set) {
   let value = null;
   const change = (name, neutral, numbers) => {
@@ -57,7 +57,7 @@ export function transform(id, label, set) {
   };
 }
 
-/// The numbers of the steps; `null` for a transform that has others.
+/** The numbers of the steps; `null` for a transform that has others. */
 function steps(value) {
   if (value !== null && (typeof value !== "object" || Array.isArray(value))) return null;
   if (Object.keys(value || {}).some(name => !STEPS.some(([own]) => own === name))) return null;
@@ -68,7 +68,7 @@ function steps(value) {
   return all.every(own => Array.isArray(own) && own.length === 3) ? all : null;
 }
 
-/// A value as it is written, in JSON: a list, a table, a text. Long ones are edited in the panel Text.
+/** A value as it is written, in JSON: a list, a table, a text. Long ones are edited in the panel Text. */
 export function written(id, label, set) {
   const input = make("input", { type: "text", id, class: "written", "aria-label": `${label}, as JSON`, autocomplete: "off", spellcheck: "false", placeholder: "none", title: "A value in JSON, such as [1, 2] or \"text\"" });
   const output = make("output", { class: "dim raw", "aria-label": label, title: "Edit it in the panel Text" });

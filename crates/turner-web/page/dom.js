@@ -2,8 +2,10 @@
 
 export const find = id => document.getElementById(id);
 
-/// Makes an element. `props`: `class`, `text`, `on` (listeners by event), and attributes; `false`, `null` and
-/// `undefined` omit an attribute.
+/**
+ * Makes an element. `props`: `class`, `text`, `on` (listeners by event), and attributes; `false`, `null` and
+ * `undefined` omit an attribute.
+ */
 export function make(tag, props = {}, ...children) {
   const element = document.createElement(tag);
   for (const [key, value] of Object.entries(props)) {
@@ -17,14 +19,14 @@ export function make(tag, props = {}, ...children) {
   return element;
 }
 
-/// Tells screen readers, once and politely.
+/** Tells screen readers, once and politely. */
 export function announce(text) {
   const region = find("announcement");
   region.textContent = "";
   requestAnimationFrame(() => { region.textContent = text; });
 }
 
-/// Runs `act` once nothing has called for `ms` milliseconds.
+/** Runs `act` once nothing has called for `ms` milliseconds. */
 export function later(ms, act) {
   let timer = 0;
   const call = (...args) => {
@@ -35,7 +37,7 @@ export function later(ms, act) {
   return call;
 }
 
-/// Text with `code` and **strong** words, as nodes.
+/** Text with `code` and **strong** words, as nodes. */
 export function words(text) {
   return text.split(/(`[^`]+`|\*\*[^*]+\*\*)/).map(part => {
     if (part.startsWith("`")) return make("code", { text: part.slice(1, -1) });
@@ -44,13 +46,19 @@ export function words(text) {
   });
 }
 
+/** A message of the core as a sentence of its own. */
+export function sentence(text) {
+  const first = text.slice(0, 1).toUpperCase() + text.slice(1);
+  return /[.!?:)]$/.test(first) ? first : `${first}.`;
+}
+
 let count = 0;
-/// An id that no other element has.
+/** An id that no other element has. */
 export const fresh = prefix => `${prefix}-${++count}`;
 
 export const still = () => matchMedia("(prefers-reduced-motion: reduce)").matches;
 
-/// Offers bytes as a download.
+/** Offers bytes as a download. */
 export function download(name, bytes, type = "application/octet-stream") {
   const url = URL.createObjectURL(new Blob([bytes], { type }));
   const link = make("a", { href: url, download: name });

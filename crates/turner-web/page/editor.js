@@ -1,15 +1,15 @@
 // The text of the scene: a textarea, with colours and underlines painted behind it. What is typed is checked, and
 // rendered if it has no error.
 
-import { announce, find, later, make } from "./dom.js";
+import { announce, find, later, make, sentence } from "./dom.js";
 import { Completion } from "./completion.js";
 import { setupHover } from "./hover.js";
 import { offset, paint } from "./highlight.js";
 import { keep, merge } from "./merge.js";
 
-/// Milliseconds after the last key.
+/** Milliseconds after the last key. */
 const REST = 250;
-/// Problems listed; a broken text can have thousands.
+/** Problems listed; a broken text can have thousands. */
 const MOST = 100;
 
 export class Editor {
@@ -20,7 +20,7 @@ export class Editor {
   #list = find("problems");
   #problems = [];
   #turn = 0;
-  /// The text of the scene that the engine has.
+  /** The text of the scene that the engine has. */
   #known = "";
   #lines = 0;
   #rest = later(REST, () => this.#check());
@@ -44,15 +44,17 @@ export class Editor {
     return this.#area.value;
   }
 
-  /// Whether the text has changes that are not part of the scene yet.
+  /** Whether the text has changes that are not part of the scene yet. */
   get waiting() {
     return !this.#area.readOnly && this.#area.value !== this.#known;
   }
 
-  /// Waits until what was typed is rendered or found wrong.
+  /** Waits until what was typed is rendered or found wrong. */
   async flush() {
     this.#rest.cancel();
     if (this.waiting) await this.#check();
+    // The engine tells the new scene after its answer.
+    if (!this.waiting && this.#page.document?.text !== this.text) await this.#page.next("document");
   }
 
   #changed() {
@@ -81,7 +83,7 @@ export class Editor {
     }
   }
 
-  /// The scene has changed: by a gesture, in the properties, by undo, or by what was typed here.
+  /** The scene has changed: by a gesture, in the properties, by undo, or by what was typed here. */
   #take(document) {
     this.#large(document);
     if (document.text === null || document.text === this.#area.value) {
@@ -97,7 +99,7 @@ export class Editor {
     this.#show(document);
   }
 
-  /// The text of a scene with large files takes seconds to write: it is shown when it is asked for.
+  /** The text of a scene with large files takes seconds to write: it is shown when it is asked for. */
   #large({ text_is_asked, revision }) {
     const line = find("large");
     line.hidden = !text_is_asked;
@@ -110,8 +112,10 @@ export class Editor {
     line.replaceChildren("This scene is large: writing its text takes a moment. ", show);
   }
 
-  /// The scene changes while the text has changes of its own: both are kept where they do not touch the same place;
-  /// otherwise what was typed wins, and replaces the scene once it has no error.
+  /**
+   * The scene changes while the text has changes of its own: both are kept where they do not touch the same place;
+   * otherwise what was typed wins, and replaces the scene once it has no error.
+   */
   #join(text) {
     const joined = merge(this.#known, this.#area.value, text);
     this.#known = text;
@@ -120,14 +124,14 @@ export class Editor {
     this.#changed();
   }
 
-  /// Forgets what was typed and is not part of the scene.
+  /** Forgets what was typed and is not part of the scene. */
   discard() {
     this.#turn++;
     this.#rest.cancel();
     this.#show(this.#page.document);
   }
 
-  /// Replaces the text; the selection stays where it was.
+  /** Replaces the text; the selection stays where it was. */
   #put(text) {
     const area = this.#area;
     const { selectionStart, selectionEnd, scrollTop, scrollLeft } = area;
@@ -173,7 +177,7 @@ export class Editor {
       make("button", { type: "button", on: { click: () => this.#jump(problem) } },
         make("b", { text: problem.line ? `Line ${problem.line}` : "Text" }),
         make("span", { text: problem.message }),
-        problem.help ? make("span", { class: "remedy", text: problem.help }) : null)));
+        problem.help ? make("span", { class: "remedy", text: sentence(problem.help) }) : null)));
     this.#list.replaceChildren(...items);
     this.#page.countPanel?.("text", this.#problems.filter(problem => problem.severity === "error").length);
   }
@@ -196,7 +200,7 @@ export class Editor {
     this.#jump(after || (step > 0 ? all[0] : all[all.length - 1]));
   }
 
-  /// Scrolls until the line of an offset is visible.
+  /** Scrolls until the line of an offset is visible. */
   #reveal(at) {
     const line = this.text.slice(0, at).split("\n").length - 1;
     const height = parseFloat(getComputedStyle(this.#area).lineHeight);
@@ -222,7 +226,7 @@ export class Editor {
     this.#follow();
   }
 
-  /// The painted text and the line numbers scroll with the textarea.
+  /** The painted text and the line numbers scroll with the textarea. */
   #follow() {
     const { scrollTop, scrollLeft } = this.#area;
     this.#paint.style.transform = `translate(${-scrollLeft}px, ${-scrollTop}px)`;
@@ -230,7 +234,7 @@ export class Editor {
   }
 }
 
-/// The end of the word at an offset, at least one character.
+/** The end of the word at an offset, at least one character. */
 function wordEnd(text, start) {
   const word = /^[\w."-]+/.exec(text.slice(start, start + 200));
   return Math.min(text.length, start + (word ? word[0].length : 1));

@@ -22,7 +22,7 @@ export function setupExplain(page) {
     make("button", { type: "button", text: "Explain again", on: { click: () => page.explain(page.explained.x, page.explained.y) } }));
   page.on("document", () => { again.hidden = false; });
 
-  /// Explains a pixel of the film.
+  /** Explains a pixel of the film. */
   page.explain = async (x, y) => {
     const mine = ++turn;
     if (page.panel !== "explain") page.showPanel("explain");
@@ -51,7 +51,7 @@ export function setupExplain(page) {
   };
 }
 
-/// The fragment as elements. It comes from the engine, which escapes names; still nothing in it may act.
+/** The fragment as elements. It comes from the engine, which escapes names; still nothing in it may act. */
 function fragment(text) {
   const parsed = new DOMParser().parseFromString(text, "text/html");
   for (const element of all(parsed, "script, style, link, meta, title, base, iframe, object, embed")) element.remove();
@@ -76,7 +76,7 @@ function fragment(text) {
   return root;
 }
 
-/// Makes an explanation live: folds, highlights, and shows one sample at a time.
+/** Makes an explanation live: folds, highlights, and shows one sample at a time. */
 export function wire(root) {
   for (const section of all(root, "section")) wireSample(section);
   const buttons = all(root, "nav button");

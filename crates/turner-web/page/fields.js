@@ -5,10 +5,10 @@ import { hexOf, isColor } from "./color.js";
 import { transform, tuple, vector, written } from "./compound.js";
 import { brief, current, digits, isBusy } from "./value.js";
 
-/// The lists of names that the engine sends with a part.
+/** The lists of names that the engine sends with a part. */
 const PLURAL = { material: "materials", texture: "textures", medium: "media", group: "groups" };
 
-/// A field: {element, update(key)}. `set(value, merge)` edits the scene; changes with the same `merge` are one undo step.
+/** A field: {element, update(key)}. `set(value, merge)` edits the scene; changes with the same `merge` are one undo step. */
 export function field(key, id, set, { names = {}, encoded = false }) {
   const kind = (key.kind || "").trim();
   const label = key.name.replaceAll("_", " ");
@@ -47,7 +47,7 @@ function toggle(id, label, set) {
   return { element: box, update(key) { box.checked = current(key) === true; } };
 }
 
-/// The ends of a range that has two; `null` for an open one.
+/** The ends of a range that has two; `null` for an open one. */
 const ends = bounds => Array.isArray(bounds) && bounds.every(Number.isFinite) ? bounds : null;
 
 function number(key, id, label, set, whole) {
@@ -95,7 +95,7 @@ function color(id, label, set, encoded) {
   };
 }
 
-/// What was written: JSON, or text.
+/** What was written: JSON, or text. */
 function read(text) {
   const trimmed = text.trim();
   if (!trimmed) return null;
@@ -106,7 +106,7 @@ function read(text) {
   }
 }
 
-/// Another part of the scene by its name.
+/** Another part of the scene by its name. */
 function part(names, id, label, set) {
   const select = make("select", { id, "aria-label": label, on: { change: () => set(select.value || null, null) } });
   return {

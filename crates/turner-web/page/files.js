@@ -50,7 +50,7 @@ function drops(page) {
   });
 }
 
-/// Opens files. Without `main` the engine chooses the scene among them.
+/** Opens files. Without `main` the engine chooses the scene among them. */
 async function openAll(page, list, main = null) {
   let files;
   try {
@@ -69,7 +69,7 @@ async function openAll(page, list, main = null) {
   if (opened) page.remember({ files: true });
 }
 
-/// The files of dropped folders, by their paths.
+/** The files of dropped folders, by their paths. */
 async function walk(entries, depth = 0, found = []) {
   if (depth > LIMITS.depth) throw withHelp(`the folders are nested more than ${LIMITS.depth} deep`, "Drop the scene’s own folder.");
   for (const entry of entries) {
@@ -82,7 +82,7 @@ async function walk(entries, depth = 0, found = []) {
   return found;
 }
 
-/// A reader gives at most a hundred entries at a time.
+/** A reader gives at most a hundred entries at a time. */
 async function children(directory) {
   const reader = directory.createReader();
   const all = [];
@@ -94,7 +94,7 @@ async function children(directory) {
   }
 }
 
-/// Reads files into memory, and those of a zip file.
+/** Reads files into memory, and those of a zip file. */
 async function readAll(list, engine) {
   const wanted = list.filter(({ name }) => !isOfSystem(name));
   if (!wanted.length) throw withHelp("no file was found", FORMATS);

@@ -2,11 +2,11 @@
 
 import { announce, find, later } from "./dom.js";
 
-/// Radians for a drag over the picture's height; the same as in Turner Studio.
+/** Radians for a drag over the picture's height; the same as in Turner Studio. */
 const TURN = 3;
-/// A press that moves less is a click, CSS pixels.
+/** A press that moves less is a click, CSS pixels. */
 const CLICK = 4;
-/// Steps of the keys: radians, fractions of the height, factor.
+/** Steps of the keys: radians, fractions of the height, factor. */
 const STEP = { turn: 0.12, pan: 0.04, dolly: 0.9 };
 
 export function setupGestures(page, view) {
@@ -55,7 +55,7 @@ export function setupGestures(page, view) {
     else camera.move("orbit", right * TURN, -down * TURN);
   }
 
-  /// Two fingers: their middle moves the picture, their distance the camera.
+  /** Two fingers: their middle moves the picture, their distance the camera. */
   function pinch(id, last, now) {
     const other = Array.from(pointers).find(([key]) => key !== id)[1];
     const before = Math.hypot(last.x - other.x, last.y - other.y);
@@ -106,7 +106,7 @@ export function setupGestures(page, view) {
   });
 }
 
-/// Keys while the picture has the focus.
+/** Keys while the picture has the focus. */
 function keyboard(page, view, camera, rest, click) {
   const { canvas } = view;
   const cross = find("crosshair");
@@ -159,7 +159,7 @@ function keyboard(page, view, camera, rest, click) {
   page.on("opened", () => show(null));
 }
 
-/// Collects moves and sends them to the engine, one call at a time.
+/** Collects moves and sends them to the engine, one call at a time. */
 class Camera {
   #page;
   #waiting = new Map();

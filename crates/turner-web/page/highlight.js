@@ -1,6 +1,6 @@
 // Colours of TOML text: a tokenizer that keeps every character, so that the painted text lies exactly behind the typed one.
 
-/// Longest text that is painted, UTF-16 units: painting is linear, but runs with each key.
+/** Longest text that is painted, UTF-16 units: painting is linear, but runs with each key. */
 export const LONGEST = 300_000;
 
 const TOKENS = [
@@ -14,8 +14,10 @@ const TOKENS = [
   ["word", /[A-Za-z0-9_-]+/y],
 ];
 
-/// [kind, start, end] of each piece of the text, without gaps. Multi-line arrays look like sections to a tokenizer that
-/// does not count brackets; so it counts them.
+/**
+ * [kind, start, end] of each piece of the text, without gaps. Multi-line arrays look like sections to a tokenizer that
+ * does not count brackets; so it counts them.
+ */
 export function tokens(text) {
   const pieces = [];
   let at = 0;
@@ -45,7 +47,7 @@ export function tokens(text) {
   return pieces;
 }
 
-/// Paints the text into an element; `marks`: [{start, end, kind}] are underlined.
+/** Paints the text into an element; `marks`: [{start, end, kind}] are underlined. */
 export function paint(element, text, marks) {
   const pieces = text.length > LONGEST ? [["word", 0, text.length]] : tokens(text);
   const sorted = marks.filter(mark => mark.end > mark.start).sort((a, b) => a.start - b.start);
@@ -77,7 +79,7 @@ function piece(text, kind, mark) {
   return span;
 }
 
-/// The offset of a line and column, from 1, columns in characters; the end of the line if it is shorter.
+/** The offset of a line and column, from 1, columns in characters; the end of the line if it is shorter. */
 export function offset(text, line, column) {
   let start = 0;
   for (let i = 1; i < line; i++) {
@@ -91,7 +93,7 @@ export function offset(text, line, column) {
   return start + before.length;
 }
 
-/// The line and column of an offset, from 1, in UTF-16 units.
+/** The line and column of an offset, from 1, in UTF-16 units. */
 export function place(text, at) {
   const start = text.lastIndexOf("\n", at - 1) + 1;
   let line = 1;

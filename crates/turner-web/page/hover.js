@@ -35,7 +35,7 @@ export function setupHover(page, area, painted) {
     if (spoken) announce(tip.textContent);
   };
 
-  /// The line height and the width of a character, CSS pixels.
+  /** The line height and the width of a character, CSS pixels. */
   const metrics = () => {
     const style = getComputedStyle(area);
     const context = document.createElement("canvas").getContext("2d");

@@ -2,7 +2,7 @@
 // them: it must control the page, so the page loads once more on the first visit. The worker also keeps the page offline.
 
 const LOADED_AGAIN = "turner-loaded-again";
-/// Longest wait for the worker, milliseconds.
+/** Longest wait for the worker, milliseconds. */
 const PATIENCE = 4000;
 
 export async function isolate() {
@@ -17,7 +17,7 @@ export async function isolate() {
   await new Promise(() => {});
 }
 
-/// Whether this is the first try of this visit; also false where nothing can be stored.
+/** Whether this is the first try of this visit; also false where nothing can be stored. */
 function tryOnce() {
   try {
     if (sessionStorage.getItem(LOADED_AGAIN)) return false;
@@ -28,7 +28,7 @@ function tryOnce() {
   }
 }
 
-/// Waits until the worker controls the page, or can control it after a reload.
+/** Waits until the worker controls the page, or can control it after a reload. */
 async function active(registration) {
   const worker = registration.installing || registration.waiting;
   if (navigator.serviceWorker.controller || !worker) return;

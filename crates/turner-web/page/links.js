@@ -4,22 +4,22 @@ import { announce, find, later, make } from "./dom.js";
 import { fail, tell } from "./message.js";
 import { deflate, inflate } from "./zip.js";
 
-/// Most bytes of compressed text in a link: longer addresses are cut off by mail programs and chats.
+/** Most bytes of compressed text in a link: longer addresses are cut off by mail programs and chats. */
 const MOST = 8192;
-/// Most bytes of text that a link may expand to.
+/** Most bytes of text that a link may expand to. */
 const EXPANDED = 2 ** 20;
 
 export function setupLinks(page) {
   find("share").addEventListener("click", () => share(page));
 
-  /// Goes to the start page; the browser's Back returns to the scene.
+  /** Goes to the start page; the browser's Back returns to the scene. */
   page.goStart = () => {
     if (page.state === "start") return;
     history.pushState({ state: "start" }, "", bare());
     page.show("start");
   };
 
-  /// Puts what was opened into the address.
+  /** Puts what was opened into the address. */
   page.remember = ({ start }) => {
     const address = bare(start ? { start } : {});
     if (history.state?.state !== "scene" || location.href !== address.href) history.pushState({ state: "scene" }, "", address);
@@ -49,7 +49,7 @@ export function setupLinks(page) {
   page.ready.then(() => follow(page), () => {});
 }
 
-/// Opens what the address asks for.
+/** Opens what the address asks for. */
 async function follow(page) {
   const query = new URLSearchParams(location.search);
   let opened = false;
@@ -102,7 +102,7 @@ export async function pack(text) {
   return { bytes: bytes.length, packed };
 }
 
-/// The address of the page with other parameters; that of `turner serve` keeps its token.
+/** The address of the page with other parameters; that of `turner serve` keeps its token. */
 function bare(parameters = {}) {
   const address = new URL(location.pathname, location.href);
   const token = new URLSearchParams(location.search).get("token");
@@ -110,7 +110,7 @@ function bare(parameters = {}) {
   return address;
 }
 
-/// The address that opens the scene as it is: {address}, or {error} if there is none.
+/** The address that opens the scene as it is: {address}, or {error} if there is none. */
 async function addressOf(page) {
   const { document: scene, origin, explained } = page;
   const link = bare(origin.start ? { start: origin.start } : {});
@@ -154,7 +154,7 @@ async function share(page) {
   }
 }
 
-/// Where the browser does not let the page copy.
+/** Where the browser does not let the page copy. */
 function show(address) {
   const dialog = find("dialog");
   const field = make("textarea", { readonly: true, rows: "4", "aria-label": "Link to this scene", class: "address" });

@@ -4,8 +4,10 @@ import { make } from "./dom.js";
 
 let open = null;
 
-/// `items()`: [{label, detail, act, checked, disabled} | null (a rule)], asked for each time the menu opens; it may be a
-/// promise.
+/**
+ * `items()`: [{label, detail, act, checked, disabled} | null (a rule)], asked for each time the menu opens; it may be a
+ * promise.
+ */
 export function menu(button, items) {
   button.addEventListener("click", () => toggle(button, items));
   button.addEventListener("keydown", event => {
@@ -82,7 +84,7 @@ function close(back) {
   if (back) button.focus();
 }
 
-/// Below the button, inside the window.
+/** Below the button, inside the window. */
 function place(button, list) {
   const at = button.getBoundingClientRect();
   const width = list.offsetWidth;

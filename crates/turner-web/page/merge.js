@@ -1,6 +1,6 @@
 // Two changes of one text.
 
-/// The part of `before` that `after` replaces: [start, end, text]. Whole lines, so that changes of one line meet.
+/** The part of `before` that `after` replaces: [start, end, text]. Whole lines, so that changes of one line meet. */
 function change(before, after) {
   let start = 0;
   const least = Math.min(before.length, after.length);
@@ -13,14 +13,14 @@ function change(before, after) {
   return [start, end, after.slice(start, after.length - (before.length - end))];
 }
 
-/// Both changes of `base`; `null` where they touch the same lines.
+/** Both changes of `base`; `null` where they touch the same lines. */
 export function merge(base, ours, theirs) {
   const [first, second] = [change(base, ours), change(base, theirs)].sort((a, b) => a[0] - b[0]);
   if (first[1] > second[0]) return null;
   return base.slice(0, first[0]) + first[2] + base.slice(first[1], second[0]) + second[2] + base.slice(second[1]);
 }
 
-/// The selection after a text changed: it moves with what stands behind the change.
+/** The selection after a text changed: it moves with what stands behind the change. */
 export function keep(before, after, start, end) {
   let same = 0;
   const least = Math.min(before.length, after.length);

@@ -1,8 +1,8 @@
 // Messages: what went wrong, where, and what to do.
 
-import { announce, find, make } from "./dom.js";
+import { announce, find, make, sentence, words } from "./dom.js";
 
-/// Shows an error of the engine or of the page until it is closed. `actions`: buttons, as [label, function].
+/** Shows an error of the engine or of the page until it is closed. `actions`: buttons, as [label, function]. */
 export function fail(error, title = "", actions = []) {
   const place = position(error);
   const buttons = actions.map(([label, act]) =>
@@ -11,11 +11,11 @@ export function fail(error, title = "", actions = []) {
     make("p", {}, make("strong", { text: title ? `${title}: ` : "" }), error.message || String(error)),
     error.excerpt ? make("pre", { text: error.excerpt }) : null,
     place ? make("p", { class: "dim", text: place }) : null,
-    error.help ? make("p", { text: error.help }) : null,
+    error.help ? make("p", {}, ...words(sentence(error.help))) : null,
     buttons.length ? make("p", { class: "buttons" }, ...buttons) : null);
 }
 
-/// Shows a note that does not interrupt.
+/** Shows a note that does not interrupt. */
 export function tell(text) {
   show("note", make("p", { text }));
   announce(text);
@@ -27,7 +27,7 @@ export function clear() {
   box.replaceChildren();
 }
 
-/// "scene.toml, line 3, column 7"
+/** "scene.toml, line 3, column 7" */
 export function position(error) {
   const parts = [];
   if (error.file) parts.push(error.file);

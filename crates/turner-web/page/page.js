@@ -15,18 +15,18 @@ import { setupTools } from "./tools.js";
 import { setupViewport } from "./viewport.js";
 import { isolate } from "./isolation.js";
 
-/// Events of the engine that the parts of the page listen to, on the page itself: engines may come later.
+/** Events of the engine that the parts of the page listen to, on the page itself: engines may come later. */
 const EVENTS = ["frame", "status", "document", "fault"];
 
 class Page extends EventTarget {
   engine = null;
-  /// The last event `document`: what is open.
+  /** The last event `document`: what is open. */
   document = null;
-  /// The address of what is open.
+  /** The address of what is open. */
   shown = "";
-  /// "start" or "scene".
+  /** "start" or "scene". */
   state = "start";
-  /// What was opened: {start: id} of the gallery or the tutorial, {files: names that its text may read}, {link: true}.
+  /** What was opened: {start: id} of the gallery or the tutorial, {files: names that its text may read}, {link: true}. */
   origin = {};
   #opening = 0;
   #documents = 0;
@@ -39,13 +39,13 @@ class Page extends EventTarget {
     this.dispatchEvent(new CustomEvent(event, { detail }));
   }
 
-  /// Calls the engine once it runs.
+  /** Calls the engine once it runs. */
   async call(name, args, files) {
     const engine = await this.ready;
     return engine.call(name, args, files);
   }
 
-  /// Calls the engine; an error becomes a message. `undefined` after an error.
+  /** Calls the engine; an error becomes a message. `undefined` after an error. */
   async attempt(name, args, title) {
     try {
       return await this.call(name, args);
@@ -55,7 +55,7 @@ class Page extends EventTarget {
     }
   }
 
-  /// Opens a scene. `actions(error)` are buttons of the message after an error. Returns whether it is open now; an error leaves what is shown as it is.
+  /** Opens a scene. `actions(error)` are buttons of the message after an error. Returns whether it is open now; an error leaves what is shown as it is. */
   async open(what, origin, act, actions = () => []) {
     const turn = ++this.#opening;
     clear();
@@ -65,7 +65,7 @@ class Page extends EventTarget {
     const documents = this.#documents;
     try {
       await act();
-      if (documents === this.#documents) await this.#next("document");
+      if (documents === this.#documents) await this.next("document");
       if (turn !== this.#opening) return false;
       // The text of the gallery: a scene with it needs no text in its link.
       this.origin = { ...origin, text: origin.edited ? null : this.document?.text };
@@ -81,15 +81,15 @@ class Page extends EventTarget {
     }
   }
 
-  /// Waits for an event, at most five seconds.
-  #next(event) {
+  /** Waits for an event, at most two seconds. */
+  next(event) {
     return new Promise(resolve => {
       this.addEventListener(event, resolve, { once: true });
-      setTimeout(resolve, 5000);
+      setTimeout(resolve, 2000);
     });
   }
 
-  /// An event of the engine.
+  /** An event of the engine. */
   receive(name, detail) {
     if (name === "document") {
       this.#documents++;
@@ -101,7 +101,7 @@ class Page extends EventTarget {
     this.emit(name, detail);
   }
 
-  /// Shows the start page or the scene.
+  /** Shows the start page or the scene. */
   show(state) {
     if (state === "scene" && !this.document) state = "start";
     const changed = state !== this.state;

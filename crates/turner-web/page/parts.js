@@ -3,7 +3,7 @@
 import { announce, find, fresh, later, make } from "./dom.js";
 import { Properties } from "./properties.js";
 
-/// Entries of one list that are shown without a filter: a scene can have a hundred thousand objects.
+/** Entries of one list that are shown without a filter: a scene can have a hundred thousand objects. */
 const MOST = 300;
 
 export function setupParts(page) {
@@ -89,7 +89,7 @@ export function setupParts(page) {
     select(options[to].dataset.path);
   });
 
-  /// Selects what is seen at a pixel.
+  /** Selects what is seen at a pixel. */
   page.pick = async pixel => {
     const seen = await page.attempt("pick", { x: pixel.x, y: pixel.y });
     const part = seen?.material || seen?.object;

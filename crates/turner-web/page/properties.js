@@ -20,7 +20,7 @@ export class Properties {
     this.#empty();
   }
 
-  /// Shows a part, or brings its values up to date.
+  /** Shows a part, or brings its values up to date. */
   async show(path) {
     const turn = ++this.#turn;
     if (path !== this.#path) this.#links.hidden = true;
@@ -49,7 +49,7 @@ export class Properties {
     this.#build(part);
   }
 
-  /// Whether the film writes values unchanged: the numbers of colours are display values then.
+  /** Whether the film writes values unchanged: the numbers of colours are display values then. */
   async #isEncoded() {
     const { keys } = await this.#page.call("part", { path: "film" });
     const transfer = keys.find(key => key.name === "transfer");
@@ -57,7 +57,7 @@ export class Properties {
     return !["path", "direct"].includes(this.#page.document?.integrator);
   }
 
-  /// After a click in the picture: ways to the object and to its material.
+  /** After a click in the picture: ways to the object and to its material. */
   offer({ object, material }) {
     const ways = [object, material].filter(Boolean);
     this.#links.replaceChildren(...ways.map(({ path, label }) =>
@@ -83,7 +83,7 @@ export class Properties {
       make("div", { class: "keys" }, ...rows));
   }
 
-  /// A button that moves the camera to the object.
+  /** A button that moves the camera to the object. */
   #frame() {
     const object = /^object\.(\d+)$/.exec(this.#path);
     if (!object) return "";

@@ -14,7 +14,7 @@ export function setupStart(page) {
     if (page.origin.start) showStep(page, steps);
   });
 
-  /// Opens a scene of the gallery or a step. `remember`: as a new entry of the browser's history.
+  /** Opens a scene of the gallery or a step. `remember`: as a new entry of the browser's history. */
   page.openStart = async (id, remember = true) => {
     const opened = await page.open(`“${titleOf(id)}”`, { start: id }, () => page.call("open_start", { id }));
     if (opened && remember) page.remember({ start: id });
@@ -42,7 +42,7 @@ function showGallery(page, groups) {
   box.hidden = !groups.length;
 }
 
-/// A picture and a name that open a scene. Links, so that they can be copied and opened in another tab.
+/** A picture and a name that open a scene. Links, so that they can be copied and opened in another tab. */
 function card(page, id, name, about) {
   const picture = make("img", { src: `images/${encodeURIComponent(id)}.jpg`, width: "320", height: "200", loading: "lazy", alt: "" });
   const plain = make("span", { class: "no-picture", "aria-hidden": "true", text: name.replace(/^\d+\. /, "").slice(0, 1) });
@@ -59,7 +59,7 @@ function card(page, id, name, about) {
   return link;
 }
 
-/// The paragraphs of a step, and the way to its neighbours.
+/** The paragraphs of a step, and the way to its neighbours. */
 function showStep(page, steps) {
   const box = find("step");
   const at = steps.findIndex(step => step.id === page.origin.start);
@@ -76,12 +76,12 @@ function showStep(page, steps) {
     make("p", { class: "buttons" }, go(at - 1, "Previous"), go(at + 1, "Next")));
 }
 
-/// A paragraph with `code` and **strong** words; a block of code stays as it is written.
+/** A paragraph with `code` and **strong** words; a block of code stays as it is written. */
 function paragraph(text) {
   const block = /^```\w*\n([^]*?)\n?```$/.exec(text.trim());
   if (block) return make("pre", { text: block[1] });
   return text.startsWith("> ") ? make("blockquote", {}, ...words(text.slice(2))) : make("p", {}, ...words(text));
 }
 
-/// A title without its number.
+/** A title without its number. */
 const plain = title => title.replace(/^\d+\. */, "");

@@ -4,7 +4,7 @@ import { announce, find } from "./dom.js";
 import { fail } from "./message.js";
 
 const HEADERS = "this host does not send the headers Cross-Origin-Opener-Policy and Cross-Origin-Embedder-Policy";
-/// Renders that take longer are announced when they end, seconds.
+/** Renders that take longer are announced when they end, seconds. */
 const SPOKEN = 3;
 
 export function setupStatus(page) {
@@ -46,7 +46,7 @@ export function setupStatus(page) {
   }
 }
 
-/// "12 of 64 samples · noise 3 % · about 8 s left"
+/** "12 of 64 samples · noise 3 % · about 8 s left" */
 function sentence(now, noise, paused) {
   const parts = [];
   if (now.settled) {
@@ -66,7 +66,7 @@ function sentence(now, noise, paused) {
 const plural = samples => samples === 1 ? "1 sample" : `${samples} samples`;
 const percent = x => `${(100 * x).toPrecision(x < 0.1 ? 2 : 3).replace(/\.?0+$/, "")} %`;
 
-/// Seconds in words: "0.4 s", "12 s", "3 min".
+/** Seconds in words: "0.4 s", "12 s", "3 min". */
 export function duration(seconds) {
   if (!(seconds >= 0)) return "some time";
   if (seconds < 10) return `${seconds.toFixed(1)} s`;

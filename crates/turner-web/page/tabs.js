@@ -19,7 +19,7 @@ export function setupTabs(page) {
     page.emit("panel", wanted);
   };
 
-  /// The number beside a tab's name, such as that of the warnings.
+  /** The number beside a tab's name, such as that of the warnings. */
   page.countPanel = (panel, count) => {
     const tab = find(`tab-${panel}`);
     tab.dataset.count = count || "";

@@ -121,7 +121,7 @@ function shortcuts(page, save) {
   });
 }
 
-/// Text that is not part of the scene yet is undone by the browser.
+/** Text that is not part of the scene yet is undone by the browser. */
 const ownUndo = (page, target) => target.id === "text" ? page.editor.waiting : /^(INPUT|SELECT)$/.test(target.tagName) && target.type !== "range";
 
 function showHelp() {

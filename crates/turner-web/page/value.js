@@ -1,9 +1,9 @@
 // Values of the scene format, as fields show them.
 
-/// Longest value that is shown as text.
+/** Longest value that is shown as text. */
 const LONGEST = 400;
 
-/// What a key has: its value, or its default as far as that is a value.
+/** What a key has: its value, or its default as far as that is a value. */
 export function current(key) {
   if (key.value !== null && key.value !== undefined) return key.value;
   if (key.default === null || key.default === undefined) return null;
@@ -16,10 +16,10 @@ export function current(key) {
   }
 }
 
-/// A field that is being written in keeps what was typed.
+/** A field that is being written in keeps what was typed. */
 export const isBusy = element => element === document.activeElement;
 
-/// Numbers are shown with up to six digits; what was written stays until it is changed.
+/** Numbers are shown with up to six digits; what was written stays until it is changed. */
 export const digits = x => typeof x === "number" ? String(Number(x.toPrecision(6))) : "";
 
 export function brief(value) {
@@ -27,5 +27,5 @@ export function brief(value) {
   return isLong(value) ? `${written.slice(0, LONGEST)} …` : written;
 }
 
-/// Whether a value is too long to be edited in a field.
+/** Whether a value is too long to be edited in a field. */
 export const isLong = value => JSON.stringify(value).length > LONGEST;

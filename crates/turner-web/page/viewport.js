@@ -3,7 +3,7 @@
 import { find, later, make } from "./dom.js";
 import { setupGestures } from "./gestures.js";
 
-/// Windows where the panels lie below the picture: as in `scene.css`.
+/** Windows where the panels lie below the picture: as in `scene.css`. */
 const NARROW = "(max-width: 800px), (max-width: 1000px) and (orientation: portrait)";
 
 export function setupViewport(page) {
@@ -35,7 +35,7 @@ export function setupViewport(page) {
   });
   page.on("opening", ({ what }) => { picture.classList.toggle("waiting", Boolean(what)); });
 
-  /// A preview has fewer pixels than the film: it is scaled.
+  /** A preview has fewer pixels than the film: it is scaled. */
   function draw({ width, height, pixels }) {
     const { width: w, height: h } = view.film;
     if (canvas.width !== w || canvas.height !== h) { canvas.width = w; canvas.height = h; }
@@ -53,7 +53,7 @@ export function setupViewport(page) {
     context.drawImage(buffer, 0, 0, w, h);
   }
 
-  /// The largest rectangle of the film's shape inside the stage; small films are enlarged at most three times.
+  /** The largest rectangle of the film's shape inside the stage; small films are enlarged at most three times. */
   function fit() {
     if (find("scene").hidden) return;
     const { width, height } = view.film;
@@ -88,7 +88,7 @@ export function setupViewport(page) {
     box.replaceChildren(make("span", { text: short(scale.low) }), bar, make("span", { text: `${short(scale.high)} ${scale.unit || ""}` }));
   }
 
-  /// Where a point of the window lies in the film, in pixels; `null` outside.
+  /** Where a point of the window lies in the film, in pixels; `null` outside. */
   view.at = (clientX, clientY) => {
     const box = canvas.getBoundingClientRect();
     const x = (clientX - box.left) / box.width * view.film.width;
@@ -96,7 +96,7 @@ export function setupViewport(page) {
     return x >= 0 && y >= 0 && x < view.film.width && y < view.film.height ? { x, y } : null;
   };
 
-  /// Marks the pixel that is explained.
+  /** Marks the pixel that is explained. */
   view.mark = pixel => {
     view.marker = pixel;
     const mark = find("marker");

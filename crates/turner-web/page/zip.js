@@ -4,7 +4,7 @@ const LIMITS = { entries: 10_000, bytes: 2 ** 30 };
 const END = 0x06054b50;
 const CENTRAL = 0x02014b50;
 const LOCAL = 0x04034b50;
-/// Size of the end record, and of the longest comment after it.
+/** Size of the end record, and of the longest comment after it. */
 const END_SIZE = 22;
 const COMMENT = 0xffff;
 
@@ -17,7 +17,7 @@ class ZipError extends Error {
 
 export const isZip = bytes => bytes.length > 3 && bytes[0] === 0x50 && bytes[1] === 0x4b && (bytes[2] === 3 || bytes[2] === 5);
 
-/// [{name, bytes}]
+/** [{name, bytes}] */
 export async function unzip(bytes, limits = LIMITS) {
   const view = new DataView(bytes.buffer, bytes.byteOffset, bytes.byteLength);
   const entries = directory(view, bytes, limits);
@@ -32,7 +32,7 @@ export async function unzip(bytes, limits = LIMITS) {
   return files;
 }
 
-/// The central directory, at the end of the file.
+/** The central directory, at the end of the file. */
 function directory(view, bytes, limits) {
   let end = -1;
   for (let i = bytes.length - END_SIZE; i >= Math.max(0, bytes.length - END_SIZE - COMMENT); i--) {
@@ -70,10 +70,10 @@ function directory(view, bytes, limits) {
 const tooLarge = bytes => new ZipError(`the zip file has more than ${mebibytes(bytes)} of files`, "Use smaller textures, or fewer files.");
 const mebibytes = bytes => `${Math.floor(bytes / 2 ** 20).toLocaleString("en")} MiB`;
 
-/// Files that systems add to folders.
+/** Files that systems add to folders. */
 export const isOfSystem = name => /(^|\/)(__MACOSX\/|\.DS_Store$|Thumbs\.db$|desktop\.ini$|\.git\/)/.test(name);
 
-/// Names stay inside the folder.
+/** Names stay inside the folder. */
 export function checkName(name) {
   if (/^\/|^[A-Za-z]:|\0/.test(name) || name.split("/").includes("..")) {
     throw new ZipError(`the entry “${name.slice(0, 200)}” of the zip file lies outside its folder`, "Names must be relative, without “..”.");
@@ -101,7 +101,7 @@ async function extract(view, bytes, entry, left) {
   return result;
 }
 
-/// Decompresses deflate data; `null` if it has more than `most` bytes. Stops reading then.
+/** Decompresses deflate data; `null` if it has more than `most` bytes. Stops reading then. */
 export async function inflate(bytes, most) {
   const reader = new Blob([bytes]).stream().pipeThrough(new DecompressionStream("deflate-raw")).getReader();
   const chunks = [];

@@ -5,7 +5,7 @@ import { lowContrast } from "./contrast.mjs";
 
 const TABS = ["text", "scene", "explain", "check", "notes"];
 
-/// Shows each state of the page, and calls `look(name)`.
+/** Shows each state of the page, and calls `look(name)`. */
 async function tour(page, base, look) {
   await start(page, base);
   await look("start");
@@ -74,7 +74,7 @@ export async function a_phone_needs_no_sideways_scrolling(page, base) {
   assert(wide <= 320, `the page is ${wide} pixels wide on a phone of 320`);
 }
 
-/// Presses Tab until `selector` has the focus; each stop must be visible and have an outline.
+/** Presses Tab until `selector` has the focus; each stop must be visible and have an outline. */
 async function tabTo(page, selector, most = 60) {
   for (let i = 0; i < most; i++) {
     await page.keyboard.press("Tab");

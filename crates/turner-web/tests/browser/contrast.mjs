@@ -1,6 +1,6 @@
 // Contrast of text by WCAG 2.2, 1.4.3: computed from the styles of the page. The function runs in the page.
 
-/// Text whose contrast is below 4.5, or below 3 where it is large: [{text, ratio}].
+/** Text whose contrast is below 4.5, or below 3 where it is large: [{text, ratio}]. */
 export function lowContrast() {
   const context = Object.assign(document.createElement("canvas"), { width: 1, height: 1 }).getContext("2d", { willReadFrequently: true });
   // The canvas converts every way to write a colour to [r, g, b, alpha].

@@ -2,10 +2,10 @@
 
 import { deflateRawSync } from "node:zlib";
 
-/// Milliseconds for a picture of a small scene; machines of CI are slow.
+/** Milliseconds for a picture of a small scene; machines of CI are slow. */
 export const PATIENCE = Number(process.env.TURNER_PATIENCE || 90_000);
 
-/// A red ball before grey, small enough to settle within a second.
+/** A red ball before grey, small enough to settle within a second. */
 export const SCENE = `# A red ball
 [film]
 width = 96
@@ -51,17 +51,19 @@ export function equal(found, wanted, what) {
   assert(found === wanted, `${what}: found ${short(found)}, wanted ${short(wanted)}`);
 }
 
-/// The start page, once its gallery is there.
+/** The start page, once its gallery is there. */
 export async function start(page, base) {
   await page.goto(base);
   await page.waitForSelector("#gallery [data-start]", { timeout: PATIENCE });
 }
 
-/// The address that holds a text.
+/** The address that holds a text. */
 export const link = (base, text) => `${base}#s=${deflateRawSync(Buffer.from(text)).toString("base64url")}`;
 
-/// Opens a text by its link, and waits for the finished picture. An address that differs only behind `#` would not load
-/// the page again.
+/**
+ * Opens a text by its link, and waits for the finished picture. An address that differs only behind `#` would not load
+ * the page again.
+ */
 export async function openText(page, base, text = SCENE) {
   await page.goto("about:blank");
   await page.goto(link(base, text));
@@ -70,11 +72,13 @@ export async function openText(page, base, text = SCENE) {
 
 export const frames = page => page.evaluate(() => Number(document.querySelector("#canvas").dataset.frames || 0));
 
-/// Milliseconds without a new picture after which it is the last one: the page orders pictures of another size, and
-/// those of what was typed, a quarter of a second late.
+/**
+ * Milliseconds without a new picture after which it is the last one: the page orders pictures of another size, and
+ * those of what was typed, a quarter of a second late.
+ */
 const QUIET = 450;
 
-/// Waits for a finished picture after frame number `after`, which stays.
+/** Waits for a finished picture after frame number `after`, which stays. */
 export async function settled(page, after = 0) {
   for (let last = after; ;) {
     await page.waitForFunction(frame => {
@@ -88,30 +92,30 @@ export async function settled(page, after = 0) {
   }
 }
 
-/// Acts, and waits for the finished picture that follows.
+/** Acts, and waits for the finished picture that follows. */
 export async function andSettles(page, act) {
   const before = await frames(page);
   await act();
   await settled(page, before);
 }
 
-/// The picture's bytes, as a data address.
+/** The picture's bytes, as a data address. */
 export const picture = page => page.evaluate(() => document.querySelector("#canvas").toDataURL());
 
-/// [r, g, b] of the picture at fractions of its size.
+/** [r, g, b] of the picture at fractions of its size. */
 export const color = (page, x, y) => page.evaluate(([x, y]) => {
   const canvas = document.querySelector("#canvas");
   const at = [Math.floor(x * canvas.width), Math.floor(y * canvas.height)];
   return Array.from(canvas.getContext("2d").getImageData(...at, 1, 1).data.slice(0, 3));
 }, [x, y]);
 
-/// The message that is shown; waits for one.
+/** The message that is shown; waits for one. */
 export async function message(page) {
   await page.waitForSelector("#message:not([hidden])", { timeout: PATIENCE });
   return page.innerText("#message");
 }
 
-/// Drops files on the page: [[name, bytes]].
+/** Drops files on the page: [[name, bytes]]. */
 export async function drop(page, files) {
   const plain = files.map(([name, bytes]) => [name, Buffer.from(bytes).toString("base64")]);
   await page.evaluate(files => {
@@ -126,7 +130,7 @@ export async function drop(page, files) {
   }, plain);
 }
 
-/// A binary glTF (Khronos glTF 2.0, section 4.4) with one red triangle.
+/** A binary glTF (Khronos glTF 2.0, section 4.4) with one red triangle. */
 export function glb() {
   const positions = Float32Array.of(-1, -1, 0, 1, -1, 0, 0, 1, 0);
   const json = {
@@ -152,7 +156,7 @@ export function glb() {
   return Buffer.concat([head, body]);
 }
 
-/// A zip file (PKWARE's APPNOTE 6.3) of [[name, bytes]]. `lie` changes the size that the directory states.
+/** A zip file (PKWARE's APPNOTE 6.3) of [[name, bytes]]. `lie` changes the size that the directory states. */
 export function zip(files, lie = size => size) {
   const locals = [];
   const central = [];

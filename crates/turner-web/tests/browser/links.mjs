@@ -3,7 +3,7 @@
 import { randomBytes } from "node:crypto";
 import { PATIENCE, SCENE, assert, drop, equal, glb, link, message, openText, settled, start } from "./helpers.mjs";
 
-/// What Share copies, read from the dialog that is shown where copying is not allowed.
+/** What Share copies, read from the dialog that is shown where copying is not allowed. */
 async function shared(page) {
   await page.evaluate(() => { navigator.clipboard.writeText = () => Promise.reject(new Error("not allowed")); });
   await page.click("#share");
