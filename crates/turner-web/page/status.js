@@ -57,8 +57,7 @@ function sentence(now, noise, paused) {
     parts.push(now.doing);
   }
   if (!now.settled && now.total && now.samples) parts.push(`${now.samples} of ${now.total} samples`);
-  if (noise !== null && noise !== undefined) parts.push(`noise ${percent(noise)}`);
-  if (now.denoised) parts.push("denoised");
+  if (noise !== null && noise !== undefined) parts.push(`noise ${percent(noise)}${now.denoised ? " before denoising" : ""}`);
   if (!now.settled && !paused && now.left !== null && now.left !== undefined) parts.push(`about ${duration(now.left)} left`);
   return parts.join(" · ") || "ready";
 }

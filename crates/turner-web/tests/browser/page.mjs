@@ -258,3 +258,45 @@ export async function the_doctor_says_why_a_picture_is_black(page, base) {
   await page.waitForSelector(".finding", { timeout: PATIENCE });
   assert(/light/i.test(await page.innerText(".findings")), "no finding speaks of light");
 }
+
+export async function two_fingers_move_the_camera(page, base) {
+  await openText(page, base);
+  const before = await picture(page);
+  await andSettles(page, () => page.evaluate(() => {
+    const canvas = document.querySelector("#canvas");
+    canvas.setPointerCapture = () => {};
+    const box = canvas.getBoundingClientRect();
+    const fire = (type, pointerId, x, y) => canvas.dispatchEvent(new PointerEvent(type, {
+      pointerId, pointerType: "touch", clientX: box.left + x, clientY: box.top + y, bubbles: true, cancelable: true,
+    }));
+    fire("pointerdown", 1, 60, 60);
+    fire("pointerdown", 2, 100, 60);
+    for (let i = 1; i <= 8; i++) {
+      fire("pointermove", 1, 60 - 4 * i, 60);
+      fire("pointermove", 2, 100 + 4 * i, 60);
+    }
+    fire("pointerup", 1, 28, 60);
+    fire("pointerup", 2, 132, 60);
+  }));
+  assert(await picture(page) !== before, "the picture is the same after two fingers moved apart");
+  const position = /position = \[([^\]]*)\]/.exec(await page.inputValue("#text"))[1].split(",").map(Number);
+  assert(Math.hypot(...position.map((x, i) => x - [0, 0.5, 0][i])) < 5, `the camera is not nearer: [${position}]`);
+}
+
+export async function a_fault_of_the_renderer_keeps_the_text(page, base) {
+  await page.addInitScript(() => {
+    const Original = Worker;
+    window.Worker = class extends Original {
+      constructor(...options) {
+        super(...options);
+        window.renderer = this;
+      }
+    };
+  });
+  await openText(page, base);
+  await page.evaluate(() => window.renderer.dispatchEvent(new MessageEvent("message", { data: { fault: "a test" } })));
+  assert((await message(page)).includes("a test"), "the message does not say what happened");
+  equal(await page.inputValue("#text"), SCENE, "text after the fault");
+  await andSettles(page, () => page.click("#message button:text-is('Render the text again')"));
+  equal(await page.inputValue("#text"), SCENE, "text after the renderer has started again");
+}
