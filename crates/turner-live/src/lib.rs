@@ -11,6 +11,7 @@
 //! - [`engine`]: a thread that renders the newest [`Order`](engine::Order): first an approximate picture, then the film
 //!   of `turner render`, sample after sample. It never blocks its caller.
 //! - [`camera`]: orbit, pan, dolly, fly, frame and focus, as functions of a camera's description.
+//! - [`node`]: the parts of a scene that can be selected.
 //! - [`pick`]: what lies under a pixel.
 //!
 //! Nothing here draws a window.
@@ -18,4 +19,5 @@
 pub mod camera;
 pub mod document;
 pub mod engine;
+pub mod node;
 pub mod pick;

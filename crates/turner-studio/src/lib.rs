@@ -20,7 +20,6 @@ mod changes;
 pub mod insight;
 pub mod jobs;
 pub mod layout;
-pub mod node;
 pub mod panels;
 mod pixel;
 pub mod settings;
@@ -28,3 +27,5 @@ pub mod studio;
 pub mod task;
 pub mod viewport;
 mod widgets;
+
+pub use turner_live::node;

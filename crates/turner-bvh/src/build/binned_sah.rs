@@ -16,7 +16,7 @@
 //! number of threads.
 
 use std::sync::Mutex;
-use std::thread;
+use turner_host::thread;
 
 use super::Bvh2Options;
 use crate::bvh2::{Child, Node};

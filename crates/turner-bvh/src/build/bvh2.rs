@@ -112,7 +112,7 @@ impl Bvh2 {
             }
         }
         let threads = match options.threads {
-            0 => std::thread::available_parallelism().map_or(1, |n| n.get()),
+            0 => turner_host::thread::available(),
             n => n,
         };
         let nodes = Builder::new(options).build(&mut items, threads);

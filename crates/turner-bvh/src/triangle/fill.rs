@@ -22,12 +22,12 @@ pub(crate) fn fill_blocks(
         .try_reserve_exact(count)
         .map_err(|_| BuildError::OutOfMemory { needed: count * size_of::<Block>() })?;
     let threads = match threads {
-        0 => std::thread::available_parallelism().map_or(1, |n| n.get()),
+        0 => turner_host::thread::available(),
         n => n,
     };
     let blocks_per_thread = count.div_ceil(threads).max(MIN_PARALLEL);
     let spare = &mut blocks.spare_capacity_mut()[..count];
-    std::thread::scope(|scope| {
+    turner_host::thread::scope(|scope| {
         let mut parts = spare.chunks_mut(blocks_per_thread).zip(slots.chunks(blocks_per_thread * BLOCK));
         let first = parts.next();
         for (to, slots) in parts {

@@ -1,31 +1,18 @@
 //! `turner explain`: why a pixel has its colour, ray by ray.
 //!
 //! ```text
-//! run ── render::pixel ── samples ── record ─┬─ json
-//!        (the pixel as rendered)  (replays)  └─ trees (turner::explain) ── prune ─┬─ text
-//!                                                                                ├─ svg ── views
-//!                                                                                └─ html
+//! run ── scene ── turner_explain::written ── output
 //! ```
 
-mod draw;
-mod html;
 mod path_of;
-mod record;
-mod rows;
-mod samples;
-mod shade;
-mod style;
-mod svg;
-mod text;
-mod views;
 
 use std::ffi::OsStr;
 use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
 use turner::explain::Names;
-use turner::render::pixel;
 use turner::schema::{ErrorCode, SceneError};
+pub use turner_explain::Wanted;
 use turner_io::image::OutputFile;
 
 use crate::control::Control;
@@ -159,17 +146,6 @@ fn explain(args: &ExplainArgs, reporter: &Reporter, control: &Control) -> Result
     Ok(FAILED)
 }
 
-/// What of a pixel is explained.
-#[derive(Clone, Copy, Debug, Default)]
-pub struct Wanted {
-    /// Column and row, from 0 at the top left.
-    pub pixel: (u32, u32),
-    /// Sample index, from 0. `None`: those with the largest contribution.
-    pub sample: Option<usize>,
-    /// All rays and samples, not only those with the largest contributions.
-    pub all: bool,
-}
-
 /// The explanation of a pixel as text, and whether its contributions add up to the pixel. `scene` is the scene's name and
 /// hash; `to_file` says that the text is for a file, without colours for a terminal.
 ///
@@ -181,48 +157,22 @@ pub fn written(
     format: Format,
     to_file: bool,
 ) -> Result<(String, bool), SceneError> {
-    let prepared = names.prepared;
-    prepared.choose();
-    let (x, y) = wanted.pixel;
-    let pixel = pixel(prepared, x, y)?;
-    let many = matches!(format, Format::Json | Format::Html);
-    let samples = samples::Wanted { sample: wanted.sample, all: wanted.all, many };
-    let record = samples::explain(names, scene, pixel, &samples)?;
-    let text = match format {
-        Format::Json => record.json().map_err(|e| {
-            SceneError::new(ErrorCode::Internal, format!("the explanation cannot be written: {e}"))
-        })?,
-        Format::Text => {
-            text::of(&record, &record.trees(names), &style(&prepared.view.film, wanted.all, to_file))
-        }
-        Format::Svg | Format::Html => {
-            let trees = record.trees(names);
-            let views = draw::Views::new(names, &trees);
-            let display = shade::Display::new(&prepared.view.film);
-            // The budget of a page is divided among its samples.
-            let most = match (wanted.all, format) {
-                (true, _) => usize::MAX,
-                (false, Format::Svg) => 24,
-                (false, _) => 1200 / trees.len().max(1),
-            };
-            match format {
-                Format::Svg => svg::of(&record, &trees, &views, &display, most),
-                _ => html::of(&record, &trees, &views, &display, most),
-            }
-        }
+    let format = match format {
+        Format::Text => turner_explain::Format::Text { colors: !to_file && shows_colors() },
+        Format::Json => turner_explain::Format::Json,
+        Format::Svg => turner_explain::Format::Svg,
+        Format::Html => turner_explain::Format::Html,
     };
-    Ok((text, record.exact))
+    turner_explain::written(names, scene, wanted, format)
 }
 
-/// Colours if standard output is a terminal with 24-bit colours and `NO_COLOR` is not set.
-fn style(film: &turner::film::FilmDesc, all: bool, to_file: bool) -> text::Style<'_> {
+/// Whether standard output is a terminal with 24-bit colours and `NO_COLOR` is not set.
+fn shows_colors() -> bool {
     let has = |name: &str, words: &[&str]| {
         std::env::var(name).is_ok_and(|value| words.iter().any(|word| value.contains(word)))
     };
     let able = has("COLORTERM", &["truecolor", "24bit"])
         || has("TERM", &["direct", "kitty", "alacritty", "wezterm", "ghostty"])
         || std::env::var_os("WT_SESSION").is_some();
-    let colors = !to_file && able && crate::color::are_wanted(&std::io::stdout());
-    let budget = if all { usize::MAX } else { 40 };
-    text::Style { colors, display: shade::Display::new(film), budget }
+    able && crate::color::are_wanted(&std::io::stdout())
 }

@@ -8,6 +8,7 @@ use turner::image::Image;
 use turner::schema::value::FileId;
 use turner::schema::{Asset, GridData, LightProfile, MeshData, SceneError};
 
+use crate::assets::AssetSource;
 use crate::scene::{LoadOptions, SceneFiles, Sources, read_tree};
 
 /// The scene in a text that is to become the file `out`. Images and meshes that `known` has under the same name are not
@@ -22,9 +23,20 @@ pub(super) fn reread(
 ) -> Result<SceneDesc, SceneError> {
     let assets = crate::scene::folder(out.parent().unwrap_or(Path::new("")), options)?;
     let name = out.file_name().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default();
+    reread_from(text, &name, &assets, options, known)
+}
+
+/// The same for files that are not on disk.
+pub(super) fn reread_from(
+    text: &str,
+    name: &str,
+    assets: &dyn AssetSource,
+    options: &LoadOptions,
+    known: &SceneDesc,
+) -> Result<SceneDesc, SceneError> {
     let mut sources = Sources::default();
-    let root = read_tree(text.to_owned(), &name, &assets, &options.limits, &mut sources)?;
-    let mut files = SceneFiles::new(&assets, &sources);
+    let root = read_tree(text.to_owned(), name, assets, &options.limits, &mut sources)?;
+    let mut files = SceneFiles::new(assets, &sources);
     files.set_options(options.clone());
     let mut desc = read_scene(&root, &mut Known { known, files })?;
     desc.warnings.clear();

@@ -14,6 +14,7 @@
 //! new text is read again before it replaces the file, so a file never differs from the description.
 
 mod clipboard;
+mod in_memory;
 mod known;
 mod opened;
 mod save;
@@ -22,5 +23,6 @@ mod splice;
 mod tree;
 
 pub use clipboard::{copy, paste};
+pub use in_memory::scene_text;
 pub use opened::Opened;
 pub use save::{Saved, save_scene};

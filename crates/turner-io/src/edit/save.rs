@@ -108,7 +108,7 @@ fn changed_text(
 }
 
 /// The film of one scene as written with the integrator of another.
-fn film_for(film: &SceneDesc, integrator: &SceneDesc) -> Result<Value, SceneError> {
+pub(super) fn film_for(film: &SceneDesc, integrator: &SceneDesc) -> Result<Value, SceneError> {
     let desc = SceneDesc {
         film: film.film.clone(),
         integrator: integrator.integrator.clone(),

@@ -31,7 +31,7 @@ pub fn decode_all(
     threads: usize,
     max_size: Option<u32>,
 ) -> Vec<Result<Image, ImageError>> {
-    let all = std::thread::available_parallelism().map_or(1, usize::from);
+    let all = turner_host::thread::available();
     let threads = if threads == 0 { all } else { threads }.min(pictures.len());
     let one = |&(bytes, name, used_as): &EncodedPicture<'_>| {
         let image = decode_as_stored(bytes, name, limits)?;
@@ -54,7 +54,7 @@ pub fn decode_all(
         }
         done
     };
-    let mut results: Vec<_> = std::thread::scope(|scope| {
+    let mut results: Vec<_> = turner_host::thread::scope(|scope| {
         let workers: Vec<_> = (0..threads).map(|_| scope.spawn(work)).collect();
         // Panics of decoders are contained; any other panic is a bug and is propagated.
         let joined = workers.into_iter().map(|w| w.join().unwrap_or_else(|p| std::panic::resume_unwind(p)));

@@ -136,7 +136,7 @@ impl<'a> OutputImage<'a> {
 /// Number of threads for `jobs` independent jobs; `threads` is the allowed number (0: all).
 pub(super) fn workers(threads: usize, jobs: usize) -> usize {
     let most = match threads {
-        0 => std::thread::available_parallelism().map_or(1, usize::from),
+        0 => turner_host::thread::available(),
         n => n,
     };
     most.min(jobs).max(1)

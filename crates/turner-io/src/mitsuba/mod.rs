@@ -71,7 +71,7 @@ pub(crate) fn import_from(
     let document = loader.document;
     let paths = document.paths.clone();
     let read = |file: &SceneFile| ahead::read(file, assets, uri, &paths, options);
-    let available = || std::thread::available_parallelism().map_or(1, usize::from);
+    let available = || turner_host::thread::available();
     let threads = if options.threads == 0 { available() } else { options.threads };
     FilesAhead::run(ahead::files(&document), threads, &read, |ahead| {
         let mut scene = Assembly::new(assets, uri, options, document);

@@ -143,6 +143,22 @@ pub fn load(path: &Path, options: &LoadOptions) -> Result<Loaded, LoadError> {
     load_named(text, &name, file, &assets, options)
 }
 
+/// Loads a scene or a model that is not on disk. `name` is its path from the root of `assets`; its extension says the
+/// format.
+pub fn load_from(name: &str, assets: &dyn AssetSource, options: &LoadOptions) -> Result<Loaded, LoadError> {
+    let bare = |error| LoadError { error, sources: Sources::default() };
+    let format = format::check_scene(Path::new(name)).map_err(bare)?;
+    if format.is_whole() {
+        return model::load_whole(name, name, (assets, assets), options);
+    }
+    let read = |limit| assets.read(name, limit).map_err(|e| bare(e.to_scene_error()));
+    if format.is_model() {
+        return model::load(read(files::MAX_FILE)?, format, name, name, assets, options);
+    }
+    let text = text::utf8(read(MAX_TEXT)?, name).map_err(bare)?;
+    load_named(text, name, name, assets, options)
+}
+
 /// Extends a scene's hash by data that its files do not contain.
 pub fn hash_with(hash: &str, bytes: &[u8]) -> String {
     let mut sum = hash::SceneHash::new();

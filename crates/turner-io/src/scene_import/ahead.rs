@@ -53,11 +53,11 @@ impl<'a, K: Ord + Clone + Send, T: Send> Ahead<'a, K, T> {
         let left = if helpers > 0 { keys.into_iter().rev().collect() } else { Vec::new() };
         let state = Mutex::new(State { slots, left, bytes: 0, over: false });
         let ahead = Ahead { read, state, changed: Condvar::new() };
-        std::thread::scope(|scope| {
+        turner_host::thread::scope(|scope| {
             let end = End(&ahead);
             for _ in 0..helpers {
                 // Without a thread, the importer reads on its own.
-                let _ = std::thread::Builder::new().spawn_scoped(scope, || while ahead.help(true) {});
+                let _ = turner_host::thread::Builder::new().spawn_scoped(scope, || while ahead.help(true) {});
             }
             let made = importer(&ahead);
             drop(end);

@@ -59,10 +59,10 @@ pub(crate) fn equirectangular(
             *pixel = color.map(|c| (c / f64::from(LOOKS * LOOKS)) as f32);
         }
     };
-    let available = || std::thread::available_parallelism().map_or(1, usize::from);
+    let available = || turner_host::thread::available();
     let threads = if stock.options.threads == 0 { available() } else { stock.options.threads };
     let each = (count / 3).div_ceil(threads.min(MAX_THREADS)).max(1 << 14);
-    std::thread::scope(|scope| {
+    turner_host::thread::scope(|scope| {
         let mut parts = pixels.chunks_mut(3 * each).enumerate();
         let own = parts.next();
         for (i, part) in parts {

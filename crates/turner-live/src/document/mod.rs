@@ -5,6 +5,7 @@
 //! descriptions.
 
 mod history;
+mod memory;
 mod open;
 mod recovery;
 mod save;
@@ -25,7 +26,7 @@ use turner::SceneDesc;
 use turner::description::ModelDesc;
 use turner::schema::value::Data;
 use turner::schema::{Asset, KeyEdit, SceneError, Warning};
-use turner_io::assets::FolderAssets;
+use turner_io::assets::{AssetSource, FolderAssets, MemoryAssets};
 use turner_io::scene::{SceneFiles, Sources};
 
 use history::History;
@@ -42,6 +43,8 @@ pub struct Document {
     title: String,
     /// The folder that relative files are read from.
     folder: PathBuf,
+    /// Its files, if they are not on disk.
+    memory: Option<Arc<MemoryAssets>>,
     /// Holds the files of a scene of the gallery.
     _temporary: Option<Arc<TempDir>>,
     opened: Option<Arc<turner_io::edit::Opened>>,
@@ -73,6 +76,7 @@ impl Document {
             path: None,
             title,
             folder,
+            memory: None,
             _temporary: None,
             opened: None,
             sources: Arc::default(),
@@ -160,11 +164,20 @@ impl Document {
     ///
     /// Errors: those of reading the values. The scene then stays the same.
     pub fn apply(&mut self, label: &str, merge: Option<&str>, edits: &[KeyEdit]) -> Result<(), SceneError> {
-        let assets = FolderAssets::new(&self.folder).map_err(|e| e.to_scene_error())?.allow_outside(true);
+        let assets = self.assets(true)?;
         self.edit(label, merge, |desc| {
             let sources = Sources::default();
-            desc.edit(edits, &mut SceneFiles::new(&assets, &sources))
+            desc.edit(edits, &mut SceneFiles::new(&*assets, &sources))
         })
+    }
+
+    /// What its files are read from. The user may name files outside the scene's folder (`anywhere`), a text may not.
+    fn assets(&self, anywhere: bool) -> Result<Box<dyn AssetSource>, SceneError> {
+        if let Some(memory) = &self.memory {
+            return Ok(Box::new(MemoryAssets::clone(memory)));
+        }
+        let folder = FolderAssets::new(&self.folder).map_err(|e| e.to_scene_error())?;
+        Ok(Box::new(folder.allow_outside(anywhere)))
     }
 
     /// The text of parts, by their key paths, with what they refer to.
@@ -178,28 +191,33 @@ impl Document {
     ///
     /// Errors: those of reading a scene, with line and column of the text.
     pub fn paste(&mut self, text: &str) -> Result<Vec<String>, SceneError> {
-        let assets = FolderAssets::new(&self.folder).map_err(|e| e.to_scene_error())?;
+        let assets = self.assets(false)?;
         self.edit("Paste", None, |desc| {
             let sources = Sources::default();
-            turner_io::edit::paste(desc, text, &mut SceneFiles::new(&assets, &sources))
+            turner_io::edit::paste(desc, text, &mut SceneFiles::new(&*assets, &sources))
         })
+    }
+
+    /// A path relative to the scene's folder, if it lies there.
+    fn beside(&self, path: &Path) -> PathBuf {
+        let folder = std::path::absolute(&self.folder).unwrap_or_else(|_| self.folder.clone());
+        let file = std::path::absolute(path).unwrap_or_else(|_| path.to_owned());
+        file.strip_prefix(&folder).map(Path::to_owned).unwrap_or(file)
     }
 
     /// Adds a model file as an object and returns its key path.
     ///
     /// Errors: those of reading the model.
     pub fn add_model(&mut self, path: &Path) -> Result<String, SceneError> {
-        let folder = std::path::absolute(&self.folder).unwrap_or_else(|_| self.folder.clone());
-        let file = std::path::absolute(path).unwrap_or_else(|_| path.to_owned());
-        let file = file.strip_prefix(&folder).map(Path::to_owned).unwrap_or(file);
+        let file = if self.memory.is_some() { path.to_owned() } else { self.beside(path) };
         let file = file.to_string_lossy().replace('\\', "/");
         let name =
             path.file_stem().map_or_else(|| "model".into(), |stem| stem.to_string_lossy().into_owned());
         let model = ModelDesc { file, ..ModelDesc::default() };
-        let assets = FolderAssets::new(&self.folder).map_err(|e| e.to_scene_error())?.allow_outside(true);
+        let assets = self.assets(true)?;
         self.edit(&format!("Add {name}"), None, |desc| {
             let sources = Sources::default();
-            desc.add_model(&name, &model, &mut SceneFiles::new(&assets, &sources))
+            desc.add_model(&name, &model, &mut SceneFiles::new(&*assets, &sources))
         })
     }
 
@@ -207,11 +225,11 @@ impl Document {
     ///
     /// Errors: those of reading the model. The scene then stays the same.
     pub fn set_model_key(&mut self, object: usize, key: &str, value: Option<Data>) -> Result<(), SceneError> {
-        let assets = FolderAssets::new(&self.folder).map_err(|e| e.to_scene_error())?.allow_outside(true);
+        let assets = self.assets(true)?;
         let label = format!("Model: {}", key.replace('_', " "));
         self.edit(&label, Some(&label), |desc| {
             let sources = Sources::default();
-            desc.set_model_key(object, key, value, &mut SceneFiles::new(&assets, &sources))
+            desc.set_model_key(object, key, value, &mut SceneFiles::new(&*assets, &sources))
         })
     }
 
@@ -255,9 +273,14 @@ impl Document {
 
     /// Replaces the scene by that of the same file read again; the history continues, so that a reload can be undone.
     pub fn reloaded(&mut self, fresh: Document) {
+        self.reloaded_as("Reload", None, fresh);
+    }
+
+    /// The same with another label in the history.
+    fn reloaded_as(&mut self, label: &str, merge: Option<&str>, fresh: Document) {
         let before = std::mem::replace(&mut self.desc, Arc::clone(&fresh.desc));
         if !is_same(&before, &self.desc) {
-            self.history.push("Reload", None, before);
+            self.history.push(label, merge, before);
         }
         (self.saved, self.sources, self.opened) = (fresh.saved, fresh.sources, fresh.opened);
         self.stamps = fresh.stamps;

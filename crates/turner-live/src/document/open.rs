@@ -79,7 +79,7 @@ impl Opening {
             wake();
         };
         // Without a thread the sender is dropped, which `poll` reports.
-        let _ = std::thread::Builder::new().name("open".into()).spawn(read);
+        let _ = turner_host::thread::Builder::new().name("open".into()).spawn(read);
         Opening { path, result }
     }
 

@@ -7,7 +7,9 @@
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::mpsc::{Receiver, channel};
-use std::time::{Duration, Instant};
+use std::time::Duration;
+
+use turner_host::time::Instant;
 
 use serde::{Deserialize, Serialize};
 use turner::SceneDesc;
@@ -88,7 +90,7 @@ impl Recovery {
             let _ = write(&folder, &desc, &about);
             drop(end);
         };
-        if std::thread::Builder::new().name("recovery".into()).spawn(write).is_ok() {
+        if turner_host::thread::Builder::new().name("recovery".into()).spawn(write).is_ok() {
             self.running = Some(running);
         }
     }

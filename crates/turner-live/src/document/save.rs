@@ -38,7 +38,7 @@ impl Document {
             }
             wake();
         };
-        let _ = std::thread::Builder::new().name("save".into()).spawn(write);
+        let _ = turner_host::thread::Builder::new().name("save".into()).spawn(write);
         Saving { path: path.to_owned(), desc, result }
     }
 

@@ -13,8 +13,25 @@ pub struct Start {
     pub file: &'static str,
     /// Its text.
     pub text: &'static str,
-    /// The files that it reads: name and bytes.
+    /// The files that it reads: name and bytes. A web page has them beside it instead: there the bytes are empty.
     pub files: &'static [(&'static str, &'static [u8])],
+    /// The folder below `scenes` that they are in.
+    pub folder: &'static str,
+}
+
+/// The bytes of a file of a scene.
+#[cfg(not(target_arch = "wasm32"))]
+macro_rules! bytes {
+    ($folder:literal, $asset:literal) => {
+        include_bytes!(concat!("../../../../scenes/", $folder, "/", $asset))
+    };
+}
+
+#[cfg(target_arch = "wasm32")]
+macro_rules! bytes {
+    ($folder:literal, $asset:literal) => {
+        &[]
+    };
 }
 
 /// A row of the table: heading, name, description, folder, file, files that it reads.
@@ -27,7 +44,8 @@ macro_rules! starts {
             about: $about,
             file: $file,
             text: include_str!(concat!("../../../../scenes/", $folder, "/", $file, ".toml")),
-            files: &[$(($asset, include_bytes!(concat!("../../../../scenes/", $folder, "/", $asset)))),*],
+            files: &[$(($asset, bytes!($folder, $asset))),*],
+            folder: $folder,
         },)*)*];
     };
 }

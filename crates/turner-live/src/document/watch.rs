@@ -86,7 +86,7 @@ impl Watch {
             }
         };
         // Without a thread, nothing is noticed; reloading by hand still works.
-        let _ = std::thread::Builder::new().name("watch".into()).spawn(watch);
+        let _ = turner_host::thread::Builder::new().name("watch".into()).spawn(watch);
         Some(Watch { changed, end })
     }
 

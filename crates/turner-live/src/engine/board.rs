@@ -104,6 +104,16 @@ impl Board {
         }
     }
 
+    /// Lets an order wait again, unless a newer one does.
+    pub(super) fn put_back(&self, number: u64, order: Order) {
+        lock(&self.mail).order.get_or_insert((number, order));
+    }
+
+    /// Whether an order waits.
+    pub(super) fn has_mail(&self) -> bool {
+        lock(&self.mail).order.is_some()
+    }
+
     /// Clears the stop of the last pass. Returns whether work on order `number` should continue.
     pub(super) fn go_on(&self, number: u64) -> bool {
         self.stop.store(false, Ordering::SeqCst);

@@ -18,15 +18,17 @@ mod frame;
 mod order;
 mod pace;
 mod settle;
+mod stepper;
 #[cfg(test)]
 mod tests;
 mod worker;
 
 pub use frame::{Frame, Stage, Stand};
 pub use order::{Display, Layers, Look, Order};
+pub use stepper::Stepper;
 
 use std::sync::Arc;
-use std::thread::JoinHandle;
+use turner_host::thread::JoinHandle;
 
 use board::Board;
 
@@ -71,7 +73,7 @@ impl Engine {
     pub fn new(wake: impl Fn() + Send + Sync + 'static) -> Engine {
         let board = Arc::new(Board::new(Box::new(wake)));
         let of_thread = Arc::clone(&board);
-        let thread = std::thread::Builder::new().name("engine".into());
+        let thread = turner_host::thread::Builder::new().name("engine".into());
         // Without a thread nothing is rendered, which the status says.
         let thread = thread.spawn(move || worker::run(&of_thread)).ok();
         if thread.is_none() {

@@ -2,7 +2,9 @@
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::time::{Duration, Instant};
+use std::time::Duration;
+
+use turner_host::time::Instant;
 
 use turner::color::Spectrum;
 use turner::film::Denoise;
@@ -12,9 +14,6 @@ use turner::{PassOptions, Renderer};
 
 use super::develop::{self, Shown};
 use super::{Display, Look, Stage};
-
-/// Time of a slice of the first pass.
-const SLICE: Duration = Duration::from_millis(250);
 
 /// The film is first shown this many seconds after it began. Each later time is at least 1.5 times the one before.
 const FIRST: f64 = 0.5;
@@ -101,14 +100,19 @@ impl Settle {
     }
 
     /// Traces for a slice of time, or until `stop` is set.
-    pub(super) fn step(&mut self, stop: &AtomicBool, threads: usize) -> Result<Step, SceneError> {
+    pub(super) fn step(
+        &mut self,
+        stop: &AtomicBool,
+        threads: usize,
+        slice: Duration,
+    ) -> Result<Step, SceneError> {
         let started = Instant::now();
         // The photons of a sample index are traced before its camera samples, and lost if they are stopped: such a pass has
         // no slices. (Before the choice of the integrator nobody knows.)
         let integrator = Arc::clone(&self.renderer.prepared().integrator);
         let slices = integrator.has_chosen() && !integrator.finds_photons();
         let in_time = |_: usize, _: usize| {
-            if slices && started.elapsed() >= SLICE {
+            if slices && started.elapsed() >= slice {
                 stop.store(true, Ordering::SeqCst);
             }
         };

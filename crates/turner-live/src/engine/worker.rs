@@ -3,7 +3,9 @@
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
-use std::time::{Duration, Instant};
+use std::time::Duration;
+
+use turner_host::time::Instant;
 
 use turner::integrator::Prepared;
 use turner::prepare::{PrepareStep, Preparer, UpdateOptions};
@@ -23,9 +25,14 @@ const STILL: Duration = Duration::from_millis(120);
 const PREVIEW: Duration = Duration::from_millis(600);
 const PREVIEWS: u32 = 3;
 
+/// Time of a slice of the film.
+const SLICE: Duration = Duration::from_millis(250);
+
 /// What stays from order to order.
 #[derive(Default)]
-struct Worker {
+pub(super) struct Worker {
+    /// How long the worker may wait for orders and work on one in a single turn.
+    turns: Turns,
     preparer: Preparer,
     pace: Pace,
     draft: Draft,
@@ -40,22 +47,27 @@ struct Worker {
     /// The same for a picture of the film.
     owes_film: bool,
     since: Option<Instant>,
+    /// When the last order was taken.
+    arrived: Option<Instant>,
     /// The number of the order.
     number: u64,
+}
+
+/// How a worker's turns are paced.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) enum Turns {
+    /// In a thread of its own: it waits for orders.
+    #[default]
+    Waiting,
+    /// In a caller's thread: a turn never waits. The time is that of a slice of the film.
+    Short(Duration),
 }
 
 /// Serves orders until the board is closed. A panic costs the order, not the thread.
 pub(super) fn run(board: &Arc<Board>) {
     let mut worker = Worker::default();
     while !board.is_closed() {
-        let served = catch_unwind(AssertUnwindSafe(|| worker.serve(board)));
-        if let Err(panic) = served {
-            let text = panic.downcast_ref::<String>().map(String::as_str);
-            let text = text.or(panic.downcast_ref::<&str>().copied()).unwrap_or("no message");
-            worker = Worker::default();
-            let help = "the last picture stays; save the scene, change it and try again".to_owned();
-            board.fail(format!("the renderer stopped with a fault: {text}"), Some(help), true);
-        }
+        worker.turn(board);
     }
 }
 
@@ -68,15 +80,36 @@ fn stop<'a>(order: &Order, board: &'a Board) -> &'a AtomicBool {
 /// Frees the memory of a film on another thread: for a large film it takes longer than a frame.
 fn discard(film: Settle) {
     // Without a thread, it is freed here.
-    let _ = std::thread::Builder::new().name("free".into()).spawn(move || drop(film));
+    let _ = turner_host::thread::Builder::new().name("free".into()).spawn(move || drop(film));
 }
 
 impl Worker {
+    /// A worker whose turns never wait.
+    pub(super) fn in_short_turns(slice: Duration) -> Worker {
+        Worker { turns: Turns::Short(slice), ..Worker::default() }
+    }
+
+    /// One turn. A panic costs the order, not the worker.
+    pub(super) fn turn(&mut self, board: &Arc<Board>) {
+        let Err(panic) = catch_unwind(AssertUnwindSafe(|| self.serve(board))) else { return };
+        let text = panic.downcast_ref::<String>().map(String::as_str);
+        let text = text.or(panic.downcast_ref::<&str>().copied()).unwrap_or("no message");
+        *self = Worker { turns: self.turns, ..Worker::default() };
+        let help = "the last picture stays; save the scene, change it and try again".to_owned();
+        board.fail(format!("the renderer stopped with a fault: {text}"), Some(help), true);
+    }
+
+    /// Whether there is nothing to do until the next order.
+    pub(super) fn rests(&self, board: &Board) -> bool {
+        !board.has_mail() && self.is_idle()
+    }
+
     /// One turn: a new order, or the next piece of work on the last one.
     fn serve(&mut self, board: &Arc<Board>) {
-        let patience = if self.is_idle() { None } else { Some(Duration::ZERO) };
+        let waits = matches!(self.turns, Turns::Waiting);
+        let patience = if self.is_idle() && waits { None } else { Some(Duration::ZERO) };
         if let Some((number, order)) = board.take(patience) {
-            self.number = number;
+            (self.number, self.arrived) = (number, Some(Instant::now()));
             self.begin(order, board);
             return;
         }
@@ -84,11 +117,17 @@ impl Worker {
             return;
         }
         let Some((order, stand)) = self.last.clone() else { return };
+        if self.is_idle() {
+            return;
+        }
         if order.moving {
             // The film waits until nothing has moved for a while.
-            if let Some((number, next)) = board.take(Some(STILL)) {
+            if waits && let Some((number, next)) = board.take(Some(STILL)) {
                 self.number = number;
                 self.begin(next, board);
+                return;
+            }
+            if !waits && self.arrived.is_some_and(|arrived| arrived.elapsed() < STILL) {
                 return;
             }
             if let Some((order, _)) = &mut self.last {
@@ -136,7 +175,13 @@ impl Worker {
         });
         let prepared = match self.prepare(&order, board) {
             Ok(Some(prepared)) => prepared,
-            Ok(None) => return,
+            Ok(None) => {
+                // Another thread may end a step without a newer order.
+                if matches!(self.turns, Turns::Short(_)) && board.is_newest(self.number) {
+                    board.put_back(self.number, order);
+                }
+                return;
+            }
             Err(error) => {
                 self.film = None;
                 self.last = None;
@@ -262,8 +307,12 @@ impl Worker {
         if !board.go_on(self.number) {
             return;
         }
+        let slice = match self.turns {
+            Turns::Waiting => SLICE,
+            Turns::Short(slice) => slice,
+        };
         let Some(film) = &mut self.film else { return };
-        match film.step(&board.stop, order.threads) {
+        match film.step(&board.stop, order.threads, slice) {
             Ok(step) => {
                 let settled = film.is_complete();
                 self.report(board);
@@ -293,7 +342,7 @@ impl Worker {
         self.show(board, picture, Arc::clone(stand));
         let Some(finish) = finish else { return };
         // With half of the threads: what the user does next is answered meanwhile.
-        let all = std::thread::available_parallelism().map_or(1, |n| n.get());
+        let all = turner_host::thread::available();
         let threads = (if order.threads == 0 { all } else { order.threads } / 2).max(1);
         let (board, stand, film) = (Arc::clone(board), Arc::clone(stand), board.film());
         let (since, order) = (self.since, self.number);
@@ -305,8 +354,12 @@ impl Worker {
             let frame = Frame { order, stage, picture, transform, stand, noise, scale, after_ms };
             board.show_of_film(&film, frame);
         };
+        if turner_host::thread::available() == 1 && matches!(self.turns, Turns::Short(_)) {
+            develop();
+            return;
+        }
         // Without a thread, the picture of the fast denoiser stays.
-        let _ = std::thread::Builder::new().name("denoise".into()).spawn(develop);
+        let _ = turner_host::thread::Builder::new().name("denoise".into()).spawn(develop);
     }
 
     fn show(&mut self, board: &Board, shown: Shown, stand: Arc<Stand>) {

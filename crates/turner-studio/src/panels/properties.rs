@@ -6,12 +6,12 @@ use turner::color::Transfer;
 use turner::description::{ObjectContent, ObjectDesc, SceneLight};
 use turner::film::FilmDesc;
 use turner::light::LightDesc;
+use turner::schema::EntryDoc;
 use turner::schema::value::{Data, Span, Table, Value};
-use turner::schema::{EntryDoc, Field};
 
 use crate::actions::Action;
 use crate::changes::DIRECTION;
-use crate::node::Node;
+use crate::node::{GROUP, MOTION, Node, OBJECT_KEYS};
 use crate::panels::{alternatives, model, swatch};
 use crate::studio::{Dialog, Purpose, Studio};
 use crate::widgets::compound;
@@ -164,39 +164,6 @@ fn keys(
     });
 }
 
-/// A key that all objects have.
-const fn common(name: &'static str, kind: fn() -> String, doc: &'static [&'static str]) -> Field {
-    Field { name, kind, words: || &[], default: Some(|| "none".into()), doc, range: None }
-}
-
-/// The keys of all objects, besides the transform.
-const COMMON: &[Field] = &[
-    common("name", || "\"text\"".into(), &["The name, for messages and reports."]),
-    common("material", || "material".into(), &["Its material."]),
-    common("light_group", || "\"text\"".into(), &["Its light group if it emits light."]),
-    common(
-        "shadow_catcher",
-        || "true | false".into(),
-        &["Whether the camera sees nothing of it but the shadow on it."],
-    ),
-    common(
-        "hidden_from_camera",
-        || "true | false".into(),
-        &["Whether rays from the camera pass through it, and all others meet it."],
-    ),
-    common("hidden", || "true | false".into(), &["Whether it is left out of the picture."]),
-];
-
-/// The transform of an object that moves.
-const MOTION: Field = common(
-    "motion",
-    || "transform".into(),
-    &["Its transform at the end of the shutter interval: motion blur."],
-);
-
-/// The group of an instance.
-const GROUP: Field = common("group", || "group".into(), &["The group that it places in the scene."]);
-
 fn object(
     ui: &mut Ui,
     studio: &mut Studio,
@@ -206,7 +173,7 @@ fn object(
     changes: &mut Vec<(&'static str, Change)>,
 ) {
     Grid::new("object").num_columns(2).spacing([10.0, 4.0]).show(ui, |ui| {
-        for field in COMMON {
+        for field in OBJECT_KEYS {
             let value = table.get(field.name).map(|value| &value.data);
             if let Some(change) = field::row(ui, field, value, around) {
                 changes.push((field.name, change));

@@ -21,7 +21,7 @@ pub(super) fn map(
             work(i * ROWS, strip);
         }
     };
-    std::thread::scope(|scope| {
+    turner_host::thread::scope(|scope| {
         let more = threads.min(height.div_ceil(ROWS)).saturating_sub(1);
         let _workers: Vec<_> = (0..more).map(|_| scope.spawn(all)).collect();
         all();

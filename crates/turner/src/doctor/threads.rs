@@ -25,7 +25,7 @@ pub(super) fn map<T: Sync, R: Send>(
     let mut out: Vec<Option<R>> = Vec::new();
     out.resize_with(items.len(), || None);
     let threads = match threads {
-        0 => std::thread::available_parallelism().map_or(1, |n| n.get()),
+        0 => turner_host::thread::available(),
         n => n,
     };
     let mut keep = |done: Vec<(usize, R)>| {
@@ -39,7 +39,7 @@ pub(super) fn map<T: Sync, R: Send>(
         keep(work());
         return out;
     }
-    let lists = std::thread::scope(|scope| {
+    let lists = turner_host::thread::scope(|scope| {
         let workers: Vec<_> = (0..threads.min(64)).map(|_| scope.spawn(work)).collect();
         // The items of a thread that panicked are `None`.
         workers.into_iter().filter_map(|w| w.join().ok()).collect::<Vec<_>>()

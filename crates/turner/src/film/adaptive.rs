@@ -139,7 +139,7 @@ impl Film {
         let mut out = vec![[Share::default(); 2]; self.tiles().count()];
         let (columns, dark) = (self.tiles().columns(), DARK * self.mean_luminance());
         let chunk = rows.div_ceil(threads.max(1)) * columns;
-        std::thread::scope(|scope| {
+        turner_host::thread::scope(|scope| {
             for (i, shares) in out.chunks_mut(chunk).enumerate() {
                 scope.spawn(move || {
                     for (k, share) in shares.iter_mut().enumerate() {

@@ -76,14 +76,14 @@ pub(crate) fn with<T: Send, S>(
 /// Runs `work` on `threads` threads, but no more than there are `tasks`. 0 uses all; 1 starts none.
 fn run(work: impl Fn() + Sync, threads: usize, tasks: usize) {
     let threads = match threads {
-        0 => std::thread::available_parallelism().map_or(1, |n| n.get()),
+        0 => turner_host::thread::available(),
         n => n,
     };
     let more = threads.min(tasks).saturating_sub(1);
     if more == 0 {
         return work();
     }
-    std::thread::scope(|scope| {
+    turner_host::thread::scope(|scope| {
         (0..more).for_each(|_| {
             scope.spawn(&work);
         });

@@ -146,7 +146,7 @@ impl Preview {
     pub fn frame(&mut self, prepared: &Prepared, options: &PreviewOptions<'_>) -> Result<bool, SceneError> {
         let [width, height] = options.size.map(|side| side.clamp(1, MOST_SIDE));
         let threads = match options.threads {
-            0 => std::thread::available_parallelism().map_or(1, |n| n.get()),
+            0 => turner_host::thread::available(),
             n => n,
         };
         self.workers.resize_with(threads, Worker::default);

@@ -28,7 +28,7 @@ pub(super) fn run<W: Send, T: Send>(
     match workers {
         [] => return Ok(false),
         [worker] => all(worker),
-        workers => std::thread::scope(|scope| {
+        workers => turner_host::thread::scope(|scope| {
             let all = &all;
             let Some((first, others)) = workers.split_first_mut() else { return };
             for worker in others {

@@ -12,8 +12,7 @@
 
 use std::ops::Range;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
-use std::sync::mpsc::{RecvTimeoutError, channel};
-use std::sync::{Arc, Mutex};
+use std::sync::{Arc, Condvar, Mutex, PoisonError};
 use std::time::Duration;
 
 use super::light::{LightBuffers, LightTasks};
@@ -27,6 +26,31 @@ use crate::schema::SceneError;
 
 /// Time between two checks for a cancel while the integrator makes its choices.
 const POLL: Duration = Duration::from_millis(2);
+
+/// The end of another thread's work. Unlike a channel it needs no clock, which web pages do not have.
+#[derive(Default)]
+struct End {
+    reached: Mutex<bool>,
+    changed: Condvar,
+}
+
+impl End {
+    /// Waits for it, at most this long. Returns whether it is reached.
+    fn within(&self, time: Duration) -> bool {
+        let reached = self.reached.lock().unwrap_or_else(PoisonError::into_inner);
+        *reached || *self.changed.wait_timeout(reached, time).unwrap_or_else(PoisonError::into_inner).0
+    }
+}
+
+/// Tells that the work has ended, also by a panic.
+struct EndOnDrop(Arc<End>);
+
+impl Drop for EndOnDrop {
+    fn drop(&mut self) {
+        *self.0.reached.lock().unwrap_or_else(PoisonError::into_inner) = true;
+        self.0.changed.notify_all();
+    }
+}
 
 impl Renderer {
     /// Adds up to `count` samples to every pixel, starting from the first index that some tile lacks. With adaptive
@@ -118,19 +142,19 @@ impl Renderer {
         }
         let threads = Work::new(options).threads();
         if threads > 1 {
-            let (ended, end) = channel();
-            let prepared = self.prepared.clone();
+            let end = Arc::new(End::default());
+            let (prepared, at_end) = (self.prepared.clone(), EndOnDrop(Arc::clone(&end)));
             // Not scoped: a cancel does not wait for it.
-            let chooser = std::thread::Builder::new().spawn(move || {
+            let chooser = turner_host::thread::Builder::new().spawn(move || {
                 prepared.choose();
-                let _ = ended.send(());
+                drop(at_end);
             });
             if self.film.first_missing() == 0 && !self.film.has_preview() {
                 let plain = PassOptions { threads: threads - 1, progress: None, ..*options };
                 self.preview_pass(&plain)?;
             }
-            // It ends without a message after a panic, which occurs again in the call below.
-            while chooser.is_ok() && end.recv_timeout(POLL) == Err(RecvTimeoutError::Timeout) {
+            // After a panic it ends without a choice, and the panic occurs again in the call below.
+            while chooser.is_ok() && !end.within(POLL) {
                 if options.cancel.load(Ordering::Relaxed) {
                     return Ok(false);
                 }

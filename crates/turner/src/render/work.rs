@@ -90,7 +90,7 @@ impl Iterator for Tasks<'_> {
 impl<'a> Work<'a> {
     pub(super) fn new(options: &'a PassOptions<'a>) -> Work<'a> {
         let threads = match options.threads {
-            0 => std::thread::available_parallelism().map_or(1, |n| n.get()),
+            0 => turner_host::thread::available(),
             n => n,
         };
         Work { options, threads, parts: AtomicUsize::new(0), done: AtomicUsize::new(0) }
@@ -123,7 +123,7 @@ impl<'a> Work<'a> {
         if threads == 1 {
             failure = guarded().err();
         } else {
-            std::thread::scope(|scope| {
+            turner_host::thread::scope(|scope| {
                 let workers: Vec<_> = (0..threads).map(|_| scope.spawn(guarded)).collect();
                 for worker in workers {
                     if let Err(message) = worker.join().unwrap_or_else(|e| Err(panic_message(e))) {

@@ -100,7 +100,7 @@ impl PrepareContext<'_> {
         let mut wanted: Vec<_> = wanted.into_iter().collect();
         // The largest first, so that no thread starts it when the others have finished.
         wanted.sort_by_key(|(_, (image, _))| std::cmp::Reverse(image.memory()));
-        let all = || std::thread::available_parallelism().map_or(1, usize::from);
+        let all = || turner_host::thread::available();
         let threads = if threads == 0 { all() } else { threads }.min(wanted.len());
         let next = AtomicUsize::new(0);
         let work = || {
@@ -110,7 +110,7 @@ impl PrepareContext<'_> {
             }
             made
         };
-        let made = std::thread::scope(|scope| {
+        let made = turner_host::thread::scope(|scope| {
             let helpers: Vec<_> = (1..threads).map(|_| scope.spawn(work)).collect();
             let mut made = work();
             for helper in helpers {

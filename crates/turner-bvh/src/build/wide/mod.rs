@@ -123,7 +123,7 @@ pub(crate) fn build(source: &Source<'_>, options: &BuildOptions<'_>) -> Result<W
         return Err(BuildError::TooManyPrimitives { count: source.len(), limit: MAX_BLOCKS });
     }
     let threads = match options.threads {
-        0 => std::thread::available_parallelism().map_or(1, |n| n.get()),
+        0 => turner_host::thread::available(),
         n => n,
     };
     let plan = memory::plan(source, options)?;

@@ -154,7 +154,7 @@ impl<'a> File<'a> {
         let some = |part: &[BlockIndex]| {
             part.iter().map(|block| self.chunk(block, header)).collect::<Result<Vec<_>, Error>>()
         };
-        std::thread::scope(|scope| {
+        turner_host::thread::scope(|scope| {
             let parts: Vec<_> = blocks
                 .chunks(blocks.len().div_ceil(workers))
                 .map(|part| scope.spawn(move || some(part)))

@@ -24,7 +24,6 @@ mod text;
 pub(super) use text::{name as name_of, words};
 
 use std::borrow::Cow;
-use std::num::NonZero;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use chunk::{Before, Chunk, Fail, NONE, Others};
@@ -137,7 +136,7 @@ fn split(bytes: &[u8]) -> Vec<&[u8]> {
 }
 
 fn read_parts<'a>(parts: &[&'a [u8]], threads: usize) -> Vec<Chunk<'a>> {
-    let available = std::thread::available_parallelism().map_or(1, NonZero::get);
+    let available = turner_host::thread::available();
     let threads = if threads == 0 { available } else { threads }.min(parts.len());
     if threads < 2 {
         return parts.iter().map(|part| chunk::read(part, None)).collect();
@@ -151,7 +150,7 @@ fn read_parts<'a>(parts: &[&'a [u8]], threads: usize) -> Vec<Chunk<'a>> {
             done.push((i, chunk::read(part, None)));
         }
     };
-    let mut all = std::thread::scope(|scope| {
+    let mut all = turner_host::thread::scope(|scope| {
         let helpers: Vec<_> = (1..threads).map(|_| scope.spawn(work)).collect();
         let mut all = work();
         for helper in helpers {

@@ -223,7 +223,7 @@ fn rows_above_horizon(sky: &Sky, colors: &Colors, threads: usize) -> Vec<[Spectr
     let cos_azimuths: [f64; AZIMUTHS] = std::array::from_fn(|i| cos(PI * i as f64 / (AZIMUTHS - 1) as f64));
     let mut rows = vec![[Spectrum::BLACK; AZIMUTHS]; HEIGHT as usize / 2];
     let threads = match threads {
-        0 => std::thread::available_parallelism().map_or(1, |n| n.get()),
+        0 => turner_host::thread::available(),
         n => n,
     };
     let fill = |first: usize, rows: &mut [[Spectrum; AZIMUTHS]]| {
@@ -234,7 +234,7 @@ fn rows_above_horizon(sky: &Sky, colors: &Colors, threads: usize) -> Vec<[Spectr
     let part = rows.len().div_ceil(threads);
     let mut parts = rows.chunks_mut(part).enumerate().map(|(i, rows)| (i * part, rows));
     let own = parts.next();
-    std::thread::scope(|scope| {
+    turner_host::thread::scope(|scope| {
         parts.for_each(|(first, rows)| {
             scope.spawn(move || fill(first, rows));
         });

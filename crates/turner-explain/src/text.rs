@@ -11,12 +11,12 @@ use turner::explain::prune::{Hidden, Shown, shown};
 use turner::explain::{Kind, RayNode, SampleTree};
 
 /// How the text is written.
-pub(super) struct Style<'a> {
+pub(crate) struct Style<'a> {
     /// Whether to print colours.
-    pub(super) colors: bool,
-    pub(super) display: Display<'a>,
+    pub(crate) colors: bool,
+    pub(crate) display: Display<'a>,
     /// Most rays per tree.
-    pub(super) budget: usize,
+    pub(crate) budget: usize,
 }
 
 /// Most samples that are listed one by one.
@@ -47,7 +47,7 @@ impl Style<'_> {
     }
 }
 
-pub(super) fn of(e: &Explanation<'_>, trees: &[SampleTree], style: &Style<'_>) -> String {
+pub(crate) fn of(e: &Explanation<'_>, trees: &[SampleTree], style: &Style<'_>) -> String {
     let [width, height] = e.size;
     let mut out = format!(
         "{}: pixel {},{} of {width}x{height}, integrator \"{}\", seed {}\n",

@@ -17,15 +17,15 @@ const ALL: usize = 1024;
 const SEARCHED: usize = 1024;
 
 /// The requested samples.
-pub(super) struct Wanted {
-    pub(super) sample: Option<usize>,
-    pub(super) all: bool,
+pub(crate) struct Wanted {
+    pub(crate) sample: Option<usize>,
+    pub(crate) all: bool,
     /// Whether the format shows many samples.
-    pub(super) many: bool,
+    pub(crate) many: bool,
 }
 
 /// Explains a pixel. Errors: there is no such sample.
-pub(super) fn explain<'a>(
+pub(crate) fn explain<'a>(
     names: &Names<'a>,
     (scene_name, scene_hash): (String, String),
     pixel: PixelRecord,

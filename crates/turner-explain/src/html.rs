@@ -19,7 +19,7 @@ const SCRIPT: &str = include_str!("page.js");
 const DEEPEST: usize = 24;
 
 /// At most `budget` rays of each sample are on the page.
-pub(super) fn of(
+pub(crate) fn of(
     e: &Explanation<'_>,
     trees: &[SampleTree],
     views: &Views,
@@ -27,12 +27,25 @@ pub(super) fn of(
     budget: usize,
 ) -> String {
     let name = xml(&title(e));
-    let mut out = format!(
+    format!(
         "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\"/>\n\
          <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\"/>\n<title>{name}</title>\n\
-         <style>{}</style>\n</head>\n<body>\n<header>\n",
-        style::of_page()
-    );
+         <style>{}</style>\n</head>\n<body>\n{}<script>//<![CDATA[\n{SCRIPT}//]]>\n</script>\n</body>\n</html>\n",
+        style::of_page(),
+        body(e, trees, views, display, budget)
+    )
+}
+
+/// The contents of the page's body, without its script.
+pub(crate) fn body(
+    e: &Explanation<'_>,
+    trees: &[SampleTree],
+    views: &Views,
+    display: &Display<'_>,
+    budget: usize,
+) -> String {
+    let name = xml(&title(e));
+    let mut out = "<header>\n".to_owned();
     out += &format!("<span class=\"big\" style=\"background:{}\"></span>\n<div>\n", display.hex(e.color));
     out += &format!("<h1>{name}</h1>\n<p><b>{}</b> · {}</p>\n", exact(e.color), xml(&e.averaging));
     let equal = if e.exact {
@@ -51,8 +64,7 @@ pub(super) fn of(
     for tree in trees {
         sample(&mut out, e, tree, views, display, budget, Some(tree.number) == first);
     }
-    out += "<footer class=\"dim\">Click a ray to show its details; the triangle folds its descendants. Point at a ray or an object to highlight it in the tree and in the views.</footer>\n";
-    out + &format!("<script>//<![CDATA[\n{SCRIPT}//]]>\n</script>\n</body>\n</html>\n")
+    out + "<footer class=\"dim\">Click a ray to show its details; the triangle folds its descendants. Point at a ray or an object to highlight it in the tree and in the views.</footer>\n"
 }
 
 fn contribution(tree: &SampleTree) -> f64 {

@@ -7,7 +7,7 @@ use turner::scene::Outline;
 use super::views::{Figure, Point, View, WIDTH, touched, views};
 
 /// The two views of the scene, the same for all samples.
-pub(super) struct Views {
+pub(crate) struct Views {
     views: [View; 2],
     /// Objects with their names.
     objects: Vec<(u32, Outline, String)>,
@@ -17,7 +17,7 @@ pub(super) struct Views {
 const OBJECTS: usize = 200;
 
 /// Escapes text for XML and HTML, also within quotes. Control characters, which both forbid, become U+FFFD.
-pub(super) fn xml(text: &str) -> String {
+pub(crate) fn xml(text: &str) -> String {
     let mut out = String::with_capacity(text.len());
     for c in text.chars() {
         match c {
@@ -35,7 +35,7 @@ pub(super) fn xml(text: &str) -> String {
 }
 
 impl Views {
-    pub(super) fn new(names: &Names<'_>, trees: &[SampleTree]) -> Views {
+    pub(crate) fn new(names: &Names<'_>, trees: &[SampleTree]) -> Views {
         let mut ids = touched(trees);
         ids.truncate(OBJECTS);
         let outlines = names.prepared.scene.outlines(&ids);
@@ -50,12 +50,12 @@ impl Views {
     }
 
     /// Height of both views with their titles.
-    pub(super) fn height(&self) -> f64 {
+    pub(crate) fn height(&self) -> f64 {
         self.views.iter().map(|v| v.height + 26.0).sum()
     }
 
     /// Draws both views, one below the other, and returns their height.
-    pub(super) fn svg(&self, out: &mut String, tree: &SampleTree, shown: &Shown, x: f64, y: f64) -> f64 {
+    pub(crate) fn svg(&self, out: &mut String, tree: &SampleTree, shown: &Shown, x: f64, y: f64) -> f64 {
         let mut top = y;
         for (i, view) in self.views.iter().enumerate() {
             let id = format!("clip-{}-{i}", tree.number);

@@ -13,18 +13,18 @@ use turner::scene::Outline;
 use turner::explain::{Kind, RayNode, SampleTree};
 
 /// Width of a view in pixels of the drawing.
-pub(super) const WIDTH: f64 = 560.0;
+pub(crate) const WIDTH: f64 = 560.0;
 const TALLEST: f64 = 330.0;
 const LEAST: f64 = 170.0;
 const MARGIN: f64 = 28.0;
 
 /// A point of a view, in pixels from its top left corner.
-pub(super) type Point = [f64; 2];
+pub(crate) type Point = [f64; 2];
 
 /// An orthographic view.
-pub(super) struct View {
-    pub(super) name: &'static str,
-    pub(super) height: f64,
+pub(crate) struct View {
+    pub(crate) name: &'static str,
+    pub(crate) height: f64,
     /// To the right and downwards in the drawing.
     x: DVec3,
     y: DVec3,
@@ -34,7 +34,7 @@ pub(super) struct View {
 }
 
 /// The projection of an outline.
-pub(super) enum Figure {
+pub(crate) enum Figure {
     Circle(Point, f64),
     Polygon(Vec<Point>),
     Line(Point, Point),
@@ -96,7 +96,7 @@ impl Frame {
 const FAR: f64 = 6.0;
 
 /// The two views of the samples' rays, scaled to contain the hits, objects that are not much larger, and near lights.
-pub(super) fn views(view: &turner::view::View, trees: &[SampleTree], outlines: &[Outline]) -> [View; 2] {
+pub(crate) fn views(view: &turner::view::View, trees: &[SampleTree], outlines: &[Outline]) -> [View; 2] {
     let [forward, up, right] = axes(view);
     let local = |p: DVec3| DVec3::new(p.dot(forward), p.dot(up), p.dot(right));
     let mut frame = Frame { low: DVec3::INFINITY, high: DVec3::NEG_INFINITY };
@@ -170,19 +170,19 @@ pub(super) fn views(view: &turner::view::View, trees: &[SampleTree], outlines: &
 }
 
 impl View {
-    pub(super) fn point(&self, p: DVec3) -> Point {
+    pub(crate) fn point(&self, p: DVec3) -> Point {
         let v = p - self.center;
         [0.5 * WIDTH + self.scale * v.dot(self.x), 0.5 * self.height + self.scale * v.dot(self.y)]
     }
 
     /// The projection of a direction: length 1 at most.
-    pub(super) fn direction(&self, d: DVec3) -> Point {
+    pub(crate) fn direction(&self, d: DVec3) -> Point {
         [d.dot(self.x), d.dot(self.y)]
     }
 
     /// The part of a segment inside the view (Liang and Barsky 1984), with a margin of 4 pixels; `None` if there is
     /// none. Without `to` the segment is infinite.
-    pub(super) fn segment(&self, from: DVec3, direction: DVec3, to: Option<DVec3>) -> Option<(Point, Point)> {
+    pub(crate) fn segment(&self, from: DVec3, direction: DVec3, to: Option<DVec3>) -> Option<(Point, Point)> {
         let a = self.point(from);
         let (d, end) = match to {
             Some(to) => {
@@ -214,7 +214,7 @@ impl View {
     }
 
     /// The projection of an object; `None` if it has no edge in the view.
-    pub(super) fn figure(&self, outline: &Outline) -> Option<Figure> {
+    pub(crate) fn figure(&self, outline: &Outline) -> Option<Figure> {
         match outline {
             Outline::Sphere { center, radius } => {
                 let r = radius * self.scale;
@@ -270,7 +270,7 @@ fn hull(points: impl Iterator<Item = Point>) -> Vec<Point> {
 }
 
 /// The primitives that the rays hit, in ascending order.
-pub(super) fn touched(trees: &[SampleTree]) -> Vec<u32> {
+pub(crate) fn touched(trees: &[SampleTree]) -> Vec<u32> {
     let of = |n: &RayNode| n.primitive;
     let mut out: Vec<u32> = trees.iter().flat_map(|t| t.nodes.iter().filter_map(of)).collect();
     out.sort_unstable();

@@ -7,7 +7,7 @@ use turner::integrator::IntegratorDesc;
 use turner::light::LightDesc;
 use turner::material::MaterialDesc;
 use turner::medium::MediumDesc;
-use turner::schema::{FamilyDoc, path_part};
+use turner::schema::{FamilyDoc, Field, path_part};
 use turner::shape::ShapeDesc;
 use turner::texture::TextureDesc;
 
@@ -155,3 +155,36 @@ impl Node {
         }
     }
 }
+
+/// A key that all objects have.
+const fn common(name: &'static str, kind: fn() -> String, doc: &'static [&'static str]) -> Field {
+    Field { name, kind, words: || &[], default: Some(|| "none".into()), doc, range: None }
+}
+
+/// The keys of all objects, besides the transform and [`MOTION`].
+pub const OBJECT_KEYS: &[Field] = &[
+    common("name", || "\"text\"".into(), &["The name, for messages and reports."]),
+    common("material", || "material".into(), &["Its material."]),
+    common("light_group", || "\"text\"".into(), &["Its light group if it emits light."]),
+    common(
+        "shadow_catcher",
+        || "true | false".into(),
+        &["Whether the camera sees nothing of it but the shadow on it."],
+    ),
+    common(
+        "hidden_from_camera",
+        || "true | false".into(),
+        &["Whether rays from the camera pass through it, and all others meet it."],
+    ),
+    common("hidden", || "true | false".into(), &["Whether it is left out of the picture."]),
+];
+
+/// The transform of an object that moves.
+pub const MOTION: Field = common(
+    "motion",
+    || "transform".into(),
+    &["Its transform at the end of the shutter interval: motion blur."],
+);
+
+/// The group of an instance.
+pub const GROUP: Field = common("group", || "group".into(), &["The group that it places in the scene."]);

@@ -22,7 +22,7 @@ const TOP: f64 = 108.0;
 const BAR: f64 = 84.0;
 
 /// At most `budget` rays of each sample are drawn.
-pub(super) fn of(
+pub(crate) fn of(
     e: &Explanation<'_>,
     trees: &[SampleTree],
     views: &Views,
@@ -81,7 +81,7 @@ pub(super) fn of(
 }
 
 /// `pixel 12,7 of scene.toml`
-pub(super) fn title(e: &Explanation<'_>) -> String {
+pub(crate) fn title(e: &Explanation<'_>) -> String {
     format!("Pixel {},{} of {} ({})", e.pixel[0], e.pixel[1], e.scene, e.integrator)
 }
 

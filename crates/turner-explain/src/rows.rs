@@ -6,7 +6,7 @@ use turner::explain::prune::{Hidden, Shown};
 use turner::explain::{Kind, SampleTree};
 
 /// A row.
-pub(super) enum Row {
+pub(crate) enum Row {
     /// A camera, reflected, refracted or scattered ray.
     Ray { node: usize, depth: usize },
     /// The shadow rays to one light from the surface of the ray above.
@@ -16,7 +16,7 @@ pub(super) enum Row {
 }
 
 impl Row {
-    pub(super) fn depth(&self) -> usize {
+    pub(crate) fn depth(&self) -> usize {
         match self {
             Row::Ray { depth, .. } | Row::Light { depth, .. } | Row::Hidden { depth, .. } => *depth,
         }
@@ -24,7 +24,7 @@ impl Row {
 }
 
 /// Rows from the camera ray down. Shadow rays to the same light share a row.
-pub(super) fn rows(tree: &SampleTree, shown: &Shown) -> Vec<Row> {
+pub(crate) fn rows(tree: &SampleTree, shown: &Shown) -> Vec<Row> {
     let nodes = &tree.nodes;
     let mut children: Vec<Vec<usize>> = vec![Vec::new(); nodes.len()];
     for (i, node) in nodes.iter().enumerate().filter(|(i, _)| shown.nodes[*i]) {
@@ -65,7 +65,7 @@ pub(super) fn rows(tree: &SampleTree, shown: &Shown) -> Vec<Row> {
 }
 
 /// The result of the shadow rays to a light, in a few words.
-pub(super) fn light_remark(tree: &SampleTree, group: &[usize]) -> String {
+pub(crate) fn light_remark(tree: &SampleTree, group: &[usize]) -> String {
     let nodes = &tree.nodes;
     if let [only] = group {
         return nodes[*only].remark.clone();

@@ -40,7 +40,7 @@ fn rays() -> String {
 }
 
 /// For drawings: colours are written out, because some SVG viewers do not support CSS variables.
-pub(super) fn of_drawing() -> String {
+pub(crate) fn of_drawing() -> String {
     let rules = format!("{VIEWS}{SVG}{}", rays());
     let with = |dark: bool| {
         PALETTE.iter().fold(rules.clone(), |rules, (name, in_light, in_dark)| {
@@ -51,7 +51,7 @@ pub(super) fn of_drawing() -> String {
 }
 
 /// For pages.
-pub(super) fn of_page() -> String {
+pub(crate) fn of_page() -> String {
     let variables = |dark: bool| -> String {
         let each = PALETTE.iter();
         each.map(|(name, light, in_dark)| format!("--{name}:{};", if dark { in_dark } else { light }))

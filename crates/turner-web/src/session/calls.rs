@@ -1,0 +1,96 @@
+//! The table of calls, and how they read their arguments.
+
+use serde_json::{Value as Json, json};
+
+use super::{CallError, Reply, Session, assist, files, gallery, inspect, look, parts, save};
+
+/// Files that belong to a call: name and bytes.
+pub type Files = Vec<(String, Vec<u8>)>;
+
+/// What a call does.
+pub type Call = fn(&mut Session, &Json, Files) -> Result<Reply, CallError>;
+
+/// All calls, by name.
+pub const CALLS: &[(&str, Call)] = &[
+    ("gallery", |_, _, _| gallery::gallery()),
+    ("tutorial", |_, _, _| gallery::tutorial()),
+    ("open_start", gallery::open),
+    ("open", files::open),
+    ("set_text", |s, args, _| files::set_text(s, args)),
+    ("text", |s, _, _| files::text(s)),
+    ("check", |s, args, _| assist::check(s, args)),
+    ("complete", |s, args, _| assist::complete(s, args)),
+    ("hover", |s, args, _| assist::hover(s, args)),
+    ("view", |s, args, _| look::view(s, args)),
+    ("integrators", |_, _, _| Ok(look::integrators())),
+    ("gesture", |s, args, _| look::gesture(s, args)),
+    ("gesture_end", |s, _, _| look::gesture_end(s)),
+    ("frame", |s, args, _| look::frame(s, args)),
+    ("focus", |s, args, _| look::focus(s, args)),
+    ("pick", |s, args, _| inspect::pick(s, args)),
+    ("value", |s, args, _| inspect::value(s, args)),
+    ("explain", |s, args, _| inspect::explain(s, args)),
+    ("doctor", |s, _, _| inspect::doctor(s)),
+    ("outline", |s, _, _| parts::outline(s)),
+    ("part", |s, args, _| parts::part(s, args)),
+    ("set", |s, args, _| parts::set(s, args)),
+    ("undo", |s, _, _| Ok(step_back(s, true))),
+    ("redo", |s, _, _| Ok(step_back(s, false))),
+    ("save", |s, args, _| save::save(s, args)),
+    ("picture", |s, args, files| crate::picture::of_call(s.limits.clone(), s.threads, args, files)),
+];
+
+fn step_back(session: &mut Session, undo: bool) -> Reply {
+    let label = if undo { session.document.undo() } else { session.document.redo() };
+    session.moving = false;
+    session.order();
+    json!({ "label": label }).into()
+}
+
+/// The arguments of a call.
+#[derive(Clone, Copy)]
+pub(crate) struct Args<'a>(pub(crate) &'a Json);
+
+impl<'a> Args<'a> {
+    fn get(self, key: &str) -> Option<&'a Json> {
+        self.0.get(key).filter(|value| !value.is_null())
+    }
+
+    fn wrong(key: &str, expected: &str) -> CallError {
+        CallError::new(format!("the argument \"{key}\" is missing or wrong; expected {expected}"))
+    }
+
+    pub(crate) fn text(self, key: &str) -> Result<&'a str, CallError> {
+        self.optional_text(key)?.ok_or_else(|| Args::wrong(key, "text"))
+    }
+
+    pub(crate) fn optional_text(self, key: &str) -> Result<Option<&'a str>, CallError> {
+        self.get(key).map(|value| value.as_str().ok_or_else(|| Args::wrong(key, "text"))).transpose()
+    }
+
+    pub(crate) fn number(self, key: &str) -> Result<f64, CallError> {
+        self.optional_number(key)?.ok_or_else(|| Args::wrong(key, "a number"))
+    }
+
+    pub(crate) fn optional_number(self, key: &str) -> Result<Option<f64>, CallError> {
+        self.get(key).map(|value| value.as_f64().ok_or_else(|| Args::wrong(key, "a number"))).transpose()
+    }
+
+    /// A whole number from 0.
+    pub(crate) fn optional_index(self, key: &str) -> Result<Option<u32>, CallError> {
+        let whole = |value: &Json| value.as_u64().and_then(|n| u32::try_from(n).ok());
+        self.get(key)
+            .map(|value| whole(value).ok_or_else(|| Args::wrong(key, "a whole number from 0")))
+            .transpose()
+    }
+
+    pub(crate) fn flag(self, key: &str) -> Result<Option<bool>, CallError> {
+        self.get(key)
+            .map(|value| value.as_bool().ok_or_else(|| Args::wrong(key, "true or false")))
+            .transpose()
+    }
+
+    pub(crate) fn list(self, key: &str) -> Result<&'a [Json], CallError> {
+        self.get(key).and_then(Json::as_array).map(Vec::as_slice).ok_or_else(|| Args::wrong(key, "a list"))
+    }
+}
