@@ -58,6 +58,8 @@ export class Completion {
       this.#request(true);
       return;
     }
+    // Completions that are on their way are not wanted any more.
+    if (!this.#isOpen && event.key === "Escape") this.close();
     if (!this.#isOpen || event.ctrlKey || event.metaKey || event.altKey) return;
     const last = this.#items.length - 1;
     const to = {

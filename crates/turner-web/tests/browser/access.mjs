@@ -10,7 +10,7 @@ async function tour(page, base, look) {
   await start(page, base);
   await look("start");
   await openText(page, base);
-  await page.fill("#text", SCENE.replace("color = \"#d02010\"", "colr = \"#d02010\""));
+  await page.fill("#text", SCENE.replace("radius = 1\n", "radus = 1\n"));
   await page.waitForSelector("#problems .error", { timeout: PATIENCE });
   await look("an error");
   await andSettles(page, () => page.fill("#text", SCENE.replace("#d02010", "#c01010")));
