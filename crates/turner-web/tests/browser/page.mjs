@@ -298,3 +298,16 @@ export async function a_fault_of_the_renderer_keeps_the_text(page, base) {
   await andSettles(page, () => page.click("#message button:text-is('Render the text again')"));
   equal(await page.inputValue("#text"), SCENE, "text after the renderer has started again");
 }
+
+export async function a_long_text_is_painted_where_it_is_seen(page, base) {
+  const more = Array.from({ length: 2000 }, (_, i) => `[[object]]\ntype = "sphere"\ncenter = [${i % 50}, ${Math.floor(i / 50)}, -30]\nradius = 0.4\n\n`);
+  await start(page, base);
+  await drop(page, [["scene.toml", `${SCENE}\n${more.join("")}# the end`]]);
+  await page.waitForSelector("#scene:not([hidden])", { timeout: PATIENCE });
+  assert((await page.innerText(".paint")).startsWith("# A red ball"), "the first line is not painted");
+  await page.focus("#text");
+  await page.keyboard.press("Control+End");
+  await page.waitForFunction(() => document.querySelector(".paint").textContent.includes("# the end"), null, { timeout: PATIENCE });
+  const painted = await page.locator(".gutter span").count();
+  assert(painted < 200, `${painted} lines are painted`);
+}
