@@ -7,7 +7,7 @@ import { menu } from "./menu.js";
 const SHORTCUTS = [
   ["The page", [
     ["Ctrl O", "Open files"], ["Ctrl S", "Save the scene as TOML"], ["Ctrl Z", "Undo"], ["Ctrl Shift Z", "Redo"],
-    ["?", "This list"],
+    ["Escape", "Close a message or a menu"], ["?", "This list"],
   ]],
   ["The picture", [
     ["Arrow keys", "Orbit"], ["Shift arrow keys", "Move the picture"], ["+ and −", "Nearer, farther"], ["F", "Frame all objects"],

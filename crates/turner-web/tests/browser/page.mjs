@@ -2,7 +2,7 @@
 // static folder, and throws where the page is wrong.
 
 import {
-  PATIENCE, SCENE, andSettles, assert, color, drop, equal, message, openText, picture, settled, start,
+  PATIENCE, SCENE, andSettles, assert, color, drop, equal, link, message, openText, picture, settled, start,
 } from "./helpers.mjs";
 
 export * from "./access.mjs";
@@ -183,6 +183,22 @@ export async function the_view_shows_false_colours_and_debug_views(page, base) {
   assert(await picture(page) !== before, "the normals look like the picture");
   await andSettles(page, () => choose("The scene’s integrator"));
   equal(await picture(page), before, "picture after the debug view");
+}
+
+export async function pause_stops_the_picture(page, base) {
+  const long = SCENE.replace("samples = 4", "samples = 200000").replace("# A red ball", "integrator = { type = \"path\" }");
+  await page.goto("about:blank");
+  await page.goto(link(base, long));
+  await page.waitForFunction(() => Number(document.querySelector("#canvas").dataset.frames) > 2, null, { timeout: PATIENCE });
+  await page.click("#pause");
+  await page.waitForFunction(() => document.querySelector("#status-text").textContent.startsWith("paused"), null, { timeout: PATIENCE });
+  await page.waitForTimeout(500);
+  const samples = () => page.innerText("#status-text");
+  const before = await samples();
+  await page.waitForTimeout(1500);
+  equal(await samples(), before, "status line of a paused picture");
+  await page.click("#pause");
+  await page.waitForFunction(() => document.querySelector("#status-text").textContent.includes("left"), null, { timeout: PATIENCE });
 }
 
 export async function the_doctor_says_why_a_picture_is_black(page, base) {
