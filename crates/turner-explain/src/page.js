@@ -33,7 +33,7 @@ for (const section of all(document, "section")) {
   // Highlights a ray or an object in the tree and in the views.
   let pinned = null;
   const light = element => {
-    for (const e of all(section, ".on")) e.classList.remove("on");
+    for (const e of all(section, ".on:not(.light-mark)")) e.classList.remove("on");
     views.classList.toggle("busy", Boolean(element));
     if (!element) return;
     const wanted = new Set(rays(element));
