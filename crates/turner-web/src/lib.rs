@@ -12,8 +12,11 @@
 
 #[cfg(target_arch = "wasm32")]
 mod abi;
+pub mod base64;
+mod explain_page;
 mod picture;
 mod session;
 
+pub use explain_page::{ExplainPage, explain_page};
 pub use picture::{PictureRequest, picture};
 pub use session::{CALLS, Call, CallError, Event, Files, Place, Reply, Session};

@@ -80,7 +80,7 @@ unsafe impl Simd for Simd128 {
     }
     #[inline(always)]
     unsafe fn sqrt(a: Four) -> Four {
-        a.map(f64x2_sqrt)
+        a.map(|v| f64x2_sqrt(v))
     }
     #[inline(always)]
     unsafe fn test(a: Four, b: Four) -> Four {
@@ -98,7 +98,7 @@ unsafe impl Simd for Simd128 {
     }
     #[inline(always)]
     unsafe fn bits(m: Four) -> u8 {
-        let [a, b, c, d] = m.map(i64x2_bitmask);
+        let [a, b, c, d] = m.map(|v| i64x2_bitmask(v));
         a | b << 2 | c << 4 | d << 6
     }
 
@@ -139,7 +139,7 @@ unsafe impl Simd for Simd128 {
     }
     #[inline(always)]
     unsafe fn narrow(a: Four) -> Two {
-        let [a, b, c, d] = a.map(f32x4_demote_f64x2_zero);
+        let [a, b, c, d] = a.map(|v| f32x4_demote_f64x2_zero(v));
         [i64x2_shuffle::<0, 2>(a, b), i64x2_shuffle::<0, 2>(c, d)]
     }
     #[inline(always)]

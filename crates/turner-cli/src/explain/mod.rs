@@ -4,6 +4,7 @@
 //! run ── scene ── turner_explain::written ── output
 //! ```
 
+mod every_pixel;
 mod path_of;
 
 use std::ffi::OsStr;
@@ -32,8 +33,14 @@ pub(crate) struct ExplainArgs {
     #[command(flatten)]
     scene: SceneArgs,
     /// Column and row of the pixel, from 0 at the top left
-    #[arg(long, value_name = "X,Y", value_parser = parse_pixel, allow_hyphen_values = true)]
-    pixel: (u32, u32),
+    #[arg(
+        long,
+        value_name = "X,Y",
+        value_parser = parse_pixel,
+        allow_hyphen_values = true,
+        required_unless_present = "page"
+    )]
+    pixel: Option<(u32, u32)>,
     /// Sample index, from 0 [default: the sample with the largest contribution]
     #[arg(long, value_name = "N")]
     sample: Option<usize>,
@@ -54,6 +61,12 @@ pub(crate) struct ExplainArgs {
     /// Show all rays and samples, not only those with the largest contributions
     #[arg(long)]
     all: bool,
+    /// Write one HTML file in which every pixel can be clicked: with the picture, the scene and Turner itself inside
+    #[arg(long, conflicts_with_all = ["sample", "path_of", "format", "json", "all"])]
+    page: bool,
+    /// Turner's WebAssembly module for --page [default: `turner.wasm` beside the program]
+    #[arg(long, value_name = "FILE", requires = "page")]
+    module: Option<PathBuf>,
 }
 
 /// How an explanation is written.
@@ -114,6 +127,9 @@ pub(crate) fn run(args: &ExplainArgs, control: &Control) -> u8 {
 }
 
 fn explain(args: &ExplainArgs, reporter: &Reporter, control: &Control) -> Result<u8, Failure> {
+    if args.page {
+        return every_pixel::run(args, reporter, control);
+    }
     let (format, path) = args.target()?;
     let output =
         |e: turner_io::image::OutputError| Failure::new(two_lines(ErrorCode::Output, &e.to_string()));
@@ -127,7 +143,7 @@ fn explain(args: &ExplainArgs, reporter: &Reporter, control: &Control) -> Result
         path_of::check(&names, wanted).map_err(bad)?;
     }
     let name = args.scene.scene.to_string_lossy().into_owned();
-    let wanted = Wanted { pixel: args.pixel, sample: args.sample, all: args.all };
+    let wanted = Wanted { pixel: args.pixel.unwrap_or_default(), sample: args.sample, all: args.all };
     let to_file = file.is_some();
     let (text, exact) =
         written(&names, (name, ready.hash.whole.clone()), &wanted, format, to_file).map_err(bad)?;

@@ -2,7 +2,9 @@
 
 use std::io::{self, Write};
 
-use super::{Shot, base64, png};
+use turner_web::base64;
+
+use super::{Shot, png};
 
 /// Writes the picture.
 pub(super) fn write(out: &mut impl Write, shot: &Shot<'_>) -> io::Result<()> {

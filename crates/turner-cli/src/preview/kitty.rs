@@ -2,7 +2,9 @@
 
 use std::io::{self, Write};
 
-use super::{Shot, base64, png};
+use turner_web::base64;
+
+use super::{Shot, png};
 
 const PIECE: usize = 4096;
 

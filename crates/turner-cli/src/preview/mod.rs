@@ -25,7 +25,6 @@
 //! shows nothing.
 
 mod ask;
-mod base64;
 mod blocks;
 mod iterm;
 mod kitty;
