@@ -69,6 +69,10 @@ export function setupTools(page) {
   };
   pause.addEventListener("click", () => setPaused(!page.paused));
   page.on("opened", () => { if (page.paused) setPaused(false); });
+  // Nothing is rendered for a picture that is not shown.
+  page.on("shown", state => {
+    if (page.document) page.attempt("view", { paused: page.paused || state === "start" });
+  });
 
   page.undo = async word => {
     if (word === "undo" && page.editor.waiting) {
