@@ -64,7 +64,7 @@ export function setupTools(page) {
   const setPaused = paused => {
     page.paused = paused;
     pause.setAttribute("aria-pressed", String(paused));
-    pause.textContent = paused ? "Continue" : "Pause";
+    pause.querySelector(".label").textContent = paused ? "Continue" : "Pause";
     page.attempt("view", { paused });
   };
   pause.addEventListener("click", () => setPaused(!page.paused));
