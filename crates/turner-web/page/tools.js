@@ -64,11 +64,15 @@ export function setupTools(page) {
   const setPaused = paused => {
     page.paused = paused;
     pause.setAttribute("aria-pressed", String(paused));
-    pause.textContent = paused ? "Continue" : "Pause";
+    pause.querySelector(".label").textContent = paused ? "Continue" : "Pause";
     page.attempt("view", { paused });
   };
   pause.addEventListener("click", () => setPaused(!page.paused));
   page.on("opened", () => { if (page.paused) setPaused(false); });
+  // Nothing is rendered for a picture that is not shown.
+  page.on("shown", state => {
+    if (page.document) page.attempt("view", { paused: page.paused || state === "start" });
+  });
 
   page.undo = async word => {
     if (word === "undo" && page.editor.waiting) {
