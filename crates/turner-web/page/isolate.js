@@ -1,6 +1,9 @@
 // Registers the service worker. Where the host does not send the headers that threads need, the page is loaded once more,
 // with the headers of the service worker.
 
+/** Milliseconds until the page starts without the service worker. */
+const PATIENCE = 4000;
+
 /** Resolves when the page may start: `"reload"` if it is about to be loaded again. */
 export async function isolate() {
   if (!("serviceWorker" in navigator) || !window.isSecureContext) return "plain";
@@ -18,7 +21,12 @@ export async function isolate() {
   } catch {
     return "plain";
   }
-  await navigator.serviceWorker.ready;
+  // A service worker that does not become active must not keep the page from starting.
+  const isActive = await Promise.race([
+    navigator.serviceWorker.ready.then(() => true),
+    new Promise(resolve => setTimeout(resolve, PATIENCE, false)),
+  ]);
+  if (!isActive) return "plain";
   location.reload();
   return "reload";
 }

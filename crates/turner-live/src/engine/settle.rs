@@ -77,6 +77,11 @@ impl Settle {
         self.renderer.is_complete()
     }
 
+    /// Whether a thread works on the picture of [`Settle::finish`].
+    pub(super) fn is_being_denoised(&self) -> bool {
+        Arc::strong_count(&self.renderer) > 1
+    }
+
     /// Whether all pixels show something.
     pub(super) fn is_covered(&self) -> bool {
         self.renderer.is_covered()

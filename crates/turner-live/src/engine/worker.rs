@@ -99,9 +99,9 @@ impl Worker {
         board.fail(format!("the renderer stopped with a fault: {text}"), Some(help), true);
     }
 
-    /// Whether there is nothing to do until the next order.
+    /// Whether there is nothing to do and nothing to hear until the next order.
     pub(super) fn rests(&self, board: &Board) -> bool {
-        !board.has_mail() && self.is_idle()
+        !board.has_mail() && self.is_idle() && !self.film.as_ref().is_some_and(Settle::is_being_denoised)
     }
 
     /// One turn: a new order, or the next piece of work on the last one.

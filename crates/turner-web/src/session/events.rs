@@ -5,6 +5,7 @@ use std::sync::Arc;
 use serde_json::{Value as Json, json};
 use turner::Picture;
 use turner::color::ColorScale;
+use turner::film::Denoise;
 use turner_live::engine::{Frame, Stage};
 
 use super::Session;
@@ -90,7 +91,7 @@ fn of_frame(session: &Session, frame: &Frame) -> Json {
     let (stage, denoised) = match frame.stage {
         Stage::Preview => ("preview", false),
         Stage::Film { denoised, .. } => ("film", denoised),
-        Stage::Settled => ("settled", false),
+        Stage::Settled => ("settled", frame.stand.desc.film.denoise != Denoise::Off),
     };
     json!({
         "width": frame.picture.width,
