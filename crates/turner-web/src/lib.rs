@@ -12,8 +12,9 @@
 
 #[cfg(target_arch = "wasm32")]
 mod abi;
+mod layers;
 mod picture;
 mod session;
 
-pub use picture::{PictureRequest, picture};
+pub use picture::{PictureJob, PictureRequest, picture};
 pub use session::{CALLS, Call, CallError, Event, Files, Place, Reply, Session};
