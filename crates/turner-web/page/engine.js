@@ -136,7 +136,8 @@ class LocalEngine extends Engine {
   }
 }
 
-/** Starts a session in a worker. Options: threads (all of the machine's), wasm and scenes (addresses). */
+/** Starts a session in a worker. Options: threads (all of the machine's), wasm (an address or a compiled module) and scenes
+ * (an address). */
 export function startLocal(options = {}) {
   return new LocalEngine(options).start();
 }

@@ -43,7 +43,7 @@ function end(message) {
 }
 
 async function start({ wasm, threads }) {
-  const module = await compile(wasm);
+  const module = wasm instanceof WebAssembly.Module ? wasm : await compile(wasm);
   const { memory, limit } = newMemory();
   const isShared = self.crossOriginIsolated === true;
   core = new Core(module, memory, message => { fault = message; });

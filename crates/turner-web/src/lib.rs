@@ -14,9 +14,10 @@
 mod abi;
 pub mod base64;
 mod explain_page;
+mod layers;
 mod picture;
 mod session;
 
 pub use explain_page::{ExplainPage, explain_page};
-pub use picture::{PictureRequest, picture};
+pub use picture::{PictureJob, PictureRequest, picture};
 pub use session::{CALLS, Call, CallError, Event, Files, Place, Reply, Session};

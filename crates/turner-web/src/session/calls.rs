@@ -2,7 +2,7 @@
 
 use serde_json::{Value as Json, json};
 
-use super::{CallError, Reply, Session, assist, files, gallery, inspect, look, parts, save};
+use super::{CallError, Reply, Session, assist, files, gallery, inspect, look, parts, picture, save};
 
 /// Files that belong to a call: name and bytes.
 pub type Files = Vec<(String, Vec<u8>)>;
@@ -38,6 +38,11 @@ pub const CALLS: &[(&str, Call)] = &[
     ("redo", |s, _, _| Ok(step_back(s, false))),
     ("save", |s, args, _| save::save(s, args)),
     ("picture", |s, args, files| crate::picture::of_call(s.limits.clone(), s.threads, args, files)),
+    ("picture_begin", picture::begin),
+    ("picture_step", |s, args, _| picture::step(s, args)),
+    ("picture_take", |s, args, _| picture::take(s, args)),
+    ("picture_aovs", |s, _, _| picture::aovs(s)),
+    ("picture_end", |s, _, _| Ok(picture::end(s))),
 ];
 
 fn step_back(session: &mut Session, undo: bool) -> Reply {

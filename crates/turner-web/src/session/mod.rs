@@ -9,6 +9,7 @@ mod gallery;
 mod inspect;
 mod look;
 mod parts;
+mod picture;
 mod save;
 mod values;
 
@@ -27,6 +28,8 @@ use turner_live::document::Document;
 use turner_live::engine::{Frame, Look, Order, Stepper};
 
 use events::Sent;
+
+use crate::picture::PictureJob;
 
 /// Longest time of a step: what a page does between two steps waits for it.
 const SLICE: Duration = Duration::from_millis(60);
@@ -60,6 +63,8 @@ pub struct Session {
     threads: usize,
     limits: Limits,
     sent: Sent,
+    /// A picture beside the document.
+    job: Option<PictureJob>,
 }
 
 impl Session {
@@ -76,6 +81,7 @@ impl Session {
             threads,
             limits,
             sent: Sent::default(),
+            job: None,
         }
     }
 
