@@ -12,8 +12,13 @@
 
 #[cfg(target_arch = "wasm32")]
 mod abi;
+#[cfg(not(target_arch = "wasm32"))]
+mod page;
 mod picture;
 mod session;
 
+#[cfg(not(target_arch = "wasm32"))]
+pub use page::PAGE;
 pub use picture::{PictureRequest, picture};
-pub use session::{CALLS, Call, CallError, Event, Files, Place, Reply, Session};
+pub use session::{CALLS, Call, CallError, Event, Files, Place, READS, REPLACES, Reply, Session};
+pub use turner_io::scene::LoadError;
