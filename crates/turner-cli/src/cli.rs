@@ -12,7 +12,7 @@ use crate::control::Control;
 use crate::failure::Failure;
 use crate::{
     bench, checkpoint, color, compare, convert, doctor, explain, failure, farm, help, info, list, merge, new,
-    options, remake, render, report, resume, shell, tonemap, usage, verify, view, watch, window,
+    options, remake, render, report, resume, serve, shell, tonemap, usage, verify, view, watch, window,
 };
 
 /// Renders scene files by ray tracing.
@@ -42,6 +42,7 @@ enum Command {
     Remake(Box<remake::RemakeArgs>),
     Watch(Box<watch::WatchArgs>),
     Studio(window::WindowArgs),
+    Serve(Box<serve::ServeArgs>),
     New(new::NewArgs),
     Explain(Box<explain::ExplainArgs>),
     Doctor(Box<doctor::DoctorArgs>),
@@ -68,6 +69,7 @@ pub(crate) fn run(args: Vec<OsString>, control: &Control) -> u8 {
         Ok(Command::Remake(args)) => remake::run(&args, control),
         Ok(Command::Watch(args)) => watch::run(&args, control),
         Ok(Command::Studio(args)) => window::run(&args),
+        Ok(Command::Serve(args)) => serve::run(&args, control),
         Ok(Command::New(args)) => new::run(&args),
         Ok(Command::Explain(args)) => explain::run(&args, control),
         Ok(Command::Doctor(args)) => doctor::run(&args, control),

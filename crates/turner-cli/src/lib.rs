@@ -21,6 +21,7 @@
 //!                       ├─ watch    render after each change
 //!                       ├─ new      ── templates
 //!                       ├─ window   starts Turner Studio
+//!                       ├─ serve    the page, for browsers
 //!                       └─ completions, man ── shell
 //! ```
 //!
@@ -75,6 +76,7 @@ mod resume;
 mod run_args;
 mod scene;
 mod sequence;
+mod serve;
 mod shell;
 mod signals;
 mod studio;

@@ -17,7 +17,7 @@ pub(crate) struct LimitArgs {
     pub(crate) allow_outside: bool,
     /// Memory limit, e.g. 4G or 500M [default: four fifths of the machine's memory]
     #[arg(long, value_name = "SIZE", value_parser = parse_size)]
-    max_memory: Option<u64>,
+    pub(crate) max_memory: Option<u64>,
     /// Longest side of a texture image; larger images are halved until they fit
     #[arg(long, value_name = "PIXELS", value_parser = clap::value_parser!(u32).range(1..))]
     pub(crate) max_texture_size: Option<u32>,
@@ -51,7 +51,7 @@ pub fn of_machine() -> Limits {
 }
 
 /// A number of bytes: `500M`, `4G`, `1.5GiB`, `2000000`. Letters are powers of 1024.
-fn parse_size(text: &str) -> Result<u64, String> {
+pub(crate) fn parse_size(text: &str) -> Result<u64, String> {
     let expected = || "expected a size such as 4G or 500M".to_owned();
     let lower = text.trim().to_ascii_lowercase();
     let digits = lower.trim_end_matches(|c: char| c.is_ascii_alphabetic());

@@ -138,6 +138,13 @@ const EXAMPLES: &[(&str, &[(&str, &str)])] = &[
         ],
     ),
     (
+        "serve",
+        &[
+            ("turner serve scene.toml --open", "a scene, in the browser of this machine"),
+            ("turner serve scene.toml --share", "the same, and an address for others who look on"),
+        ],
+    ),
+    (
         "explain",
         &[
             ("turner explain scene.toml --pixel 320,240", "the ray tree of a pixel, as text"),

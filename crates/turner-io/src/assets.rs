@@ -4,6 +4,7 @@
 //! glTF. It may not leave that folder: not through `..` (encoded or not), an absolute path, `file://`, a Windows
 //! drive or network share, or a symbolic link. Nothing is fetched from a network.
 
+mod kept;
 mod spelling;
 
 use std::collections::BTreeMap;
@@ -16,6 +17,8 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use turner::schema::{ErrorCode, Limits, Remedy, SceneError};
 
 use crate::scene::two_lines;
+
+pub use kept::KeptAssets;
 
 pub(crate) use crate::words::{nearest, printable};
 

@@ -102,11 +102,10 @@ export async function pack(text) {
   return { bytes: bytes.length, packed };
 }
 
-/** The address of the page with other parameters; that of `turner serve` keeps its token. */
+/** The address of the page with other parameters; the token of `turner serve` is in its path. */
 function bare(parameters = {}) {
   const address = new URL(location.pathname, location.href);
-  const token = new URLSearchParams(location.search).get("token");
-  for (const [key, value] of Object.entries({ ...(token ? { token } : {}), ...parameters })) address.searchParams.set(key, value);
+  for (const [key, value] of Object.entries(parameters)) address.searchParams.set(key, value);
   return address;
 }
 

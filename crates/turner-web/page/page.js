@@ -119,7 +119,9 @@ class Page extends EventTarget {
 }
 
 const page = new Page();
-page.ready = isolate().then(startEngine);
+/** "owner" or "viewer" where `turner serve` serves the page: it renders there. */
+const served = document.querySelector('meta[name="turner-serve"]')?.content;
+page.ready = served ? connectEngine() : isolate().then(startEngine);
 page.ready.then(engine => page.emit("ready", engine), error => {
   find("loading").hidden = true;
   const help = "Use a browser of 2023 or later that allows WebAssembly, and load the page again.";
@@ -129,12 +131,16 @@ page.ready.then(engine => page.emit("ready", engine), error => {
 async function startEngine(how) {
   // The page is about to be loaded again, with threads.
   if (how === "reload") await new Promise(() => {});
-  const { connect, startLocal } = await import("./engine.js");
-  // `turner serve` opens the page with the token of its socket.
-  const token = new URLSearchParams(location.search).get("token");
-  const served = token && connect;
-  const socket = new URL(`socket?token=${encodeURIComponent(token)}`, location.href.replace(/^http/, "ws"));
-  const engine = served ? await connect(socket) : await startLocal();
+  const { startLocal } = await import("./engine.js");
+  return listen(await startLocal());
+}
+
+async function connectEngine() {
+  const { connect } = await import("./remote.js");
+  return listen(await connect(new URL("socket", location.href.replace(/^http/, "ws"))));
+}
+
+function listen(engine) {
   for (const name of EVENTS) engine.addEventListener(name, event => page.receive(name, event.detail));
   page.engine = engine;
   return engine;
@@ -146,6 +152,9 @@ page.on("fault", ({ message, help }) => {
   const again = ["Render the text again", () => page.open("the text", page.origin, () => page.call("set_text", { text }))];
   fail(error, "The renderer stopped", text ? [again] : []);
 });
+
+// Whoever looks on sees what the owner opens.
+if (served === "viewer") page.on("document", () => page.show("scene"));
 
 page.editor = new Editor(page);
 setupTabs(page);

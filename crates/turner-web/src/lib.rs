@@ -15,9 +15,14 @@ mod abi;
 pub mod base64;
 mod explain_page;
 mod layers;
+#[cfg(not(target_arch = "wasm32"))]
+mod page;
 mod picture;
 mod session;
 
 pub use explain_page::{ExplainPage, explain_page};
+#[cfg(not(target_arch = "wasm32"))]
+pub use page::PAGE;
 pub use picture::{PictureJob, PictureRequest, picture};
-pub use session::{CALLS, Call, CallError, Event, Files, Place, Reply, Session};
+pub use session::{CALLS, Call, CallError, Event, Files, Place, READS, REPLACES, Reply, Session};
+pub use turner_io::scene::LoadError;

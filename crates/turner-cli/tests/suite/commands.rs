@@ -40,7 +40,7 @@ fn small(mut args: Vec<String>) -> Vec<String> {
         "verify",
     ];
     let command = args.first().cloned().unwrap_or_default();
-    if ["bench", "verify", "watch", "studio"].contains(&&*command) {
+    if ["bench", "verify", "watch", "studio", "serve"].contains(&&*command) {
         args.push("--help".to_owned());
         return args;
     }

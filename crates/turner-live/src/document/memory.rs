@@ -3,11 +3,11 @@
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use turner::schema::SceneError;
+use turner::schema::{ErrorCode, SceneError};
 use turner_io::LoadOptions;
-use turner_io::assets::MemoryAssets;
+use turner_io::assets::{FolderAssets, KeptAssets, MemoryAssets};
 use turner_io::edit::{Opened, scene_text};
-use turner_io::scene::{LoadError, Loaded, load_from, load_text};
+use turner_io::scene::{LoadError, Loaded, Sources, load_from, load_text};
 
 use super::{Document, Start};
 
@@ -22,6 +22,22 @@ impl Document {
     ) -> Result<Document, LoadError> {
         let loaded = load_from(name, &*files, options)?;
         Ok(Document::loaded(name, files, options, loaded))
+    }
+
+    /// Reads a scene or a model on disk, and keeps the files that it reads in memory.
+    ///
+    /// Errors: those of [`turner_io::scene::load_from`], with the texts that were read.
+    pub fn read_into_memory(path: &Path, options: &LoadOptions) -> Result<Document, LoadError> {
+        let bare = |error| LoadError { error, sources: Sources::default() };
+        let Some(name) = path.file_name().and_then(|name| name.to_str()) else {
+            let message = format!("{}: expected the name of a file in UTF-8", path.display());
+            return Err(bare(SceneError::new(ErrorCode::File, message)));
+        };
+        let folder = FolderAssets::new(path.parent().unwrap_or(Path::new("")));
+        let folder = folder.map_err(|e| bare(e.to_scene_error()))?.with_limits(options.limits.clone());
+        let kept = KeptAssets::new(folder, name);
+        let loaded = load_from(name, &kept, options)?;
+        Ok(Document::loaded(name, Arc::new(kept.into_memory()), options, loaded))
     }
 
     /// A scene of the gallery, with its files in memory; `files` replace its own.
@@ -125,6 +141,22 @@ mod tests {
         assert!(!document.text().unwrap().contains("1.25"));
         let error = document.set_text("[[object]]\ntype = \"spher\"", &LoadOptions::default()).unwrap_err();
         assert_eq!(error.location().map(|at| at.line), Some(2));
+    }
+
+    #[test]
+    fn a_scene_on_disk_keeps_the_files_that_it_reads() {
+        let scenes = concat!(env!("CARGO_MANIFEST_DIR"), "/../../scenes/classic/002-box-sphere-plane.toml");
+        let options = LoadOptions::default();
+        let mut document = Document::read_into_memory(Path::new(scenes), &options).unwrap();
+        let names: Vec<&String> = document.memory().unwrap().files.keys().collect();
+        assert_eq!(names, ["002-box-sphere-plane.toml", "textures/marble.png", "textures/wood.png"]);
+        let text = document.text().unwrap();
+        assert_eq!(text, std::fs::read_to_string(scenes).unwrap());
+        document.set_text(&text.replace("marble.png", "wood.png"), &options).unwrap();
+        let error = document.set_text(&text.replace("marble.png", "../../../README.md"), &options);
+        assert!(error.is_err());
+        let missing = Path::new(scenes).with_file_name("missing.toml");
+        assert!(Document::read_into_memory(&missing, &options).is_err());
     }
 
     #[test]

@@ -14,7 +14,7 @@ pub(super) struct Board {
     /// The number of the newest order.
     newest: AtomicU64,
     /// Stops the pass that runs.
-    pub(super) stop: AtomicBool,
+    pub(super) stop: Arc<AtomicBool>,
     /// Stops everything: the front end is gone.
     pub(super) closed: AtomicBool,
     /// Set once the film that is being rendered is replaced.
@@ -40,7 +40,7 @@ impl Board {
             mail: Mutex::default(),
             arrived: Condvar::new(),
             newest: AtomicU64::new(0),
-            stop: AtomicBool::new(false),
+            stop: Arc::default(),
             closed: AtomicBool::new(false),
             film: Mutex::default(),
             frame: Mutex::default(),

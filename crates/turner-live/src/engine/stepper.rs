@@ -42,6 +42,11 @@ impl Stepper {
         &self.board.stop
     }
 
+    /// The same flag, for threads that outlive the borrow.
+    pub fn stopper(&self) -> Arc<AtomicBool> {
+        Arc::clone(&self.board.stop)
+    }
+
     /// Does the next piece of work. Returns whether there is more to do; while something moves there is always more.
     pub fn step(&mut self) -> bool {
         self.worker.turn(&self.board);

@@ -45,6 +45,27 @@ pub const CALLS: &[(&str, Call)] = &[
     ("picture_end", |s, _, _| Ok(picture::end(s))),
 ];
 
+/// Calls that make the picture that is being rendered obsolete: whoever makes them ends the step that runs by
+/// [`Session::stop`]. `page/engine.js` has the same list.
+pub const REPLACES: &[&str] =
+    &["open", "open_start", "set_text", "set", "undo", "redo", "gesture", "frame", "focus", "view"];
+
+/// Calls that change nothing and take little time: those of a person who looks on.
+pub const READS: &[&str] = &[
+    "gallery",
+    "tutorial",
+    "text",
+    "complete",
+    "hover",
+    "integrators",
+    "pick",
+    "value",
+    "explain",
+    "outline",
+    "part",
+    "save",
+];
+
 fn step_back(session: &mut Session, undo: bool) -> Reply {
     let label = if undo { session.document.undo() } else { session.document.redo() };
     session.moving = false;
@@ -97,5 +118,22 @@ impl<'a> Args<'a> {
 
     pub(crate) fn list(self, key: &str) -> Result<&'a [Json], CallError> {
         self.get(key).and_then(Json::as_array).map(Vec::as_slice).ok_or_else(|| Args::wrong(key, "a list"))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_lists_name_calls_and_the_page_has_the_same() {
+        let names: Vec<&str> = CALLS.iter().map(|(name, _)| *name).collect();
+        assert!(REPLACES.iter().chain(READS).all(|name| names.contains(name)));
+        assert!(!READS.iter().any(|name| REPLACES.contains(name)));
+        let script = include_str!("../../page/engine.js");
+        let start = script.find("const REPLACES = new Set([").unwrap();
+        let list = &script[start..start + script[start..].find(']').unwrap()];
+        let own: Vec<&str> = list.split('"').skip(1).step_by(2).collect();
+        assert_eq!(own, REPLACES);
     }
 }

@@ -13,10 +13,11 @@ mod picture;
 mod save;
 mod values;
 
-pub use calls::{CALLS, Call, Files};
+pub use calls::{CALLS, Call, Files, READS, REPLACES};
 pub use error::{CallError, Place};
 pub use events::Event;
 
+use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 use std::time::Duration;
@@ -24,6 +25,7 @@ use std::time::Duration;
 use serde_json::Value as Json;
 use turner::schema::Limits;
 use turner_io::LoadOptions;
+use turner_io::scene::LoadError;
 use turner_live::document::Document;
 use turner_live::engine::{Frame, Look, Order, Stepper};
 
@@ -115,6 +117,21 @@ impl Session {
     /// The flag that ends the step that runs, for other threads.
     pub fn stop(&self) -> &AtomicBool {
         self.stepper.stop()
+    }
+
+    /// The same flag, for threads that outlive the borrow.
+    pub fn stopper(&self) -> Arc<AtomicBool> {
+        self.stepper.stopper()
+    }
+
+    /// Opens a scene or a model on disk, with the files of its folder that it reads. They are then in memory: nothing is
+    /// written, and later texts may name these files alone.
+    ///
+    /// Errors: those of reading it.
+    pub fn open_path(&mut self, path: &Path) -> Result<(), LoadError> {
+        let document = Document::read_into_memory(path, &self.load_options())?;
+        self.show(document);
+        Ok(())
     }
 
     /// Orders the picture of the document as it is.
