@@ -17,7 +17,7 @@ pub(crate) struct LimitArgs {
     pub(crate) allow_outside: bool,
     /// Memory limit, e.g. 4G or 500M [default: four fifths of the machine's memory]
     #[arg(long, value_name = "SIZE", value_parser = parse_size)]
-    pub(crate) max_memory: Option<u64>,
+    max_memory: Option<u64>,
     /// Longest side of a texture image; larger images are halved until they fit
     #[arg(long, value_name = "PIXELS", value_parser = clap::value_parser!(u32).range(1..))]
     pub(crate) max_texture_size: Option<u32>,
@@ -33,6 +33,11 @@ impl LimitArgs {
     /// These limits for the scene of a checkpoint, which records the size of textures only.
     pub(crate) fn with_textures_of(&self, recorded: &LimitArgs) -> LimitArgs {
         LimitArgs { max_texture_size: recorded.max_texture_size, ..self.clone() }
+    }
+
+    /// A limit of memory alone.
+    pub(crate) fn of_memory(max_memory: Option<u64>) -> LimitArgs {
+        LimitArgs { max_memory, ..LimitArgs::default() }
     }
 
     /// The given limits, otherwise those of the machine.

@@ -1,10 +1,13 @@
 //! `turner serve`: the page, traced by this program.
 
+use std::io::IsTerminal;
 use std::net::IpAddr;
 use std::path::PathBuf;
 use std::process::{Command, Stdio};
 
 use clap::Args;
+use qrcode::QrCode;
+use qrcode::render::unicode::Dense1x2;
 use turner::schema::{ErrorCode, SceneError};
 use turner_serve::{Options, ServeError, Server};
 
@@ -53,7 +56,7 @@ pub(crate) fn run(args: &ServeArgs, control: &Control) -> u8 {
 }
 
 fn serve(args: &ServeArgs, control: &Control) -> Result<(), Failure> {
-    let limits = LimitArgs { max_memory: args.max_memory, ..LimitArgs::default() }.limits();
+    let limits = LimitArgs::of_memory(args.max_memory).limits();
     control.watch_memory(&limits.memory);
     let options = Options {
         scene: args.scene.clone(),
@@ -69,6 +72,9 @@ fn serve(args: &ServeArgs, control: &Control) -> Result<(), Failure> {
     text::print(&format!("{owner}\n"));
     if let Some(viewers) = server.viewers() {
         text::print(&format!("{viewers}\n"));
+        if std::io::stderr().is_terminal() {
+            eprint!("{}", code(&viewers));
+        }
     }
     eprintln!("{}", hint(args.share));
     if args.open {
@@ -76,6 +82,14 @@ fn serve(args: &ServeArgs, control: &Control) -> Result<(), Failure> {
     }
     // Ctrl-C ends the program: there is nothing to save.
     server.run().map_err(|error| system(&error))
+}
+
+/// An address as a code for the cameras of phones, for terminals with a dark background.
+fn code(address: &str) -> String {
+    let Ok(code) = QrCode::new(address) else { return String::new() };
+    let mut renderer = code.render::<Dense1x2>();
+    let text = renderer.dark_color(Dense1x2::Light).light_color(Dense1x2::Dark).build();
+    format!("{text}\n")
 }
 
 fn hint(share: bool) -> &'static str {
@@ -117,4 +131,18 @@ fn failure(error: ServeError) -> Failure {
 
 fn system(error: &std::io::Error) -> Failure {
     Failure::new(SceneError::new(ErrorCode::File, format!("nothing can be served: {error}")))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_code_has_a_square_for_each_module_and_a_quiet_zone() {
+        let code = code("http://192.168.100.100:7373/abcdefghijkmnpqrstuvwxyz23/");
+        let lines: Vec<&str> = code.lines().collect();
+        // 55 bytes at level M: version 4, 33 modules (ISO/IEC 18004), and 4 of the quiet zone at each side.
+        assert!(lines.iter().all(|line| line.chars().count() == 41));
+        assert_eq!(lines.len(), 21);
+    }
 }

@@ -1,10 +1,9 @@
 //! The pages: only those of the table of `turner_web`, below the token.
 
-use std::net::{IpAddr, SocketAddr};
 use std::sync::Arc;
 
 use axum::Router;
-use axum::extract::connect_info::{ConnectInfo, Connected};
+use axum::extract::connect_info::ConnectInfo;
 use axum::extract::ws::WebSocketUpgrade;
 use axum::extract::{Path, Request, State};
 use axum::http::header::{self, HeaderName};
@@ -12,10 +11,9 @@ use axum::http::{HeaderMap, HeaderValue, StatusCode};
 use axum::middleware::{Next, from_fn, from_fn_with_state};
 use axum::response::{IntoResponse, Redirect, Response};
 use axum::routing::get;
-use axum::serve::{IncomingStream, Listener};
-use tokio::net::{TcpListener, TcpStream};
 use turner_web::PAGE;
 
+use crate::door::Ends;
 use crate::guard::{check_host, check_origin};
 use crate::hub::Hub;
 use crate::socket::{self, MAX_MESSAGE};
@@ -57,40 +55,6 @@ impl House {
         let is_owner = self.owner.is(word) & (self.is_open || ends.peer.to_canonical().is_loopback());
         let is_viewer = self.viewer.as_ref().is_some_and(|token| token.is(word));
         if is_owner { Some(Role::Owner) } else { is_viewer.then_some(Role::Viewer) }
-    }
-}
-
-/// The addresses of a connection: that of this machine and that of the browser.
-#[derive(Clone, Copy)]
-pub(crate) struct Ends {
-    local: IpAddr,
-    peer: IpAddr,
-}
-
-/// Connections as they come; small messages are sent at once.
-pub(crate) struct Door(pub(crate) TcpListener);
-
-impl Listener for Door {
-    type Io = TcpStream;
-    type Addr = SocketAddr;
-
-    async fn accept(&mut self) -> (TcpStream, SocketAddr) {
-        let (stream, peer) = Listener::accept(&mut self.0).await;
-        // Without it messages only come later.
-        let _ = stream.set_nodelay(true);
-        (stream, peer)
-    }
-
-    fn local_addr(&self) -> std::io::Result<SocketAddr> {
-        self.0.local_addr()
-    }
-}
-
-impl Connected<IncomingStream<'_, Door>> for Ends {
-    fn connect_info(stream: IncomingStream<'_, Door>) -> Ends {
-        let unknown = IpAddr::from([0, 0, 0, 0]);
-        let local = stream.io().local_addr().map_or(unknown, |address| address.ip());
-        Ends { local, peer: stream.remote_addr().ip() }
     }
 }
 

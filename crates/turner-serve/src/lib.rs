@@ -1,7 +1,7 @@
 //! Turner's page, traced by this program at full speed: `turner serve`.
 //!
 //! ```text
-//!  browser ── HTTP: the page's files, below a token ──► house ─ guard, token
+//!  browser ── HTTP: files, below their token ──► door ─ house ─ guard, token
 //!     ▲                                                   │
 //!     └── WebSocket: calls, answers, changed tiles ──► socket ─ outbox ─ tiles     one for each viewer
 //!                                                         │
@@ -15,6 +15,7 @@
 #![forbid(unsafe_code)]
 
 mod desk;
+mod door;
 mod engine;
 mod guard;
 mod house;
@@ -34,7 +35,8 @@ use tokio::sync::Notify;
 use turner::schema::Limits;
 use turner_web::{LoadError, Session};
 
-use house::{Door, Ends, House, router};
+use door::{Door, Ends};
+use house::{House, router};
 use hub::Hub;
 use token::Token;
 
@@ -167,7 +169,7 @@ impl Server {
         let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build()?;
         let ended = runtime.block_on(async {
             listener.set_nonblocking(true)?;
-            let door = Door(tokio::net::TcpListener::from_std(listener)?);
+            let door = Door::new(tokio::net::TcpListener::from_std(listener)?);
             let service = router(Arc::new(house)).into_make_service_with_connect_info::<Ends>();
             tokio::select! {
                 ended = async { axum::serve(door, service).await } => ended,
