@@ -8,7 +8,7 @@ const MAX_SIDE = 2048;
 const MAX_THREADS = 4;
 
 /** Samples per pixel without the attribute. */
-const SAMPLES = 32;
+const SAMPLES = 16;
 
 /** Milliseconds after the last change of size until the film has it. */
 const SETTLES = 200;

@@ -134,13 +134,16 @@ export const checks = [
     assert.ok(b > 1.5 * r && b > g, `${[r, g, b]}`);
   }],
   ["environment and exposure change the light", async (page, base) => {
-    await show(page, base, `<turner-view src="tiny.glb" ${VIEW} id="studio"></turner-view>
-      <turner-view src="tiny.glb" ${VIEW} id="map" environment="red.hdr"></turner-view>
-      <turner-view src="tiny.glb" ${VIEW} id="dark" exposure="0.25"></turner-view>`);
+    // The blue face is in front.
+    const each = 'src="tiny.glb" camera-orbit="240deg 75deg 105%" ' + VIEW;
+    await show(page, base, `<turner-view ${each} id="studio"></turner-view>
+      <turner-view ${each} id="map" environment="red.hdr"></turner-view>
+      <turner-view ${each} id="dark" exposure="0.25"></turner-view>`);
     for (const id of ["#studio", "#map", "#dark"]) await settled(page, id);
     const [studio, map, dark] = await Promise.all(["#studio", "#map", "#dark"].map(id => colors(page, id)));
-    assert.ok(map.middle[0] > 5 * map.middle[1], JSON.stringify(map));
-    assert.ok(dark.middle[0] < 0.75 * studio.middle[0], JSON.stringify([studio, dark]));
+    assert.ok(studio.middle[2] > 2 * studio.middle[0], JSON.stringify(studio));
+    assert.ok(map.middle[2] < 1.5 * map.middle[0], JSON.stringify(map));
+    assert.ok(dark.middle[2] < 0.75 * studio.middle[2], JSON.stringify([studio, dark]));
   }],
   ["the poster stays until the picture comes; a bad file has its message in place", async (page, base) => {
     const pixel = "data:image/gif;base64,R0lGODlhAQABAIAAAAAAAP///yH5BAEAAAAALAAAAAABAAEAAAIBRAA7";
