@@ -10,7 +10,7 @@ use turner_io::scene::{LoadOptions, load_text};
 use turner_io::{Override, SaveOptions, to_bytes};
 
 /// The README's first scene, and one with a path tracer, an external file, a BVH, and several lights.
-const SCENES: [&str; 2] = [include_str!("../../scenes/hello.toml"), PATHS];
+pub(crate) const SCENES: [&str; 2] = [include_str!("../../scenes/hello.toml"), PATHS];
 
 const PATHS: &str = r#"
 film = { antialias = "monte-carlo", samples = 4 }

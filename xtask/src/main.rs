@@ -6,6 +6,7 @@
 //! cargo xtask list              their names and commands
 //! cargo xtask words             finds phrases that documents, comments and messages do not use
 //! cargo xtask python            builds the Python module's wheel and runs its tests; further arguments go to pytest
+//! cargo xtask web               the page as a static folder; --test runs its tests in Chromium
 //! cargo xtask wasm              compiles for WebAssembly and renders there; further arguments go to cargo
 //! ```
 #![forbid(unsafe_code)]
@@ -16,6 +17,7 @@ mod pictures;
 mod python;
 mod sheet;
 mod wasm;
+mod web;
 mod words;
 
 use std::path::{Path, PathBuf};
@@ -37,7 +39,8 @@ fn main() -> ExitCode {
         ["words"] => words::check(root()).map(|files| println!("{files} files use the words of the field")),
         ["python", more @ ..] => python::test(more),
         ["wasm", more @ ..] => wasm::check(more),
-        _ => Err("usage: cargo xtask docs [NAME…] | cargo xtask list | cargo xtask words | cargo xtask python [PYTEST-OPTION…] | cargo xtask wasm [CARGO-OPTION…]"
+        ["web", more @ ..] => web::build(more),
+        _ => Err("usage: cargo xtask docs [NAME…] | cargo xtask list | cargo xtask words | cargo xtask python [PYTEST-OPTION…] | cargo xtask web [--quick] [--test] | cargo xtask wasm [CARGO-OPTION…]"
             .to_owned()),
     };
     match result {

@@ -28,7 +28,7 @@ export class Completion {
     area.addEventListener("keydown", event => this.#key(event));
     area.addEventListener("input", event => this.#typed(event));
     area.addEventListener("blur", () => this.close());
-    area.addEventListener("scroll", () => this.close());
+    area.addEventListener("scroll", () => this.follow());
     area.addEventListener("pointerdown", () => this.close());
   }
 
@@ -58,6 +58,8 @@ export class Completion {
       this.#request(true);
       return;
     }
+    // Completions that are on their way are not wanted any more.
+    if (!this.#isOpen && event.key === "Escape") this.close();
     if (!this.#isOpen || event.ctrlKey || event.metaKey || event.altKey) return;
     const last = this.#items.length - 1;
     const to = {
@@ -105,6 +107,11 @@ export class Completion {
     this.#choose(0);
     this.#place(text, at);
     announce(`${this.#items.length} completions`);
+  }
+
+  /** Stays at the cursor when the text moves below it. */
+  follow() {
+    if (this.#isOpen) this.#place(this.#area.value, this.#area.selectionStart);
   }
 
   /** Below the cursor, or above it where there is no room. */

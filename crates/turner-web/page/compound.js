@@ -14,16 +14,22 @@ export function tuple(kind) {
 
 /** Numbers beside one another. */
 export function vector(parts, id, label, set) {
+  let value = null;
+  // The numbers that are not changed keep all of their digits.
+  const change = i => {
+    const values = inputs.map((input, j) => j === i || !Array.isArray(value) ? input.valueAsNumber : value[j]);
+    if (values.every(Number.isFinite)) set(values, null);
+  };
   const inputs = parts.map((part, i) => make("input", {
     type: "number", step: "any", id: i ? null : id, "aria-label": `${label} ${part}`,
-    on: { change: () => { const values = inputs.map(input => input.valueAsNumber); if (values.every(Number.isFinite)) set(values, null); } },
+    on: { change: () => change(i) },
   }));
   return {
     element: make("div", { class: "vector" }, ...inputs),
     update(key) {
-      const value = current(key);
+      value = current(key);
       inputs.forEach((input, i) => {
-        if (!isBusy(input)) input.value = Array.isArray(value) ? digits(value[i]) : "";
+        if (!isBusy(input)) input.value = Array.isArray(value) ? digits(value[i], 4) : "";
         input.placeholder = typeof value === "string" ? value : "";
       });
     },

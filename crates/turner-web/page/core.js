@@ -12,23 +12,18 @@ const STACK = 2 << 20;
 const encoder = new TextEncoder();
 const decoder = new TextDecoder();
 
-/** Memory that threads share. Where the page may not share it, one thread uses it. */
+/** Memory that threads share, and the most bytes that it may have. Where the page may not share it, one thread uses it. */
 export function newMemory() {
   let refused;
   for (const maximum of MAXIMUM_PAGES) {
     try {
-      return new WebAssembly.Memory({ initial: INITIAL_PAGES, maximum, shared: true });
+      const memory = new WebAssembly.Memory({ initial: INITIAL_PAGES, maximum, shared: true });
+      return { memory, limit: maximum * 65536 };
     } catch (error) {
       refused = error;
     }
   }
   throw refused;
-}
-
-/** The most bytes that a memory may have. */
-export function limitOf(memory) {
-  for (const pages of MAXIMUM_PAGES) if (memory.maximumPages === pages) return pages * 65536;
-  return memory.maximumPages ? memory.maximumPages * 65536 : 2 ** 31;
 }
 
 /** A text in shared memory: decoders do not read shared memory themselves. */

@@ -1,16 +1,18 @@
 // The text of the scene: a textarea, with colours and underlines painted behind it. What is typed is checked, and
 // rendered if it has no error.
 
-import { announce, find, later, make, sentence } from "./dom.js";
+import { announce, find, later, make, sentence, words } from "./dom.js";
 import { Completion } from "./completion.js";
 import { setupHover } from "./hover.js";
-import { offset, paint } from "./highlight.js";
+import { offset, paint, place, scan } from "./highlight.js";
 import { keep, merge } from "./merge.js";
 
 /** Milliseconds after the last key. */
 const REST = 250;
 /** Problems listed; a broken text can have thousands. */
 const MOST = 100;
+/** Lines that are painted above and below those in sight. */
+const MORE = 12;
 
 export class Editor {
   #page;
@@ -22,7 +24,9 @@ export class Editor {
   #turn = 0;
   /** The text of the scene that the engine has. */
   #known = "";
-  #lines = 0;
+  #scanned = null;
+  #lines = scan("");
+  #marks = [];
   #rest = later(REST, () => this.#check());
 
   constructor(page) {
@@ -36,6 +40,12 @@ export class Editor {
       event.preventDefault();
       this.#next(event.shiftKey ? -1 : 1);
     });
+    // The list of errors takes room from the text.
+    new ResizeObserver(() => {
+      if (this.#area === document.activeElement) this.#reveal(this.#area.selectionStart);
+      this.#render();
+      this.completion.follow();
+    }).observe(this.#area);
     page.on("document", document => this.#take(document));
     page.on("opened", () => { this.#turn++; this.#rest.cancel(); this.#show(this.#page.document); });
   }
@@ -176,8 +186,8 @@ export class Editor {
     const items = this.#problems.map(problem => make("li", { class: problem.severity },
       make("button", { type: "button", on: { click: () => this.#jump(problem) } },
         make("b", { text: problem.line ? `Line ${problem.line}` : "Text" }),
-        make("span", { text: problem.message }),
-        problem.help ? make("span", { class: "remedy", text: sentence(problem.help) }) : null)));
+        make("span", {}, ...words(sentence(problem.message))),
+        problem.help ? make("span", { class: "remedy" }, ...words(sentence(problem.help))) : null)));
     this.#list.replaceChildren(...items);
     this.#page.countPanel?.("text", this.#problems.filter(problem => problem.severity === "error").length);
   }
@@ -202,35 +212,42 @@ export class Editor {
 
   /** Scrolls until the line of an offset is visible. */
   #reveal(at) {
-    const line = this.text.slice(0, at).split("\n").length - 1;
     const height = parseFloat(getComputedStyle(this.#area).lineHeight);
-    const top = line * height;
-    if (top < this.#area.scrollTop || top > this.#area.scrollTop + this.#area.clientHeight - 2 * height) {
-      this.#area.scrollTop = top - this.#area.clientHeight / 3;
-    }
+    const top = (place(this.text, at).line - 1) * height;
+    const { scrollTop, clientHeight } = this.#area;
+    if (top < scrollTop) this.#area.scrollTop = Math.max(0, top - clientHeight / 3);
+    else if (top > scrollTop + clientHeight - 2.5 * height) this.#area.scrollTop = top - clientHeight + 4 * height;
   }
 
   #render() {
     const text = this.#area.value;
-    paint(this.#paint, text, this.#problems.filter(problem => problem.line && !problem.stale)
-      .map(({ start, end, severity }) => ({ start, end, kind: severity })));
-    const lines = text.split("\n").length;
-    const bad = new Map();
-    for (const { line, severity } of [...this.#problems].reverse()) if (line) bad.set(line, severity);
-    const key = `${lines}:${Array.from(bad)}`;
-    if (key !== this.#lines) {
-      this.#lines = key;
-      this.#gutter.replaceChildren(...Array.from({ length: lines }, (_, i) =>
-        make("span", { class: bad.get(i + 1) || null, text: `${i + 1}\n` })));
+    if (text !== this.#scanned) {
+      this.#scanned = text;
+      this.#lines = scan(text);
+      this.#gutter.style.minWidth = `calc(${Math.max(2, String(this.#lines.length).length)}ch + 18px)`;
     }
+    this.#marks = this.#problems.filter(problem => problem.line && !problem.stale)
+      .map(({ start, end, severity }) => ({ start, end, kind: severity }));
     this.#follow();
   }
 
-  /** The painted text and the line numbers scroll with the textarea. */
+  /** Paints the lines in sight and their numbers behind the textarea. */
   #follow() {
-    const { scrollTop, scrollLeft } = this.#area;
-    this.#paint.style.transform = `translate(${-scrollLeft}px, ${-scrollTop}px)`;
-    this.#gutter.scrollTop = scrollTop;
+    const { scrollTop, scrollLeft, clientHeight } = this.#area;
+    const lines = this.#lines;
+    const height = parseFloat(getComputedStyle(this.#area).lineHeight) || 20;
+    const first = Math.min(lines.length - 1, Math.max(0, Math.floor(scrollTop / height) - MORE));
+    const last = Math.min(lines.length, Math.ceil((scrollTop + clientHeight) / height) + MORE);
+    const stop = last < lines.length ? lines[last].start - 1 : this.#scanned.length;
+    paint(this.#paint, this.#scanned, lines[first], stop, this.#marks);
+    const top = first * height - scrollTop;
+    this.#paint.style.transform = `translate(${-scrollLeft}px, ${top}px)`;
+    const bad = new Map();
+    for (const { line, severity } of [...this.#problems].reverse()) if (line) bad.set(line, severity);
+    const numbers = Array.from({ length: last - first }, (_, i) => first + i + 1);
+    const column = make("div", {}, ...numbers.map(line => make("span", { class: bad.get(line) || null, text: `${line}\n` })));
+    column.style.transform = `translateY(${top}px)`;
+    this.#gutter.replaceChildren(column);
   }
 }
 

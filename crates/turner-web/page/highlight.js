@@ -1,8 +1,5 @@
 // Colours of TOML text: a tokenizer that keeps every character, so that the painted text lies exactly behind the typed one.
 
-/** Longest text that is painted, UTF-16 units: painting is linear, but runs with each key. */
-export const LONGEST = 300_000;
-
 const TOKENS = [
   ["comment", /#[^\n]*/y],
   ["string", /"""(?:[^\\]|\\[^])*?(?:"""|$)|'''[^]*?(?:'''|$)|"(?:[^"\\\n]|\\.)*"?|'[^'\n]*'?/y],
@@ -14,15 +11,62 @@ const TOKENS = [
   ["word", /[A-Za-z0-9_-]+/y],
 ];
 
-/**
- * [kind, start, end] of each piece of the text, without gaps. Multi-line arrays look like sections to a tokenizer that
- * does not count brackets; so it counts them.
- */
-export function tokens(text) {
-  const pieces = [];
-  let at = 0;
+/** A line that is a section alone: what stands before it is closed, even while brackets are being written. */
+const SECTION = /\[\[?[A-Za-z0-9_.-]+\]\]?[ \t]*(?:#[^\n]*)?(?=\n|$)/y;
+
+/** The start of each line, and what is open there: brackets, and the quotes of a text of several lines. */
+export function scan(text) {
+  const lines = [{ start: 0, depth: 0, quote: "" }];
   let depth = 0;
-  while (at < text.length) {
+  let quote = "";
+  for (let i = 0; i < text.length; i++) {
+    if (!quote && text[i] === "[" && (i === 0 || text[i - 1] === "\n")) {
+      SECTION.lastIndex = i;
+      const section = SECTION.exec(text);
+      if (section) {
+        depth = 0;
+        lines[lines.length - 1].depth = 0;
+        i += section[0].length - 1;
+        continue;
+      }
+    }
+    const c = text[i];
+    if (c === "\n") {
+      // A text of one line ends there, closed or not.
+      if (quote.length === 1) quote = "";
+      lines.push({ start: i + 1, depth, quote });
+    } else if (quote) {
+      if (c === "\\" && quote[0] === "\"" && text[i + 1] !== "\n") i++;
+      else if (text.startsWith(quote, i)) { i += quote.length - 1; quote = ""; }
+    } else if (c === "#") {
+      const end = text.indexOf("\n", i);
+      i = (end < 0 ? text.length : end) - 1;
+    } else if (c === "\"" || c === "'") {
+      quote = text.startsWith(c.repeat(3), i) ? c.repeat(3) : c;
+      i += quote.length - 1;
+    } else if (c === "[" || c === "{") {
+      depth++;
+    } else if (c === "]" || c === "}") {
+      depth = Math.max(0, depth - 1);
+    }
+  }
+  return lines;
+}
+
+/**
+ * [kind, start, end] of each piece of the text from the start of a line to `stop`, without gaps. Lists of several lines
+ * look like sections to a tokenizer that does not count brackets; so it counts them.
+ */
+export function tokens(text, line, stop) {
+  const pieces = [];
+  let { start: at, depth } = line;
+  if (line.quote) {
+    const close = text.indexOf(line.quote, at);
+    const end = close < 0 ? stop : Math.min(stop, close + line.quote.length);
+    pieces.push(["string", at, end]);
+    at = end;
+  }
+  while (at < stop) {
     let kind = "plain";
     let end = at + 1;
     for (const [name, pattern] of TOKENS) {
@@ -31,7 +75,7 @@ export function tokens(text) {
       const match = pattern.exec(text);
       if (match && match[0]) {
         kind = name;
-        end = at + match[0].length;
+        end = Math.min(stop, at + match[0].length);
         break;
       }
     }
@@ -47,21 +91,23 @@ export function tokens(text) {
   return pieces;
 }
 
-/** Paints the text into an element; `marks`: [{start, end, kind}] are underlined. */
-export function paint(element, text, marks) {
-  const pieces = text.length > LONGEST ? [["word", 0, text.length]] : tokens(text);
-  const sorted = marks.filter(mark => mark.end > mark.start).sort((a, b) => a.start - b.start);
+/**
+ * Paints the text from the start of a line to `stop` into an element; `marks`: [{start, end, kind}] are underlined. Only
+ * the lines in sight are painted: a text can have ten thousand.
+ */
+export function paint(element, text, line, stop, marks) {
+  const sorted = marks.filter(mark => mark.end > mark.start && mark.end > line.start && mark.start < stop).sort((a, b) => a.start - b.start);
   const nodes = [];
   let next = 0;
-  for (const [kind, start, end] of pieces) {
+  for (const [kind, start, end] of tokens(text, line, stop)) {
     let at = start;
     while (at < end) {
       while (next < sorted.length && sorted[next].end <= at) next++;
       const mark = sorted[next];
       const inside = mark && mark.start <= at;
-      const to = Math.min(end, inside ? mark.end : mark ? mark.start : end);
-      nodes.push(piece(text.slice(at, Math.max(to, at + 1)), kind, inside ? mark.kind : ""));
-      at = Math.max(to, at + 1);
+      const to = Math.max(at + 1, Math.min(end, inside ? mark.end : mark ? mark.start : end));
+      nodes.push(piece(text.slice(at, to), kind, inside ? mark.kind : ""));
+      at = to;
     }
   }
   // A last line without characters still has a height.

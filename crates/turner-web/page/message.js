@@ -44,3 +44,7 @@ function show(kind, ...content) {
   box.replaceChildren(make("div", {}, ...content), close);
   box.hidden = false;
 }
+
+addEventListener("keydown", event => {
+  if (event.key === "Escape" && !event.defaultPrevented) clear();
+});

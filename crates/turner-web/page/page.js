@@ -13,7 +13,7 @@ import { setupStatus } from "./status.js";
 import { setupTabs } from "./tabs.js";
 import { setupTools } from "./tools.js";
 import { setupViewport } from "./viewport.js";
-import { isolate } from "./isolation.js";
+import { isolate } from "./isolate.js";
 
 /** Events of the engine that the parts of the page listen to, on the page itself: engines may come later. */
 const EVENTS = ["frame", "status", "document", "fault"];
@@ -128,7 +128,9 @@ page.ready.then(engine => page.emit("ready", engine), error => {
   fail(error.help ? error : Object.assign(new Error(error.message || String(error)), { help }), "The renderer does not start");
 });
 
-async function startEngine() {
+async function startEngine(how) {
+  // The page is about to be loaded again, with threads.
+  if (how === "reload") await new Promise(() => {});
   const { startLocal } = await import("./engine.js");
   return listen(await startLocal());
 }

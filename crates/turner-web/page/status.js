@@ -13,6 +13,7 @@ export function setupStatus(page) {
   let noise = null;
   let settled = false;
   let isNew = true;
+  let error = "";
 
   page.on("ready", engine => {
     const threads = engine.threads === 1 ? "one thread" : `${engine.threads} threads`;
@@ -28,7 +29,9 @@ export function setupStatus(page) {
     show({ ...frame, doing: frame.stage === "preview" ? "preview" : "", settled: frame.stage === "settled" });
   });
   page.on("status", status => {
-    if (status.error) fail(status.error, "Cannot render");
+    // One message for one error: it can be closed.
+    if (status.error && status.error.message !== error) fail(status.error, "Cannot render");
+    error = status.error?.message || "";
     show(status);
   });
 

@@ -7,7 +7,7 @@ import { menu } from "./menu.js";
 const SHORTCUTS = [
   ["The page", [
     ["Ctrl O", "Open files"], ["Ctrl S", "Save the scene as TOML"], ["Ctrl Z", "Undo"], ["Ctrl Shift Z", "Redo"],
-    ["?", "This list"],
+    ["Escape", "Close a message or a menu"], ["?", "This list"],
   ]],
   ["The picture", [
     ["Arrow keys", "Orbit"], ["Shift arrow keys", "Move the picture"], ["+ and −", "Nearer, farther"], ["F", "Frame all objects"],
@@ -64,11 +64,15 @@ export function setupTools(page) {
   const setPaused = paused => {
     page.paused = paused;
     pause.setAttribute("aria-pressed", String(paused));
-    pause.textContent = paused ? "Continue" : "Pause";
+    pause.querySelector(".label").textContent = paused ? "Continue" : "Pause";
     page.attempt("view", { paused });
   };
   pause.addEventListener("click", () => setPaused(!page.paused));
   page.on("opened", () => { if (page.paused) setPaused(false); });
+  // Nothing is rendered for a picture that is not shown.
+  page.on("shown", state => {
+    if (page.document) page.attempt("view", { paused: page.paused || state === "start" });
+  });
 
   page.undo = async word => {
     if (word === "undo" && page.editor.waiting) {

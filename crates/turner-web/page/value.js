@@ -19,8 +19,8 @@ export function current(key) {
 /** A field that is being written in keeps what was typed. */
 export const isBusy = element => element === document.activeElement;
 
-/** Numbers are shown with up to six digits; what was written stays until it is changed. */
-export const digits = x => typeof x === "number" ? String(Number(x.toPrecision(6))) : "";
+/** Numbers are shown with a few digits; what was written stays until it is changed. */
+export const digits = (x, count = 6) => typeof x === "number" ? String(Number(x.toPrecision(count))) : "";
 
 export function brief(value) {
   const written = typeof value === "string" ? value : JSON.stringify(value);

@@ -1,5 +1,5 @@
 // The session's worker: loads the module, starts threads, makes the page's calls and renders between them.
-import { Core, limitOf, newMemory } from "./core.js";
+import { Core, newMemory } from "./core.js";
 
 /** Memory that is kept free of scenes and pictures, for what has no limit of its own: 64 MiB. */
 const RESERVE = 64 << 20;
@@ -44,10 +44,9 @@ function end(message) {
 
 async function start({ wasm, threads }) {
   const module = await compile(wasm);
-  const memory = newMemory();
+  const { memory, limit } = newMemory();
   const isShared = self.crossOriginIsolated === true;
   core = new Core(module, memory, message => { fault = message; });
-  const limit = limitOf(memory);
   core.begin(limit - RESERVE);
   const wanted = isShared ? Math.max(1, threads || navigator.hardwareConcurrency || 1) : 1;
   const started = await Promise.all(Array.from({ length: wanted - 1 }, startThread));

@@ -10,6 +10,7 @@ macro_rules! page {
 }
 
 page! {
+    "blank.html" "text/html; charset=utf-8";
     "checks.js" "text/javascript; charset=utf-8";
     "color.js" "text/javascript; charset=utf-8";
     "completion.js" "text/javascript; charset=utf-8";
@@ -28,7 +29,7 @@ page! {
     "hover.js" "text/javascript; charset=utf-8";
     "icon.svg" "image/svg+xml";
     "index.html" "text/html; charset=utf-8";
-    "isolation.js" "text/javascript; charset=utf-8";
+    "isolate.js" "text/javascript; charset=utf-8";
     "links.js" "text/javascript; charset=utf-8";
     "manifest.webmanifest" "application/manifest+json";
     "menu.js" "text/javascript; charset=utf-8";
@@ -44,6 +45,7 @@ page! {
     "start.css" "text/css; charset=utf-8";
     "start.js" "text/javascript; charset=utf-8";
     "status.js" "text/javascript; charset=utf-8";
+    "sw.js" "text/javascript; charset=utf-8";
     "tabs.js" "text/javascript; charset=utf-8";
     "thread.js" "text/javascript; charset=utf-8";
     "tools.js" "text/javascript; charset=utf-8";

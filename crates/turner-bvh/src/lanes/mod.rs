@@ -24,6 +24,8 @@
 //! ```
 
 mod portable;
+#[cfg(all(target_arch = "wasm32", target_feature = "simd128"))]
+mod simd128;
 mod vectors;
 #[cfg(target_arch = "x86_64")]
 mod x86;
@@ -124,6 +126,10 @@ pub fn dispatch<W: Work>(set: InstructionSet, work: W) -> W::Output {
         #[cfg(target_arch = "aarch64")]
         // NEON is the baseline on aarch64: the compiler uses it for the portable code.
         Kind::Neon => work.run(Portable),
+        #[cfg(all(target_arch = "wasm32", target_feature = "simd128"))]
+        // A second copy of the portable code would make a page's download larger.
+        Kind::Simd128 | Kind::Scalar => work.run(simd128::Simd128),
+        #[cfg(not(all(target_arch = "wasm32", target_feature = "simd128")))]
         Kind::Scalar => work.run(Portable),
     }
 }

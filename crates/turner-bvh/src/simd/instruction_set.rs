@@ -3,6 +3,7 @@
 use std::fmt;
 
 use super::Simd;
+#[cfg(not(all(target_arch = "wasm32", target_feature = "simd128")))]
 use super::portable::Portable;
 #[cfg(target_arch = "x86_64")]
 use super::x86::{Avx2, Avx512};
@@ -31,6 +32,9 @@ pub(crate) enum Kind {
     Scalar,
     #[cfg(target_arch = "aarch64")]
     Neon,
+    /// The 128-bit SIMD of WebAssembly.
+    #[cfg(all(target_arch = "wasm32", target_feature = "simd128"))]
+    Simd128,
     /// AVX2, FMA and BMI.
     #[cfg(target_arch = "x86_64")]
     Avx2,
@@ -44,6 +48,8 @@ impl Kind {
         Kind::Scalar,
         #[cfg(target_arch = "aarch64")]
         Kind::Neon,
+        #[cfg(all(target_arch = "wasm32", target_feature = "simd128"))]
+        Kind::Simd128,
         #[cfg(target_arch = "x86_64")]
         Kind::Avx2,
         #[cfg(target_arch = "x86_64")]
@@ -56,6 +62,8 @@ impl Kind {
             Kind::Scalar => true,
             #[cfg(target_arch = "aarch64")]
             Kind::Neon => true,
+            #[cfg(all(target_arch = "wasm32", target_feature = "simd128"))]
+            Kind::Simd128 => true,
             #[cfg(target_arch = "x86_64")]
             Kind::Avx2 => {
                 is_x86_feature_detected!("avx2")
@@ -97,12 +105,14 @@ impl InstructionSet {
         InstructionSet::available().find(|set| set.name().eq_ignore_ascii_case(name))
     }
 
-    /// The name: `scalar`, `neon`, `avx2` or `avx512`.
+    /// The name: `scalar`, `neon`, `simd128`, `avx2` or `avx512`.
     pub const fn name(self) -> &'static str {
         match self.0 {
             Kind::Scalar => "scalar",
             #[cfg(target_arch = "aarch64")]
             Kind::Neon => "neon",
+            #[cfg(all(target_arch = "wasm32", target_feature = "simd128"))]
+            Kind::Simd128 => "simd128",
             #[cfg(target_arch = "x86_64")]
             Kind::Avx2 => "avx2",
             #[cfg(target_arch = "x86_64")]
@@ -156,6 +166,12 @@ pub(crate) fn dispatch<W: WithSimd>(set: InstructionSet, work: W) -> W::Output {
         Kind::Avx2 => unsafe { run_avx2(work) },
         #[cfg(target_arch = "aarch64")]
         Kind::Neon => work.run(super::neon::Neon::new()),
+        #[cfg(all(target_arch = "wasm32", target_feature = "simd128"))]
+        Kind::Simd128 => work.run(super::simd128::Simd128::new()),
+        // A second copy of the traversal would take a tenth of a page's download.
+        #[cfg(all(target_arch = "wasm32", target_feature = "simd128"))]
+        Kind::Scalar => work.run(super::simd128::Simd128::new()),
+        #[cfg(not(all(target_arch = "wasm32", target_feature = "simd128")))]
         Kind::Scalar => run_portable(work),
     }
 }
@@ -174,6 +190,7 @@ unsafe fn run_avx2<W: WithSimd>(work: W) -> W::Output {
     work.run(unsafe { Avx2::new() })
 }
 
+#[cfg(not(all(target_arch = "wasm32", target_feature = "simd128")))]
 fn run_portable<W: WithSimd>(work: W) -> W::Output {
     work.run(Portable)
 }

@@ -11,12 +11,14 @@ mod instruction_set;
 #[cfg(target_arch = "aarch64")]
 mod neon;
 mod portable;
+#[cfg(all(target_arch = "wasm32", target_feature = "simd128"))]
+mod simd128;
 #[cfg(target_arch = "x86_64")]
 mod x86;
 
 pub use instruction_set::InstructionSet;
 pub(crate) use instruction_set::{Kind, WithSimd, dispatch};
-#[cfg(any(test, target_arch = "aarch64"))]
+#[cfg(any(test, target_arch = "aarch64", all(target_arch = "wasm32", target_feature = "simd128")))]
 pub(crate) use portable::Portable;
 
 /// A vector of `f32`. Masks have one bit per lane, the first lane lowest.

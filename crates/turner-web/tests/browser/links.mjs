@@ -15,7 +15,7 @@ async function shared(page) {
 
 export async function a_link_opens_the_scene_as_sent(page, base) {
   await openText(page, base);
-  const edited = SCENE.replace("A red ball", "Ein roter Ball, größer").replace("radius = 1\n", "radius = 1.2\n");
+  const edited = SCENE.replace("A red ball", "A red ball, 球 Ω").replace("radius = 1\n", "radius = 1.2\n");
   await page.fill("#text", edited);
   const address = await shared(page);
   assert(address.includes("#s="), `the link is ${address}`);
