@@ -27,8 +27,8 @@ pub(crate) struct Hub {
     /// Ends the step that runs.
     stop: Mutex<Arc<AtomicBool>>,
     state: Mutex<State>,
-    /// The message that was made last: the numbers of its pictures, whether it is packed, and its bytes.
-    made: Mutex<Option<(Option<u32>, u32, bool, Bytes)>>,
+    /// The message that was made last.
+    made: Mutex<Option<Made>>,
     /// Bytes of files that were sent for calls to come.
     uploads: Arc<AtomicU64>,
 }
@@ -53,6 +53,13 @@ impl Drop for Room {
     fn drop(&mut self) {
         self.all.fetch_sub(self.bytes, Ordering::SeqCst);
     }
+}
+
+/// A message of a picture.
+struct Made {
+    /// The number of the picture before, that of the picture, and whether it is packed.
+    of: (Option<u32>, u32, bool),
+    bytes: Bytes,
 }
 
 #[derive(Default)]
@@ -137,15 +144,13 @@ impl Hub {
 
     /// The message that brings a viewer from one picture to another. Viewers who keep pace share it.
     pub(crate) fn message(&self, base: Option<&Shown>, shown: &Shown, packed: bool) -> Bytes {
-        let from = base.map(|base| base.number);
+        let of = (base.map(|base| base.number), shown.number, packed);
         let mut made = lock(&self.made);
-        if let Some((own, to, own_packed, bytes)) = &*made
-            && (*own, *to, *own_packed) == (from, shown.number, packed)
-        {
-            return bytes.clone();
+        if let Some(made) = made.as_ref().filter(|made| made.of == of) {
+            return made.bytes.clone();
         }
         let bytes = Bytes::from(message(base, shown, packed));
-        *made = Some((from, shown.number, packed, bytes.clone()));
+        *made = Some(Made { of, bytes: bytes.clone() });
         bytes
     }
 

@@ -49,11 +49,11 @@ export class Engine extends EventTarget {
   }
 
   /** The session has ended: calls that wait have no answer. */
-  fail(message) {
+  fail(message, help = undefined) {
     const waiting = [...this.#waiting.values()];
     this.#waiting.clear();
     for (const { reject } of waiting) reject(new EngineError({ message: `the renderer stopped: ${message}` }));
-    this.dispatchEvent(new CustomEvent("fault", { detail: { message } }));
+    this.dispatchEvent(new CustomEvent("fault", { detail: { message, help } }));
   }
 
   close() {}

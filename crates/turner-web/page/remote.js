@@ -68,7 +68,7 @@ class RemoteEngine extends Engine {
           reject(new EngineError({ message: reason || "the server does not answer", help: "Check that turner serve runs, and use the address that it printed." }));
           return;
         }
-        this.fail(reason || "the connection to the server was lost");
+        this.fail(reason || "the connection to the server was lost", "The page connects again as soon as the server answers.");
         this.#again();
       };
     });

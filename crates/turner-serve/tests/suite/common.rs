@@ -124,6 +124,8 @@ pub(crate) struct Picture {
     /// Tiles in the last message, and the tiles of the whole picture.
     pub(crate) tiles: [u32; 2],
     pub(crate) bytes: usize,
+    /// 1 RGBA, 2 packed.
+    pub(crate) flags: u8,
 }
 
 pub(crate) enum Heard {
@@ -223,6 +225,7 @@ impl Client {
         self.pictures += 1;
         self.fewest_tiles = self.fewest_tiles.min(tiles as u32);
         let flags = bytes[1];
+        picture.flags = flags;
         let channels = if flags & 1 != 0 { 4 } else { 3 };
         let packed = flags & 2 != 0;
         let mut rest = bytes[24 + 8 * tiles + json..].to_vec();
