@@ -56,7 +56,7 @@ fn a_picture_of_the_film_is_cancelled_and_shown_later() {
     let mut film = settle::Settle::new(&prepared, desc.film.denoise).unwrap();
     let (go_on, cancelled) = (AtomicBool::new(false), AtomicBool::new(true));
     while !film.is_covered() {
-        film.step(&go_on, 1).unwrap();
+        film.step(&go_on, 1, Duration::from_millis(250)).unwrap();
         go_on.store(false, Ordering::SeqCst);
     }
     let look = Look::default();
@@ -81,6 +81,34 @@ fn orders_of_the_same_picture_do_not_lose_its_last_frame() {
         number = engine.order(Order { size: [160 - i % 2, 120], ..Order::new(Arc::clone(&desc)) });
     }
     assert!(settled(&engine, number).picture.display == reference.display);
+}
+
+#[test]
+fn the_engine_in_turns_gives_the_picture_of_the_offline_render() {
+    for (name, denoise) in
+        [("Material balls", turner::film::Denoise::On), ("13. Thirty spheres", turner::film::Denoise::Off)]
+    {
+        let mut desc = SceneDesc::clone(&start(name, [48, 32], 2));
+        desc.film.denoise = denoise;
+        let mut stepper = Stepper::new(Duration::from_millis(20));
+        // An order that a newer one replaces leaves nothing behind.
+        stepper.order(Order::new(start("Cornell box", [32, 24], 1)));
+        stepper.step();
+        stepper.order(Order::new(Arc::new(desc.clone())));
+        // Another thread may end any step.
+        for i in 0.. {
+            if i % 3 == 0 {
+                stepper.stop().store(true, Ordering::SeqCst);
+            }
+            if !stepper.step() {
+                break;
+            }
+            assert!(i < 1_000_000, "{name}: {:?}", stepper.status());
+        }
+        let frame = stepper.frame().unwrap();
+        assert_eq!(frame.stage, Stage::Settled, "{name}");
+        assert!(frame.picture.display == rendered(&desc).display, "{name}");
+    }
 }
 
 /// What a status says of a settled film is about the newest order.

@@ -35,7 +35,7 @@ pub(super) fn begin(session: &mut Session, args: &Json, files: Files) -> Result<
 pub(super) fn step(session: &mut Session, args: &Json) -> Result<Reply, CallError> {
     let seconds = Args(args).optional_number("seconds")?.unwrap_or(0.05);
     // Not `clamp`, which keeps NaN.
-    let time = Duration::from_secs_f64(seconds.max(0.0).min(MAX_STEP));
+    let time = Duration::try_from_secs_f64(seconds.min(MAX_STEP)).unwrap_or_default();
     let Session { job: Some(job), stepper, .. } = session else {
         return self::job(session).map(|_| Reply::default());
     };
