@@ -21,14 +21,12 @@ type Outcome<T> = Result<T, Box<dyn Any + Send>>;
 type Place<T> = Arc<Mutex<Option<Outcome<T>>>>;
 
 /// Tasks that no worker has begun.
-static QUEUE: Mutex<Queue> = Mutex::new(Queue { tasks: VecDeque::new(), workers: 0, idle: 0 });
+static QUEUE: Mutex<Queue> = Mutex::new(Queue { tasks: VecDeque::new(), workers: 0 });
 static ARRIVED: Condvar = Condvar::new();
 
 struct Queue {
     tasks: VecDeque<Arc<Task>>,
     workers: usize,
-    /// Workers that wait for a task.
-    idle: usize,
 }
 
 enum State {
@@ -86,23 +84,16 @@ pub fn serve() -> ! {
             drop(task);
             queue = lock(&QUEUE);
         }
-        queue.idle += 1;
         queue = ARRIVED.wait(queue).unwrap_or_else(PoisonError::into_inner);
-        queue.idle -= 1;
     }
 }
 
-/// Queues a task. If `idle`, only when a worker waits for it; otherwise the task is not run.
-fn queue(work: Work, idle: bool) -> io::Result<Arc<Task>> {
-    let mut queue = lock(&QUEUE);
-    if idle && queue.tasks.len() >= queue.idle {
-        return Err(io::Error::new(io::ErrorKind::WouldBlock, "no worker of the page is idle"));
-    }
+/// Queues a task.
+fn queue(work: Work) -> Arc<Task> {
     let task = Arc::new(Task { state: Mutex::new(State::Waits(work)), done: Condvar::new() });
-    queue.tasks.push_back(Arc::clone(&task));
-    drop(queue);
+    lock(&QUEUE).tasks.push_back(Arc::clone(&task));
     ARRIVED.notify_one();
-    Ok(task)
+    task
 }
 
 /// A task and the place of its result.
@@ -147,21 +138,13 @@ impl<'scope> Scope<'scope, '_> {
         &'scope self,
         work: impl FnOnce() -> T + Send + 'scope,
     ) -> ScopedJoinHandle<'scope, T> {
-        self.start(work, false).expect("tasks that need not start at once are always queued")
-    }
-
-    fn start<T: Send + 'scope>(
-        &'scope self,
-        work: impl FnOnce() -> T + Send + 'scope,
-        idle: bool,
-    ) -> io::Result<ScopedJoinHandle<'scope, T>> {
         let (work, result) = with_result(work);
         // SAFETY: only the lifetime changes. `scope` returns after every task has run and its closure is gone, so the
         // closure does not outlive what it borrows.
         let work = unsafe { std::mem::transmute::<Box<dyn FnOnce() + Send + 'scope>, Work>(work) };
-        let task = queue(work, idle)?;
+        let task = queue(work);
         lock(&self.tasks).push(Arc::clone(&task));
-        Ok(ScopedJoinHandle { task, result, scope: PhantomData })
+        ScopedJoinHandle { task, result, scope: PhantomData }
     }
 }
 
@@ -173,7 +156,7 @@ impl<T> ScopedJoinHandle<'_, T> {
     }
 }
 
-/// See [`std::thread::Builder`]. Threads start only if a worker is idle; otherwise there is an error.
+/// See [`std::thread::Builder`]. Without workers, `spawn` is an error: nobody would join the task and so run it.
 #[derive(Debug, Default)]
 pub struct Builder(());
 
@@ -208,8 +191,11 @@ impl Builder {
         self,
         work: impl FnOnce() -> T + Send + 'static,
     ) -> io::Result<JoinHandle<T>> {
+        if lock(&QUEUE).workers == 0 {
+            return Err(io::Error::new(io::ErrorKind::Unsupported, "the page has no workers"));
+        }
         let (work, result) = with_result(work);
-        Ok(JoinHandle { task: queue(work, true)?, result })
+        Ok(JoinHandle { task: queue(work), result })
     }
 
     /// See [`std::thread::Builder::spawn_scoped`].
@@ -218,7 +204,7 @@ impl Builder {
         scope: &'scope Scope<'scope, '_>,
         work: impl FnOnce() -> T + Send + 'scope,
     ) -> io::Result<ScopedJoinHandle<'scope, T>> {
-        scope.start(work, true)
+        Ok(scope.spawn(work))
     }
 }
 

@@ -321,7 +321,8 @@ export class TurnerView extends HTMLElement {
     canvas.getContext("2d").putImageData(new ImageData(pixels, width, height), 0, 0);
     this.#first.resolve();
     this.#unveil();
-    if (stage !== "settled") return;
+    // Before that, the picture lacks what the attributes say.
+    if (stage !== "settled" || !this.loaded) return;
     this.#settled.isDone = true;
     this.#settled.resolve(this);
     this.#tell("settled");

@@ -50,7 +50,7 @@ pub const CALLS: &[(&str, Call)] = &[
 pub const REPLACES: &[&str] =
     &["open", "open_start", "set_text", "set", "undo", "redo", "gesture", "frame", "focus", "view"];
 
-/// Calls that change nothing and take little time: those of a person who looks on.
+/// Calls that change nothing and take little time: those of viewers.
 pub const READS: &[&str] = &[
     "gallery",
     "tutorial",
