@@ -110,6 +110,6 @@ mod tests {
         assert!(!text.contains("{{"), "a mark is left");
         assert!(!text.contains("\nimport ") && !text.contains("\nexport "), "modules are joined");
         // Nothing in the script ends it.
-        assert_eq!(text.matches("</script>").count(), 4);
+        assert_eq!(text.matches("</script>").count(), 3);
     }
 }

@@ -73,7 +73,7 @@ mod tests {
     const WALL: &str = "[film]\nwidth = 3\nheight = 2\naovs = [\"albedo\", \"depth\", \"object_id\"]\n\
         [camera]\nposition = [0, 0, 2]\nlook_at = [0, 0, 0]\n[integrator]\ntype = \"path\"\n\
         [background]\ncolor = 1\n[[object]]\ntype = \"plane\"\nnormal = [0, 0, 1]\n\
-        material = { base_color = [0.5, 0.25, 0.75] }\n";
+        material = { type = \"principled\", base_color = [0.5, 0.25, 0.75] }\n";
 
     #[test]
     fn channels_lie_side_by_side() {

