@@ -59,8 +59,10 @@ pub(crate) fn build(more: &[&str]) -> Result<(), String> {
     if more.contains(&"--test") { test(&out) } else { Ok(()) }
 }
 
-/// Runs the tests in Chromium.
+/// Runs the tests of the npm package in Node.js, and those of the page in Chromium.
 fn test(out: &Path) -> Result<(), String> {
+    let package = root().join("crates/turner-web/npm/test/render.mjs");
+    run(Command::new("node").env("TURNER_WASM", out.join("turner.wasm")).arg("--test").arg(package))?;
     let modules = target().join("web-tests");
     std::fs::create_dir_all(&modules).map_err(|e| format!("{}: {e}", modules.display()))?;
     if !modules.join("node_modules/playwright-core").is_dir() {

@@ -31,13 +31,18 @@ function textAt(memory, at, length) {
   return decoder.decode(new Uint8Array(memory.buffer, at >>> 0, length).slice());
 }
 
-/** An instance of the module on a memory. `onFault` gets the message of a panic. */
-function instantiate(module, memory, onFault) {
+/** What the module imports. `onFault` gets the message of a panic. */
+function importsOf(memory, onFault) {
   const turner = {
     now: () => performance.timeOrigin + performance.now(),
     fault: (at, length) => onFault(textAt(memory, at, length)),
   };
-  return new WebAssembly.Instance(module, { env: { memory }, turner }).exports;
+  return { env: { memory }, turner };
+}
+
+/** An instance of the module on a memory. */
+function instantiate(module, memory, onFault) {
+  return new WebAssembly.Instance(module, importsOf(memory, onFault)).exports;
 }
 
 /** Makes an instance a thread of a program that runs on the same memory, and serves its tasks without end. */
@@ -55,10 +60,16 @@ export class Core {
    * @param {WebAssembly.Memory} memory
    * @param {(message: string) => void} onFault called before a call or a step throws
    */
-  constructor(module, memory, onFault = () => {}) {
+  constructor(module, memory, onFault = () => {}, exports = instantiate(module, memory, onFault)) {
     this.module = module;
     this.memory = memory;
-    this.exports = instantiate(module, memory, onFault);
+    this.exports = exports;
+  }
+
+  /** The same where modules of this size may not be instantiated at once: outside workers. */
+  static async create(module, memory, onFault = () => {}) {
+    const { exports } = await WebAssembly.instantiate(module, importsOf(memory, onFault));
+    return new Core(module, memory, onFault, exports);
   }
 
   /** Begins the session, with at most `limit` bytes of memory. */

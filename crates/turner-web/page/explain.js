@@ -5,6 +5,13 @@ import { announce, find, make, still } from "./dom.js";
 const all = (from, what) => Array.from(from.querySelectorAll(what));
 const rays = element => (element.dataset.ray || "").split(" ").filter(Boolean);
 
+/** A promise with what resolves it. */
+function deferred() {
+  let resolve;
+  const promise = new Promise(done => { resolve = done; });
+  return { promise, resolve };
+}
+
 export function setupExplain(page) {
   const panel = find("panel-explain");
   let turn = 0;
@@ -22,6 +29,12 @@ export function setupExplain(page) {
     make("button", { type: "button", text: "Explain again", on: { click: () => page.explain(page.explained.x, page.explained.y) } }));
   page.on("document", () => { again.hidden = false; });
 
+  // A scene that was just opened has nothing to explain until its first picture.
+  let drawn = deferred();
+  page.on("opened", () => { drawn = deferred(); });
+  page.on("frame", () => drawn.resolve());
+  page.on("status", ({ error }) => { if (error) drawn.resolve(); });
+
   /** Explains a pixel of the film. */
   page.explain = async (x, y) => {
     const mine = ++turn;
@@ -30,6 +43,8 @@ export function setupExplain(page) {
     panel.setAttribute("aria-busy", "true");
     panel.replaceChildren(make("p", { class: "dim prompt", text: `Tracing the rays of pixel ${x}, ${y} …` }));
     let answer;
+    await drawn.promise;
+    if (mine !== turn) return;
     try {
       answer = await page.call("explain", { x, y, sample: null, format: "page" });
     } catch (error) {

@@ -12,7 +12,7 @@ async function openScene() {
   const module = await WebAssembly.compile(await unpacked(find("module").textContent));
   let fault = "";
   const { memory, limit } = newMemory();
-  const core = new Core(module, memory, message => { fault = message; });
+  const core = await Core.create(module, memory, message => { fault = message; });
   core.begin(limit);
   const files = await Promise.all(Array.from(document.querySelectorAll("script.file"), async script =>
     ({ name: script.dataset.name, bytes: await unpacked(script.textContent) })));

@@ -110,4 +110,19 @@ export const checks = [
     });
     assert.ok(frames >= 3, `${frames} frames while the camera moved 20 times`);
   }],
+  ["the service worker isolates the page and keeps it without a network", async (page, base) => {
+    await page.goto(base);
+    await page.waitForFunction(() => window.crossOriginIsolated, null, { timeout: 30_000 });
+    const all = () => page.evaluate(async () => {
+      const [name] = await caches.keys();
+      return name ? (await (await caches.open(name)).keys()).length : 0;
+    });
+    for (const begun = Date.now(); (await all()) < 90;) {
+      assert.ok(Date.now() - begun < 60_000, "the files of the page are not kept");
+      await new Promise(resolve => setTimeout(resolve, 200));
+    }
+    await page.context().setOffline(true);
+    await page.goto(`${base}?start=002-02-one-light`);
+    await page.waitForFunction(() => document.getElementById("scene-name").textContent === "2. One light", null, { timeout: 60_000 });
+  }, { plain: true, workers: "allow" }],
 ];
