@@ -1,7 +1,7 @@
 //! What differs between an operating system and a web page: threads and the clock.
 //!
 //! On an operating system these are the standard library's. A web page cannot start threads in WebAssembly; its script
-//! starts workers, each of which calls [`thread::serve`]. There, [`thread::scope`] gives tasks to those workers. Without
+//! starts workers, each of which calls `thread::serve`. There, [`thread::scope`] gives tasks to those workers. Without
 //! workers, each task runs where it is joined: programs written for threads run on one.
 //!
 //! ```
