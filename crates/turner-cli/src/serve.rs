@@ -141,7 +141,8 @@ mod tests {
     fn a_code_has_a_square_for_each_module_and_a_quiet_zone() {
         let code = code("http://192.168.100.100:7373/abcdefghijkmnpqrstuvwxyz23/");
         let lines: Vec<&str> = code.lines().collect();
-        // 55 bytes at level M: version 4, 33 modules (ISO/IEC 18004), and 4 of the quiet zone at each side.
+        // 55 bytes at error correction level M make a QR code of version 4 (ISO/IEC 18004): 33 modules a side, and a
+        // quiet zone of 4 on each side.
         assert!(lines.iter().all(|line| line.chars().count() == 41));
         assert_eq!(lines.len(), 21);
     }

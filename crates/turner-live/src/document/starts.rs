@@ -13,7 +13,7 @@ pub struct Start {
     pub file: &'static str,
     /// Its text.
     pub text: &'static str,
-    /// The files that it reads: name and bytes. A web page has them beside it instead: there the bytes are empty.
+    /// The files that it reads: name and bytes. In WebAssembly the bytes are empty; the page fetches the files.
     pub files: &'static [(&'static str, &'static [u8])],
     /// The folder below `scenes` that they are in.
     pub folder: &'static str,

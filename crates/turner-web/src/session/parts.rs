@@ -11,7 +11,7 @@ use super::calls::Args;
 use super::values::{of_json, to_json};
 use super::{CallError, Reply, Session};
 
-/// Most entries of a list; the page says that there are more.
+/// The most entries of a list that are sent; `count` has the number of all.
 const MOST: usize = 2_000;
 
 /// The lines of a documentation as one text.
