@@ -18,6 +18,10 @@ use std::f64::consts::PI;
 use crate::math::DVec3;
 use crate::math::elementary::{erf, erf_inv, exp};
 
+/// Facets with a smaller square of the cosine have no share.
+pub(super) const MIN_Z2: f64 = 1e-12;
+/// Λ of directions whose slope, in units of α, is above 1 over this one is below the smallest positive number.
+pub(super) const MIN_SLOPE: f64 = 1e-3;
 /// Slopes beyond this one have a share below 1e-16.
 const MAX_SLOPE: f64 = 6.0;
 /// Newton's method needs about six steps, bisection 50.
@@ -34,7 +38,7 @@ impl Beckmann {
     /// Facet area per unit of surface area and solid angle around `h` (upper hemisphere): ∫ D cos θ = 1.
     pub(super) fn d(&self, h: DVec3) -> f64 {
         let z2 = h.z * h.z;
-        if z2 < 1e-12 {
+        if z2 < MIN_Z2 {
             return 0.0;
         }
         let (x, y) = (h.x / self.ax, h.y / self.ay);
@@ -45,11 +49,7 @@ impl Beckmann {
     pub(super) fn lambda(&self, w: DVec3) -> f64 {
         let (x, y) = (self.ax * w.x, self.ay * w.y);
         let slope = (x * x + y * y).sqrt();
-        if slope <= 1e-3 * w.z.abs() {
-            return 0.0; // below the smallest positive number
-        }
-        let a = w.z.abs() / slope;
-        (0.5 * (exp(-a * a) / (a * PI.sqrt()) - (1.0 - erf(a)))).max(0.0)
+        if slope > MIN_SLOPE * w.z.abs() { lambda(w.z.abs() / slope) } else { 0.0 }
     }
 
     /// A normal sampled from those visible from `wo` (wo.z > 0). `u` in 0..1.
@@ -63,6 +63,11 @@ impl Beckmann {
         let (sx, sy) = (cos * x - sin * y, sin * x + cos * y);
         DVec3::new(self.ax * sx, self.ay * sy, 1.0).normalize()
     }
+}
+
+/// Λ of a direction of the slope `a`, in units of α.
+pub(super) fn lambda(a: f64) -> f64 {
+    (0.5 * (exp(-a * a) / (a * PI.sqrt()) - (1.0 - erf(a)))).max(0.0)
 }
 
 /// The slope x with P(x) = u, by Newton's method within a bracket. `cot` may be infinite.

@@ -34,7 +34,7 @@ pub(super) struct FacetKind {
 }
 
 impl FacetKind {
-    /// The kind for which there is code for eight lanes.
+    /// The kind whose albedos are tabulated with code for eight lanes.
     pub(super) const PLAIN: FacetKind =
         FacetKind { distribution: FacetDistribution::Ggx, masking: FacetMasking::Correlated };
 }

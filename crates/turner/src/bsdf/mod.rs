@@ -49,6 +49,7 @@ mod block;
 mod coat;
 mod diffuse;
 mod facets;
+mod facets_x8;
 mod film;
 mod fresnel;
 mod fresnel_x8;
@@ -211,6 +212,12 @@ impl Bsdf {
         bsdf.diffuse.normalisation = bsdf.diffuse_normalisation();
         bsdf.lambert = bsdf.is_lambert();
         bsdf
+    }
+
+    /// An opaque dielectric base, which has a diffuse lobe, with another albedo of that lobe; `None` if it has none then.
+    pub(crate) fn with_base_albedo(&self, albedo: Rgb) -> Option<Bsdf> {
+        (albedo != Rgb::ZERO && self.diffuse.reflect != Rgb::ZERO)
+            .then(|| Bsdf { diffuse: Diffuse { reflect: albedo, ..self.diffuse }, ..*self })
     }
 
     /// Lambertian reflection of an albedo within 0..=1.

@@ -1,8 +1,8 @@
 //! The opaque base of OpenPBR, eight at a time: metal, or diffuse reflection under a dielectric interface, without coat,
-//! fuzz, film, transmission or subsurface scattering, isotropic, with GGX facets.
+//! fuzz, film, transmission or subsurface scattering, isotropic.
 //!
 //! ```text
-//!    wo    n    wi       interface        GGX: metal's and dielectric Fresnel, one lobe, or a delta lobe
+//!    wo    n    wi       interface        facets: metal's and dielectric Fresnel, one lobe, or a delta lobe
 //!      \   |   /         multiple         what single scattering loses between the facets of metal
 //!   ====\==|==/======    diffuse          Lambertian, times what the interface transmits along wo and wi
 //! ```
@@ -15,14 +15,14 @@ use turner_bvh::lanes::{Block, F64x8, LANES, Mask8, Simd, Vec3x8};
 
 use super::albedo::AlbedoCurveBlock;
 use super::block::{Sampled, cosine};
-use super::facets::FacetKind;
+use super::facets_x8::FacetBlock;
 use super::fresnel::Metal;
 use super::fresnel_x8::dielectric;
 use super::interface::{Interface, Spread};
 use super::mixture::MIN_COSINE;
 use super::{Bsdf, Rgb, diffuse};
 use crate::math::block::{bits, set_bit, set_vector};
-use crate::math::elementary_x8::{clamp, is_finite, sin_cos_turns};
+use crate::math::elementary_x8::{clamp, is_finite};
 
 impl Bsdf {
     /// The base, if the BSDF has no other layer.
@@ -39,8 +39,6 @@ impl Bsdf {
             && d.roughness < diffuse::MIN_ROUGHNESS;
         let interface = self.interface.as_ref().filter(|_| alone)?;
         let isotropic = interface.facets.ax == interface.facets.ay
-            && interface.facets.kind == FacetKind::PLAIN
-            && interface.lost.is_none()
             && interface.rough.as_ref().is_none_or(|r| r.curve.is_isotropic())
             && interface.compensation.as_ref().is_none_or(|c| c.mirror.is_isotropic());
         (isotropic && interface.glass == 0.0 && interface.film.is_none()).then_some(OpaqueBase {
@@ -68,7 +66,8 @@ impl OpaqueBase<'_> {
         (a.facets, a.smooth, a.metal, a.opaque, a.specular, a.opaque_index)
             == (b.facets, b.smooth, b.metal, b.opaque, b.specular, b.opaque_index)
             && metal(&a.metal_fresnel) == metal(&b.metal_fresnel)
-            && (a.rough.is_some(), a.compensation.is_some()) == (b.rough.is_some(), b.compensation.is_some())
+            && (a.rough.is_some(), a.lost.is_some()) == (b.rough.is_some(), b.lost.is_some())
+            && a.compensation.is_some() == b.compensation.is_some()
             && self.reflect == other.reflect
             && self.bsdf.diffuse.normalisation == other.bsdf.diffuse.normalisation
     }
@@ -92,15 +91,16 @@ impl OpaqueBase<'_> {
 /// Eight opaque bases.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct OpaqueBlock {
-    alpha: Block,
+    facets: FacetBlock,
     /// Masks: delta lobes; any metal; multiple scattering; any diffuse reflection; albedos from a table; reflectances
-    /// that are more than tinted.
+    /// that are more than tinted; light that the interface of the dielectric loses.
     smooth: u8,
     metals: u8,
     multiple: u8,
     diffuse: u8,
     rough: u8,
     lifted: u8,
+    loses: u8,
     metal: Block,
     metal_weight: Block,
     f0: [Block; 3],
@@ -110,6 +110,7 @@ pub(crate) struct OpaqueBlock {
     lift: [Block; 3],
     index: Block,
     boundary: AlbedoCurveBlock,
+    lost: AlbedoCurveBlock,
     /// The albedo of the diffuse lobe, its BRDF where nothing covers it, and the mean transmittance above it.
     reflect: [Block; 3],
     lambert: [Block; 3],
@@ -153,7 +154,7 @@ impl OpaqueBlock {
     pub(crate) fn set(&mut self, lane: usize, base: &OpaqueBase<'_>) {
         let (i, d) = (base.interface, &base.bsdf.diffuse);
         let has_diffuse = base.reflect != Rgb::ZERO;
-        self.alpha.0[lane] = i.facets.ax;
+        self.facets.set(lane, &i.facets);
         set_bit(&mut self.smooth, lane, i.smooth);
         set_bit(&mut self.metals, lane, i.metal > 0.0);
         set_bit(&mut self.diffuse, lane, has_diffuse);
@@ -176,6 +177,11 @@ impl OpaqueBlock {
         if let Some(rough) = rough {
             self.boundary.set(lane, &rough.curve);
         }
+        let lost = i.lost.as_ref().filter(|_| has_diffuse);
+        set_bit(&mut self.loses, lane, lost.is_some());
+        if let Some(lost) = lost {
+            self.lost.set(lane, lost);
+        }
         set_vector(&mut self.reflect, lane, base.reflect);
         let lambert =
             if has_diffuse { (base.reflect / d.weight).min(Rgb::ONE) / PI * d.weight } else { Rgb::ZERO };
@@ -197,6 +203,7 @@ impl OpaqueBlock {
         let copy_bit = |a: &mut u8, b: u8| set_bit(a, to, b >> from & 1 == 1);
         self.combine(other, copy, copy_bit);
         self.boundary.copy_lane(to, &other.boundary, from);
+        self.lost.copy_lane(to, &other.lost, from);
         self.mirror.copy_lane(to, &other.mirror, from);
     }
 
@@ -206,6 +213,7 @@ impl OpaqueBlock {
         let spread_bit = |a: &mut u8, b: u8| *a = if b >> from & 1 == 1 { u8::MAX } else { 0 };
         self.combine(other, spread, spread_bit);
         self.boundary.set_all(&other.boundary, from);
+        self.lost.set_all(&other.lost, from);
         self.mirror.set_all(&other.mirror, from);
     }
 
@@ -223,6 +231,7 @@ impl OpaqueBlock {
         mask(&mut self.diffuse, other.diffuse);
         mask(&mut self.rough, other.rough);
         mask(&mut self.lifted, other.lifted);
+        mask(&mut self.loses, other.loses);
         let vectors = [
             (&mut self.f0, &other.f0),
             (&mut self.dip, &other.dip),
@@ -235,7 +244,7 @@ impl OpaqueBlock {
         for (a, b) in vectors.into_iter().flat_map(|(a, b)| a.iter_mut().zip(b)) {
             number(a, b);
         }
-        number(&mut self.alpha, &other.alpha);
+        self.facets.combine(&other.facets, &number, mask);
         number(&mut self.metal, &other.metal);
         number(&mut self.metal_weight, &other.metal_weight);
         number(&mut self.opaque, &other.opaque);
@@ -249,7 +258,7 @@ impl OpaqueBlock {
     /// Whether a lane reflects diffusely, or by a lobe that is at least this wide (α).
     pub(crate) fn is_wide(&self, lane: usize, alpha: f64) -> bool {
         let is = |mask: u8| mask >> lane & 1 == 1;
-        is(self.diffuse) || !is(self.smooth) && self.alpha.0[lane] >= alpha
+        is(self.diffuse) || !is(self.smooth) && self.facets.alpha(lane) >= alpha
     }
 
     /// What depends on wo alone; see `Bsdf::prepare_wo`.
@@ -301,7 +310,12 @@ impl OpaqueBlock {
             reflected = reflected + Vec3x8::load(simd, &self.lift) * (one - loss);
         }
         let most = larger(larger(reflected.x, reflected.y), reflected.z);
-        Mask8::new(simd, self.diffuse).select(one - clamp(most, zero, one), zero)
+        let mut below = one - clamp(most, zero, one);
+        if self.loses != 0 {
+            let lost = self.lost.at(simd, mu).or_larger(zero);
+            below = (below - Mask8::new(simd, self.loses).select(lost, zero)).or_larger(zero);
+        }
+        Mask8::new(simd, self.diffuse).select(below, zero)
     }
 
     /// Loss of single scattering between the facets of metal, at least 0.
@@ -362,15 +376,12 @@ impl OpaqueBlock {
         let mut single = Vec3x8 { x: none, y: none, z: none };
         if self.smooth != u8::MAX {
             let rough = Mask8::new(simd, !self.smooth);
-            let a = F64x8::load(simd, &self.alpha);
             let h = wo + wi;
             let h = h * (one / h.dot(h).sqrt());
             let reflectance = self.reflectance(simd, wo.dot(h));
-            let (x, y) = (h.x / a, h.y / a);
-            let s = x * x + y * y + h.z * h.z;
-            let d = one / (pi * a * a * s * s);
-            let (lo, li) = (lambda(simd, a, wo), lambda(simd, a, wi));
-            let all = reflectance * (d / ((one + lo + li) * four * wo.z * wi.z));
+            let d = self.facets.d(simd, h);
+            let (lo, li) = (self.facets.lambda(simd, wo), self.facets.lambda(simd, wi));
+            let all = reflectance * (d / (self.facets.masking(simd, lo, li) * four * wo.z * wi.z));
             let density = d / ((one + lo) * four * wo.z);
             single = Vec3x8::select(rough, all, single);
             pdf = rough.select(pdf + interface * density, pdf);
@@ -410,7 +421,7 @@ impl OpaqueBlock {
         let mut wi = wi_diffuse;
         let smooth = Mask8::new(simd, self.smooth);
         if takes_first.any() {
-            let facet = self.facet(simd, wo, [u[1], u[2]]);
+            let facet = self.facets.sample_visible(simd, takes_first.and_not(smooth), wo, [u[1], u[2]]);
             let d = -wo;
             let mirrored = d - facet * (splat(2.0) * d.dot(facet));
             let through = Vec3x8 { x: -wo.x, y: -wo.y, z: wo.z };
@@ -435,25 +446,6 @@ impl OpaqueBlock {
         Sampled { wi, f, pdf, valid, is_delta, is_diffuse: takes_second | takes_third }
     }
 
-    /// A facet visible from `wo`; see `Ggx::sample_visible`.
-    #[inline(always)]
-    fn facet<S: Simd>(&self, simd: S, wo: Vec3x8<S>, u: [F64x8<S>; 2]) -> Vec3x8<S> {
-        let splat = |v: f64| F64x8::splat(simd, v);
-        let (zero, one) = (splat(0.0), splat(1.0));
-        let a = F64x8::load(simd, &self.alpha);
-        let stretched = Vec3x8 { x: a * wo.x, y: a * wo.y, z: wo.z };
-        let stretched = stretched * (one / stretched.dot(stretched).sqrt());
-        let z = (one - u[0]) * (one + stretched.z) - stretched.z;
-        let r = (one - z * z).or_larger(zero).sqrt();
-        let (sin, cos) = sin_cos_turns(simd, u[1]);
-        let cap = Vec3x8 { x: r * cos, y: r * sin, z } + stretched;
-        let h = Vec3x8 { x: a * cap.x, y: a * cap.y, z: cap.z.or_larger(zero) };
-        let length = h.dot(h).sqrt();
-        let up = Vec3x8::splat(simd, [0.0, 0.0, 1.0]);
-        let unit = Vec3x8 { x: h.x / length, y: h.y / length, z: h.z / length };
-        Vec3x8::select(length.gt(zero), unit, up)
-    }
-
     /// Directions of multiple scattering in some lanes; see [`Spread::sample`]. Rare, and its exponential is scalar.
     #[inline(always)]
     fn spread<S: Simd>(&self, simd: S, lanes: u8, u: [F64x8<S>; 2]) -> Vec3x8<S> {
@@ -466,15 +458,6 @@ impl OpaqueBlock {
         }
         Vec3x8::load(simd, &to)
     }
-}
-
-/// See `Ggx::lambda`.
-#[inline(always)]
-fn lambda<S: Simd>(simd: S, a: F64x8<S>, w: Vec3x8<S>) -> F64x8<S> {
-    let (x, y) = (a * w.x, a * w.y);
-    let t2 = (x * x + y * y) / (w.z * w.z);
-    let one = F64x8::splat(simd, 1.0);
-    F64x8::splat(simd, 0.5) * ((one + t2).sqrt() - one)
 }
 
 #[inline(always)]

@@ -2,7 +2,7 @@ use turner_bvh::InstructionSet;
 use turner_bvh::lanes::{Block32, LANES, Work, dispatch};
 
 use super::*;
-use crate::bsdf::{Bsdf, PrincipledPoint, Terminator, TerminatorX8};
+use crate::bsdf::{Bsdf, FacetDistribution, FacetMasking, PrincipledPoint, Terminator, TerminatorX8};
 use crate::color::Spectrum;
 use crate::math::DVec3;
 use crate::math::block::vector;
@@ -60,6 +60,7 @@ fn point(random: &mut Random) -> PrincipledPoint {
     let [tint_r, tint_g, tint_b, roughness] = random.units::<4>();
     let [ior, weight, share, side] = random.units::<4>();
     let color = |r: f64, g: f64, b: f64| Spectrum::new(r as f32, g as f32, b as f32);
+    let plain = tint_b < 0.7 && g < 0.5;
     PrincipledPoint {
         base_color: color(r, g, b),
         base_weight: if kind < 0.1 { 0.0 } else { 1.0 },
@@ -70,9 +71,27 @@ fn point(random: &mut Random) -> PrincipledPoint {
             r => color(r, tint_g, tint_b),
         },
         gltf_specular: tint_b < 0.4,
-        specular_roughness: if roughness < 0.2 { 0.0 } else { roughness },
-        specular_ior: if ior < 0.1 { 0.0 } else { 1.0 + ior },
+        // Tables of other facets than the usual ones take long.
+        specular_roughness: match roughness {
+            r if r < 0.2 => 0.0,
+            r if plain => r,
+            r => (4.0 * r).ceil() / 4.0,
+        },
+        specular_ior: if ior < 0.1 {
+            0.0
+        } else if plain {
+            1.0 + ior
+        } else {
+            1.0 + (3.0 * ior).ceil() / 3.0
+        },
         specular_weight: if weight < 0.5 { 1.0 } else { 3.0 * weight - 1.5 },
+        specular_multiple_scattering: tint_g < 0.6,
+        specular_distribution: if tint_b < 0.7 {
+            FacetDistribution::Ggx
+        } else {
+            FacetDistribution::Beckmann
+        },
+        specular_masking: if g < 0.5 { FacetMasking::Correlated } else { FacetMasking::Separable },
         entering: side < 0.7,
         ..PrincipledPoint::default()
     }

@@ -75,6 +75,18 @@ impl TexturedBase {
             None => bsdf.as_opaque_base().map(|base| BlockBsdf::Opaque(base.with_albedo(albedo))),
         }
     }
+
+    /// The same as a whole BSDF.
+    pub(super) fn bsdf(
+        &self,
+        scene: &impl MaterialEvalContext,
+        surface: &SurfaceInteraction,
+        outside: bool,
+    ) -> Option<Bsdf> {
+        let color = scene.textures().color(self.color, &scene.texture_point(surface));
+        let (bsdf, weight) = &self.sides[usize::from(!outside)];
+        bsdf.with_base_albedo(base_albedo(color, *weight))
+    }
 }
 
 impl OpenPbr {

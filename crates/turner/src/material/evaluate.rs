@@ -105,6 +105,11 @@ impl OpenPbr {
         exterior_ior: f64,
         entering: bool,
     ) -> Bsdf {
+        if let Some(base) = self.textured_base.as_ref().filter(|_| exterior_ior == 1.0)
+            && let Some(bsdf) = base.bsdf(scene, surface, entering)
+        {
+            return bsdf;
+        }
         self.bsdf_of_index(scene, surface, exterior_ior, entering, self.desc.specular_ior)
     }
 

@@ -38,10 +38,11 @@ impl AlbedoCurve {
         self.ratio.is_none()
     }
 
-    /// The four rows of an isotropic lobe; the upper contrast of the mirror's loss is the lower one.
+    /// The four rows of an isotropic lobe; the mirror's loss has one contrast.
     fn rows(&self) -> [&'static Angles; 4] {
-        let (w, c) = (usize::from(self.width), usize::from(self.contrast));
-        let upper = if self.grid == Grid::MirrorLoss { c } else { c + 1 };
+        let w = usize::from(self.width);
+        let c = usize::from(self.contrast);
+        let (c, upper) = if self.grid == Grid::MirrorLoss { (0, 0) } else { (c, c + 1) };
         [(w, c), (w + 1, c), (w, upper), (w + 1, upper)]
             .map(|(w, c)| rows::round(self.kind, self.grid, w, c).mean())
     }

@@ -62,7 +62,7 @@ impl Node {
     /// ```
     ///
     /// The factor cos θi' is omitted if `n` is 0. A glossy surface multiplies the importance by what its lobe
-    /// reflects from the direction in the sphere nearest to the lobe's axis.
+    /// reflects: see [`Node::reflected`].
     ///
     /// The nearest of many lights in a sphere contribute more than average, so if the point is in the sphere or close
     /// to it, the squared distance to the centre is reduced: d² − r²/4, at least r²/4. For lights on a ceiling, in a
@@ -115,7 +115,10 @@ impl Node {
         Seen { dx, dy, dz, d2, per_distance, sin_u, cos_u }
     }
 
-    /// How many times more light a glossy surface at `p` reflects from each child than it does without its lobe.
+    /// How many times more light a glossy surface at `p` reflects from each child than it does without its lobe: the
+    /// lobe's value in the direction of the sphere nearest to its axis, times the fraction of the sphere that the lobe
+    /// covers. Lights that fill the lobe are found by sampling the BSDF, and MIS leaves little of their highlight to
+    /// light sampling: without that, they would take all samples from the lights that only the diffuse base reflects.
     #[inline]
     fn reflected(&self, p: [f32; 3], lobe: &GlossyLobe) -> [f32; WIDTH] {
         let mut out = [1.0; WIDTH];
@@ -127,7 +130,12 @@ impl Node {
             // 1 / (1 + tan² · tightness) with tan² of half the angle: that is how far the microfacet normals are rotated.
             let whole = (1.0 + cos_l).max(1e-6);
             let spread = whole / (whole + (1.0 - cos_l) * lobe.tightness);
-            *out = 1.0 + lobe.peak * spread * spread;
+            // The solid angles 4π α² of the lobe over 2π (1 − cos θu) of the sphere.
+            let span = if cos_u > 0.0 { sin_u * sin_u / (1.0 + cos_u) } else { 1.0 - cos_u };
+            let covered = (2.0 / (lobe.tightness * span).max(f32::MIN_POSITIVE)).min(1.0);
+            // With the balance of p² (MIS) between densities of 1 over these solid angles.
+            let left = if self.child[i] & LEAF != 0 { covered * covered } else { 1.0 };
+            *out = 1.0 + lobe.peak * spread * spread * covered * left;
         }
         out
     }
