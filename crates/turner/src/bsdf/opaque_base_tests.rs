@@ -160,6 +160,11 @@ fn layered_and_other_bsdfs_are_none() {
     let base = PrincipledPoint::default();
     let is_base = |p: PrincipledPoint| Bsdf::new(&p).as_opaque_base().is_some();
     assert!(is_base(base) && is_base(PrincipledPoint { base_metalness: 1.0, ..base }));
+    // As scenes of Mitsuba and pbrt have them.
+    let single = PrincipledPoint { specular_multiple_scattering: false, ..base };
+    let separable = PrincipledPoint { specular_masking: FacetMasking::Separable, ..single };
+    assert!(is_base(single) && is_base(separable));
+    assert!(is_base(PrincipledPoint { specular_distribution: FacetDistribution::Beckmann, ..separable }));
     let others = [
         PrincipledPoint { coat_weight: 0.5, ..base },
         PrincipledPoint { fuzz_weight: 0.5, ..base },
