@@ -9,7 +9,7 @@ use serde_json::json;
 use turner::schema::Limits;
 use turner_web::{Event, Session};
 
-use crate::desk::{Job, Patience};
+use crate::call_queue::{Call, Patience};
 use crate::hub::Hub;
 
 /// A step that is shorter did nothing: the camera moves, and the picture of its last place is there.
@@ -33,7 +33,7 @@ pub(crate) fn run(mut session: Session, hub: &Hub, threads: usize, limits: &Limi
 fn work(session: &mut Session, hub: &Hub) {
     // An opened scene is told at once.
     let mut patience = Patience::None;
-    while let Some(jobs) = hub.desk.take(patience) {
+    while let Some(jobs) = hub.calls.take(patience) {
         for job in jobs {
             make(session, job);
         }
@@ -49,8 +49,8 @@ fn work(session: &mut Session, hub: &Hub) {
     }
 }
 
-fn make(session: &mut Session, job: Job) {
-    let Job { name, args, files, room: _room, answer } = job;
+fn make(session: &mut Session, job: Call) {
+    let Call { name, args, files, room: _room, answer } = job;
     answer.give(session.call(&name, &args, files).map_err(|error| error.json()));
 }
 

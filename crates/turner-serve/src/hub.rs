@@ -7,7 +7,7 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError, Weak};
 use axum::body::Bytes;
 use turner::Picture;
 
-use crate::desk::Desk;
+use crate::call_queue::CallQueue;
 use crate::outbox::Outbox;
 use crate::tiles::{Shown, message};
 
@@ -23,7 +23,7 @@ const RECENT: usize = 4;
 /// See the module.
 #[derive(Default)]
 pub(crate) struct Hub {
-    pub(crate) desk: Desk,
+    pub(crate) calls: CallQueue,
     /// Ends the step that runs.
     stop: Mutex<Arc<AtomicBool>>,
     state: Mutex<State>,
@@ -34,12 +34,12 @@ pub(crate) struct Hub {
 }
 
 /// Room for bytes of files, from their arrival until their call is made.
-pub(crate) struct Room {
+pub(crate) struct Reservation {
     all: Arc<AtomicU64>,
     bytes: u64,
 }
 
-impl Room {
+impl Reservation {
     /// Takes more. Returns whether there is as much.
     pub(crate) fn take(&mut self, bytes: u64) -> bool {
         let more = |used: u64| used.checked_add(bytes).filter(|sum| *sum <= MAX_UPLOAD);
@@ -49,7 +49,7 @@ impl Room {
     }
 }
 
-impl Drop for Room {
+impl Drop for Reservation {
     fn drop(&mut self) {
         self.all.fetch_sub(self.bytes, Ordering::SeqCst);
     }
@@ -165,13 +165,13 @@ impl Hub {
     }
 
     /// Room for files; nothing is taken yet.
-    pub(crate) fn room(&self) -> Room {
-        Room { all: Arc::clone(&self.uploads), bytes: 0 }
+    pub(crate) fn room(&self) -> Reservation {
+        Reservation { all: Arc::clone(&self.uploads), bytes: 0 }
     }
 
     /// Ends everything.
     pub(crate) fn close(&self) {
-        self.desk.close();
+        self.calls.close();
         self.stop_step();
     }
 }

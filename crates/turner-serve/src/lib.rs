@@ -1,11 +1,11 @@
 //! Turner's page, traced by this program at full speed: `turner serve`.
 //!
 //! ```text
-//!  browser ── HTTP: files, below their token ──► door ─ house ─ guard, token
+//!  browser ── HTTP: files, below their token ──► listener ─ routes ─ guard, token
 //!     ▲                                                   │
 //!     └── WebSocket: calls, answers, changed tiles ──► socket ─ outbox ─ tiles     one for each viewer
 //!                                                         │
-//!                                                        hub ── desk ──► engine    one thread: a turner_web::Session
+//!                                                        hub ─ call_queue ─► engine    one thread: a turner_web::Session
 //! ```
 //!
 //! One session is shared by all. The owner's address may change it; with [`Options::share`] another address looks on.
@@ -14,13 +14,13 @@
 //! Nothing of the disk is served: the page is in the program, and a scene is read once, with its files.
 #![forbid(unsafe_code)]
 
-mod desk;
-mod door;
+mod call_queue;
 mod engine;
 mod guard;
-mod house;
 mod hub;
+mod listener;
 mod outbox;
+mod routes;
 mod socket;
 mod tiles;
 mod token;
@@ -35,9 +35,9 @@ use tokio::sync::Notify;
 use turner::schema::Limits;
 use turner_web::{LoadError, Session};
 
-use door::{Door, Ends};
-use house::{House, router};
 use hub::Hub;
+use listener::{Addresses, LimitedListener};
+use routes::{AppState, router};
 use token::Token;
 
 /// The port, if none is asked for and it is free.
@@ -76,7 +76,7 @@ pub enum ServeError {
 /// A server that listens.
 pub struct Server {
     listener: TcpListener,
-    house: House,
+    state: AppState,
     session: Session,
     options: Options,
     stop: Arc<Notify>,
@@ -106,7 +106,7 @@ impl Server {
         let ip = options.bind.unwrap_or(everywhere.into());
         let listener = listen(ip, options.port)?;
         let token = || Token::new().map_err(ServeError::System);
-        let house = House {
+        let state = AppState {
             hub: Arc::default(),
             owner: token()?,
             viewer: options.share.then(token).transpose()?,
@@ -114,7 +114,7 @@ impl Server {
             names: options.names.clone(),
             threads: threads(options.threads),
         };
-        Ok(Server { listener, house, session, options, stop: Arc::default() })
+        Ok(Server { listener, state, session, options, stop: Arc::default() })
     }
 
     /// Where it listens.
@@ -128,13 +128,13 @@ impl Server {
     pub fn owner(&self) -> String {
         let ip = self.ip();
         // Without `bind` the owner is at this machine.
-        let ip = if ip.is_unspecified() && !self.house.is_open { Ipv4Addr::LOCALHOST.into() } else { ip };
-        self.address(ip, &self.house.owner)
+        let ip = if ip.is_unspecified() && !self.state.is_open { Ipv4Addr::LOCALHOST.into() } else { ip };
+        self.address(ip, &self.state.owner)
     }
 
     /// The address for viewers, with its token.
     pub fn viewers(&self) -> Option<String> {
-        self.house.viewer.as_ref().map(|token| self.address(self.ip(), token))
+        self.state.viewer.as_ref().map(|token| self.address(self.ip(), token))
     }
 
     fn ip(&self) -> IpAddr {
@@ -161,18 +161,18 @@ impl Server {
     /// Errors: the system refuses a thread or the socket.
     pub fn run(self) -> io::Result<()> {
         const STACK: usize = 8 << 20;
-        let Server { listener, house, session, options, stop } = self;
-        let hub: Arc<Hub> = Arc::clone(&house.hub);
+        let Server { listener, state, session, options, stop } = self;
+        let hub: Arc<Hub> = Arc::clone(&state.hub);
         let for_engine = Arc::clone(&hub);
         let work = move || engine::run(session, &for_engine, options.threads, &options.limits);
         std::thread::Builder::new().name("session".into()).stack_size(STACK).spawn(work)?;
         let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build()?;
         let ended = runtime.block_on(async {
             listener.set_nonblocking(true)?;
-            let door = Door::new(tokio::net::TcpListener::from_std(listener)?);
-            let service = router(Arc::new(house)).into_make_service_with_connect_info::<Ends>();
+            let listener = LimitedListener::new(tokio::net::TcpListener::from_std(listener)?);
+            let service = router(Arc::new(state)).into_make_service_with_connect_info::<Addresses>();
             tokio::select! {
-                ended = async { axum::serve(door, service).await } => ended,
+                ended = async { axum::serve(listener, service).await } => ended,
                 () = stop.notified() => Ok(()),
             }
         });

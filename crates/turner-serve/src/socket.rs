@@ -24,10 +24,10 @@ use tokio::sync::Semaphore;
 use tokio::time::{sleep, timeout};
 use turner_web::{Files, READS, REPLACES};
 
-use crate::desk::Job;
-use crate::house::Role;
-use crate::hub::{Hub, Room};
+use crate::call_queue::Call;
+use crate::hub::{Hub, Reservation};
 use crate::outbox::{Answer, Outbox, Outgoing};
+use crate::routes::Role;
 use crate::tiles::Shown;
 
 /// Longest message of a browser: 2 MiB and the head of a part of a file.
@@ -140,7 +140,7 @@ struct Reader {
 struct Upload {
     id: u64,
     files: Files,
-    room: Room,
+    room: Reservation,
 }
 
 async fn read(mut stream: SplitStream<WebSocket>, mut reader: Reader) {
@@ -202,7 +202,7 @@ impl Reader {
             return Ok(());
         }
         let replaces = REPLACES.contains(&&*name);
-        self.hub.desk.put(Job { name, args, files, room, answer }, self.role == Role::Owner);
+        self.hub.calls.put(Call { name, args, files, room, answer }, self.role == Role::Owner);
         if replaces {
             self.hub.stop_step();
         }

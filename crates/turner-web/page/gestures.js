@@ -99,7 +99,8 @@ export function setupGestures(page, view) {
   page.on("panel", panel => {
     const touch = matchMedia("(pointer: coarse)").matches;
     const act = panel === "explain" ? "explain" : "select";
-    find("hint").textContent = touch
+    const looksOn = `The owner of the server moves the camera · ${touch ? "tap" : "click"}: ${act}`;
+    find("hint").textContent = page.looksOn ? looksOn : touch
       ? `Drag: orbit · two fingers: pan, nearer · tap: ${act}`
       : `Drag: orbit · Shift and drag: pan · wheel: nearer · click: ${act}`;
     canvas.classList.toggle("explains", panel === "explain");
@@ -171,6 +172,7 @@ class Camera {
   }
 
   move(kind, x, y = 0, z = 0) {
+    if (this.#page.looksOn) return;
     const last = this.#waiting.get(kind);
     if (!last) this.#waiting.set(kind, { kind, x, y, z });
     else if (kind === "dolly") last.x *= x;
@@ -180,6 +182,7 @@ class Camera {
   }
 
   end() {
+    if (this.#page.looksOn) return;
     this.#ending = true;
     this.#send();
   }

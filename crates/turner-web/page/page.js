@@ -121,6 +121,13 @@ class Page extends EventTarget {
 const page = new Page();
 /** "owner" or "viewer" where `turner serve` serves the page: it renders there. */
 const served = document.querySelector('meta[name="turner-serve"]')?.content;
+/** Whether the page changes nothing: it shows what the owner of the server does. */
+page.looksOn = served === "viewer";
+if (page.looksOn) {
+  document.body.classList.add("looks-on");
+  find("text").readOnly = true;
+  find("canvas-keys").textContent = "The owner of the server changes the scene. C shows a crosshair that the arrow keys move; Enter selects below it, E explains the pixel, Escape hides it.";
+}
 page.ready = served ? connectEngine() : isolate().then(startEngine);
 page.ready.then(engine => page.emit("ready", engine), error => {
   find("loading").hidden = true;
@@ -154,7 +161,7 @@ page.on("fault", ({ message, help }) => {
 });
 
 // Whoever looks on sees what the owner opens.
-if (served === "viewer") page.on("document", () => page.show("scene"));
+if (page.looksOn) page.on("document", () => page.show("scene"));
 
 page.editor = new Editor(page);
 setupTabs(page);

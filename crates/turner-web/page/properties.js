@@ -43,6 +43,7 @@ export class Properties {
     const form = JSON.stringify([path, part.label, part.type, part.keys.map(key => [key.name, key.kind])]);
     if (form === this.#shown) {
       for (const key of part.keys) this.#fields.get(key.name)?.update(key);
+      this.#lock();
       return;
     }
     this.#shown = form;
@@ -81,12 +82,19 @@ export class Properties {
       this.#types(part),
       part.doc ? make("p", { class: "dim doc" }, ...words(part.doc)) : "",
       make("div", { class: "keys" }, ...rows));
+    this.#lock();
+  }
+
+  /** Fields that cannot be changed here are shown as such. */
+  #lock() {
+    if (!this.#page.looksOn) return;
+    for (const control of this.#box.querySelectorAll("input, select, textarea, .keys button")) control.disabled = true;
   }
 
   /** A button that moves the camera to the object. */
   #frame() {
     const object = /^object\.(\d+)$/.exec(this.#path);
-    if (!object) return "";
+    if (!object || this.#page.looksOn) return "";
     const act = () => this.#page.attempt("frame", { object: Number(object[1]) }, "Cannot frame it");
     return make("p", { class: "links" }, make("button", { type: "button", text: "Frame this object", on: { click: act } }));
   }

@@ -8,30 +8,30 @@ use std::time::Duration;
 use serde_json::Value as Json;
 use turner_web::Files;
 
-use crate::hub::Room;
+use crate::hub::Reservation;
 use crate::outbox::Answer;
 
 /// A call.
-pub(crate) struct Job {
+pub(crate) struct Call {
     pub(crate) name: String,
     pub(crate) args: Json,
     pub(crate) files: Files,
     /// The room that the files take.
-    pub(crate) room: Option<Room>,
+    pub(crate) room: Option<Reservation>,
     pub(crate) answer: Answer,
 }
 
 /// See the module.
 #[derive(Default)]
-pub(crate) struct Desk {
+pub(crate) struct CallQueue {
     waiting: Mutex<Waiting>,
     came: Condvar,
 }
 
 #[derive(Default)]
 struct Waiting {
-    owner: VecDeque<Job>,
-    viewers: VecDeque<Job>,
+    owner: VecDeque<Call>,
+    viewers: VecDeque<Call>,
     is_closed: bool,
 }
 
@@ -49,13 +49,13 @@ pub(crate) enum Patience {
     Endless,
 }
 
-impl Desk {
+impl CallQueue {
     fn lock(&self) -> MutexGuard<'_, Waiting> {
         self.waiting.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
     /// Leaves a call. After the end it is dropped, which answers it.
-    pub(crate) fn put(&self, job: Job, is_owner: bool) {
+    pub(crate) fn put(&self, job: Call, is_owner: bool) {
         let mut waiting = self.lock();
         if waiting.is_closed {
             // The answer is given without the lock.
@@ -71,7 +71,7 @@ impl Desk {
     }
 
     /// The calls to make now; `None` after the end.
-    pub(crate) fn take(&self, patience: Patience) -> Option<Vec<Job>> {
+    pub(crate) fn take(&self, patience: Patience) -> Option<Vec<Call>> {
         let mut waiting = self.lock();
         let idle = |waiting: &mut Waiting| waiting.is_empty() && !waiting.is_closed;
         match patience {
@@ -87,7 +87,7 @@ impl Desk {
         if waiting.is_closed {
             return None;
         }
-        let mut jobs: Vec<Job> = waiting.owner.drain(..).collect();
+        let mut jobs: Vec<Call> = waiting.owner.drain(..).collect();
         jobs.extend(waiting.viewers.pop_front());
         Some(jobs)
     }

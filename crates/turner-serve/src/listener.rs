@@ -21,36 +21,36 @@ const MAX_CONNECTIONS: usize = 512;
 const SILENCE: Duration = Duration::from_secs(75);
 
 /// See the module.
-pub(crate) struct Door {
+pub(crate) struct LimitedListener {
     listener: TcpListener,
     room: Arc<Semaphore>,
 }
 
-impl Door {
-    pub(crate) fn new(listener: TcpListener) -> Door {
-        Door { listener, room: Arc::new(Semaphore::new(MAX_CONNECTIONS)) }
+impl LimitedListener {
+    pub(crate) fn new(listener: TcpListener) -> LimitedListener {
+        LimitedListener { listener, room: Arc::new(Semaphore::new(MAX_CONNECTIONS)) }
     }
 }
 
 /// A connection.
-pub(crate) struct Visit {
+pub(crate) struct Connection {
     stream: TcpStream,
     /// When it ends unless something arrives.
     end: Pin<Box<Sleep>>,
     _room: Option<OwnedSemaphorePermit>,
 }
 
-impl Listener for Door {
-    type Io = Visit;
+impl Listener for LimitedListener {
+    type Io = Connection;
     type Addr = SocketAddr;
 
-    async fn accept(&mut self) -> (Visit, SocketAddr) {
+    async fn accept(&mut self) -> (Connection, SocketAddr) {
         // The semaphore is never closed.
         let room = Arc::clone(&self.room).acquire_owned().await.ok();
         let (stream, peer) = Listener::accept(&mut self.listener).await;
         // Small messages are sent at once; if that is refused, they come later.
         let _ = stream.set_nodelay(true);
-        (Visit { stream, end: Box::pin(sleep(SILENCE)), _room: room }, peer)
+        (Connection { stream, end: Box::pin(sleep(SILENCE)), _room: room }, peer)
     }
 
     fn local_addr(&self) -> io::Result<SocketAddr> {
@@ -58,20 +58,20 @@ impl Listener for Door {
     }
 }
 
-impl AsyncRead for Visit {
+impl AsyncRead for Connection {
     fn poll_read(self: Pin<&mut Self>, cx: &mut Context<'_>, to: &mut ReadBuf<'_>) -> Poll<io::Result<()>> {
-        let visit = self.get_mut();
-        match Pin::new(&mut visit.stream).poll_read(cx, to) {
+        let connection = self.get_mut();
+        match Pin::new(&mut connection.stream).poll_read(cx, to) {
             Poll::Ready(read) => {
-                visit.end.as_mut().reset(Instant::now() + SILENCE);
+                connection.end.as_mut().reset(Instant::now() + SILENCE);
                 Poll::Ready(read)
             }
-            Poll::Pending => visit.end.as_mut().poll(cx).map(|()| Err(io::ErrorKind::TimedOut.into())),
+            Poll::Pending => connection.end.as_mut().poll(cx).map(|()| Err(io::ErrorKind::TimedOut.into())),
         }
     }
 }
 
-impl AsyncWrite for Visit {
+impl AsyncWrite for Connection {
     fn poll_write(self: Pin<&mut Self>, cx: &mut Context<'_>, from: &[u8]) -> Poll<io::Result<usize>> {
         Pin::new(&mut self.get_mut().stream).poll_write(cx, from)
     }
@@ -87,15 +87,15 @@ impl AsyncWrite for Visit {
 
 /// The addresses of a connection: that of this machine and that of the browser.
 #[derive(Clone, Copy)]
-pub(crate) struct Ends {
+pub(crate) struct Addresses {
     pub(crate) local: IpAddr,
     pub(crate) peer: IpAddr,
 }
 
-impl Connected<IncomingStream<'_, Door>> for Ends {
-    fn connect_info(stream: IncomingStream<'_, Door>) -> Ends {
+impl Connected<IncomingStream<'_, LimitedListener>> for Addresses {
+    fn connect_info(stream: IncomingStream<'_, LimitedListener>) -> Addresses {
         let unknown = IpAddr::from([0, 0, 0, 0]);
         let local = stream.io().stream.local_addr().map_or(unknown, |address| address.ip());
-        Ends { local, peer: stream.remote_addr().ip() }
+        Addresses { local, peer: stream.remote_addr().ip() }
     }
 }

@@ -13,9 +13,9 @@ use axum::response::{IntoResponse, Redirect, Response};
 use axum::routing::get;
 use turner_web::PAGE;
 
-use crate::door::Ends;
 use crate::guard::{check_host, check_origin};
 use crate::hub::Hub;
+use crate::listener::Addresses;
 use crate::socket::{self, MAX_MESSAGE};
 use crate::token::Token;
 
@@ -38,7 +38,7 @@ impl Role {
 }
 
 /// What requests are answered from.
-pub(crate) struct House {
+pub(crate) struct AppState {
     pub(crate) hub: Arc<Hub>,
     pub(crate) owner: Token,
     pub(crate) viewer: Option<Token>,
@@ -49,10 +49,10 @@ pub(crate) struct House {
     pub(crate) threads: usize,
 }
 
-impl House {
+impl AppState {
     /// Who has this token. Both are compared, so that the time tells nothing.
-    fn role(&self, word: &str, ends: Ends) -> Option<Role> {
-        let is_owner = self.owner.is(word) & (self.is_open || ends.peer.to_canonical().is_loopback());
+    fn role(&self, word: &str, addresses: Addresses) -> Option<Role> {
+        let is_owner = self.owner.is(word) & (self.is_open || addresses.peer.to_canonical().is_loopback());
         let is_viewer = self.viewer.as_ref().is_some_and(|token| token.is(word));
         if is_owner { Some(Role::Owner) } else { is_viewer.then_some(Role::Viewer) }
     }
@@ -77,16 +77,16 @@ const HEADERS: [(HeaderName, &str); 7] = [
 ];
 
 /// The answers to all requests.
-pub(crate) fn router(house: Arc<House>) -> Router {
+pub(crate) fn router(server: Arc<AppState>) -> Router {
     Router::new()
         .route("/{token}", get(with_slash))
         .route("/{token}/", get(index))
         .route("/{token}/socket", get(socket))
         .route("/{token}/{file}", get(file))
         .fallback(|| async { refused() })
-        .layer(from_fn_with_state(Arc::clone(&house), check))
+        .layer(from_fn_with_state(Arc::clone(&server), check))
         .layer(from_fn(add_headers))
-        .with_state(house)
+        .with_state(server)
 }
 
 async fn add_headers(request: Request, next: Next) -> Response {
@@ -99,13 +99,13 @@ async fn add_headers(request: Request, next: Next) -> Response {
 
 /// Refuses requests that were sent to another host.
 async fn check(
-    State(house): State<Arc<House>>,
-    ConnectInfo(ends): ConnectInfo<Ends>,
+    State(server): State<Arc<AppState>>,
+    ConnectInfo(addresses): ConnectInfo<Addresses>,
     request: Request,
     next: Next,
 ) -> Response {
     let host = host(request.headers());
-    match check_host(host, ends.local, &house.names) {
+    match check_host(host, addresses.local, &server.names) {
         Ok(()) => next.run(request).await,
         Err(text) => (StatusCode::FORBIDDEN, text).into_response(),
     }
@@ -121,26 +121,30 @@ fn refused() -> Response {
 }
 
 async fn with_slash(
-    State(house): State<Arc<House>>,
-    ConnectInfo(ends): ConnectInfo<Ends>,
+    State(server): State<Arc<AppState>>,
+    ConnectInfo(addresses): ConnectInfo<Addresses>,
     Path(token): Path<String>,
 ) -> Response {
-    match house.role(&token, ends) {
+    match server.role(&token, addresses) {
         Some(_) => Redirect::permanent(&format!("/{token}/")).into_response(),
         None => refused(),
     }
 }
 
-async fn index(state: State<Arc<House>>, ends: ConnectInfo<Ends>, Path(token): Path<String>) -> Response {
-    file(state, ends, Path((token, "index.html".to_owned()))).await
+async fn index(
+    state: State<Arc<AppState>>,
+    addresses: ConnectInfo<Addresses>,
+    Path(token): Path<String>,
+) -> Response {
+    file(state, addresses, Path((token, "index.html".to_owned()))).await
 }
 
 async fn file(
-    State(house): State<Arc<House>>,
-    ConnectInfo(ends): ConnectInfo<Ends>,
+    State(server): State<Arc<AppState>>,
+    ConnectInfo(addresses): ConnectInfo<Addresses>,
     Path((token, name)): Path<(String, String)>,
 ) -> Response {
-    let Some(role) = house.role(&token, ends) else { return refused() };
+    let Some(role) = server.role(&token, addresses) else { return refused() };
     let Some((_, kind, bytes)) = PAGE.iter().find(|(own, _, _)| *own == name) else {
         return (StatusCode::NOT_FOUND, "there is no such file\n").into_response();
     };
@@ -155,13 +159,13 @@ async fn file(
 }
 
 async fn socket(
-    State(house): State<Arc<House>>,
-    ConnectInfo(ends): ConnectInfo<Ends>,
+    State(server): State<Arc<AppState>>,
+    ConnectInfo(addresses): ConnectInfo<Addresses>,
     Path(token): Path<String>,
     headers: HeaderMap,
     upgrade: Result<WebSocketUpgrade, axum::extract::ws::rejection::WebSocketUpgradeRejection>,
 ) -> Response {
-    let Some(role) = house.role(&token, ends) else { return refused() };
+    let Some(role) = server.role(&token, addresses) else { return refused() };
     let origin = headers.get(header::ORIGIN).map(|origin| origin.to_str().unwrap_or_default());
     if let Err(text) = check_origin(origin, host(&headers)) {
         return (StatusCode::FORBIDDEN, text).into_response();
@@ -170,7 +174,7 @@ async fn socket(
         Ok(upgrade) => upgrade
             .max_message_size(MAX_MESSAGE)
             .max_frame_size(MAX_MESSAGE)
-            .on_upgrade(move |socket| socket::serve(socket, Arc::clone(&house.hub), role, house.threads)),
+            .on_upgrade(move |socket| socket::serve(socket, Arc::clone(&server.hub), role, server.threads)),
         Err(rejection) => rejection.into_response(),
     }
 }
