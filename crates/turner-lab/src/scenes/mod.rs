@@ -182,10 +182,10 @@ fn compare(args: &ScenesArgs, reporter: &Reporter) -> Result<bool, Failure> {
     let summaries = table::summaries(&results);
     text::print(&if args.json {
         table::summary_lines(&summaries)
-    } else if args.markdown {
-        format!("{}\n{}", table::markdown(&results), table::end(&summaries, &left_out))
     } else {
-        format!("\n{}", table::end(&summaries, &left_out))
+        let table = if args.markdown { table::markdown(&results) } else { String::new() };
+        let out = table::all_left_out(&left_out, args.markdown);
+        format!("{table}\n{}{out}", table::summary_text(&summaries))
     });
     Ok(!results.is_empty())
 }
@@ -226,8 +226,14 @@ impl<'a> Bench<'a> {
         let folder = tempfile::tempdir().map_err(|e| {
             Failure::new(SceneError::new(ErrorCode::File, format!("cannot create a temporary folder: {e}")))
         })?;
-        let kind = variant(&asked, python.as_deref(), folder.path(), threads, reporter)?;
         let references = args.references.clone().unwrap_or_else(|| install::cache("references"));
+        std::fs::create_dir_all(&references).map_err(|e| {
+            let message = format!("the folder {} cannot be made: {e}", references.display());
+            Failure::new(
+                SceneError::new(ErrorCode::Output, message).help("name another one with --references"),
+            )
+        })?;
+        let kind = variant(&asked, python.as_deref(), folder.path(), threads, reporter)?;
         Ok(Bench { args, kind, python, threads, turners, references, folder })
     }
 

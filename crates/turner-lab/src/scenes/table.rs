@@ -147,31 +147,34 @@ pub(super) fn markdown(results: &[SceneResult]) -> String {
     out
 }
 
-/// The summaries and the scenes left out, each with the reason.
-pub(super) fn end(summaries: &[Summary], left_out: &[(String, String)]) -> String {
+/// A line for each summary.
+pub(super) fn summary_text(summaries: &[Summary]) -> String {
     let mut out = String::new();
     for s in summaries {
+        let Summary { of, over, time, error, cost, good, .. } = s;
+        let scenes = text::plural(s.scenes as u64, "scene");
         let _ = writeln!(
             out,
-            "{} over {}, {}: time {:.3}, error {:.3}, time x error {:.3} (geometric means); time x error: {} at or below {GOOD}, worst {} with {:.3}",
-            s.of,
-            s.over,
-            text::plural(s.scenes as u64, "scene"),
-            s.time,
-            s.error,
-            s.cost,
-            s.good,
-            s.worst.0,
-            s.worst.1
+            "{of} over {over}, {scenes}: time {time:.3}, error {error:.3}, time x error {cost:.3} (geometric means); \
+             time x error: {good} at or below {GOOD}, worst {} with {:.3}",
+            s.worst.0, s.worst.1
         );
     }
-    if !left_out.is_empty() {
-        let _ = writeln!(out, "{} left out:", text::plural(left_out.len() as u64, "scene"));
-    }
-    for (scene, reason) in left_out {
-        let _ = writeln!(out, "  {scene}: {reason}");
-    }
     out
+}
+
+/// The scenes left out, with their reasons or, where those were shown before, their names alone.
+pub(super) fn all_left_out(scenes: &[(String, String)], reasons: bool) -> String {
+    if scenes.is_empty() {
+        return String::new();
+    }
+    let count = text::plural(scenes.len() as u64, "scene");
+    if reasons {
+        let list: String = scenes.iter().map(|(scene, reason)| format!("  {scene}: {reason}\n")).collect();
+        return format!("{count} left out:\n{list}");
+    }
+    let names: Vec<&str> = scenes.iter().map(|(scene, _)| scene.as_str()).collect();
+    format!("{count} left out: {}\n", names.join(", "))
 }
 
 /// A JSON line for each renderer.
@@ -296,14 +299,19 @@ mod tests {
 
     #[test]
     fn scenes_that_are_left_out_are_listed() {
-        let out = [("old".to_owned(), "unexpected <lookAt>".to_owned())];
-        let text = end(&summaries(&two()), &out);
-        assert!(text.contains("time x error 0.600 (geometric means)"), "{text}");
-        assert!(text.contains("1 at or below 0.8, worst cbox with 0.900"), "{text}");
-        assert!(text.ends_with("1 scene left out:\n  old: unexpected <lookAt>\n"), "{text}");
+        let out = [("old", "unexpected <lookAt>"), ("older", "no sensor")].map(|(s, r)| (s.into(), r.into()));
+        let text = all_left_out(&out, true);
+        assert_eq!(text, "2 scenes left out:\n  old: unexpected <lookAt>\n  older: no sensor\n");
+        assert_eq!(all_left_out(&out, false), "2 scenes left out: old, older\n");
+        assert_eq!(all_left_out(&[], true), "");
+        let text = summary_text(&summaries(&two()));
+        assert!(
+            text.contains("time x error 0.600 (geometric means); time x error: 1 at or below 0.8"),
+            "{text}"
+        );
+        assert!(text.contains("worst cbox with 0.900\n"), "{text}");
         let line: Value = serde_json::from_str(&left_out_line("old", "why \"not\"")).unwrap();
         assert_eq!(line["left_out"], "why \"not\"");
-        assert_eq!(end(&[], &[]), "");
     }
 
     #[test]
