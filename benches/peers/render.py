@@ -1,14 +1,17 @@
 #!/usr/bin/env python3
-"""Renders one scene with another renderer, as often as requested. `turner-lab render --peers` runs it.
+"""Renders one scene with another renderer, as often as requested. `turner-lab render --peers` and `turner-lab scenes`
+run it.
 
-    python render.py PEER SCENE.json THREADS        # PEER: mitsuba-llvm, mitsuba-llvm-independent, mitsuba-scalar, cycles
+    python render.py PEER SCENE THREADS        # PEER: mitsuba-llvm, mitsuba-llvm-independent, mitsuba-scalar, cycles
 
-The scene is a description as in scenes/peers (its format: scenes/peers/README.md). Each line of standard input requests
-a picture: `SAMPLES SEED FILE`. FILE receives rows from the top, three little-endian 32-bit floats per pixel. Standard
-output has one JSON object per line: {"start_seconds", "version"} after a first picture of one sample, {"samples",
-"seconds", "width", "height"} for each picture, {"error", "help"} when something fails. start_seconds is the time before
-the first picture, without that of the picture itself: modules, scene, BVHs, kernels. The kernels that Mitsuba compiles
-later for other numbers of samples are not measured.
+SCENE.json is a description as in scenes/peers (its format: scenes/peers/README.md). SCENE.xml is a scene of Mitsuba, for
+Mitsuba alone, which keeps its integrator and its sampler: the size of its film is the first line of standard output,
+{"width", "height"}, and the size to render the first one of standard input, `WIDTH HEIGHT`. Each further line of
+standard input requests a picture: `SAMPLES SEED FILE`. FILE receives rows from the top, three little-endian 32-bit
+floats per pixel. Standard output has one JSON object per line: {"start_seconds", "version"} after a first picture of one
+sample, {"samples", "seconds", "width", "height"} for each picture, {"error", "help"} when something fails. start_seconds
+is the time before the first picture, without that of the picture itself: modules, scene, BVHs, kernels. The kernels that
+Mitsuba compiles later for other numbers of samples are not measured.
 """
 import json
 import math
@@ -78,7 +81,8 @@ def find_llvm():
 
 
 class Mitsuba:
-    def __init__(self, peer, scene, folder, threads):
+    def start(self, peer, threads):
+        """Imports the modules of a variant."""
         if "llvm" in peer:
             find_llvm()
         import numpy as np
@@ -90,6 +94,12 @@ class Mitsuba:
         mi.set_log_level(mi.LogLevel.Error)
         dr.set_thread_count(threads)
         self.version = mi.__version__
+        # The numbers of samples that kernels are compiled for.
+        self.compiled = set() if "llvm" in peer else None
+
+    def __init__(self, peer, scene, folder, threads):
+        self.start(peer, threads)
+        np, mi = self.np, self.mi
         self.folder = folder
         camera = scene["camera"]
         self.width, self.height = camera["res"]
@@ -110,7 +120,6 @@ class Mitsuba:
         for i, light in enumerate(scene["lights"]):
             parts[f"light{i}"] = self.light(light)
         self.scene = mi.load_dict(parts)
-        self.compiled = set() if "llvm" in peer else None
 
     @staticmethod
     def rgb(value):
@@ -171,8 +180,31 @@ class Mitsuba:
         # The conversion to an array waits for the picture.
         picture = self.np.array(self.mi.render(self.scene, spp=samples, seed=seed), dtype="<f4")
         seconds = time.perf_counter() - start
+        # A film of luminance has one channel.
+        picture = picture[..., :3] if picture.shape[-1] >= 3 else self.np.repeat(picture[..., :1], 3, -1)
         # Stratified samplers round the number of samples up.
-        return picture[..., :3], seconds, self.scene.sensors()[0].sampler().sample_count()
+        return picture, seconds, self.scene.sensors()[0].sampler().sample_count()
+
+
+class MitsubaFile(Mitsuba):
+    """A scene in Mitsuba's own format, in another size."""
+
+    def __init__(self, peer, path, threads):
+        self.start(peer, threads)
+        self.scene = self.mi.load_file(str(path))
+        if not self.scene.sensors():
+            raise ValueError("the scene has no sensor")
+        # Pictures are rendered from the first one.
+        sensor = self.scene.sensors()[0]
+        film = sensor.film()
+        if list(film.crop_size()) != list(film.size()):
+            raise ValueError("the film has a crop window, which does not scale")
+        self.width, self.height = (int(v) for v in film.size())
+        say(width=self.width, height=self.height)
+        self.width, self.height = (int(v) for v in sys.stdin.readline().split())
+        values = self.mi.traverse(sensor)
+        values["film.size"] = [self.width, self.height]
+        values.update()
 
 
 # ---------------------------------------------------------------- Cycles
@@ -388,8 +420,11 @@ class Cycles:
 
 def main():
     peer, path, threads = sys.argv[1], Path(sys.argv[2]).resolve(), int(sys.argv[3])
-    scene = json.loads(path.read_text())
-    renderer = Cycles(scene, path.parent, threads) if peer == "cycles" else Mitsuba(peer, scene, path.parent, threads)
+    if path.suffix.lower() == ".xml":
+        renderer = MitsubaFile(peer, path, threads)
+    else:
+        scene = json.loads(path.read_text())
+        renderer = Cycles(scene, path.parent, threads) if peer == "cycles" else Mitsuba(peer, scene, path.parent, threads)
     renderer.render(1, 0)
     first = time.perf_counter() - T0
     # This includes the time of a picture; Mitsuba's compiled variants have rendered two.
@@ -406,9 +441,9 @@ if __name__ == "__main__":
     try:
         main()
     except ImportError as error:
-        say(error=f"{error}", help="install the peers with `turner-lab render --install-peers`, or name a Python that has them with --python")
+        say(error=f"{error}", help="install the other renderers with --install-peers, or name a Python that has them with --python")
     except NoLlvm:
         say(error="there is no libLLVM of version 16 or newer under the usual names",
-            help="install it (libllvm19), name it with DRJIT_LIBLLVM_PATH, or choose others with --peers mitsuba-scalar,cycles")
+            help="install it (libllvm19), name it with DRJIT_LIBLLVM_PATH, or choose another renderer, such as mitsuba-scalar")
     except Exception as error:  # the caller reports any failure
         say(error=f"{type(error).__name__}: {error}", help="")

@@ -4,6 +4,7 @@
 //! ```text
 //! start ─┬─ rays       rays per second of Turner's BVHs, compared with Embree
 //!        ├─ render     error over time of path tracing, compared with Mitsuba and Cycles
+//!        ├─ scenes     time and error on scenes of Mitsuba, compared with Mitsuba
 //!        ├─ denoise    error and time of denoisers, compared with Open Image Denoise
 //!        ├─ preview    time and error of the pictures that a window shows
 //!        ├─ povray     the classic scenes, compared with POV-Ray ─┬─ program  runs it
@@ -13,10 +14,15 @@
 #![forbid(unsafe_code)]
 
 mod denoise;
+mod message;
+mod peers;
+mod picture;
 mod povray;
 mod preview;
 mod rays;
 mod render;
+mod scenes;
+mod statistics;
 mod verify;
 
 use std::ffi::OsString;
@@ -44,6 +50,7 @@ struct Cli {
 enum Command {
     Rays(rays::RaysArgs),
     Render(render::RenderBenchArgs),
+    Scenes(scenes::ScenesArgs),
     Denoise(denoise::DenoiseArgs),
     Preview(preview::PreviewArgs),
     Povray(povray::PovrayArgs),
@@ -51,9 +58,18 @@ enum Command {
     Verify(verify::VerifyArgs),
 }
 
+/// As the first argument: the others are those of the program `turner`. So `scenes` runs the Turner that this program
+/// was built with.
+const TURNER: &str = "turner";
+
 /// Runs the command line and returns the exit code: 0 for success, 1 for bad input, failures and failed checks, 2 for
 /// bad usage.
 pub fn start() -> ExitCode {
+    let mut args: Vec<OsString> = std::env::args_os().collect();
+    if args.get(1).is_some_and(|first| first == TURNER) {
+        args.remove(0);
+        return turner_cli::start_from(args);
+    }
     turner_cli::start_with(|args, _| run(args))
 }
 
@@ -61,6 +77,7 @@ fn run(args: Vec<OsString>) -> u8 {
     match Cli::try_parse_from(args).map(|cli| cli.command) {
         Ok(Command::Rays(args)) => rays::run(&args),
         Ok(Command::Render(args)) => render::run(&args),
+        Ok(Command::Scenes(args)) => scenes::run(&args),
         Ok(Command::Denoise(args)) => denoise::run(&args),
         Ok(Command::Preview(args)) => preview::run(&args),
         Ok(Command::Povray(args)) => povray::run(&args),

@@ -11,11 +11,12 @@ use turner::integrator::Prepared;
 use turner::math::elementary::pow;
 use turner::render::{PassOptions, Renderer};
 use turner::schema::{ErrorCode, PrepareOptions, SceneError};
-use turner_cli::failure::{Failure, Labels, two_lines};
+use turner_cli::failure::{Failure, Labels};
 use turner_cli::instructions::instruction_set;
 use turner_cli::limits;
-use turner_io::image::{DecodeLimits, decode};
 use turner_io::scene::{LoadOptions, load};
+
+use crate::picture::{self, Picture};
 
 /// The seeds of the halves of a reference.
 const SEEDS: [u32; 2] = [0x5eed, 0x5eee];
@@ -78,15 +79,7 @@ impl Scene {
     /// Writes a picture.
     pub(super) fn save(&self, path: &Path, pixels: &[Rgb]) -> Result<(), Failure> {
         let film = &self.prepared.view.film;
-        let linear: Vec<[f32; 4]> = pixels.iter().map(|[r, g, b]| [*r, *g, *b, 1.0]).collect();
-        let display = vec![[0; 4]; linear.len()];
-        let (width, height, exposure) = (film.width, film.height, film.exposure);
-        let picture =
-            turner::film::Picture { width, height, linear, display, has_alpha: false, missing: 0, exposure };
-        if let Some(folder) = path.parent() {
-            std::fs::create_dir_all(folder).map_err(|e| self.failure(&e.to_string()))?;
-        }
-        turner_io::save(path, &picture).map_err(|e| self.failure(&e.to_string()))
+        picture::save(path, (film.width, film.height), pixels.iter().copied())
     }
 }
 
@@ -160,11 +153,11 @@ impl Reference {
 
 /// The pixels of a file, if there is one.
 fn read(path: &Path) -> Result<Option<Vec<Rgb>>, Failure> {
-    let Ok(bytes) = std::fs::read(path) else { return Ok(None) };
-    let image = decode(&bytes, &path.display().to_string(), &DecodeLimits::default())
-        .map_err(|e| Failure::new(two_lines(ErrorCode::Image, &e.to_string())))?;
-    let positions = (0..image.height).flat_map(|y| (0..image.width).map(move |x| (x, y)));
-    Ok(Some(positions.map(|(x, y)| image.rgb(x, y)).collect()))
+    if !path.is_file() {
+        return Ok(None);
+    }
+    let picture = Picture::read(path)?;
+    Ok(Some(picture.pixels.iter().map(|v| v.map(|v| v as f32)).collect()))
 }
 
 fn doubles(pixels: &[Rgb]) -> Vec<[f64; 3]> {

@@ -3,10 +3,10 @@
 use std::collections::BTreeMap;
 
 use serde_json::json;
-use turner::math::elementary::{exp, ln};
 use turner_cli::text;
 
 use super::Left;
+use crate::statistics::geometric_mean;
 
 /// Pixels of the picture that seconds are for.
 const PIXELS: f64 = 1280.0 * 720.0;
@@ -43,10 +43,7 @@ pub(super) fn means(all: &[Left]) {
     for row in all {
         groups.entry((row.samples, &row.denoiser)).or_default().push(row);
     }
-    let mean = |values: &mut dyn Iterator<Item = f64>| {
-        let logs: Vec<f64> = values.map(ln).collect();
-        exp(logs.iter().sum::<f64>() / logs.len().max(1) as f64)
-    };
+    let mean = |values: &mut dyn Iterator<Item = f64>| geometric_mean(values).unwrap_or(f64::NAN);
     for ((samples, denoiser), rows) in &groups {
         let [relmse, flip] = [0, 1].map(|k| mean(&mut rows.iter().map(|row| row.errors[k] / row.noisy[k])));
         let seconds = rows.iter().map(|row| row.seconds).fold(0.0, f64::max) * PIXELS;

@@ -1,15 +1,12 @@
 //! `turner-lab render`: error over time of path tracing, compared with other renderers.
 //!
 //! ```text
-//! mod ─┬─ references  converged images         install ── Python environment
-//!      ├─ peer        other renderers ─────────┘
+//! mod ─┬─ references  converged images
 //!      ├─ curve       seconds to an error
 //!      └─ table       text, JSON, Markdown ── plot  SVG
 //! ```
 
 mod curve;
-mod install;
-mod peer;
 mod plot;
 mod references;
 mod table;
@@ -20,7 +17,6 @@ use std::time::Instant;
 
 use clap::Args;
 use curve::{Point, Reach, seconds_to};
-use peer::{Peer, PeerKind};
 use references::Reference;
 use turner::film::Antialias;
 use turner::integrator::Prepared;
@@ -34,6 +30,8 @@ use turner_cli::report::Reporter;
 use turner_cli::{limits, text};
 use turner_io::image::OutputFile;
 use turner_io::scene::{LoadOptions, load};
+
+use crate::peers::{Peer, PeerKind, install};
 
 /// Measure the error over time of path tracing; compare with Mitsuba and Cycles
 #[derive(Debug, Args)]

@@ -4,8 +4,9 @@ use std::path::{Path, PathBuf};
 
 use turner::schema::{ErrorCode, SceneError};
 use turner::testing::relative_mse;
-use turner_cli::failure::{Failure, two_lines};
-use turner_io::image::{DecodeLimits, decode};
+use turner_cli::failure::Failure;
+
+use crate::picture::Picture;
 
 /// A converged image.
 pub(super) struct Reference {
@@ -51,11 +52,7 @@ pub(super) fn find(
         return Err(Failure::usage(SceneError::new(ErrorCode::File, message)));
     };
     let shown = path.display().to_string();
-    let bytes = std::fs::read(&path).map_err(|e| {
-        Failure::new(SceneError::new(ErrorCode::File, format!("{shown}: the file cannot be read: {e}")))
-    })?;
-    let image = decode(&bytes, &shown, &DecodeLimits::default())
-        .map_err(|e| Failure::new(two_lines(ErrorCode::Image, &e.to_string())))?;
+    let image = Picture::read(&path)?;
     if (image.width, image.height) != (width, height) {
         let message =
             format!("{shown}: {}x{} pixels, the scene has {width}x{height}", image.width, image.height);
@@ -66,9 +63,7 @@ pub(super) fn find(
         }
         return Err(Failure::new(SceneError::new(ErrorCode::Image, message)));
     }
-    let positions = (0..height).flat_map(|y| (0..width).map(move |x| (x, y)));
-    let pixels = positions.map(|(x, y)| image.rgb(x, y).map(f64::from)).collect();
-    Ok(Ok(Reference { width, height, pixels, noise: noise(&path, &stem)? }))
+    Ok(Ok(Reference { width, height, pixels: image.pixels, noise: noise(&path, &stem)? }))
 }
 
 /// The image with the scene's name, in any case.

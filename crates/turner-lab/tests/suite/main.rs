@@ -6,6 +6,7 @@ mod folder;
 mod povray;
 mod rays;
 mod render;
+mod scenes;
 #[path = "../../../turner-cli/tests/suite/sh_blocks.rs"]
 mod sh_blocks;
 mod verify;

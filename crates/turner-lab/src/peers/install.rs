@@ -6,18 +6,23 @@ use std::process::{Command, Stdio};
 use turner::schema::{ErrorCode, SceneError};
 use turner_cli::failure::Failure;
 
-use super::peer::PeerKind;
+use super::PeerKind;
 
 const MITSUBA: &[&str] = &["mitsuba==3.9.1", "numpy"];
 /// Each Blender package supports one version of Python.
 const CYCLES: &[&str] = &["bpy==5.0.1", "numpy"];
 
-/// The environment's folder, in the user's cache.
-fn folder() -> PathBuf {
+/// Turner's folder of this name in the user's cache.
+pub(crate) fn cache(name: &str) -> PathBuf {
     let of = |name: &str| std::env::var_os(name).filter(|v| !v.is_empty()).map(PathBuf::from);
     let cache = of("XDG_CACHE_HOME").or_else(|| of("LOCALAPPDATA"));
     let cache = cache.or_else(|| Some(of("HOME")?.join(".cache")));
-    cache.unwrap_or_else(std::env::temp_dir).join("turner").join("peers")
+    cache.unwrap_or_else(std::env::temp_dir).join("turner").join(name)
+}
+
+/// The environment's folder.
+fn folder() -> PathBuf {
+    cache("peers")
 }
 
 fn python_in(folder: &Path) -> PathBuf {
@@ -25,14 +30,14 @@ fn python_in(folder: &Path) -> PathBuf {
 }
 
 /// The environment's Python if it exists, else the system's.
-pub(super) fn python() -> PathBuf {
+pub(crate) fn python() -> PathBuf {
     let own = python_in(&folder());
     if own.is_file() { own } else { PathBuf::from("python3") }
 }
 
 /// Creates the environment with the packages that `peers` need. `base` is the Python to create it with, 3.11 by
 /// default. Returns the environment's Python.
-pub(super) fn install(base: Option<&Path>, peers: &[PeerKind]) -> Result<PathBuf, Failure> {
+pub(crate) fn install(base: Option<&Path>, peers: &[PeerKind]) -> Result<PathBuf, Failure> {
     let folder = folder();
     let python = python_in(&folder);
     if !python.is_file() {
@@ -51,7 +56,11 @@ pub(super) fn install(base: Option<&Path>, peers: &[PeerKind]) -> Result<PathBuf
         .flatten()
         .copied()
         .collect();
-    let help = "Cycles (bpy 5.0.1) needs Python 3.11; omit it with --peers mitsuba-llvm,mitsuba-scalar";
+    let help = if cycles {
+        "Cycles (bpy 5.0.1) needs Python 3.11; omit it with --peers mitsuba-llvm,mitsuba-scalar"
+    } else {
+        "pass another Python with --python: Mitsuba 3.9.1 has no package for each version"
+    };
     let pip = ["-m", "pip", "install", "--disable-pip-version-check"];
     run(Command::new(&python).args(pip).args(packages), help)?;
     Ok(python)
