@@ -63,7 +63,9 @@ def render():
     return call
 
 
-@pytest.mark.parametrize("tiles, parts, folder", [(1, 5, False), (3, 2, True), (1, 1, False), (2, 9, True), (11, 1, False), (3, 20, False)])
+@pytest.mark.parametrize(
+    "tiles, parts, folder", [(1, 5, False), (3, 2, True), (1, 1, False), (2, 9, True), (11, 1, False), (3, 20, False)]
+)
 def test_parts_make_the_whole(scene, render, tmp_path, tiles, parts, folder):
     whole = tr.render(scene, 20, ["depth"], width=48)
     seen = []
