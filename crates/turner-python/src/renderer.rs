@@ -45,7 +45,7 @@ struct Goal {
     noise: Option<f64>,
 }
 
-/// A pass of a run. One that readers interrupt goes on with the samples that are left, so that passes end where they do
+/// A pass of a run. One that readers interrupt continues with the samples that are left, so that passes end where they do
 /// without readers.
 struct Pass {
     range: PassRange,
