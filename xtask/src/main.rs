@@ -5,7 +5,8 @@
 //! cargo xtask docs tutorial     the images whose name begins with "tutorial"
 //! cargo xtask list              their names and commands
 //! cargo xtask words             finds phrases that documents, comments and messages do not use
-//! cargo xtask python            builds the Python module's wheel and runs its tests; further arguments go to pytest
+//! cargo xtask python            builds the Python module's wheel and runs its tests; --also PYTHON runs them with a further
+//!                               interpreter; other arguments go to pytest
 //! cargo xtask web               the page as a static folder; --test runs its tests in Chromium
 //! cargo xtask wasm              compiles for WebAssembly and renders there; further arguments go to cargo
 //! ```
@@ -40,7 +41,7 @@ fn main() -> ExitCode {
         ["python", more @ ..] => python::test(more),
         ["wasm", more @ ..] => wasm::check(more),
         ["web", more @ ..] => web::build(more),
-        _ => Err("usage: cargo xtask docs [NAME…] | cargo xtask list | cargo xtask words | cargo xtask python [PYTEST-OPTION…] | cargo xtask web [--quick] [--test] | cargo xtask wasm [CARGO-OPTION…]"
+        _ => Err("usage: cargo xtask docs [NAME…] | cargo xtask list | cargo xtask words | cargo xtask python [--also PYTHON]… [PYTEST-OPTION…] | cargo xtask web [--quick] [--test] | cargo xtask wasm [CARGO-OPTION…]"
             .to_owned()),
     };
     match result {

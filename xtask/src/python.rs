@@ -1,5 +1,5 @@
-//! `cargo xtask python`: checks the Python code's format, builds the module's wheel, installs it in a fresh environment and
-//! runs its tests there.
+//! `cargo xtask python`: builds the module's wheel, checks its metadata and the Python code's format, installs it in a fresh
+//! environment and runs its tests there; with `--also PYTHON` in one of that interpreter, too.
 
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -7,7 +7,11 @@ use std::process::Command;
 use crate::{root, run};
 
 /// What the tests need besides the module.
-const TESTED_WITH: [&str; 5] = ["numpy", "pytest", "pillow", "distributed", "ruff==0.17.6"];
+const TESTED_WITH: [&str; 7] =
+    ["numpy", "pytest", "pillow", "distributed", "nbclient", "ipykernel", "ipywidgets"];
+
+/// What checks the code and the wheel.
+const CHECKED_WITH: [&str; 2] = ["ruff==0.17.6", "twine"];
 
 /// The Python that builds, and the tools that it installs.
 const MATURIN: &str = "maturin>=1.8,<2";
@@ -26,44 +30,97 @@ pub(crate) fn wheel(python: &Path) -> Result<PathBuf, String> {
     wheel.ok_or_else(|| "maturin wrote no wheel".to_owned())
 }
 
-/// Builds and tests; `more` are arguments of pytest.
+/// Builds the wheel and tests it. `more`: `--also PYTHON` tests it with a further interpreter, as often as given; all other
+/// arguments are those of pytest.
 pub(crate) fn test(more: &[&str]) -> Result<(), String> {
-    let folder = target().join("python");
-    let _ = std::fs::remove_dir_all(&folder);
+    let (also, more) = interpreters(more)?;
     let base = std::env::var_os("PYTHON").unwrap_or_else(|| "python3".into());
-    run(Command::new(base).args(["-m", "venv"]).arg(&folder))?;
-    let python = folder.join(if cfg!(windows) { "Scripts/python.exe" } else { "bin/python" });
-    let pip = |packages: &[&str]| {
-        let quiet = ["-m", "pip", "install", "--quiet", "--disable-pip-version-check"];
-        run(Command::new(&python).args(quiet).args(packages))
-    };
-    pip(&[MATURIN])?;
-    let wheel = wheel(&python)?;
+    let python = Environment::new(Path::new(&base), "python")?;
+    python.install(&[MATURIN])?;
+    let wheel = wheel(&python.0)?;
     let size = wheel.metadata().map_or(0, |data| data.len());
     println!("{} ({:.1} MB)", wheel.display(), size as f64 / 1e6);
     if size > 20_000_000 {
         return Err("the wheel has more than 20 MB".to_owned());
     }
     let wheel = wheel.to_str().ok_or("the path of the wheel is not UTF-8")?;
-    pip(&TESTED_WITH)?;
-    let crate_folder = root().join("crates/turner-python");
-    let code =
-        [crate_folder.clone(), root().join("examples/python"), root().join("scripts/simulate_farm.py")];
-    for check in [&["check"][..], &["format", "--check"]] {
-        let mut ruff = Command::new(&python);
-        ruff.args(["-m", "ruff"]).args(check).args(["--quiet", "--no-cache", "--config"]);
-        run(ruff.arg(crate_folder.join("pyproject.toml")).args(&code))?;
+    python.install(&CHECKED_WITH)?;
+    python.check(wheel)?;
+    python.test(wheel, &more)?;
+    for (i, other) in also.into_iter().enumerate() {
+        println!("{other}");
+        Environment::new(Path::new(other), &format!("python-{i}"))?.test(wheel, &more)?;
     }
-    pip(&[wheel])?;
-    // From its own folder, where `turner` is the installed module.
-    let tests = root().join("crates/turner-python/tests");
-    run(Command::new(&python)
-        .current_dir(&tests)
-        .env("TURNER_ROOT", root())
-        .args(["-m", "pytest", "-q", "-p", "no:cacheprovider", "."])
-        .args(more))
+    Ok(())
+}
+
+/// The interpreters after `--also`, and the other arguments.
+fn interpreters<'a>(words: &[&'a str]) -> Result<(Vec<&'a str>, Vec<&'a str>), String> {
+    let (mut also, mut more) = (Vec::new(), Vec::new());
+    let mut words = words.iter();
+    while let Some(&word) = words.next() {
+        if word == "--also" {
+            also.push(*words.next().ok_or("--also needs an interpreter, such as python3.13")?);
+        } else {
+            more.push(word);
+        }
+    }
+    Ok((also, more))
+}
+
+/// A fresh environment, by its interpreter.
+struct Environment(PathBuf);
+
+impl Environment {
+    /// An environment of the interpreter `base`, in a folder of the target folder.
+    fn new(base: &Path, folder: &str) -> Result<Environment, String> {
+        let folder = target().join(folder);
+        let _ = std::fs::remove_dir_all(&folder);
+        run(Command::new(base).args(["-m", "venv"]).arg(&folder))?;
+        Ok(Environment(folder.join(if cfg!(windows) { "Scripts/python.exe" } else { "bin/python" })))
+    }
+
+    fn install(&self, packages: &[&str]) -> Result<(), String> {
+        let quiet = ["-m", "pip", "install", "--quiet", "--disable-pip-version-check"];
+        run(Command::new(&self.0).args(quiet).args(packages))
+    }
+
+    /// Checks the format of the code and the wheel's metadata.
+    fn check(&self, wheel: &str) -> Result<(), String> {
+        let crate_folder = root().join("crates/turner-python");
+        let code =
+            [crate_folder.clone(), root().join("examples/python"), root().join("scripts/simulate_farm.py")];
+        for check in [&["check"][..], &["format", "--check"]] {
+            let mut ruff = Command::new(&self.0);
+            ruff.args(["-m", "ruff"]).args(check).args(["--quiet", "--no-cache", "--config"]);
+            run(ruff.arg(crate_folder.join("pyproject.toml")).args(&code))?;
+        }
+        run(Command::new(&self.0).args(["-m", "twine", "check", "--strict", wheel]))
+    }
+
+    /// Installs the wheel and runs its tests from their own folder, where `turner` is the installed module.
+    fn test(&self, wheel: &str, more: &[&str]) -> Result<(), String> {
+        self.install(&TESTED_WITH)?;
+        self.install(&[wheel])?;
+        run(Command::new(&self.0)
+            .current_dir(root().join("crates/turner-python/tests"))
+            .env("TURNER_ROOT", root())
+            .args(["-m", "pytest", "-q", "-p", "no:cacheprovider", "."])
+            .args(more))
+    }
 }
 
 fn target() -> PathBuf {
     std::env::var_os("CARGO_TARGET_DIR").map_or_else(|| root().join("target"), PathBuf::from)
+}
+
+#[cfg(test)]
+mod tests {
+    #[test]
+    fn further_interpreters_are_told_from_arguments_of_pytest() {
+        let words = ["-k", "render", "--also", "python3.13", "-x", "--also", "python3.10"];
+        let (also, more) = super::interpreters(&words).unwrap();
+        assert_eq!((also, more), (vec!["python3.13", "python3.10"], vec!["-k", "render", "-x"]));
+        assert!(super::interpreters(&["--also"]).is_err());
+    }
 }

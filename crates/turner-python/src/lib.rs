@@ -26,6 +26,7 @@ pub mod renderer;
 pub mod scene;
 mod schema;
 mod tools;
+mod turns;
 mod value;
 mod work;
 

@@ -1,23 +1,30 @@
 //! The class behind `turner.Renderer`: passes, progress, cancel, films.
 
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
-use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
-use pyo3::exceptions::PyRuntimeError;
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict};
 use turner::film::{Antialias, Film};
 use turner::render::{PassOptions, PassRange, Renderer as Tracer};
 use turner::schema::{ErrorCode, Limits, SceneError};
+use turner_io::scene::Sources;
 
 use crate::errors::Origin;
 use crate::picture;
+use crate::places::Places;
 use crate::scene::Made;
+use crate::turns::{Run, Turns};
 use crate::work::attend;
 
 /// The most samples per pixel, which no render reaches: time or noise ends it.
 const UNLIMITED: u32 = 1 << 24;
+
+/// The time that choices of the integrator take before a pass asks for them again; twice as long after each pass.
+const CHOICE: Duration = Duration::from_millis(200);
+
+/// Time between two looks whether they are made.
+const POLL: Duration = Duration::from_millis(2);
 
 /// Fewer samples per pixel do not show their noise reliably.
 const LEAST_SAMPLES: u32 = 16;
@@ -25,10 +32,9 @@ const LEAST_SAMPLES: u32 = 16;
 /// Renders a scene pass by pass.
 #[pyclass(frozen, module = "turner._turner")]
 pub struct Renderer {
-    tracer: Mutex<Tracer>,
+    tracer: Turns<Tracer>,
     made: Made,
     threads: usize,
-    cancel: AtomicBool,
 }
 
 /// When a run ends.
@@ -37,6 +43,29 @@ struct Goal {
     samples: std::ops::Range<u32>,
     deadline: Option<Instant>,
     noise: Option<f64>,
+}
+
+/// A pass of a run. One that readers interrupt continues with the samples that are left, so that passes end where they do
+/// without readers.
+struct Pass {
+    range: PassRange,
+    /// Samples per pixel before it.
+    done: u32,
+    /// Samples per pixel that it adds.
+    size: f64,
+}
+
+/// What a step of a run led to.
+enum Step {
+    /// The run is over; whether it reached its goal or its deadline.
+    Ended(bool),
+    /// A pass was traced.
+    Traced,
+    /// A reader or a cancel interrupted the pass.
+    Interrupted {
+        /// Whether the film has more samples than before.
+        gained: bool,
+    },
 }
 
 /// Samples per pixel of the next pass: early pictures first, then passes long enough to keep the threads busy.
@@ -48,16 +77,36 @@ fn pass_samples(done: u32) -> u32 {
     }
 }
 
+impl Goal {
+    fn count(&self) -> u32 {
+        self.samples.end.saturating_sub(self.samples.start).max(1)
+    }
+
+    /// The next pass; `None` if the film has all samples.
+    fn next_pass(&self, tracer: &mut Tracer, threads: usize) -> Option<Pass> {
+        let (range, done) = if tracer.film.identity().adaptive {
+            if !tracer.allot(threads) || tracer.film.mean_samples() >= f64::from(self.samples.end) {
+                return None;
+            }
+            (PassRange::all_tiles(0..u32::MAX), tracer.film.mean_samples() as u32)
+        } else {
+            let first = tracer.film.first_missing_in(&self.samples)?;
+            let done = first - self.samples.start;
+            let end = first.saturating_add(pass_samples(done)).min(self.samples.end);
+            (PassRange::all_tiles(first..end), done)
+        };
+        let count = self.count();
+        let size = f64::from(pass_samples(done).min(count - done.min(count - 1)));
+        Some(Pass { range, done, size })
+    }
+}
+
 impl Renderer {
     pub(crate) fn new(py: Python<'_>, made: Made, threads: usize) -> PyResult<Renderer> {
         let tracer = Tracer::new(made.prepared.clone());
         let tracer =
             tracer.map_err(|e| Origin { sources: &made.sources, places: &made.places }.error(py, &e))?;
-        Ok(Renderer { tracer: Mutex::new(tracer), made, threads, cancel: AtomicBool::new(false) })
-    }
-
-    fn lock(&self) -> MutexGuard<'_, Tracer> {
-        self.tracer.lock().unwrap_or_else(PoisonError::into_inner)
+        Ok(Renderer { tracer: Turns::new(tracer), made, threads })
     }
 
     fn error(&self, py: Python<'_>, error: &SceneError) -> PyErr {
@@ -65,44 +114,93 @@ impl Renderer {
     }
 
     /// Traces until the goal, a deadline, low noise or a cancel. Returns whether the goal was reached. No GIL is needed.
-    fn trace(&self, goal: &Goal, progress: &AtomicU64) -> Result<bool, SceneError> {
-        let mut tracer = self.lock();
-        let count = goal.samples.end.saturating_sub(goal.samples.start).max(1);
+    fn trace(&self, run: &Run<'_, Tracer>, goal: &Goal, progress: &AtomicU64) -> Result<bool, SceneError> {
+        let prepared = run.slice(|tracer, _| tracer.prepared().clone());
+        if turner_cli::threads(self.threads) == 1 {
+            // A pass of one thread makes the choices first, and cannot be interrupted meanwhile.
+            run.aside(|| prepared.choose());
+        }
+        let mut pass = None;
+        let mut patience = CHOICE;
         loop {
-            let is_adaptive = tracer.film.identity().adaptive;
-            let (range, done) = if is_adaptive {
-                if !tracer.allot(self.threads) || tracer.film.mean_samples() >= f64::from(goal.samples.end) {
-                    return Ok(true);
-                }
-                (PassRange::all_tiles(0..u32::MAX), tracer.film.mean_samples() as u32)
-            } else {
-                let Some(first) = tracer.film.first_missing_in(&goal.samples) else { return Ok(true) };
-                let done = first - goal.samples.start;
-                let end = first.saturating_add(pass_samples(done)).min(goal.samples.end);
-                (PassRange::all_tiles(first..end), done)
-            };
-            let is_over = goal.deadline.is_some_and(|deadline| Instant::now() >= deadline);
-            if is_over && done > 0 || self.cancel.load(Ordering::SeqCst) {
-                return Ok(is_over);
+            match run.slice(|tracer, stop| self.step(tracer, stop, goal, &mut pass, progress))? {
+                Step::Ended(reached) => return Ok(reached),
+                Step::Interrupted { gained: false } if prepared.integrator.has_chosen() => run.lengthen(),
+                Step::Traced | Step::Interrupted { .. } => {}
             }
-            let size = f64::from(pass_samples(done).min(count - done.min(count - 1)));
-            let tick = |part: usize, parts: usize| {
-                let now = f64::from(done) + size * part as f64 / parts.max(1) as f64;
-                progress.store((now / f64::from(count)).min(1.0).to_bits(), Ordering::Relaxed);
-            };
-            let options = PassOptions { threads: self.threads, cancel: &self.cancel, progress: Some(&tick) };
-            let is_whole = tracer.pass_over(&range, &options)?;
-            let now = done + size as u32;
-            if is_whole
-                && now >= LEAST_SAMPLES
-                && goal
-                    .noise
-                    .is_some_and(|least| tracer.film.noise(self.threads).is_some_and(|n| n.value <= least))
-            {
-                return Ok(true);
+            if !prepared.integrator.has_chosen() {
+                // A thread that the pass has started makes the choices. After a panic there they are never made, and the
+                // next pass tells.
+                let until = Instant::now() + patience;
+                let is_waiting = || !prepared.integrator.has_chosen() && !self.tracer.is_cancelled();
+                run.aside(|| {
+                    while is_waiting() && Instant::now() < until {
+                        std::thread::sleep(POLL);
+                    }
+                });
+                patience *= 2;
             }
         }
     }
+
+    /// Traces a pass, or what is left of it, until `stop` is set.
+    fn step(
+        &self,
+        tracer: &mut Tracer,
+        stop: &AtomicBool,
+        goal: &Goal,
+        begun: &mut Option<Pass>,
+        progress: &AtomicU64,
+    ) -> Result<Step, SceneError> {
+        let Some(pass) = begun.take().or_else(|| goal.next_pass(tracer, self.threads)) else {
+            return Ok(Step::Ended(true));
+        };
+        let is_over = goal.deadline.is_some_and(|deadline| Instant::now() >= deadline);
+        if is_over && pass.done > 0 || self.tracer.is_cancelled() {
+            return Ok(Step::Ended(is_over));
+        }
+        let count = f64::from(goal.count());
+        let (first, last) = (f64::from(pass.done) / count, (f64::from(pass.done) + pass.size) / count);
+        let from = f64::from_bits(progress.load(Ordering::Relaxed)).max(first).min(last);
+        let tick = |part: usize, parts: usize| {
+            let now = from + (last - from) * part as f64 / parts.max(1) as f64;
+            progress.store(now.min(1.0).to_bits(), Ordering::Relaxed);
+        };
+        let options = PassOptions { threads: self.threads, cancel: stop, progress: Some(&tick) };
+        let before = tracer.film.samples();
+        if !tracer.pass_over(&pass.range, &options)? {
+            *begun = Some(pass);
+            return Ok(Step::Interrupted { gained: tracer.film.samples() > before });
+        }
+        let noise = |tracer: &Tracer| tracer.film.noise(self.threads).map(|noise| noise.value);
+        let is_clean = pass.done + pass.size as u32 >= LEAST_SAMPLES
+            && goal.noise.is_some_and(|least| noise(tracer).is_some_and(|now| now <= least));
+        Ok(if is_clean { Step::Ended(true) } else { Step::Traced })
+    }
+
+    /// Numbers about the samples so far; with `noise`, also that.
+    fn numbers(&self, tracer: &Tracer, noise: bool) -> Numbers {
+        let area = (tracer.film.region.area() as f64).max(1.0);
+        Numbers {
+            samples: tracer.film.samples() as f64 / area,
+            total: tracer.samples_per_pixel(),
+            complete: tracer.is_complete(),
+            rays: tracer.stats.total(),
+            non_finite: tracer.film.non_finite.count,
+            noise: noise.then(|| tracer.film.noise(self.threads)).flatten().map(|noise| noise.value),
+        }
+    }
+}
+
+/// Numbers about a film.
+#[derive(IntoPyObject)]
+struct Numbers {
+    samples: f64,
+    total: u32,
+    complete: bool,
+    rays: u64,
+    non_finite: u64,
+    noise: Option<f64>,
 }
 
 #[pymethods]
@@ -123,37 +221,39 @@ impl Renderer {
             .map(|s| Duration::try_from_secs_f64(s).map(|time| begun + time))
             .transpose()
             .map_err(|e| pyo3::exceptions::PyValueError::new_err(format!("seconds: {e}")))?;
-        let total = py.detach(|| self.lock().samples_per_pixel());
+        let total = py.detach(|| self.tracer.read(Tracer::samples_per_pixel));
         let goal = Goal { samples: first..end.unwrap_or(total).min(total), deadline, noise };
         let done = AtomicU64::new(0);
         let over = AtomicBool::new(false);
         let report = progress.map(|p| p.clone().unbind());
         let work = || {
+            let run = self.tracer.run();
             let result = match deadline {
-                None => self.trace(&goal, &done),
+                None => self.trace(&run, &goal, &done),
                 Some(at) => std::thread::scope(|scope| {
                     let (end, wait) = std::sync::mpsc::channel::<()>();
-                    let (over, cancel) = (&over, &self.cancel);
+                    let (over, tracer) = (&over, &self.tracer);
                     scope.spawn(move || {
                         let left = at.saturating_duration_since(Instant::now());
                         if wait.recv_timeout(left) == Err(std::sync::mpsc::RecvTimeoutError::Timeout) {
                             over.store(true, Ordering::SeqCst);
-                            cancel.store(true, Ordering::SeqCst);
+                            tracer.cancel();
                         }
                     });
-                    let result = self.trace(&goal, &done);
+                    let result = self.trace(&run, &goal, &done);
                     drop(end);
                     result
                 }),
             };
             // A picture without a hole, whatever the time was.
             if over.load(Ordering::SeqCst) {
-                let mut tracer = self.lock();
-                if !tracer.is_covered() {
-                    let never = AtomicBool::new(false);
-                    let options = PassOptions { threads: self.threads, cancel: &never, progress: None };
-                    let _ = tracer.preview_pass(&options);
-                }
+                run.slice(|tracer, _| {
+                    if !tracer.is_covered() {
+                        let never = AtomicBool::new(false);
+                        let options = PassOptions { threads: self.threads, cancel: &never, progress: None };
+                        let _ = tracer.preview_pass(&options);
+                    }
+                });
             }
             result
         };
@@ -167,8 +267,8 @@ impl Renderer {
             last = now;
             report.call1(py, (now,)).map(drop)
         };
-        let result = attend(py, &self.cancel, work, tick);
-        let was_cancelled = self.cancel.swap(false, Ordering::SeqCst) && !over.load(Ordering::SeqCst);
+        let result = attend(py, || self.tracer.cancel(), work, tick);
+        let was_cancelled = self.tracer.uncancel() && !over.load(Ordering::SeqCst);
         let reached = result?.map_err(|e| self.error(py, &e))?;
         if let (Some(report), true) = (&report, reached) {
             report.call1(py, (1.0,))?;
@@ -178,19 +278,21 @@ impl Renderer {
 
     /// Stops a run on another thread within milliseconds; without one, the next run returns at once.
     fn cancel(&self) {
-        self.cancel.store(true, Ordering::SeqCst);
+        self.tracer.cancel();
     }
 
-    /// The picture of the samples so far, as a dict of arrays.
+    /// The picture of the samples so far, as a dict of arrays, with its numbers as `state`.
     fn develop<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
-        let never = AtomicBool::new(false);
-        let developed = attend(py, &never, || picture::develop(&self.lock(), self.threads), |_| Ok(()))?;
-        developed.into_dict(py)
+        let look = |tracer: &Tracer| (picture::develop(tracer, self.threads), self.numbers(tracer, true));
+        let (developed, numbers) = attend(py, || (), || self.tracer.read(look), |_| Ok(()))?;
+        let out = developed.into_dict(py)?;
+        out.set_item("state", numbers)?;
+        Ok(out)
     }
 
     /// The samples as bytes, for `load_film` and `merge_films`.
     fn film<'py>(&self, py: Python<'py>) -> Bound<'py, PyBytes> {
-        let bytes = py.detach(|| self.lock().film.to_bytes());
+        let bytes = py.detach(|| self.tracer.read(|tracer| tracer.film.to_bytes()));
         PyBytes::new(py, &bytes)
     }
 
@@ -199,7 +301,7 @@ impl Renderer {
         let result = py.detach(|| {
             let film = Film::from_bytes(&bytes, &Limits::default())?;
             let renewed = Tracer::resume(self.made.prepared.clone(), film)?;
-            *self.lock() = renewed;
+            self.tracer.change(|tracer| *tracer = renewed);
             Ok(())
         });
         result.map_err(|e: SceneError| self.error(py, &e))
@@ -209,42 +311,28 @@ impl Renderer {
     fn merge_film(&self, py: Python<'_>, bytes: Vec<u8>) -> PyResult<()> {
         let result = py.detach(|| {
             let film = Film::from_bytes(&bytes, &Limits::default())?;
-            let mut tracer = self.lock();
-            tracer.prepared().choose();
-            tracer.film.merge(&film)
+            self.tracer.change(|tracer| {
+                tracer.prepared().choose();
+                tracer.film.merge(&film)
+            })
         });
         result.map_err(|e: SceneError| self.error(py, &e))
     }
 
-    /// Numbers: samples per pixel so far and in all, rays, noise, non-finite samples, whether the picture is complete.
-    fn state<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
-        let (total, complete, samples, rays, bad, noise) = py.detach(|| {
-            let tracer = self.lock();
-            let area = (tracer.film.region.area() as f64).max(1.0);
-            let noise = tracer.film.noise(self.threads).map(|noise| noise.value);
-            let (total, complete) = (tracer.samples_per_pixel(), tracer.is_complete());
-            (
-                total,
-                complete,
-                tracer.film.samples() as f64 / area,
-                tracer.stats.total(),
-                tracer.film.non_finite.count,
-                noise,
-            )
-        });
-        let out = PyDict::new(py);
-        out.set_item("samples", samples)?;
-        out.set_item("total", total)?;
-        out.set_item("complete", complete)?;
-        out.set_item("rays", rays)?;
-        out.set_item("non_finite", bad)?;
-        out.set_item("noise", noise)?;
-        Ok(out)
+    /// Numbers: samples per pixel so far and in all, rays, non-finite samples, whether the picture is complete; `noise` is
+    /// None.
+    fn state(&self, py: Python<'_>) -> Numbers {
+        py.detach(|| self.tracer.read(|tracer| self.numbers(tracer, false)))
+    }
+
+    /// The relative error that 95 % of the pixels do not exceed; None with too few samples.
+    fn noise(&self, py: Python<'_>) -> Option<f64> {
+        py.detach(|| self.tracer.read(|tracer| self.numbers(tracer, true).noise))
     }
 
     /// Whether the samples per pixel follow the noise.
     fn is_adaptive(&self, py: Python<'_>) -> bool {
-        py.detach(|| self.lock().film.identity().adaptive)
+        py.detach(|| self.tracer.read(|tracer| tracer.film.identity().adaptive))
     }
 
     /// Lifts the limit of the samples per pixel: time or noise ends the run. Before the first run.
@@ -254,7 +342,8 @@ impl Renderer {
             if prepared.view.sobol && prepared.view.film.antialias == Antialias::MonteCarlo {
                 prepared.view.film.samples = UNLIMITED;
             }
-            *self.lock() = Tracer::new(prepared)?;
+            let renewed = Tracer::new(prepared)?;
+            self.tracer.change(|tracer| *tracer = renewed);
             Ok(())
         });
         result.map_err(|e: SceneError| self.error(py, &e))
@@ -274,26 +363,39 @@ impl Renderer {
     }
 }
 
-/// The films of parts of a picture as one.
+/// The films of parts of a picture as one. Errors name the films by their places in the list, from 0.
 #[pyfunction]
 pub fn merge_films<'py>(py: Python<'py>, films: Vec<Vec<u8>>) -> PyResult<Bound<'py, PyBytes>> {
     let merged = py.detach(|| {
-        let mut parts: Vec<Film> = Vec::new();
-        for bytes in &films {
-            let film = Film::from_bytes(bytes, &Limits::default())?;
-            match parts.iter_mut().find(|part| part.crop == film.crop) {
-                Some(part) => part.merge(&film)?,
-                None => parts.push(film),
+        let mut parts: Vec<(usize, Film)> = Vec::new();
+        for (i, bytes) in films.iter().enumerate() {
+            let film =
+                Film::from_bytes(bytes, &Limits::default()).map_err(|e| at(format!("films[{i}]"), e))?;
+            match parts.iter_mut().find(|(_, part)| part.crop == film.crop) {
+                Some((first, part)) => {
+                    part.merge(&film).map_err(|e| at(format!("films[{first}] and films[{i}]"), e))?;
+                }
+                None => parts.push((i, film)),
             }
         }
+        let parts: Vec<Film> = parts.into_iter().map(|(_, film)| film).collect();
         match parts.as_slice() {
-            [] => Err(SceneError::new(ErrorCode::Film, "there are no films to merge")),
+            [] => Err(SceneError::new(ErrorCode::Film, "there are no films to merge")
+                .help("give the films of all parts (`Renderer.film`)")),
             [only] => Ok(only.to_bytes()),
             several => Film::stitch(several).map(|film| film.to_bytes()),
         }
     });
     match merged {
         Ok(bytes) => Ok(PyBytes::new(py, &bytes)),
-        Err(error) => Err(PyRuntimeError::new_err(error.message)),
+        Err(error) => {
+            Err(Origin { sources: &Sources::default(), places: &Places::default() }.error(py, &error))
+        }
     }
+}
+
+/// An error that says which films it is about.
+fn at(films: String, mut error: SceneError) -> SceneError {
+    error.message = format!("{films}: {}", error.message);
+    error
 }

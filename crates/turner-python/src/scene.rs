@@ -1,7 +1,7 @@
 //! The class behind `turner.Scene`: a description, what names its positions, and its preparations.
 
 use std::path::{Path, PathBuf};
-use std::sync::atomic::AtomicBool;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use pyo3::exceptions::{PyIndexError, PyValueError};
@@ -158,7 +158,7 @@ impl Scene {
             let update = preparer.update_with(&desc, &wanted)?.ok_or_else(stopped)?;
             Ok((desc, update.prepared))
         };
-        match attend(py, &cancel, work, |_| Ok(()))? {
+        match attend(py, || cancel.store(true, Ordering::SeqCst), work, |_| Ok(()))? {
             Ok((desc, prepared)) => Ok(Made { desc, sources, places: self.places.clone(), prepared }),
             Err(error) => Err(Origin { sources: &sources, places: &self.places }.error(py, &error)),
         }
@@ -374,7 +374,7 @@ impl Scene {
         let cancel = AtomicBool::new(false);
         let options = PassOptions { threads, cancel: &cancel, progress: None };
         let work = || center_aovs(&made.prepared, &options);
-        let channels = attend(py, &cancel, work, |_| Ok(()))?;
+        let channels = attend(py, || cancel.store(true, Ordering::SeqCst), work, |_| Ok(()))?;
         let channels = channels.map_err(|e| self.error(py, &e))?.unwrap_or_default();
         picture::labels_dict(py, &made.prepared, channels)
     }

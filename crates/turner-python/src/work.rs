@@ -1,6 +1,5 @@
 //! Long work without the GIL, which Ctrl-C ends.
 
-use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{RecvTimeoutError, channel};
 use std::time::Duration;
 
@@ -10,10 +9,10 @@ use pyo3::prelude::*;
 const POLL: Duration = Duration::from_millis(40);
 
 /// Runs `work` on another thread, without the GIL. Meanwhile this thread runs Python's handlers of signals and calls
-/// `tick`; an exception of either sets `cancel`, and is returned when the work has ended.
+/// `tick`; an exception of either calls `cancel`, and is returned when the work has ended.
 pub(crate) fn attend<T: Send>(
     py: Python<'_>,
-    cancel: &AtomicBool,
+    cancel: impl Fn() + Send + Sync,
     work: impl FnOnce() -> T + Send,
     mut tick: impl FnMut(Python<'_>) -> PyResult<()> + Send,
 ) -> PyResult<T> {
@@ -32,7 +31,7 @@ pub(crate) fn attend<T: Send>(
                 }
                 raised = Python::attach(|py| py.check_signals().and_then(|()| tick(py))).err();
                 if raised.is_some() {
-                    cancel.store(true, Ordering::SeqCst);
+                    cancel();
                 }
             }
             let result = worker.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic));

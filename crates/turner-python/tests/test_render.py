@@ -82,8 +82,44 @@ def test_parts_of_a_picture_merge_to_the_whole(scene):
         loaded.merge(parts[0])
     with pytest.raises(ValueError, match="checksum|cannot be read"):
         loaded.load(merged[:-3] + b"abc")
-    with pytest.raises(RuntimeError):
-        tr.merge_films([b"", b"x"])
+
+
+def test_films_that_do_not_belong_together_are_refused_with_a_remedy(scene):
+    def film(first=0, end=4, **settings):
+        renderer = tr.Renderer(scene, 4, **settings)
+        renderer.run(end, first=first)
+        return renderer.film()
+
+    whole, first, other = film(), film(0, 2), film(2, 4)
+    assert tr.merge_films([first, other]) == whole
+    left, right = ((0, 0, 32, 48), (32, 0, 32, 48))
+    cases = [
+        ("E0107", r"films\[0\] and films\[1\].* seed: 0 and 7", "same settings", [whole, film(seed=7)]),
+        ("E0107", "size: 64x48 and 32x48", "same settings", [whole, film(width=32, crop=(0, 0, 32, 48))]),
+        ("E0107", "have different channels", "aovs", [whole, film(aovs=["depth"])]),
+        ("E0107", r"films\[1\] and films\[2\].* hold samples 2 to 3", "once", [film(crop=left), other, whole]),
+        ("E0107", "leave a gap", "missing parts", [film(crop=left), film(crop=(40, 0, 24, 48))]),
+        ("E0107", "overlap", "pixels of its own", [film(crop=left), film(crop=(16, 0, 48, 48))]),
+        ("E0107", "hold different samples", "missing samples", [film(crop=left), film(0, 2, crop=right)]),
+        ("E0207", r"films\[1\].* cannot be read", "again", [whole, b"x"]),
+        ("E0207", "no films", "all parts", []),
+    ]
+    for code, message, remedy, films in cases:
+        with pytest.raises(tr.SceneError, match=message) as caught:
+            tr.merge_films(films)
+        assert remedy in caught.value.help, caught.value
+        assert caught.value.code == code, caught.value
+    renderer = tr.Renderer(scene, 4)
+    renderer.run(2)
+    for wrong, remedy in [(first, "once"), (film(seed=7), "same settings")]:
+        with pytest.raises(tr.SceneError) as caught:
+            renderer.merge(wrong)
+        assert remedy in caught.value.help
+    with pytest.raises(tr.SceneError, match="another picture") as caught:
+        renderer.load(film(seed=7))
+    assert "settings of the film" in caught.value.help
+    renderer.merge(other)
+    assert renderer.film() == whole
 
 
 def test_progress_rises_to_the_end(scene):

@@ -204,7 +204,8 @@ class Renderer:
     """Renders a scene pass by pass: to watch it, to stop it, to save and merge its samples.
 
     Arguments are those of `turner.render`. The scene is that of now: later edits do not change the renderer. While `run` works
-    on one thread, its other functions wait on another thread, `cancel` excepted: `progress` tells how far it is.
+    on one thread, others may read (`samples`, `noise`, `picture`, `film`, …): the run pauses for it between two samples, and
+    its result has the same bytes. `run`, `step`, `load`, `merge` and `unlimited` wait for its end.
     """
 
     def __init__(self, scene, samples=None, aovs=(), *, threads=0, **settings):
@@ -255,7 +256,8 @@ class Renderer:
 
     def picture(self):
         """The picture so far."""
-        return Picture(self._inner.develop(), self._inner.state(), self._inner.camera())
+        parts = self._inner.develop()
+        return Picture(parts, parts["state"], self._inner.camera())
 
     def film(self):
         """The samples so far as bytes. Equal samples have equal bytes, whatever the threads and passes were."""
@@ -286,7 +288,7 @@ class Renderer:
     @property
     def noise(self):
         """The relative error that 95 % of the pixels do not exceed; None with too few samples."""
-        return self._inner.state()["noise"]
+        return self._inner.noise()
 
     @property
     def camera(self):
@@ -365,5 +367,8 @@ def labels(scene, aovs=("depth", "normal", "object_id"), *, threads=0, **setting
 
 
 def merge_films(films):
-    """The films of parts of one picture (`Renderer.film`) as one, in any order."""
+    """The films of parts of one picture (`Renderer.film`) as one, in any order.
+
+    A `SceneError` names films that are damaged, belong to different pictures, hold the same samples, or leave a gap.
+    """
     return _turner.merge_films([bytes(film) for film in films])

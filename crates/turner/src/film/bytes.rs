@@ -160,7 +160,8 @@ impl Film {
         let version = input.u32()?;
         if version != VERSION {
             let message = format!("the film's bytes have version {version}; expected {VERSION}");
-            return Err(SceneError::new(ErrorCode::Film, message));
+            let help = "read it with the version of Turner that wrote it, or render it again";
+            return Err(SceneError::new(ErrorCode::Film, message).help(help));
         }
         if check != checksum(content).to_le_bytes() {
             return Err(damaged("its checksum is wrong"));

@@ -4,6 +4,7 @@
 //! the pixels beyond it contribute.
 
 use super::band::Pixels;
+use super::merge::{SAME_CHANNELS, SAME_PICTURE, conflict};
 use super::{Film, Identity, MAX_PIXELS, PixelRect};
 use crate::schema::{ErrorCode, SceneError};
 
@@ -17,7 +18,7 @@ impl Film {
     /// ([`ErrorCode::Conflict`]); not enough memory ([`ErrorCode::TooLarge`]).
     pub fn stitch(films: &[Film]) -> Result<Film, SceneError> {
         let Some(first) = films.first() else {
-            return Err(conflict("there are no films to stitch".to_owned()));
+            return Err(conflict("there are no films to stitch", "name the films of all parts"));
         };
         let whole = union(films);
         for film in films {
@@ -25,20 +26,23 @@ impl Film {
         }
         if first.identity.adaptive {
             let message = "films of parts of a picture with adaptive sampling cannot be stitched: each has allotted its samples alone";
-            return Err(conflict(message.to_owned()));
+            let help = "render the picture in one piece, or its parts without `film.adaptive_sampling`";
+            return Err(conflict(message, help));
         }
         covers(films, &whole)?;
         let [width, height] = first.identity.size;
         let picture = PixelRect { x: 0, y: 0, width, height };
         if whole != picture && films.iter().any(|film| film.region != film.crop) {
-            return Err(conflict(format!(
+            let message = format!(
                 "the films cover {} of {width}x{height} pixels; with this anti-aliasing or filter they must cover the whole picture",
                 text(&whole)
-            )));
+            );
+            return Err(conflict(message, MISSING_PARTS));
         }
         if whole.area() > MAX_PIXELS {
             let message = format!("{} are more than the {MAX_PIXELS} that a film may have", text(&whole));
-            return Err(SceneError::new(ErrorCode::TooLarge, message));
+            let help = "merge fewer parts at a time, or render a smaller picture";
+            return Err(SceneError::new(ErrorCode::TooLarge, message).help(help));
         }
         let identity = Identity { region: whole, crop: whole, ..first.identity.clone() };
         let mut out = Film::empty(Identity { light_paths: 0, ..identity }, first.channels().to_vec())?;
@@ -109,9 +113,11 @@ impl Film {
     }
 }
 
-fn conflict(message: String) -> SceneError {
-    SceneError::new(ErrorCode::Conflict, message)
-}
+/// The remedy for parts with a gap.
+const MISSING_PARTS: &str = "add the films of the missing parts";
+
+/// The remedy for parts that hold different samples.
+const SAME_SAMPLES: &str = "render the missing samples of each part, and merge the films of each crop first";
 
 fn text(r: &PixelRect) -> String {
     format!("{}x{} pixels at ({}, {})", r.width, r.height, r.x, r.y)
@@ -132,10 +138,10 @@ fn same_picture(first: &Film, film: &Film) -> Result<(), SceneError> {
     let place = &first.identity;
     let at_first = Identity { region: place.region, crop: place.crop, ..film.identity.clone() };
     if let Some(difference) = place.difference(&at_first) {
-        return Err(conflict(format!("the films are of different pictures; {difference}")));
+        return Err(conflict(format!("the films are of different pictures; {difference}"), SAME_PICTURE));
     }
     if first.channels() != film.channels() || first.labels() != film.labels() {
-        return Err(conflict("the films have different channels in addition to colour".to_owned()));
+        return Err(conflict("the films have different channels in addition to colour", SAME_CHANNELS));
     }
     let held = first.held(0);
     for tile in 0..film.tiles().count() {
@@ -148,17 +154,18 @@ fn same_picture(first: &Film, film: &Film) -> Result<(), SceneError> {
                     words.collect::<Vec<_>>().join(", ")
                 }
             };
-            return Err(conflict(format!(
+            let message = format!(
                 "the films hold different samples: {} in {}, but {} in {rect}",
                 words(held),
                 text(&first.crop),
                 words(film.held(tile)),
-            )));
+            );
+            return Err(conflict(message, SAME_SAMPLES));
         }
     }
     let light = |film: &Film| film.splats.as_ref().map(|splats| splats.held.clone());
     if light(first) != light(film) {
-        return Err(conflict("the films hold different light paths".to_owned()));
+        return Err(conflict("the films hold different light paths", SAME_SAMPLES));
     }
     Ok(())
 }
@@ -170,14 +177,16 @@ fn covers(films: &[Film], whole: &PixelRect) -> Result<(), SceneError> {
         for other in &films[..i] {
             let (a, b) = (&film.crop, &other.crop);
             if !apart(a.x, a.width, b.x, b.width) && !apart(a.y, a.height, b.y, b.height) {
-                return Err(conflict(format!("the films overlap: {} and {}", text(b), text(a))));
+                let message = format!("the films overlap: {} and {}", text(b), text(a));
+                return Err(conflict(message, "give each part pixels of its own, and merge each film once"));
             }
         }
     }
     let covered: u64 = films.iter().map(|film| film.crop.area()).sum();
     if covered != whole.area() {
         let missing = whole.area().saturating_sub(covered);
-        return Err(conflict(format!("the films leave a gap: {missing} of {} are missing", text(whole))));
+        let message = format!("the films leave a gap: {missing} of {} are missing", text(whole));
+        return Err(conflict(message, MISSING_PARTS));
     }
     Ok(())
 }

@@ -136,7 +136,8 @@ impl Renderer {
         match own.difference(film.identity()).or(channels) {
             Some(difference) => {
                 let message = format!("the film is of another picture; {difference}");
-                Err(SceneError::new(ErrorCode::Conflict, message))
+                let help = "take a film of this scene with the same settings, or give the scene the settings of the film";
+                Err(SceneError::new(ErrorCode::Conflict, message).help(help))
             }
             None => {
                 renderer.film = film;

@@ -78,6 +78,7 @@ fn parts_that_do_not_fit_are_refused() {
     let refused = |films: &[Film]| {
         let error = Film::stitch(films).unwrap_err();
         assert_eq!(error.code, ErrorCode::Conflict);
+        assert!(error.help.is_some(), "{} has no remedy", error.message);
         error.message
     };
     let (left, right) = (film([0, 0, 20, 37], 0..6), film([20, 0, 33, 37], 0..6));

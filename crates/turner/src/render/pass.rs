@@ -138,7 +138,7 @@ impl Renderer {
     /// choices were made; this is possible with several threads only.
     fn choose(&mut self, options: &PassOptions<'_>) -> Result<bool, SceneError> {
         if self.prepared.integrator.has_chosen() {
-            return Ok(true);
+            return self.take_choices();
         }
         let threads = Work::new(options).threads();
         if threads > 1 {
@@ -161,8 +161,18 @@ impl Renderer {
             }
         }
         self.prepared.choose();
+        self.take_choices()
+    }
+
+    /// Makes room in the film for what the integrator chose. The choices may have been made by another renderer of the
+    /// same scene, or while this one was cancelled.
+    fn take_choices(&mut self) -> Result<bool, SceneError> {
         let light_paths = self.prepared.integrator.light_paths();
         let shares_paths = self.prepared.integrator.shares_paths();
+        let own = self.film.identity();
+        if own.light_paths == light_paths && own.shares_paths == shares_paths {
+            return Ok(true);
+        }
         if light_paths > 0 || shares_paths {
             // The preview's samples differ from those of this choice.
             self.film.set_preview(None);

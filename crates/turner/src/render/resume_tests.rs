@@ -247,6 +247,23 @@ proptest! {
 }
 
 #[test]
+fn renderers_of_one_scene_share_its_choices() {
+    let options = PassOptions { threads: 1, cancel: &AtomicBool::new(false), progress: None };
+    for kind in ["light", "photons", "shared-paths"] {
+        let scene = scene(kind);
+        // Both exist before the choice.
+        let [mut first, mut second] = [(); 2].map(|()| {
+            let mut renderer = Renderer::new(scene.clone()).unwrap();
+            move || {
+                renderer.pass(2, &options).unwrap();
+                renderer.film.to_bytes()
+            }
+        });
+        assert!(first() == second(), "{kind}");
+    }
+}
+
+#[test]
 fn merging_refuses_samples_twice_and_other_pictures() {
     let scene = scene("light");
     let never = AtomicBool::new(false);
@@ -275,9 +292,12 @@ fn merging_refuses_samples_twice_and_other_pictures() {
     let mut refuse = |change: &dyn Fn(&mut Prepared), what: &str| {
         let mut other = self::scene("light");
         change(&mut other);
-        let message = film.merge(&Renderer::new(other.clone()).unwrap().film).unwrap_err().message;
-        assert_eq!(message, format!("the films are of different pictures; {what}"));
-        let resumed = Renderer::resume(other.clone(), film.clone()).err().unwrap().message;
+        let error = film.merge(&Renderer::new(other.clone()).unwrap().film).unwrap_err();
+        assert_eq!(error.message, format!("the films are of different pictures; {what}"));
+        assert!(error.help.is_some_and(|help| help.contains("same settings")));
+        let error = Renderer::resume(other.clone(), film.clone()).err().unwrap();
+        assert!(error.help.is_some_and(|help| help.contains("same settings")));
+        let resumed = error.message;
         assert!(resumed.starts_with("the film is of another picture; "), "{resumed}");
     };
     refuse(&|s| s.view.film.seed = 8, "seed: 0 and 8");

@@ -72,6 +72,7 @@ class Job:
         if not 1 <= tiles <= size[1]:
             raise ValueError(f"{tiles} tiles of {size[1]} rows; expected 1 to {size[1]}")
         self.digest, self.edits, self.threads, self.folder = digest, edits, threads, folder
+        self.bands = tiles
         rows = [size[1] * i // tiles for i in range(tiles + 1)]
         bands = [[0, a, size[0], b - a] for a, b in zip(rows, rows[1:])]
         samples = [total * i // parts for i in range(parts + 1)]
@@ -120,14 +121,24 @@ def merge_part(films, job, name):
     return kept(job.file(name), lambda: merge_films([read(film) for film in films]))
 
 
-def tree(items, merge):
+def tree(items, merge, prefix=""):
     """Merges items in a tree: `merge(items, name)` gets up to `FAN_IN` of them."""
     level = 0
     while len(items) > 1:
         groups = [items[i : i + FAN_IN] for i in range(0, len(items), FAN_IN)]
-        items = [group[0] if len(group) == 1 else merge(group, f"level-{level}-{i:06}") for i, group in enumerate(groups)]
+        items = [group[0] if len(group) == 1 else merge(group, f"{prefix}level-{level}-{i:06}") for i, group in enumerate(groups)]
         level += 1
     return items[0]
+
+
+def merged(films, job, merge):
+    """Merges the films of all parts: a tree for each band, then all bands at once. Films of several bands only go together
+    when each has all samples and they cover the picture."""
+    count = len(films) // job.bands
+    if job.bands == 1:
+        return tree(films, merge)
+    bands = [tree(films[i * count : (i + 1) * count], merge, f"band-{i:06}-") for i in range(job.bands)]
+    return merge(bands, "bands")
 
 
 def plain(value):

@@ -9,12 +9,11 @@ from __future__ import annotations
 
 import contextlib
 import os
-import shutil
-import tempfile
 import time
 
 from ..dataset._views import Options, record, tables
-from ._parts import finished, job_of, merge_part, pack, render_part, tree, unpack, write_bytes
+from ._engine import render as _render
+from ._parts import merge_part, pack, render_part, unpack, write_bytes
 
 #: Deaths of workers that a task may see before it is given up, in clusters that are made here.
 DEATHS = 100
@@ -49,14 +48,41 @@ def connected(client):
                 yield made
 
 
-def _scene_for(client, data, digest, folder):
-    """What tasks get for the scene: the path of a file that all see, or a result that each worker fetches once."""
-    if folder is not None:
-        path = os.path.join(folder, f"scene-{digest[:20]}.zip")
-        if not os.path.exists(path):
-            write_bytes(path, data)
-        return path
-    return client.submit(held, data, key=f"turner-scene-{digest[:20]}")
+class _Dask:
+    """Dask as an engine."""
+
+    #: A task whose worker is lost runs again.
+    options = {"pure": False, "retries": 2}
+
+    def __init__(self, client):
+        self.client = client
+
+    def workers(self, threads):
+        return len(self.client.scheduler_info(n_workers=-1)["workers"])
+
+    def scene(self, data, job):
+        """The path of a file that all see, or a result that each worker fetches once."""
+        if job.folder is not None:
+            path = os.path.join(job.folder, f"scene-{job.digest[:20]}.zip")
+            if not os.path.exists(path):
+                write_bytes(path, data)
+            return path
+        return self.client.submit(held, data, key=f"turner-scene-{job.digest[:20]}")
+
+    def part(self, given, job, index):
+        return self.client.submit(render_part, given, job, index, key=f"turner-part-{job.name}-{index}", **self.options)
+
+    def merge(self, films, job, name):
+        return self.client.submit(merge_part, films, job, name, key=f"turner-{name}-{job.name}", **self.options)
+
+    def result(self, tasks, last, report):
+        return _wait(tasks, last, report)
+
+
+@contextlib.contextmanager
+def _engine(client):
+    with connected(client) as own:
+        yield _Dask(own)
 
 
 def _wait(futures, last, report):
@@ -83,43 +109,19 @@ def render(scene, samples=None, aovs=(), *, client=None, parts=None, tiles=1, fo
 
     The bytes of the picture are those of `turner.render`, whatever happens to workers.
     """
-    from .._progress import reporter
-
-    made = None
-    if client is None and folder is None:
-        folder = made = tempfile.mkdtemp(prefix="turner-films-")
-    try:
-        with connected(client) as own, reporter(progress) as report:
-            workers = max(1, len(own.scheduler_info(n_workers=-1)["workers"]))
-            data, job, renderer = job_of(
-                scene,
-                samples,
-                aovs,
-                parts=parts,
-                tiles=tiles,
-                threads=threads,
-                folder=folder,
-                workers=workers,
-                settings=settings,
-            )
-            given = _scene_for(own, data, job.digest, folder)
-            options = {"pure": False, "retries": 2}
-            futures = [
-                own.submit(render_part, given, job, i, key=f"turner-part-{job.name}-{i}", **options)
-                for i in range(len(job.parts))
-            ]
-            last = tree(
-                futures,
-                lambda group, name: own.submit(merge_part, group, job, name, key=f"turner-{name}-{job.name}", **options),
-            )
-            film = _wait(futures, last, report)
-            picture = finished(renderer, film)
-            if report:
-                report(1.0)
-            return picture
-    finally:
-        if made is not None:
-            shutil.rmtree(made, ignore_errors=True)
+    return _render(
+        _engine(client),
+        scene,
+        samples,
+        aovs,
+        is_here=client is None,
+        parts=parts,
+        tiles=tiles,
+        folder=folder,
+        threads=threads,
+        progress=progress,
+        settings=settings,
+    )
 
 
 def views(scene, cameras, out, *, client=None, first=0, categories=None, progress=None, **options):

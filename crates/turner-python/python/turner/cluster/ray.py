@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 import contextlib
-import shutil
-import tempfile
 
-from ._parts import finished, job_of, merge_part, render_part, tree
+from ._engine import render as _render
+from ._parts import merge_part, render_part
 
 
 @contextlib.contextmanager
@@ -24,50 +23,62 @@ def connected(client):
         ray.shutdown()
 
 
+class _Ray:
+    """Ray as an engine."""
+
+    def __init__(self, ray):
+        self.ray = ray
+        # A lost worker's task runs again, however often.
+        self.render_part = ray.remote(max_retries=-1)(render_part)
+        self.merged = ray.remote(num_cpus=1, max_retries=-1)(_merged)
+
+    def workers(self, threads):
+        return int(self.ray.cluster_resources().get("CPU", 1)) // threads
+
+    def scene(self, data, job):
+        return self.ray.put(data)
+
+    def part(self, given, job, index):
+        return self.render_part.options(num_cpus=job.threads).remote(given, job, index)
+
+    def merge(self, films, job, name):
+        return self.merged.remote(job, name, *films)
+
+    def result(self, tasks, last, report):
+        waiting, done = list(tasks), 0
+        while waiting:
+            ready, waiting = self.ray.wait(waiting, timeout=0.1)
+            done += len(ready)
+            if report:
+                report(done / (len(tasks) + 1))
+        return self.ray.get(last)
+
+
+@contextlib.contextmanager
+def _engine(client):
+    with connected(client) as ray:
+        yield _Ray(ray)
+
+
 def render(scene, samples=None, aovs=(), *, client=None, parts=None, tiles=1, folder=None, threads=1, progress=None, **settings):
     """Renders a scene on a Ray cluster and returns its `Picture`.
 
     client: the address of a cluster, or None for the one that `ray.init` made or for processes on this machine. Other
     arguments are those of `turner.cluster.dask.render`.
     """
-    from .._progress import reporter
-
-    made = None
-    if client is None and folder is None:
-        folder = made = tempfile.mkdtemp(prefix="turner-films-")
-    try:
-        with connected(client) as ray, reporter(progress) as report:
-            workers = max(1, int(ray.cluster_resources().get("CPU", 1)) // threads)
-            data, job, renderer = job_of(
-                scene,
-                samples,
-                aovs,
-                parts=parts,
-                tiles=tiles,
-                threads=threads,
-                folder=folder,
-                workers=workers,
-                settings=settings,
-            )
-            given = ray.put(data)
-            # A lost worker's task runs again, however often.
-            part = ray.remote(num_cpus=threads, max_retries=-1)(render_part)
-            merge = ray.remote(num_cpus=1, max_retries=-1)(_merged)
-            tasks = [part.remote(given, job, i) for i in range(len(job.parts))]
-            last = tree(tasks, lambda group, name: merge.remote(job, name, *group))
-            waiting, done = list(tasks), 0
-            while waiting:
-                ready, waiting = ray.wait(waiting, timeout=0.1)
-                done += len(ready)
-                if report:
-                    report(done / (len(tasks) + 1))
-            picture = finished(renderer, ray.get(last))
-            if report:
-                report(1.0)
-            return picture
-    finally:
-        if made is not None:
-            shutil.rmtree(made, ignore_errors=True)
+    return _render(
+        _engine(client),
+        scene,
+        samples,
+        aovs,
+        is_here=client is None,
+        parts=parts,
+        tiles=tiles,
+        folder=folder,
+        threads=threads,
+        progress=progress,
+        settings=settings,
+    )
 
 
 def _merged(job, name, *films):
