@@ -216,8 +216,8 @@ impl Bsdf {
 
     /// An opaque dielectric base, which has a diffuse lobe, with another albedo of that lobe; `None` if it has none then.
     pub(crate) fn with_base_albedo(&self, albedo: Rgb) -> Option<Bsdf> {
-        (albedo != Rgb::ZERO && self.diffuse.reflect != Rgb::ZERO)
-            .then(|| Bsdf { diffuse: Diffuse { reflect: albedo, ..self.diffuse }, ..*self })
+        let diffuse = Diffuse { reflect: albedo, ..self.diffuse };
+        (albedo != Rgb::ZERO && self.diffuse.reflect != Rgb::ZERO).then_some(Bsdf { diffuse, ..*self })
     }
 
     /// Lambertian reflection of an albedo within 0..=1.

@@ -117,8 +117,8 @@ impl Node {
 
     /// How many times more light a glossy surface at `p` reflects from each child than it does without its lobe: the
     /// lobe's value in the direction of the sphere nearest to its axis, times the fraction of the sphere that the lobe
-    /// covers. Lights that fill the lobe are found by sampling the BSDF, and MIS leaves little of their highlight to
-    /// light sampling: without that, they would take all samples from the lights that only the diffuse base reflects.
+    /// covers. Without that fraction, a large lamp in a narrow highlight, or two lamps on both sides of it, would take
+    /// all samples from the lights that only the diffuse base reflects.
     #[inline]
     fn reflected(&self, p: [f32; 3], lobe: &GlossyLobe) -> [f32; WIDTH] {
         let mut out = [1.0; WIDTH];
@@ -130,12 +130,10 @@ impl Node {
             // 1 / (1 + tan² · tightness) with tan² of half the angle: that is how far the microfacet normals are rotated.
             let whole = (1.0 + cos_l).max(1e-6);
             let spread = whole / (whole + (1.0 - cos_l) * lobe.tightness);
-            // The solid angles 4π α² of the lobe over 2π (1 − cos θu) of the sphere.
+            // The solid angle 4π α² of the lobe over 2π (1 − cos θu) of the sphere.
             let span = if cos_u > 0.0 { sin_u * sin_u / (1.0 + cos_u) } else { 1.0 - cos_u };
             let covered = (2.0 / (lobe.tightness * span).max(f32::MIN_POSITIVE)).min(1.0);
-            // With the balance of p² (MIS) between densities of 1 over these solid angles.
-            let left = if self.child[i] & LEAF != 0 { covered * covered } else { 1.0 };
-            *out = 1.0 + lobe.peak * spread * spread * covered * left;
+            *out = 1.0 + lobe.peak * spread * spread * covered;
         }
         out
     }
