@@ -158,7 +158,7 @@ export class Editor {
     const area = this.#area;
     const text = has ? document.text : "";
     this.#known = text;
-    area.readOnly = !has;
+    area.readOnly = !has || this.#page.looksOn;
     find("editor").classList.toggle("none", !has);
     area.placeholder = has ? "" : "The text is not shown. The panel Scene changes the scene, too.";
     if (area.value !== text) this.#put(text);

@@ -125,7 +125,7 @@ const served = document.querySelector('meta[name="turner-serve"]')?.content;
 page.looksOn = served === "viewer";
 if (page.looksOn) {
   document.body.classList.add("looks-on");
-  find("text").readOnly = true;
+  find("hint").textContent = "The owner of the server moves the camera · click: select";
   find("canvas-keys").textContent = "The owner of the server changes the scene. C shows a crosshair that the arrow keys move; Enter selects below it, E explains the pixel, Escape hides it.";
 }
 page.ready = served ? connectEngine() : isolate().then(startEngine);

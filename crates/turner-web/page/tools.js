@@ -71,7 +71,7 @@ export function setupTools(page) {
   page.on("opened", () => { if (page.paused) setPaused(false); });
   // Nothing is rendered for a picture that is not shown.
   page.on("shown", state => {
-    if (page.document) page.attempt("view", { paused: page.paused || state === "start" });
+    if (page.document && !page.looksOn) page.attempt("view", { paused: page.paused || state === "start" });
   });
 
   page.undo = async word => {

@@ -1,5 +1,7 @@
 //! Two images prepared for comparison, or the reason why they cannot be compared.
 
+use std::fmt;
+
 use crate::color::srgb_encode;
 use crate::image::Image;
 
@@ -37,24 +39,42 @@ impl Canvas {
 }
 
 /// Why two images cannot be compared.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Mismatch {
     /// Their sizes differ.
-    #[error("{}x{} pixels against {}x{}", .0.0, .0.1, .1.0, .1.1)]
     Size((u32, u32), (u32, u32)),
     /// Only one of them has transparent pixels.
-    #[error("{} is transparent in places, {} nowhere", ["the first", "the second"][usize::from(!.first)], ["the first", "the second"][usize::from(*.first)])]
     Alpha {
         /// Whether the first one is transparent.
         first: bool,
     },
     /// One holds linear light, the other display values.
-    #[error("{} holds linear light, {} display values", ["the first", "the second"][usize::from(!.first)], ["the first", "the second"][usize::from(*.first)])]
     Encoding {
         /// Whether the first one is linear.
         first: bool,
     },
 }
+
+impl fmt::Display for Mismatch {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let order = |first| if first { ["the first", "the second"] } else { ["the second", "the first"] };
+        match *self {
+            Mismatch::Size((w, h), (width, height)) => {
+                write!(f, "{w}x{h} pixels against {width}x{height}")
+            }
+            Mismatch::Alpha { first } => {
+                let [one, other] = order(first);
+                write!(f, "{one} is transparent in places, {other} nowhere")
+            }
+            Mismatch::Encoding { first } => {
+                let [one, other] = order(first);
+                write!(f, "{one} holds linear light, {other} display values")
+            }
+        }
+    }
+}
+
+impl std::error::Error for Mismatch {}
 
 /// Pixels that are NaN or infinite.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

@@ -1,5 +1,7 @@
 //! Errors of scenes: what is wrong, where, and how to correct it.
 
+use std::fmt;
+
 use crate::schema::Remedy;
 use crate::schema::value::Span;
 
@@ -69,8 +71,7 @@ error_codes! {
 }
 
 /// One error: what is wrong, where, and the remedy.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
-#[error("{message}")]
+#[derive(Clone, Debug, PartialEq)]
 pub struct SceneError {
     /// Its stable code.
     pub code: ErrorCode,
@@ -85,6 +86,14 @@ pub struct SceneError {
     /// Further errors of the same scene, in the order of their positions. `more` is empty in each of them.
     pub more: Box<[SceneError]>,
 }
+
+impl fmt::Display for SceneError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(&self.message)
+    }
+}
+
+impl std::error::Error for SceneError {}
 
 impl SceneError {
     /// An error at a position.
