@@ -20,7 +20,7 @@ use crate::math::elementary::{erf, erf_inv, exp};
 
 /// Facets with a smaller square of the cosine have no share.
 pub(super) const MIN_Z2: f64 = 1e-12;
-/// Λ of directions whose slope, in units of α, is above 1 over this one is below the smallest positive number.
+/// Up to this tan θ · α, the Λ of a direction is below the smallest positive number.
 pub(super) const MIN_SLOPE: f64 = 1e-3;
 /// Slopes beyond this one have a share below 1e-16.
 const MAX_SLOPE: f64 = 6.0;
