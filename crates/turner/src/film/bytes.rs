@@ -160,8 +160,7 @@ impl Film {
         let version = input.u32()?;
         if version != VERSION {
             let message = format!("the film's bytes have version {version}; expected {VERSION}");
-            let help = "read it with the version of Turner that wrote it, or render it again";
-            return Err(SceneError::new(ErrorCode::Film, message).help(help));
+            return Err(SceneError::new(ErrorCode::Film, message).help(super::merge::OWN_VERSION));
         }
         if check != checksum(content).to_le_bytes() {
             return Err(damaged("its checksum is wrong"));

@@ -9,6 +9,9 @@ pub(super) const SAME_PICTURE: &str = "render all parts from the same scene with
 /// The remedy for films of different channels.
 pub(super) const SAME_CHANNELS: &str = "render all parts with the same `aovs` and `denoise`";
 
+/// The remedy for bytes of another version.
+pub(super) const OWN_VERSION: &str = "read it with the version of Turner that wrote it, or render it again";
+
 /// The remedy for films that hold the same samples.
 const OWN_SAMPLES: &str = "merge each film once, and give each part a range of samples of its own";
 
