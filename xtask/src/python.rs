@@ -1,5 +1,5 @@
 //! `cargo xtask python`: builds the module's wheel, checks its metadata and the Python code's format, installs it in a fresh
-//! environment and runs its tests there; with `--also PYTHON` in one of that interpreter, too.
+//! environment and runs its tests there. `--also PYTHON` runs them in an environment of that interpreter, too.
 
 use std::path::{Path, PathBuf};
 use std::process::Command;

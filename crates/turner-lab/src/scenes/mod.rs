@@ -45,7 +45,7 @@ pub(crate) struct ScenesArgs {
     /// Scenes of Mitsuba, or folders with XML files or with folders of a scene.xml
     #[arg(required = true, value_name = "DIR|FILE")]
     scenes: Vec<PathBuf>,
-    /// Samples per pixel; samplers of Mitsuba that round up say how many both render
+    /// Samples per pixel; where the sampler of Mitsuba rounds up, both renderers take its number
     #[arg(long, value_name = "N", default_value_t = 16, value_parser = clap::value_parser!(u32).range(1..=65_536))]
     samples: u32,
     /// Pixels of a picture, about, in the proportions of the scene's film

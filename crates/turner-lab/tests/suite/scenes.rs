@@ -112,7 +112,7 @@ fn programs_that_do_not_run_are_one_error() {
     f.lab(&["scenes", "none"]).fails(2, &["no such file or folder", "scene.xml"]);
     f.lab(&["scenes"]).fails(2, &["DIR|FILE"]);
     f.lab(&args(&["--peer", "cycles"])).fails(2, &["mitsuba-scalar"]);
-    // Without LLVM it measures the other variant; with neither there is the first reason.
+    // Without LLVM the scalar variant is measured; without both, the error is that of LLVM.
     let scalar = f.script(
         "scalar",
         &format!("[ $2 = mitsuba-llvm ] && {{ echo '{{\"error\": \"no libLLVM\"}}'; exit; }}\n{ANSWERS}"),
