@@ -9,15 +9,19 @@
 //!      c' *   \                  has u[0] of the solid angle;
 //!        / \   \              2. u[1] chooses the direction on the arc b–c': the cosine of the
 //!       /    * w\                angle from b is linear in u[1].
-//!      a---------b            Ω = sum of the angles − π (Girard), pdf = 1/Ω
+//!      a---------b            pdf = 1/Ω
+//!
+//! tan(Ω/2) = |a · (b × c)| / (1 + a·b + b·c + c·a)
 //! ```
+//!
+//! The last formula is that of Van Oosterom and Strackee 1983, for unit vectors.
 //!
 //! Far, thin and tiny triangles are sampled by area.
 
 use super::{EmitterSample, NEAR, per_solid_angle};
 use crate::light::LightBound;
 use crate::math::DVec3;
-use crate::math::elementary::{atan2, sin_cos};
+use crate::math::elementary::{angle, sin_cos_turns};
 
 /// A triangle; near ones are sampled by solid angle.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -32,11 +36,16 @@ struct Spherical {
     a: DVec3,
     b: DVec3,
     c: DVec3,
-    /// Sine and cosine of the angle at a.
-    alpha: (f64, f64),
-    /// Sum of the angles.
-    angles: f64,
     solid_angle: f64,
+}
+
+impl Spherical {
+    /// Sine and cosine of the angle at a.
+    fn angle_at_a(&self) -> (f64, f64) {
+        let (ab, ac) = (self.a.cross(self.b), self.a.cross(self.c));
+        let lengths = (ab.length_squared() * ac.length_squared()).sqrt();
+        (ab.cross(ac).length() / lengths, ab.dot(ac) / lengths)
+    }
 }
 
 impl TriangleEmitter {
@@ -75,19 +84,13 @@ impl TriangleEmitter {
             return None;
         }
         let [a, b, c] = [a - p, b - p, c - p].map(|v| v.normalize());
-        let (ab, bc, ca) = (a.cross(b), b.cross(c), c.cross(a));
-        let (ab, bc, ca) = (ab.try_normalize()?, bc.try_normalize()?, ca.try_normalize()?);
-        let angle = |m: DVec3, n: DVec3| atan2(m.cross(n).length(), m.dot(n));
-        let alpha = angle(ab, -ca);
-        let angles = alpha + angle(bc, -ab) + angle(ca, -bc);
-        let solid_angle = angles - std::f64::consts::PI;
+        let volume = a.dot(b.cross(c)).abs();
+        let solid_angle = 2.0 * angle(volume, 1.0 + a.dot(b) + b.dot(c) + c.dot(a));
         // Thin and tiny triangles lose too many digits.
-        (solid_angle > 1e-3 && solid_angle < std::f64::consts::TAU).then(|| Spherical {
+        (solid_angle > 1e-3 && solid_angle < std::f64::consts::TAU).then_some(Spherical {
             a,
             b,
             c,
-            alpha: sin_cos(alpha),
-            angles,
             solid_angle,
         })
     }
@@ -102,11 +105,10 @@ impl TriangleEmitter {
             let pdf = per_solid_angle(self.per_area, p, q, self.normal)?;
             return Some(EmitterSample { q, n: self.normal, u: v, v: w, pdf });
         };
-        let (sin_alpha, cos_alpha) = s.alpha;
-        // c' so that the triangle a, b, c' has the fraction u[0] of the solid angle.
-        let part = std::f64::consts::PI + u[0] * (s.angles - std::f64::consts::PI);
-        let (sin, cos) = sin_cos(part);
-        let (sin_phi, cos_phi) = (sin * cos_alpha - cos * sin_alpha, cos * cos_alpha + sin * sin_alpha);
+        let (sin_alpha, cos_alpha) = s.angle_at_a();
+        // c' so that the triangle a, b, c' has the fraction u[0] of the solid angle. Φ is its area + π − α.
+        let (sin, cos) = sin_cos_turns(u[0] * s.solid_angle * (0.5 * std::f64::consts::FRAC_1_PI));
+        let (sin_phi, cos_phi) = (cos * sin_alpha - sin * cos_alpha, -cos * cos_alpha - sin * sin_alpha);
         let k1 = cos_phi + cos_alpha;
         let k2 = sin_phi - sin_alpha * s.a.dot(s.b);
         let denominator = (k2 * sin_phi + k1 * cos_phi) * sin_alpha;
