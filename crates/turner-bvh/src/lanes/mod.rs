@@ -76,6 +76,10 @@ pub unsafe trait Simd: Copy + Send + Sync + 'static {
     unsafe fn bits_and(a: Self::F, b: Self::F) -> Self::F;
     unsafe fn bits_or(a: Self::F, b: Self::F) -> Self::F;
     unsafe fn bits_xor(a: Self::F, b: Self::F) -> Self::F;
+    /// The bits moved up by 52 places: the lowest twelve become sign and exponent.
+    unsafe fn shl52(a: Self::F) -> Self::F;
+    /// The bits moved down by 52 places: sign and exponent become the lowest twelve, the others 0.
+    unsafe fn shr52(a: Self::F) -> Self::F;
     unsafe fn lt(a: Self::F, b: Self::F) -> Self::M;
     unsafe fn le(a: Self::F, b: Self::F) -> Self::M;
     unsafe fn eq(a: Self::F, b: Self::F) -> Self::M;

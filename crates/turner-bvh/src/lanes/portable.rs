@@ -68,6 +68,14 @@ unsafe impl Simd for Portable {
         each(a, b, |a, b| f64::from_bits(a.to_bits() ^ b.to_bits()))
     }
     #[inline(always)]
+    unsafe fn shl52(a: Self::F) -> Self::F {
+        a.map(|v| f64::from_bits(v.to_bits() << 52))
+    }
+    #[inline(always)]
+    unsafe fn shr52(a: Self::F) -> Self::F {
+        a.map(|v| f64::from_bits(v.to_bits() >> 52))
+    }
+    #[inline(always)]
     unsafe fn lt(a: Self::F, b: Self::F) -> Self::M {
         each(a, b, |a, b| all_ones(a < b))
     }

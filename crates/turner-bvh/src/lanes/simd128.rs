@@ -83,6 +83,14 @@ unsafe impl Simd for Simd128 {
         a.map(|v| f64x2_sqrt(v))
     }
     #[inline(always)]
+    unsafe fn shl52(a: Four) -> Four {
+        a.map(|v| i64x2_shl(v, 52))
+    }
+    #[inline(always)]
+    unsafe fn shr52(a: Four) -> Four {
+        a.map(|v| u64x2_shr(v, 52))
+    }
+    #[inline(always)]
     unsafe fn test(a: Four, b: Four) -> Four {
         std::array::from_fn(|i| i64x2_ne(v128_and(a[i], b[i]), i64x2_splat(0)))
     }

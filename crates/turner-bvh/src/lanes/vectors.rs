@@ -6,6 +6,13 @@ use std::ops::{Add, BitAnd, BitOr, Div, Mul, Neg, Sub};
 
 use super::{Block, Block32, Simd};
 
+/// 1.5 · 2^52: the low bits of its sum with a whole number are those of the number.
+const WHOLE: f64 = 6_755_399_441_055_744.0;
+/// 2^52: its low bits are 0.
+const LOW: f64 = 4_503_599_627_370_496.0;
+/// What the bits of an exponent exceed it by.
+const BIAS: f64 = 1023.0;
+
 /// Eight f64.
 #[derive(Clone, Copy)]
 pub struct F64x8<S: Simd>(S::F);
@@ -125,6 +132,31 @@ impl<S: Simd> F64x8<S> {
     pub fn has_bit(self, bit: u32) -> Mask8<S> {
         // SAFETY: these lanes were made with a value of `S`.
         Mask8(unsafe { S::test(self.0, S::splat(f64::from_bits(1 << bit))) })
+    }
+
+    /// 2 to the power of this whole number, −1022..=1023.
+    #[inline(always)]
+    pub fn power_of_two(self) -> Self {
+        // The low bits of the sum are those of the biased exponent.
+        // SAFETY: these lanes were made with a value of `S`.
+        F64x8(unsafe { S::shl52(S::add(self.0, S::splat(WHOLE + BIAS))) })
+    }
+
+    /// The binary exponent of a positive, normal number, as a number: its logarithm, rounded down.
+    #[inline(always)]
+    pub fn exponent(self) -> Self {
+        // SAFETY: these lanes were made with a value of `S`.
+        F64x8(unsafe { S::sub(S::bits_or(S::shr52(self.0), S::splat(LOW)), S::splat(LOW + BIAS)) })
+    }
+
+    /// A positive, normal number divided by 2 to the power of its exponent: 1..2.
+    #[inline(always)]
+    pub fn fraction(self) -> Self {
+        // SAFETY: these lanes were made with a value of `S`.
+        F64x8(unsafe {
+            let bits = S::bits_and(self.0, S::splat(f64::from_bits((1 << 52) - 1)));
+            S::bits_or(bits, S::splat(1.0))
+        })
     }
 
     /// The maximum: `self` if both are equal, `other` if `self` is NaN.

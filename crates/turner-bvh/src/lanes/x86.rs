@@ -85,6 +85,8 @@ unsafe impl Simd for Avx512 {
             _mm512_castsi512_pd(_mm512_or_si512(_mm512_castpd_si512(a), _mm512_castpd_si512(b)));
         fn bits_xor(a: __m512d, b: __m512d) -> __m512d =
             _mm512_castsi512_pd(_mm512_xor_si512(_mm512_castpd_si512(a), _mm512_castpd_si512(b)));
+        fn shl52(a: __m512d) -> __m512d = _mm512_castsi512_pd(_mm512_slli_epi64::<52>(_mm512_castpd_si512(a)));
+        fn shr52(a: __m512d) -> __m512d = _mm512_castsi512_pd(_mm512_srli_epi64::<52>(_mm512_castpd_si512(a)));
         fn lt(a: __m512d, b: __m512d) -> u8 = _mm512_cmp_pd_mask::<_CMP_LT_OQ>(a, b);
         fn le(a: __m512d, b: __m512d) -> u8 = _mm512_cmp_pd_mask::<_CMP_LE_OQ>(a, b);
         fn eq(a: __m512d, b: __m512d) -> u8 = _mm512_cmp_pd_mask::<_CMP_EQ_OQ>(a, b);
@@ -142,6 +144,10 @@ unsafe impl Simd for Avx2 {
         fn bits_and(a: Self::F, b: Self::F) -> Self::F = [_mm256_and_pd(a[0], b[0]), _mm256_and_pd(a[1], b[1])];
         fn bits_or(a: Self::F, b: Self::F) -> Self::F = [_mm256_or_pd(a[0], b[0]), _mm256_or_pd(a[1], b[1])];
         fn bits_xor(a: Self::F, b: Self::F) -> Self::F = [_mm256_xor_pd(a[0], b[0]), _mm256_xor_pd(a[1], b[1])];
+        fn shl52(a: Self::F) -> Self::F =
+            a.map(|v| _mm256_castsi256_pd(_mm256_slli_epi64::<52>(_mm256_castpd_si256(v))));
+        fn shr52(a: Self::F) -> Self::F =
+            a.map(|v| _mm256_castsi256_pd(_mm256_srli_epi64::<52>(_mm256_castpd_si256(v))));
         fn lt(a: Self::F, b: Self::F) -> Self::M =
             [_mm256_cmp_pd::<_CMP_LT_OQ>(a[0], b[0]), _mm256_cmp_pd::<_CMP_LT_OQ>(a[1], b[1])];
         fn le(a: Self::F, b: Self::F) -> Self::M =

@@ -150,3 +150,38 @@ fn every_operation_on_every_instruction_set() {
         }
     }
 }
+
+struct Exponents<'a> {
+    whole: &'a Block,
+    positive: &'a Block,
+    /// Powers of two; exponents and fractions of the positive numbers.
+    out: &'a mut [Block; 3],
+}
+
+impl Work for Exponents<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<S: Simd>(self, simd: S) {
+        let positive = F64x8::load(simd, self.positive);
+        F64x8::load(simd, self.whole).power_of_two().store(&mut self.out[0]);
+        positive.exponent().store(&mut self.out[1]);
+        positive.fraction().store(&mut self.out[2]);
+    }
+}
+
+#[test]
+fn exponents_on_every_instruction_set() {
+    for kind in InstructionSet::available() {
+        for first in (-1022..=1016).step_by(7).chain([1016]) {
+            let whole = Block(std::array::from_fn(|i| f64::from(first + i as i32)));
+            let power = whole.0.map(|k| f64::from_bits(((k + 1023.0) as u64) << 52));
+            for fraction in [1.0, 1.0 + f64::EPSILON, 1.5, 2.0 - f64::EPSILON] {
+                let positive = Block(power.map(|p| p * fraction));
+                let mut out = [Block::default(); 3];
+                dispatch(kind, Exponents { whole: &whole, positive: &positive, out: &mut out });
+                assert_eq!(out.map(|b| b.0), [power, whole.0, [fraction; LANES]], "{kind:?}");
+            }
+        }
+    }
+}

@@ -4,10 +4,9 @@ use std::f64::consts::PI;
 
 use turner_bvh::lanes::{Block, F64x8, Mask8, Simd, Vec3x8};
 
-use super::beckmann::{self, Beckmann};
+use super::beckmann_x8::BeckmannX8;
 use super::facets::{FacetDistribution, FacetMasking, Facets};
-use crate::math::block::{bits, set_bit, set_vector, vector};
-use crate::math::elementary::exp;
+use crate::math::block::set_bit;
 use crate::math::elementary_x8::sin_cos_turns;
 
 /// Microfacets with one width per lane.
@@ -49,7 +48,7 @@ impl FacetBlock {
     #[inline(always)]
     pub(super) fn d<S: Simd>(&self, simd: S, h: Vec3x8<S>) -> F64x8<S> {
         let splat = |v: f64| F64x8::splat(simd, v);
-        let (zero, one, pi) = (splat(0.0), splat(1.0), splat(PI));
+        let (one, pi) = (splat(1.0), splat(PI));
         let a = F64x8::load(simd, &self.alpha);
         let (x, y) = (h.x / a, h.y / a);
         let s = x * x + y * y + h.z * h.z;
@@ -57,10 +56,7 @@ impl FacetBlock {
         if self.beckmann == 0 {
             return ggx;
         }
-        let z2 = h.z * h.z;
-        let power = each(simd, self.beckmann, -(x * x + y * y) / z2, exp);
-        let d = power / (pi * a * a * z2 * z2);
-        let d = z2.lt(splat(beckmann::MIN_Z2)).select(zero, d);
+        let d = BeckmannX8 { a }.d(simd, h);
         Mask8::new(simd, self.beckmann).select(d, ggx)
     }
 
@@ -76,10 +72,7 @@ impl FacetBlock {
         if self.beckmann == 0 {
             return ggx;
         }
-        let (slope, z) = ((x * x + y * y).sqrt(), w.z.abs());
-        let steep = slope.gt(splat(beckmann::MIN_SLOPE) * z);
-        let of_steep = each(simd, steep.bits() & self.beckmann, z / slope, beckmann::lambda);
-        Mask8::new(simd, self.beckmann).select(steep.select(of_steep, splat(0.0)), ggx)
+        Mask8::new(simd, self.beckmann).select(BeckmannX8 { a }.lambda(simd, w), ggx)
     }
 
     /// See [`Facets::masking`].
@@ -113,31 +106,10 @@ impl FacetBlock {
         let up = Vec3x8::splat(simd, [0.0, 0.0, 1.0]);
         let unit = Vec3x8 { x: h.x / length, y: h.y / length, z: h.z / length };
         let ggx = Vec3x8::select(length.gt(zero), unit, up);
-        let beckmann = lanes.bits() & self.beckmann;
-        if beckmann == 0 {
+        let beckmann = lanes & Mask8::new(simd, self.beckmann);
+        if !beckmann.any() {
             return ggx;
         }
-        let (mut to_wo, mut us, mut to) =
-            ([Block::default(); 3], [Block::default(); 2], [Block::default(); 3]);
-        wo.store(&mut to_wo);
-        u[0].store(&mut us[0]);
-        u[1].store(&mut us[1]);
-        for lane in bits(beckmann) {
-            let a = self.alpha.0[lane];
-            let h = Beckmann { ax: a, ay: a }.sample_visible(vector(&to_wo, lane), us.map(|u| u.0[lane]));
-            set_vector(&mut to, lane, h);
-        }
-        Vec3x8::select(Mask8::new(simd, beckmann), Vec3x8::load(simd, &to), ggx)
+        Vec3x8::select(beckmann, BeckmannX8 { a }.sample_visible(simd, beckmann, wo, u), ggx)
     }
-}
-
-/// A scalar function of some lanes; the others are 0.
-#[inline(always)]
-fn each<S: Simd>(simd: S, lanes: u8, x: F64x8<S>, f: impl Fn(f64) -> f64) -> F64x8<S> {
-    let (mut from, mut to) = (Block::default(), Block::default());
-    x.store(&mut from);
-    for lane in bits(lanes) {
-        to.0[lane] = f(from.0[lane]);
-    }
-    F64x8::load(simd, &to)
 }

@@ -45,6 +45,7 @@
 
 mod albedo;
 mod beckmann;
+mod beckmann_x8;
 mod block;
 mod coat;
 mod diffuse;

@@ -4,7 +4,7 @@
 //! pure-Rust crate `libm` (a port of musl), or from the polynomials below, which are faster and exact enough for
 //! shading. `sqrt`, `abs`, `floor` and the like are exact in IEEE 754 and come from `std`. Angles are in radians.
 
-use std::f64::consts::{FRAC_PI_2, FRAC_PI_4, PI, SQRT_2};
+use std::f64::consts::{FRAC_PI_2, FRAC_PI_4, LOG2_E, PI, SQRT_2};
 
 /// Sine.
 pub fn sin(x: f64) -> f64 {
@@ -122,7 +122,7 @@ pub fn arc_cosine(x: f64) -> f64 {
 
 /// A polynomial with eight coefficients, lowest first, by Estrin's scheme (1960): short dependency chains.
 #[inline(always)]
-fn polynomial(x: f64, c: [f64; 8]) -> f64 {
+pub(super) fn polynomial(x: f64, c: [f64; 8]) -> f64 {
     let (x2, x4) = (x * x, (x * x) * (x * x));
     let (a, b) = (c[0] + c[1] * x, c[2] + c[3] * x);
     let (d, e) = (c[4] + c[5] * x, c[6] + c[7] * x);
@@ -132,6 +132,47 @@ fn polynomial(x: f64, c: [f64; 8]) -> f64 {
 /// e^x.
 pub fn exp(x: f64) -> f64 {
     libm::exp(x)
+}
+
+/// (e^x − 1 − x) / x² within ±ln(2) / 2, lowest coefficient first: the minimax approximation of e^x of this form, with an
+/// error below 2e-14.
+pub(super) const EXPONENTIAL: [f64; 8] = [
+    0.499_999_999_996_645_46,
+    0.166_666_666_672_568_5,
+    0.041_666_666_962_118_8,
+    0.008_333_333_098_290_008,
+    0.001_388_881_116_071_236_2,
+    0.000_198_415_351_405_271_54,
+    2.488_080_338_284_608_7e-5,
+    2.749_461_862_302_038e-6,
+];
+/// ln 2 as a sum; the product of the first with a whole number up to 2^20 is exact.
+pub(super) const LN_2_PARTS: [f64; 2] = [0.693_147_180_369_123_8, 1.908_214_929_270_587_7e-10];
+/// Beyond these arguments, the exponential is 0 or infinite.
+pub(super) const EXPONENTIAL_RANGE: [f64; 2] = [-708.0, 709.0];
+
+/// As [`exp`], several times faster: the relative error is below 2e-14. 0 below −708, infinite above 709.
+#[inline]
+pub fn exponential(x: f64) -> f64 {
+    let [least, greatest] = EXPONENTIAL_RANGE;
+    let near = x.clamp(least, greatest);
+    // e^x = 2^k e^r.
+    let k = (near * LOG2_E + ROUND) - ROUND;
+    let r = (near - k * LN_2_PARTS[0]) - k * LN_2_PARTS[1];
+    let power = (1.0 + (r + (r * r) * polynomial(r, EXPONENTIAL))) * power_of_two(k);
+    if x < least {
+        0.0
+    } else if x > greatest {
+        f64::INFINITY
+    } else {
+        power
+    }
+}
+
+/// 2^k for whole numbers −1022..=1023.
+#[inline]
+fn power_of_two(k: f64) -> f64 {
+    f64::from_bits((k + (ROUND + 1023.0)).to_bits() << 52)
 }
 
 /// Natural logarithm.
@@ -144,23 +185,9 @@ pub fn erf(x: f64) -> f64 {
     libm::erf(x)
 }
 
-/// The inverse of [`erf`]; infinite outside -1..1. Winitzki's approximation (2008), of a relative error of 2e-3, then two
-/// steps of Halley's method.
-pub fn erf_inv(x: f64) -> f64 {
-    use std::f64::consts::{FRAC_2_SQRT_PI, PI};
-    const A: f64 = 0.147;
-    if x.is_nan() || x.abs() >= 1.0 {
-        return x * f64::INFINITY;
-    }
-    let log = ln((1.0 - x) * (1.0 + x));
-    let half = 2.0 / (PI * A) + 0.5 * log;
-    let mut y = ((half * half - log / A).sqrt() - half).max(0.0).sqrt().copysign(x);
-    for _ in 0..2 {
-        let step = (erf(y) - x) / (FRAC_2_SQRT_PI * exp(-y * y));
-        y -= step / (1.0 + y * step);
-    }
-    y
-}
+/// Taylor coefficients in x² of artanh(x) / x.
+pub(super) const ARTANH: [f64; 8] =
+    [1.0, 1.0 / 3.0, 1.0 / 5.0, 1.0 / 7.0, 1.0 / 9.0, 1.0 / 11.0, 1.0 / 13.0, 1.0 / 15.0];
 
 /// Binary logarithm of a positive, normal number, faster than [`ln`]. The error is below 1e-13 · (1 + |log2 x|).
 #[inline]
@@ -175,8 +202,7 @@ pub fn log2(x: f64) -> f64 {
     // ln m = 2 artanh((m − 1) / (m + 1)), as a series.
     let s = (m - 1.0) / (m + 1.0);
     let z = s * s;
-    let series = polynomial(z, std::array::from_fn(|i| 1.0 / (2 * i + 1) as f64));
-    e as f64 + s * series * (2.0 * std::f64::consts::LOG2_E)
+    e as f64 + s * polynomial(z, ARTANH) * (2.0 * LOG2_E)
 }
 
 /// Cube root.
@@ -257,6 +283,21 @@ mod tests {
             assert!((log2(x) - libm::log2(x)).abs() < 1e-13 * (1.0 + exact.abs()), "{x}: {}", log2(x));
         }
         assert_eq!([log2(1.0), log2(0.25), log2(1024.0)], [0.0, -2.0, 10.0]);
+    }
+
+    #[test]
+    fn the_fast_exponential_is_the_exponential() {
+        for i in -708_000..=709_000 {
+            for x in [f64::from(i) / 1000.0, f64::from(i) / 1000.0 * (1.0 - 1e-6), f64::from(i) * 1e-6] {
+                let exact = libm::exp(x);
+                assert!((exponential(x) - exact).abs() <= 2e-14 * exact, "{x}: {}", exponential(x));
+            }
+        }
+        assert_eq!([0.0, -0.0, 1e-300, -1e-300].map(exponential), [1.0; 4]);
+        assert!(exponential(-708.0) > f64::MIN_POSITIVE && exponential(709.0) < f64::MAX);
+        assert_eq!([-708.1, -745.0, -1e300, f64::NEG_INFINITY].map(exponential), [0.0; 4]);
+        assert_eq!([709.1, 1e300, f64::INFINITY].map(exponential), [f64::INFINITY; 3]);
+        assert!(exponential(f64::NAN).is_nan());
     }
 
     #[test]

@@ -9,6 +9,8 @@ pub mod elementary;
 pub mod elementary_x8;
 mod frame;
 pub mod frame_x8;
+pub mod gaussian;
+pub mod gaussian_x8;
 mod ray;
 mod ray_cone;
 
