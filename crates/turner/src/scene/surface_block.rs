@@ -24,6 +24,10 @@ pub(crate) struct SurfaceBlock {
     corners: [[Block32; 3]; 3],
     /// Their vertex normals, by coordinate.
     normals: [[Block32; 3]; 3],
+    /// The lanes whose vertex normals are in the space of their object, and the matrices that bring them to the world, by
+    /// column.
+    turned: u8,
+    turns: [[Block; 3]; 3],
     /// Barycentric weights of the second and third corner.
     weights: [Block; 2],
     /// Offsets of the world mesh, in the lanes of `moved`; -1 where a transform mirrors, else 1.
@@ -74,9 +78,18 @@ impl SurfaceBlock {
     ) -> bool {
         let Some(triangle) = scene.placed_triangle(hit) else { return false };
         let normals = triangle.own.normals_at_corners(hit.shape.part);
-        // Vertex normals are in the space of the object.
-        if normals.is_some() && (flat || triangle.moved.is_some()) {
+        if normals.is_some() && flat {
             return false;
+        }
+        // Vertex normals are in the space of the object.
+        let turn = normals.and_then(|_| scene.normal_matrix(hit));
+        if turn.is_some_and(|turn| !turn.is_finite()) {
+            return false;
+        }
+        set_bit(&mut self.turned, lane, turn.is_some());
+        if let Some(turn) = turn {
+            let columns = [turn.x_axis, turn.y_axis, turn.z_axis];
+            self.turns.iter_mut().zip(columns).for_each(|(to, v)| set_vector(to, lane, v));
         }
         set_corners(&mut self.corners, lane, triangle.mesh.corners(triangle.part));
         if let Some(normals) = normals {
@@ -168,7 +181,12 @@ impl SurfaceBlock {
         let mut ns = ng;
         if self.smooth != 0 {
             let [a, b, c] = corners(simd, &self.normals);
-            let n = normalized(simd, a * w + b * u + c * v);
+            let mut n = normalized(simd, a * w + b * u + c * v);
+            if self.turned != 0 {
+                let [x, y, z] = self.turns.each_ref().map(|column| Vec3x8::load(simd, column));
+                let turned = normalized(simd, x * n.x + y * n.y + z * n.z);
+                n = Vec3x8::select(Mask8::new(simd, self.turned), turned, n);
+            }
             let side = n.dot(ng);
             let n = Vec3x8::select(side.gt(zero), n, Vec3x8::select(side.lt(zero), -n, ng));
             ns = Vec3x8::select(Mask8::new(simd, self.smooth), n, ng);

@@ -9,8 +9,8 @@ use crate::integrator::IntegratorDesc;
 use crate::integrator::path::PathDesc;
 use crate::material::Material;
 use crate::material::vertex::prepare;
-use crate::math::Ray;
-use crate::schema::{Asset, MeshData, MeshId, PrepareOptions};
+use crate::math::{DAffine3, DMat3, Ray};
+use crate::schema::{Asset, MeshData, MeshId, PrepareOptions, Transform};
 use crate::shape::{MeshDesc, ShapeDesc};
 use crate::testing::Random;
 
@@ -24,8 +24,9 @@ impl Work for Compute<'_> {
     }
 }
 
-/// Triangles with vertex normals on either side, some of them 0, opposite or far from the geometric normal.
-fn triangles(random: &mut Random, smooth: bool) -> SceneDesc {
+/// Triangles with vertex normals on either side, some of them 0, opposite or far from the geometric normal; the same
+/// mesh once more for each of `placed`.
+fn triangles(random: &mut Random, smooth: bool, placed: &[DAffine3]) -> SceneDesc {
     let mut data = MeshData::default();
     for i in 0..60u32 {
         let corner = |random: &mut Random| {
@@ -50,7 +51,10 @@ fn triangles(random: &mut Random, smooth: bool) -> SceneDesc {
         SceneDesc { integrator: IntegratorDesc::Path(PathDesc::default()), ..SceneDesc::default() };
     desc.meshes.push(Asset { uri: String::new(), data: Arc::new(data) });
     let shown = MeshDesc { mesh: MeshId(0), smooth: Some(smooth), ..MeshDesc::default() };
-    desc.objects.push(ObjectDesc::new(ShapeDesc::Mesh(shown)));
+    let object = ObjectDesc::new(ShapeDesc::Mesh(shown));
+    desc.objects
+        .extend(placed.iter().map(|placed| ObjectDesc { transform: Transform(*placed), ..object.clone() }));
+    desc.objects.push(object);
     desc
 }
 
@@ -58,8 +62,12 @@ fn triangles(random: &mut Random, smooth: bool) -> SceneDesc {
 fn triangles_in_lanes_equal_scalar_surfaces() {
     let mut random = Random::new(8);
     let (mut smooth_hits, mut bent) = (0, 0);
-    for smooth in [false, true] {
-        let scene = triangles(&mut random, smooth).prepare(&PrepareOptions::default()).unwrap().scene;
+    // Alone, and merged with a mirrored and a sheared copy into one mesh.
+    let turned = DMat3::from_rotation_x(0.7) * DMat3::from_diagonal(DVec3::new(-1.0, 0.6, 1.3));
+    let sheared = DMat3::from_cols(DVec3::X, DVec3::new(0.8, 1.0, 0.0), DVec3::new(-0.3, 0.2, 0.7));
+    let copies = [turned, sheared].map(|m| DAffine3 { matrix3: m, translation: DVec3::new(0.4, -0.2, 0.3) });
+    for (smooth, placed) in [(false, &[][..]), (true, &[]), (false, &copies), (true, &copies)] {
+        let scene = triangles(&mut random, smooth, placed).prepare(&PrepareOptions::default()).unwrap().scene;
         let mut block = SurfaceBlock::default();
         for _ in 0..400 {
             let mut surfaces = Vec::new();

@@ -411,20 +411,19 @@ impl TriangleMesh {
         let weights = [1.0 - hit.u - hit.v, hit.u, hit.v];
         let mix = |v: [DVec3; 3]| weights[0] * v[0] + weights[1] * v[1] + weights[2] * v[2];
         let ng = area_normal(&vertices).normalize();
-        let mut ns = ng;
-        let normals = self.normals();
-        if !normals.is_empty() {
-            let corners = self.data.triangles[hit.part as usize].map(|i| wide(normals[i as usize]));
-            if let Some(n) = mix(corners).try_normalize() {
-                let side = n.dot(ng);
-                ns = match side {
-                    s if s > 0.0 => n,
-                    s if s < 0.0 => -n,
-                    _ => ng,
-                };
-            }
-        }
+        let ns = self.interpolated_normal(hit).map_or(ng, |n| match n.dot(ng) {
+            side if side > 0.0 => n,
+            side if side < 0.0 => -n,
+            _ => ng,
+        });
         SurfacePoint { p: mix(vertices.map(wide)), error: self.error, ng, ns }
+    }
+
+    /// The vertex normals weighted by the barycentric weights, unit; `None` for facets, and where they cancel.
+    #[inline]
+    pub(crate) fn interpolated_normal(&self, hit: &ShapeHit) -> Option<DVec3> {
+        let [a, b, c] = self.normals_at_corners(hit.part)?.map(wide);
+        ((1.0 - hit.u - hit.v) * a + hit.u * b + hit.v * c).try_normalize()
     }
 }
 

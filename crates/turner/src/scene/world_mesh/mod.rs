@@ -26,7 +26,7 @@ use std::cell::Cell;
 use std::sync::Arc;
 
 use crate::material::ShadowKind;
-use crate::math::{DAffine3, DVec3, Ray};
+use crate::math::{DAffine3, DMat3, DVec3, Ray};
 use crate::scene::alpha_test::NO_FACES;
 use crate::scene::scene::NO_TRANSFORM;
 use crate::scene::{Hit, Scene};
@@ -257,13 +257,27 @@ impl Scene {
         let error = s.error + 4.0 * f64::EPSILON * world_mesh.offset.abs().max_element();
         let ng = s.ng * member.side;
         let primitive = &self.primitives[hit.primitive as usize];
-        let ns = match primitive.transform {
-            NO_TRANSFORM => object.ns,
-            i => (self.transforms[i as usize].normal * object.ns).normalize(),
+        let own = match &primitive.shape {
+            // Facets, or vertex normals that are or cancel to nothing else.
+            Shape::Mesh(mesh) if object.ns == object.ng => mesh.interpolated_normal(&hit.shape),
+            _ => Some(object.ns),
         };
-        let faceted = object.ns == object.ng;
-        let ns = if faceted || !ns.is_finite() { ng } else { ns * ns.dot(ng).signum() };
+        let ns = own.map(|n| self.normal_matrix(hit).map_or(n, |turn| (turn * n).normalize()));
+        let ns = ns.filter(|n| n.is_finite()).map_or(ng, |n| match n.dot(ng) {
+            side if side > 0.0 => n,
+            side if side < 0.0 => -n,
+            _ => ng,
+        });
         Some((p, error, ng, ns))
+    }
+
+    /// The matrix that brings the normals of a hit object to the world; `None` if they are there.
+    #[inline]
+    pub(crate) fn normal_matrix(&self, hit: &Hit) -> Option<DMat3> {
+        match self.primitives[hit.primitive as usize].transform {
+            NO_TRANSFORM => None,
+            i => Some(self.transforms[i as usize].normal),
+        }
     }
 
     /// The world-space corners of a mesh's triangle, and -1 if its transform mirrors, else 1.
