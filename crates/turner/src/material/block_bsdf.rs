@@ -93,7 +93,8 @@ impl OpenPbr {
     /// Finds which of its BSDFs are evaluated in blocks.
     pub(super) fn prepare_blocks(&mut self) {
         self.is_opaque_base = self.has_opaque_base();
-        self.is_plain = self.is_opaque_base && self.has_plain_base();
+        self.is_plain_outside = self.is_opaque_base && self.has_plain_base(1);
+        self.is_plain = self.is_plain_outside && self.has_plain_base(2);
         let textured = self.is_opaque_base && matches!(self.desc.base_color, ColorSource::Texture(_));
         self.textured_base = if textured { TexturedBase::new(&self.desc).map(Box::new) } else { None };
     }
@@ -102,6 +103,13 @@ impl OpenPbr {
     #[inline]
     pub(crate) fn plain(&self) -> Option<BlockBsdf<'_>> {
         let [outer, _] = self.constant.as_ref().filter(|_| self.is_plain)?;
+        BlockBsdf::of(outer)
+    }
+
+    /// The BSDF on the outer side, if it is an opaque base, the same everywhere, around the surface's own normal.
+    #[inline]
+    pub(crate) fn plain_outside(&self) -> Option<BlockBsdf<'_>> {
+        let [outer, _] = self.constant.as_ref().filter(|_| self.is_plain_outside)?;
         BlockBsdf::of(outer)
     }
 
@@ -140,12 +148,14 @@ impl OpenPbr {
             && none(d.thin_film_weight)
     }
 
-    fn has_plain_base(&self) -> bool {
+    /// Whether the BSDF of one or two sides is constant, the same on both, and around the surface's own normal.
+    fn has_plain_base(&self, sides: usize) -> bool {
         let d = &self.desc;
         let Some([outer, inner]) = &self.constant else { return false };
         let is_mapped = d.bump().is_some() || d.normal_map.is_some();
         match (BlockBsdf::of(outer), BlockBsdf::of(inner)) {
-            (Some(a), Some(b)) => !is_mapped && a.is_same(&b),
+            (Some(a), Some(b)) => !is_mapped && (sides == 1 || a.is_same(&b)),
+            (Some(_), None) => !is_mapped && sides == 1,
             _ => false,
         }
     }

@@ -103,7 +103,7 @@ impl OpenPbr {
         (made.casts_caustics, made.near_specular) = (false, false);
         // Its BSDF depends on where the fibre is hit.
         (made.constant, made.textured_base) = (None, None);
-        (made.is_opaque_base, made.is_plain) = (false, false);
+        (made.is_opaque_base, made.is_plain, made.is_plain_outside) = (false, false, false);
         made
     }
 

@@ -47,6 +47,8 @@ pub struct OpenPbr {
     pub(crate) is_opaque_base: bool,
     /// Whether that BSDF is constant, the same on both sides, and around the surface's own normal.
     pub(super) is_plain: bool,
+    /// The same for the outer side alone.
+    pub(super) is_plain_outside: bool,
     /// The rest of that BSDF, if only its base colour is textured.
     pub(super) textured_base: Option<Box<TexturedBase>>,
     /// The parameters of hair, which replace those of `desc`.
@@ -196,6 +198,7 @@ impl OpenPbr {
             near_specular,
             is_opaque_base: false,
             is_plain: false,
+            is_plain_outside: false,
             textured_base: None,
             hair: None,
         };
@@ -212,6 +215,7 @@ impl OpenPbr {
             near_specular: false,
             is_opaque_base: false,
             is_plain: false,
+            is_plain_outside: false,
             shadow: ShadowKind::None,
             ..made
         }

@@ -410,13 +410,19 @@ impl TriangleMesh {
         let vertices = self.corners(hit.part);
         let weights = [1.0 - hit.u - hit.v, hit.u, hit.v];
         let mix = |v: [DVec3; 3]| weights[0] * v[0] + weights[1] * v[1] + weights[2] * v[2];
-        let ng = area_normal(&vertices).normalize();
+        let ng = self.geometric_normal(hit.part);
         let ns = self.interpolated_normal(hit).map_or(ng, |n| match n.dot(ng) {
             side if side > 0.0 => n,
             side if side < 0.0 => -n,
             _ => ng,
         });
         SurfacePoint { p: mix(vertices.map(wide)), error: self.error, ng, ns }
+    }
+
+    /// The unit normal of a triangle, by the order of its corners.
+    #[inline]
+    pub(crate) fn geometric_normal(&self, part: u32) -> DVec3 {
+        area_normal(&self.corners(part)).normalize()
     }
 
     /// The vertex normals weighted by the barycentric weights, unit; `None` for facets, and where they cancel.

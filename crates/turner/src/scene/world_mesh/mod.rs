@@ -105,6 +105,14 @@ pub(crate) struct PlacedTriangle<'a> {
     pub(crate) moved: Option<(DVec3, f64)>,
 }
 
+impl PlacedTriangle<'_> {
+    /// The geometric normal, unit, with the bits of [`Scene::surface`].
+    #[inline]
+    pub(crate) fn normal(&self) -> DVec3 {
+        self.mesh.geometric_normal(self.part) * self.moved.map_or(1.0, |(_, side)| side)
+    }
+}
+
 impl StaticWorldMesh {
     /// Memory in bytes.
     pub(crate) fn bytes(&self) -> usize {

@@ -52,8 +52,12 @@ impl<'a, R: Record> PathBatch<'a, R> {
         hit: &Hit,
         material: &OpenPbr,
     ) -> bool {
-        let plain = material.plain().filter(|bsdf| !self.is_scalar(sample, bsdf));
-        let Some(bsdf) = plain else { return false };
+        let Some(bsdf) = material.plain().or_else(|| self.plain_outside(ray, hit, material)) else {
+            return false;
+        };
+        if self.is_scalar(sample, &bsdf) {
+            return false;
+        }
         // The densities of light paths at smooth normals are those of scalar code.
         let surface = Surface::Triangle { scene: self.scene, flat: self.strategy.is_some() };
         if !self.blocks.take(&bsdf, &self.place(sample, ray, hit, material), &surface) {
@@ -65,6 +69,15 @@ impl<'a, R: Record> PathBatch<'a, R> {
             *cone = cone.advanced(hit.shape.t);
         }
         true
+    }
+
+    /// The BSDF of a triangle hit on its outer side, where the other side has another one.
+    #[inline]
+    fn plain_outside<'b>(&self, ray: &Ray, hit: &Hit, material: &'b OpenPbr) -> Option<BlockBsdf<'b>> {
+        // Light paths know only BSDFs of both sides.
+        let bsdf = material.plain_outside().filter(|_| self.strategy.is_none())?;
+        let ng = self.scene.placed_triangle(hit)?.normal();
+        (ray.direction.dot(ng) < 0.0).then_some(bsdf)
     }
 
     /// Adds a vertex with its surface interaction to a block; false if its BSDF can only be evaluated by scalar code.

@@ -302,7 +302,7 @@ fn many_lights() -> SceneDesc {
 }
 
 /// Meshes with geometric normals, most of them in one BVH: translated, rotated and mirrored; Lambertian, thin or not,
-/// and rough mirrors. One is inside coloured glass, one has smooth normals.
+/// some of one side only, and rough mirrors. One is inside coloured glass, two have smooth normals.
 fn plain_meshes(desc: SceneDesc) -> SceneDesc {
     let mirror = PrincipledMaterial {
         base_weight: grey(0.0),
@@ -312,6 +312,7 @@ fn plain_meshes(desc: SceneDesc) -> SceneDesc {
         ..PrincipledMaterial::default()
     };
     let thin = PrincipledMaterial { thin_walled: true, ..matte(rgb([0.2, 0.6, 0.9])) };
+    let one_sided = PrincipledMaterial { front_only: true, ..matte(rgb([0.7, 0.7, 0.4])) };
     let moved = |x: f64, y: f64, z: f64| DAffine3::from_translation(v(x, y, z));
     let scaled = |by: f64| DAffine3::from_scale(DVec3::splat(by));
     let mirrored = turned(70.0, 20.0, 0.0) * DAffine3::from_scale(v(-0.3, 0.5, 0.4));
@@ -322,6 +323,8 @@ fn plain_meshes(desc: SceneDesc) -> SceneDesc {
         (moved(0.7, 1.0, 1.0) * scaled(0.1), None, matte(grey(0.8))),
         (moved(1.5, 0.5, 1.0) * scaled(0.2), Some(true), thin.clone()),
         (moved(-1.5, 0.5, 1.0) * scaled(0.2), None, thin),
+        (moved(0.2, 0.6, 1.2) * turned(50.0, 30.0, 0.0) * scaled(0.4), Some(true), one_sided.clone()),
+        (moved(-0.8, 1.3, 1.1) * mirrored, None, one_sided),
     ];
     let meshes = sheets.into_iter().fold(desc, |mut desc, (transform, smooth, material)| {
         let mut shape = desc.mesh(sheet());
