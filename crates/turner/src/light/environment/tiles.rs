@@ -25,7 +25,8 @@ pub(super) fn ends(weights: &[f64], ends: &mut [f32]) {
 #[inline]
 pub(super) fn choose(ends: &[f32], u: f64) -> (usize, f64, f64) {
     // Counting has no branches that no processor can predict.
-    let at = u as f32;
+    // Rounding must not lead beyond the last interval with a weight.
+    let at = (u as f32).min(1.0 - 0.5 * f32::EPSILON);
     let chosen = ends.iter().map(|end| usize::from(*end <= at)).sum::<usize>().min(ends.len() - 1);
     let begin = chosen.checked_sub(1).map_or(0.0, |before| f64::from(ends[before]));
     let length = f64::from(ends[chosen]) - begin;
@@ -111,5 +112,26 @@ impl Tiles {
             + size_of_val(&*self.ends)
             + self.of_column.len()
             + self.of_row.len()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Also a number that is 1 in single precision.
+    #[test]
+    fn intervals_without_a_weight_are_never_chosen() {
+        for count in [4, 200] {
+            let mut weights = vec![0.0; count];
+            (weights[1], weights[2]) = (0.3, 0.7);
+            let mut ends_of = vec![0.0; count];
+            ends(&weights, &mut ends_of);
+            for (u, expected) in [(0.0, 1), (0.29, 1), (0.31, 2), (1.0 - 1e-9, 2), (1.0 - f64::EPSILON, 2)] {
+                let (chosen, length, rest) = choose(&ends_of, u);
+                assert_eq!(chosen, expected, "{u}");
+                assert!(length > 0.0 && (0.0..1.0).contains(&rest), "{u} {length} {rest}");
+            }
+        }
     }
 }
