@@ -266,7 +266,7 @@ impl Scene {
         let ng = s.ng * member.side;
         let primitive = &self.primitives[hit.primitive as usize];
         let own = match &primitive.shape {
-            // Facets, or vertex normals that are or cancel to nothing else.
+            // A facet, or vertex normals that are exactly its normal.
             Shape::Mesh(mesh) if object.ns == object.ng => mesh.interpolated_normal(&hit.shape),
             _ => Some(object.ns),
         };
