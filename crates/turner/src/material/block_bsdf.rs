@@ -93,8 +93,7 @@ impl OpenPbr {
     /// Finds which of its BSDFs are evaluated in blocks.
     pub(super) fn prepare_blocks(&mut self) {
         self.is_opaque_base = self.has_opaque_base();
-        self.is_plain_outside = self.is_opaque_base && self.has_plain_base(1);
-        self.is_plain = self.is_plain_outside && self.has_plain_base(2);
+        (self.is_plain_outside, self.is_plain) = self.plain_sides();
         let textured = self.is_opaque_base && matches!(self.desc.base_color, ColorSource::Texture(_));
         self.textured_base = if textured { TexturedBase::new(&self.desc).map(Box::new) } else { None };
     }
@@ -148,15 +147,18 @@ impl OpenPbr {
             && none(d.thin_film_weight)
     }
 
-    /// Whether the BSDF of one or two sides is constant, the same on both, and around the surface's own normal.
-    fn has_plain_base(&self, sides: usize) -> bool {
-        let d = &self.desc;
-        let Some([outer, inner]) = &self.constant else { return false };
-        let is_mapped = d.bump().is_some() || d.normal_map.is_some();
+    /// Whether its BSDF is a constant opaque base around the surface's own normal: on the outer side, and on both sides
+    /// the same.
+    fn plain_sides(&self) -> (bool, bool) {
+        let is_mapped = self.desc.bump().is_some() || self.desc.normal_map.is_some();
+        let Some([outer, inner]) = self.constant.as_ref().filter(|_| self.is_opaque_base && !is_mapped)
+        else {
+            return (false, false);
+        };
         match (BlockBsdf::of(outer), BlockBsdf::of(inner)) {
-            (Some(a), Some(b)) => !is_mapped && (sides == 1 || a.is_same(&b)),
-            (Some(_), None) => !is_mapped && sides == 1,
-            _ => false,
+            (Some(a), Some(b)) => (true, a.is_same(&b)),
+            (Some(_), None) => (true, false),
+            (None, _) => (false, false),
         }
     }
 }

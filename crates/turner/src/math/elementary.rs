@@ -146,7 +146,7 @@ pub(super) const EXPONENTIAL: [f64; 8] = [
     2.488_080_338_284_608_7e-5,
     2.749_461_862_302_038e-6,
 ];
-/// ln 2 as a sum; the product of the first with a whole number up to 2^20 is exact.
+/// ln 2 as a sum of a high and a low part: whole numbers up to 2^20 times the high part are exact.
 pub(super) const LN_2_PARTS: [f64; 2] = [0.693_147_180_369_123_8, 1.908_214_929_270_587_7e-10];
 /// Beyond these arguments, the exponential is 0 or infinite.
 pub(super) const EXPONENTIAL_RANGE: [f64; 2] = [-708.0, 709.0];

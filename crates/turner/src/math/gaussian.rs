@@ -60,8 +60,8 @@ pub fn gaussian_and_tail(x: f64) -> (f64, f64) {
     (e, e * (polynomial(x, over) / polynomial(x, under)))
 }
 
-/// The inverse of the error function of x in −1..=1, with an error below 6e-5 up to ±5; at most about 6. To start
-/// Newton's method.
+/// The inverse of the error function of x in −1..=1, with an error below 6e-5 where it is within ±5; at most about
+/// 6. A start for Newton's method.
 #[inline]
 pub fn inverse_erf_start(x: f64) -> f64 {
     let rest = (1.0 - x) * (1.0 + x);

@@ -25,8 +25,8 @@ pub(super) enum Boundary {
 /// second one times 2π, and the weight, 0 in unused lanes.
 pub(super) struct Lattice {
     points: Vec<[Block; 4]>,
-    plain: Vec<LatticePoint>,
-    /// The coordinates and slopes of those, and 1 in lanes that are used.
+    /// The same for other kinds of facets than [`FacetKind::PLAIN`]: both coordinates, the slopes of a facet of Beckmann's
+    /// distribution with α = 1, and 1 in lanes that are used.
     others: Vec<[Block; 5]>,
     /// The best set of the machine: the sums are the same with any.
     set: InstructionSet,
@@ -38,13 +38,11 @@ impl Lattice {
         let count = f64::from(n);
         let mut blocks = vec![[Block::default(); 4]; (n as usize).div_ceil(LANES)];
         let mut others = vec![[Block::default(); 5]; blocks.len()];
-        let mut plain = Vec::with_capacity(n as usize);
         for i in 0..n {
             let turns = (u64::from(i) * u64::from(before) % u64::from(n)) as f64;
             let (sin, cos) = sin_cos_turns((turns + 0.5) / count);
             let u = [(f64::from(i) + 0.5) / count, (turns + 0.5) / count];
             let slope = (-ln(1.0 - u[0])).sqrt();
-            plain.push(LatticePoint { u, slope: [slope * cos, slope * sin] });
             let other = [u[0], u[1], slope * cos, slope * sin, 1.0];
             for (block, v) in others[i as usize / LANES].iter_mut().zip(other) {
                 block.0[i as usize % LANES] = v;
@@ -54,7 +52,7 @@ impl Lattice {
                 block.0[i as usize % LANES] = v;
             }
         }
-        Lattice { points: blocks, plain, others, set: InstructionSet::best() }
+        Lattice { points: blocks, others, set: InstructionSet::best() }
     }
 
     /// Fractions of light from `wo` (wo.z > 0) that one scattering reflects and transmits.
@@ -73,11 +71,12 @@ impl Lattice {
     fn albedos_of_any(&self, facets: Facets, wo: DVec3, boundary: Boundary) -> (f64, f64) {
         let lo = facets.lambda(wo);
         let (mut reflected, mut transmitted, mut visible) = (0.0, 0.0, 0.0);
-        for point in &self.plain {
+        let lanes = self.others.iter().flat_map(|block| (0..LANES).map(|lane| block.map(|v| v.0[lane])));
+        for [u, v, x, y, _] in lanes.filter(|[.., used]| *used > 0.0) {
             let (h, weight) = match facets.kind.distribution {
-                FacetDistribution::Ggx => (facets.sample_visible(wo, point.u), 1.0),
+                FacetDistribution::Ggx => (facets.sample_visible(wo, [u, v]), 1.0),
                 FacetDistribution::Beckmann => {
-                    let h = DVec3::new(facets.ax * point.slope[0], facets.ay * point.slope[1], 1.0);
+                    let h = DVec3::new(facets.ax * x, facets.ay * y, 1.0);
                     (h.normalize(), wo.dot(h).max(0.0))
                 }
             };
@@ -103,12 +102,6 @@ impl Lattice {
         }
         if visible > 0.0 { (reflected / visible, transmitted / visible) } else { (0.0, 0.0) }
     }
-}
-
-/// A point of a lattice as it is, and the slopes of a facet of Beckmann's distribution with α = 1.
-struct LatticePoint {
-    u: [f64; 2],
-    slope: [f64; 2],
 }
 
 /// As [`Lattice::albedos_of_any`], for isotropic facets.

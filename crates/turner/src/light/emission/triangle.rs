@@ -14,7 +14,7 @@
 //! tan(Ω/2) = |a · (b × c)| / (1 + a·b + b·c + c·a)
 //! ```
 //!
-//! The last formula is that of Van Oosterom and Strackee 1983, for unit vectors.
+//! a, b and c are unit vectors towards the corners; the solid angle Ω is that of Van Oosterom and Strackee 1983.
 //!
 //! Far, thin and tiny triangles are sampled by area.
 
@@ -106,7 +106,7 @@ impl TriangleEmitter {
             return Some(EmitterSample { q, n: self.normal, u: v, v: w, pdf });
         };
         let (sin_alpha, cos_alpha) = s.angle_at_a();
-        // c' so that the triangle a, b, c' has the fraction u[0] of the solid angle. Φ is its area + π − α.
+        // c' so that the triangle a, b, c' has the fraction u[0] of the solid angle. Φ = π + u[0] Ω − α.
         let (sin, cos) = sin_cos_turns(u[0] * s.solid_angle * (0.5 * std::f64::consts::FRAC_1_PI));
         let (sin_phi, cos_phi) = (cos * sin_alpha - sin * cos_alpha, -cos * cos_alpha - sin * sin_alpha);
         let k1 = cos_phi + cos_alpha;

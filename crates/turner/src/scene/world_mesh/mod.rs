@@ -106,7 +106,7 @@ pub(crate) struct PlacedTriangle<'a> {
 }
 
 impl PlacedTriangle<'_> {
-    /// The geometric normal, unit, with the bits of [`Scene::surface`].
+    /// The geometric unit normal, equal to that of [`Scene::surface`] bit by bit.
     #[inline]
     pub(crate) fn normal(&self) -> DVec3 {
         self.mesh.geometric_normal(self.part) * self.moved.map_or(1.0, |(_, side)| side)
