@@ -5,7 +5,7 @@ use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList};
 use turner::film::{Aov, LabelKind, Picture};
 use turner::integrator::Prepared;
-use turner::render::{AovChannel, AovValues, Renderer, label_name};
+use turner::render::{AovChannel, AovValues, CenterAov, Renderer, label_name};
 
 use crate::plain::of_json;
 
@@ -110,12 +110,17 @@ type Names = Vec<(&'static str, Vec<(u32, String)>)>;
 pub(crate) fn labels_dict<'py>(
     py: Python<'py>,
     prepared: &Prepared,
-    channels: Vec<AovChannel>,
+    aovs: Vec<CenterAov>,
 ) -> PyResult<Bound<'py, PyDict>> {
     let out = PyDict::new(py);
     let film = &prepared.view.film;
     let [.., width, height] = film.crop.unwrap_or([0, 0, film.width, film.height]);
-    put_layers(&out, layers(channels), [height as usize, width as usize])?;
+    let layer = |CenterAov { aov, values }| {
+        let channels = aov.layout().channels.iter().map(|name| (*name).to_owned()).collect();
+        Layer { name: aov.word().to_owned(), channels, values }
+    };
+    let layers = aovs.into_iter().map(layer).collect();
+    put_layers(&out, layers, [height as usize, width as usize])?;
     put_names(&out, names_of(prepared))?;
     out.set_item("camera", of_json(py, &turner_cli::camera::json(&prepared.view).to_string())?)?;
     Ok(out)

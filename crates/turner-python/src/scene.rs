@@ -374,9 +374,9 @@ impl Scene {
         let cancel = AtomicBool::new(false);
         let options = PassOptions { threads, cancel: &cancel, progress: None };
         let work = || center_aovs(&made.prepared, &options);
-        let channels = attend(py, || cancel.store(true, Ordering::SeqCst), work, |_| Ok(()))?;
-        let channels = channels.map_err(|e| self.error(py, &e))?.unwrap_or_default();
-        picture::labels_dict(py, &made.prepared, channels)
+        let aovs = attend(py, || cancel.store(true, Ordering::SeqCst), work, |_| Ok(()))?;
+        let aovs = aovs.map_err(|e| self.error(py, &e))?.unwrap_or_default();
+        picture::labels_dict(py, &made.prepared, aovs)
     }
 
     /// What the scene contains: sizes, bounds, memory, the camera as numbers.

@@ -61,6 +61,14 @@ impl Fixed96 {
         Fixed96(words)
     }
 
+    /// The mean of a single value in single precision: the value after rounding to the places of a sum.
+    #[inline]
+    pub(crate) fn mean_of_one(v: f32) -> f32 {
+        // Of values in this range no digit is below the last place.
+        let exact = v.abs() >= 1.0 / (1 << 20) as f32 && v.abs() <= (1 << 18) as f32;
+        if exact { v } else { Fixed96::from_f32(v).mean(1.0) as f32 }
+    }
+
     /// The exact sum; wraps outside the range.
     #[must_use]
     #[inline]
@@ -101,6 +109,10 @@ mod tests {
     fn one_sample_comes_back() {
         for v in [0.0f32, 1.0, -1.0, 0.1, 1e-6, 65504.0, 123_456.7] {
             assert_eq!(Fixed96::from_f32(v).mean(1.0) as f32, v);
+        }
+        let bits = (0..u32::MAX).step_by(9973).map(f32::from_bits).filter(|v| v.is_finite());
+        for v in bits.chain([f32::MIN_POSITIVE, 9.6e-7, -262_145.0, 3e9]) {
+            assert_eq!(Fixed96::mean_of_one(v), Fixed96::from_f32(v).mean(1.0) as f32, "{v:e}");
         }
         assert_eq!(Fixed96::from_f32(f32::MAX).mean(1.0), 2e9);
     }

@@ -147,8 +147,9 @@ impl Flattener<'_> {
         let transform = if to_world == DAffine3::IDENTITY && motion.is_none() {
             NO_TRANSFORM
         } else {
+            let in_world = if motion.is_none() { shape.in_world(&to_world).map(Box::new) } else { None };
             let motion = motion.map(Box::new);
-            self.transforms.push(ObjectTransform { motion, ..ObjectTransform::new(to_world) });
+            self.transforms.push(ObjectTransform { motion, in_world, ..ObjectTransform::new(to_world) });
             self.transforms.len() as u32 - 1
         };
         if shape.bounds().is_some_and(|b| b.is_empty()) {

@@ -115,7 +115,8 @@ impl Geometry {
             (world_mesh, rebuilt) = (Some(made), new);
         }
         let culled = if culler.is_some() { bounded } else { 0 };
-        let batch = BatchShapes::new(&ordered[..first], culled, bounded - culled, materials, &faces);
+        let batch =
+            BatchShapes::new(&ordered[..first], culled, bounded - culled, materials, &transforms, &faces);
         let geometry = Geometry {
             primitives: ordered.into(),
             bounded,

@@ -6,10 +6,10 @@
 
 use std::sync::Mutex;
 
-use super::aovs::{AovChannel, AovValues};
+use super::aovs::AovValues;
 use super::work::Work;
 use super::{PassOptions, Prepared};
-use crate::film::{Average, FilmDesc, Fixed96, NO_LABEL, PixelRect};
+use crate::film::{Aov, Average, FilmDesc, Fixed96, NO_LABEL, PixelRect};
 use crate::integrator::aovs::SampleAovs;
 use crate::integrator::{Radiance, SampleDetails};
 use crate::math::DVec2;
@@ -20,11 +20,19 @@ use crate::view::{CameraSamples, View, take_points};
 /// Rows of a task.
 const ROWS: u32 = 4;
 
-/// The values of a strip of rows, pixel by pixel.
-struct Strip {
-    number: usize,
-    values: Vec<f32>,
-    labels: Vec<u32>,
+/// An AOV at the centres of pixels, row by row from the top left.
+#[derive(Clone, Debug, PartialEq)]
+pub struct CenterAov {
+    /// The AOV.
+    pub aov: Aov,
+    /// For each pixel of the crop as many values as the AOV has channels.
+    pub values: AovValues,
+}
+
+/// The rows of an AOV that belong to one task.
+enum Rows<'a> {
+    Float(&'a mut [f32]),
+    Uint(&'a mut [u32]),
 }
 
 /// The AOVs of the film of a prepared scene at the centres of the pixels of its crop, in the order of
@@ -34,7 +42,7 @@ struct Strip {
 pub fn center_aovs(
     prepared: &Prepared,
     options: &PassOptions<'_>,
-) -> Result<Option<Vec<AovChannel>>, SceneError> {
+) -> Result<Option<Vec<CenterAov>>, SceneError> {
     let film = &prepared.view.film;
     for aov in film.aovs.iter() {
         let is_first = matches!(aov.layout().average, Average::Samples | Average::Hits(_) | Average::Nearest);
@@ -45,13 +53,12 @@ pub fn center_aovs(
     }
     let view = View { labels: true, moves: false, motion: None, ..prepared.view.clone() };
     let crop = crop_of(film);
-    let strips = crop.height.div_ceil(ROWS) as usize;
-    let done = Mutex::new(Vec::with_capacity(strips));
-    let whole = Work::new(options).run(strips, |tasks| {
+    let mut out: Vec<CenterAov> = film.aovs.iter().map(|aov| empty(aov, crop.area() as usize)).collect();
+    let tasks = tasks_of(&mut out, &crop);
+    let whole = Work::new(options).run(tasks.len(), |numbers| {
         let Some(mut aovs) = SampleAovs::new(&prepared.scene, &view) else { return };
         let (mut samples, mut radiance) = (CameraSamples::default(), Vec::new());
-        let mut own = Vec::new();
-        for number in tasks {
+        for number in numbers {
             let first = crop.y + number as u32 * ROWS;
             let rows = first..(first + ROWS).min(crop.y + crop.height);
             let pixels = rows.flat_map(|y| (crop.x..crop.x + crop.width).map(move |x| (x, y)));
@@ -67,61 +74,87 @@ pub fn center_aovs(
             );
             radiance.resize(samples.ids.len(), Radiance::default());
             aovs.take(&samples, &radiance, SampleDetails::default());
-            let mut found = (Vec::new(), Vec::new());
-            aovs.append_to(&mut found);
-            own.push(Strip { number, values: found.0, labels: found.1 });
+            let mut rows = tasks[number].lock().unwrap_or_else(|e| e.into_inner());
+            fill(film, &aovs, &mut rows);
         }
-        done.lock().unwrap_or_else(|e| e.into_inner()).append(&mut own);
     })?;
-    if !whole {
-        return Ok(None);
+    drop(tasks);
+    Ok(whole.then_some(out))
+}
+
+/// The number of channels of an AOV.
+fn depth(aov: Aov) -> usize {
+    aov.layout().channels.len()
+}
+
+/// An AOV of so many pixels, without values.
+fn empty(aov: Aov, pixels: usize) -> CenterAov {
+    let values = match aov.layout().average {
+        Average::Nearest => AovValues::Uint(vec![0; pixels * depth(aov)]),
+        _ => AovValues::Float(vec![0.0; pixels * depth(aov)]),
+    };
+    CenterAov { aov, values }
+}
+
+/// For each task the rows of all AOVs that it fills.
+fn tasks_of<'a>(out: &'a mut [CenterAov], crop: &PixelRect) -> Vec<Mutex<Vec<Rows<'a>>>> {
+    let mut tasks: Vec<Vec<Rows<'a>>> = Vec::new();
+    tasks.resize_with(crop.height.div_ceil(ROWS) as usize, Vec::new);
+    let pixels = (ROWS * crop.width) as usize;
+    for CenterAov { aov, values } in out {
+        let length = pixels * depth(*aov);
+        match values {
+            AovValues::Float(all) => {
+                tasks.iter_mut().zip(all.chunks_mut(length)).for_each(|(task, v)| task.push(Rows::Float(v)));
+            }
+            AovValues::Uint(all) => {
+                tasks.iter_mut().zip(all.chunks_mut(length)).for_each(|(task, v)| task.push(Rows::Uint(v)));
+            }
+        }
     }
-    let mut done = done.into_inner().unwrap_or_else(|e| e.into_inner());
-    done.sort_unstable_by_key(|strip| strip.number);
-    Ok(Some(channels(film, crop.area() as usize, &done)))
+    tasks.into_iter().map(Mutex::new).collect()
+}
+
+/// Fills the rows of a task.
+fn fill(film: &FilmDesc, aovs: &SampleAovs<'_>, rows: &mut [Rows<'_>]) {
+    // The first value of a sample says whether it hits something.
+    let (mut at, mut label) = (1, 0);
+    for (aov, rows) in film.aovs.iter().zip(rows) {
+        let depth = depth(aov);
+        match rows {
+            Rows::Float(rows) => {
+                let none = match aov.layout().average {
+                    Average::Hits(none) => Some(none),
+                    _ => None,
+                };
+                for (sample, pixel) in rows.chunks_exact_mut(depth).enumerate() {
+                    let values = aovs.values(sample);
+                    match none {
+                        Some(none) if values[0] == 0.0 => pixel.fill(none),
+                        // As the sum of one sample in a film.
+                        _ => {
+                            let own = pixel.iter_mut().zip(&values[at..at + depth]);
+                            own.for_each(|(to, v)| *to = Fixed96::mean_of_one(*v));
+                        }
+                    }
+                }
+                at += depth;
+            }
+            Rows::Uint(rows) => {
+                for (sample, pixel) in rows.chunks_exact_mut(depth).enumerate() {
+                    let number = aovs.labels(sample)[label];
+                    pixel.fill(if number == NO_LABEL { 0 } else { number + 1 });
+                }
+                label += 1;
+            }
+        }
+    }
 }
 
 /// The pixels that are shown.
 fn crop_of(film: &FilmDesc) -> PixelRect {
     let [x, y, width, height] = film.crop.unwrap_or([0, 0, film.width, film.height]);
     PixelRect { x, y, width, height }
-}
-
-/// The values of pixels as planes.
-fn channels(film: &FilmDesc, pixels: usize, strips: &[Strip]) -> Vec<AovChannel> {
-    let stride = film.channels().len();
-    let kinds = film.aovs.iter().filter(|aov| aov.labels().is_some()).count();
-    // The first value of a pixel says whether it hits something.
-    let mut at = 1;
-    let mut label = 0;
-    let mut out = Vec::new();
-    for aov in film.aovs.iter() {
-        let layout = aov.layout();
-        if layout.average == Average::Nearest {
-            let number = |v: &u32| if *v == NO_LABEL { 0 } else { v + 1 };
-            let mut plane = Vec::with_capacity(pixels);
-            for strip in strips {
-                plane.extend(strip.labels.iter().skip(label).step_by(kinds).map(number));
-            }
-            let name = layout.channels.first().copied().unwrap_or_default().to_owned();
-            out.push(AovChannel { aov, name, values: AovValues::Uint(plane) });
-            label += 1;
-            continue;
-        }
-        for name in layout.channels {
-            let mut plane = Vec::with_capacity(pixels);
-            for strip in strips {
-                plane.extend(strip.values.chunks_exact(stride).map(|pixel| match layout.average {
-                    Average::Hits(none) if pixel[0] == 0.0 => none,
-                    // As the sum of one sample in a film.
-                    _ => Fixed96::from_f32(pixel[at]).mean(1.0) as f32,
-                }));
-            }
-            out.push(AovChannel { aov, name: (*name).to_owned(), values: AovValues::Float(plane) });
-            at += 1;
-        }
-    }
-    out
 }
 
 #[cfg(test)]
@@ -170,16 +203,33 @@ mod tests {
             for threads in [1, 3] {
                 let options = PassOptions { threads, ..options };
                 let found = center_aovs(&prepared, &options).unwrap().unwrap();
-                for (own, film) in found.iter().zip(&renderer.develop_aovs(1)) {
-                    assert!(own == film, "{} {crop:?}: {}", own.name, difference(own, film));
+                let mut of_film = renderer.develop_aovs(1).into_iter();
+                for own in &found {
+                    let depth = own.aov.layout().channels.len();
+                    for channel in 0..depth {
+                        let film = of_film.next().unwrap();
+                        assert_eq!(own.aov, film.aov);
+                        let of_channel = channel_of(&own.values, depth, channel);
+                        let differs = difference(&of_channel, &film.values);
+                        assert!(of_channel == film.values, "{} {crop:?}: {differs}", film.name);
+                    }
                 }
+                assert_eq!(of_film.next(), None);
             }
         }
     }
 
+    /// One channel of the values of all.
+    fn channel_of(values: &AovValues, depth: usize, channel: usize) -> AovValues {
+        match values {
+            AovValues::Float(v) => AovValues::Float(v.iter().copied().skip(channel).step_by(depth).collect()),
+            AovValues::Uint(v) => AovValues::Uint(v.iter().copied().skip(channel).step_by(depth).collect()),
+        }
+    }
+
     /// The first values that differ.
-    fn difference(a: &AovChannel, b: &AovChannel) -> String {
-        match (&a.values, &b.values) {
+    fn difference(a: &AovValues, b: &AovValues) -> String {
+        match (a, b) {
             (AovValues::Float(a), AovValues::Float(b)) => {
                 format!("{:?} of {}, {}", a.iter().zip(b).find(|(a, b)| a != b), a.len(), b.len())
             }

@@ -47,7 +47,7 @@ mod tile_aovs;
 mod work;
 
 pub use aovs::{AovChannel, AovValues, label_name};
-pub use center_aovs::center_aovs;
+pub use center_aovs::{CenterAov, center_aovs};
 pub use pixel::{MAX_LISTED, PixelRecord, SampleRecord, Square, pixel};
 pub use pixel_aovs::{PixelAov, pixel_aovs};
 pub use schedule::{PassRange, TileSet};

@@ -8,7 +8,7 @@
 //!                 cut-outs or tints; rays that only tinted shapes attenuate are traced once more in order
 //! ```
 //!
-//! Spheres, planes and rectangles without a transform are tested eight rays at a time. A mesh is traversed once by
+//! Spheres, planes and rectangles in world space ([`Shape::in_world`]) are tested eight rays at a time. A mesh is traversed once by
 //! all rays, which keeps its nodes in cache. The rest is tested ray by ray. Ties are broken by primitive ID in every
 //! pass, so the order of the passes does not matter.
 
@@ -23,7 +23,7 @@ use crate::scene::alpha_test::{Faces, NO_FACES};
 use crate::scene::planes::crossings;
 use crate::scene::ray_batch::RayBatch;
 use crate::scene::rectangles::BatchRectangle;
-use crate::scene::scene::{Bits, NO_TRANSFORM, Primitive};
+use crate::scene::scene::{Bits, NO_TRANSFORM, ObjectTransform, Primitive};
 use crate::scene::spectrum_block::SpectrumBlock;
 use crate::scene::{Hit, Scene};
 use crate::shape::{Plane, Shape, ShapeHit};
@@ -31,17 +31,17 @@ use crate::shape::{Plane, Shape, ShapeHit};
 /// The shapes of a scene, sorted by how batches test them.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct BatchShapes {
-    /// Spheres without a transform, in the order of their IDs.
+    /// Spheres in world space, in the order of their IDs.
     spheres: Spheres,
     /// Primitive indices of the spheres.
     primitives: Vec<u32>,
     /// Spheres with an opaque shadow.
     opaque: Spheres,
-    /// Planes without a transform, with their primitive indices.
+    /// Planes in world space, with their primitive indices.
     planes: Vec<(Plane, u32)>,
     /// Planes with an opaque shadow.
     opaque_planes: Vec<Plane>,
-    /// Rectangles without a transform.
+    /// Rectangles in world space.
     rectangles: Vec<BatchRectangle>,
     /// Rectangles with an opaque shadow.
     opaque_rectangles: Vec<BatchRectangle>,
@@ -87,26 +87,29 @@ impl BatchShapes {
         bounded: usize,
         in_tree: usize,
         materials: &[Material],
+        transforms: &[ObjectTransform],
         faces: &[Faces],
     ) -> BatchShapes {
         let mut shapes = BatchShapes { tree: in_tree > 0, ..BatchShapes::default() };
         for (i, primitive) in primitives.iter().enumerate().skip(in_tree) {
             let shadow = materials[primitive.material.index()].shadow();
-            let sphere = match &primitive.shape {
-                Shape::Sphere(s) if primitive.transform == NO_TRANSFORM && primitive.faces == NO_FACES => {
-                    Some(s)
-                }
-                _ => None,
-            };
-            let plane = match &primitive.shape {
-                Shape::Plane(p) if primitive.transform == NO_TRANSFORM && primitive.faces == NO_FACES => {
-                    Some(p)
-                }
-                _ => None,
-            };
             let one_sided = faces.get(primitive.faces as usize).map(Faces::are_only_one_sided);
-            let rectangle = match &primitive.shape {
-                Shape::Rectangle(r) if primitive.transform == NO_TRANSFORM && one_sided != Some(false) => {
+            // The shape in world space; with faces, hits of a shape with a transform are tested in object space.
+            let shape = match (primitive.transform, one_sided) {
+                (NO_TRANSFORM, _) => Some(&primitive.shape),
+                (i, None) => transforms[i as usize].in_world.as_deref(),
+                (_, Some(_)) => None,
+            };
+            let sphere = match shape {
+                Some(Shape::Sphere(s)) if one_sided.is_none() => Some(s),
+                _ => None,
+            };
+            let plane = match shape {
+                Some(Shape::Plane(p)) if one_sided.is_none() => Some(p),
+                _ => None,
+            };
+            let rectangle = match shape {
+                Some(Shape::Rectangle(r)) if one_sided != Some(false) => {
                     Some(BatchRectangle::new(r, i as u32, one_sided.is_some()))
                 }
                 _ => None,

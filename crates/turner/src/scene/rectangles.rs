@@ -6,7 +6,7 @@ use turner_bvh::{InstructionSet, RayBlock};
 use crate::scene::scene::Bits;
 use crate::shape::{Rectangle, ShapeHit};
 
-/// A rectangle without a transform.
+/// A rectangle in world space.
 #[derive(Clone, Debug)]
 pub(crate) struct BatchRectangle {
     shape: Rectangle,

@@ -137,6 +137,8 @@ pub(crate) struct ObjectTransform {
     pub(crate) stretch: f64,
     /// Motion, if the object moves; the other fields are then the placement when the shutter opens.
     pub(crate) motion: Option<Box<Motion>>,
+    /// The shape in world space, where rays without a transform meet it: see [`Shape::in_world`].
+    pub(crate) in_world: Option<Box<Shape>>,
 }
 
 impl ObjectTransform {
@@ -145,7 +147,8 @@ impl ObjectTransform {
         let m = to_world.matrix3;
         let stretch =
             (m.x_axis.length_squared() + m.y_axis.length_squared() + m.z_axis.length_squared()).sqrt();
-        ObjectTransform { to_world, to_object, normal: to_object.matrix3.transpose(), stretch, motion: None }
+        let normal = to_object.matrix3.transpose();
+        ObjectTransform { to_world, to_object, normal, stretch, motion: None, in_world: None }
     }
 
     /// Transforms a ray from world space to object space at the ray's time.
@@ -276,7 +279,11 @@ impl Scene {
                 shape => shape.intersect(ray),
             }
         } else {
-            primitive.shape.intersect(&self.transforms[primitive.transform as usize].ray_to_object(ray))
+            let transform = &self.transforms[primitive.transform as usize];
+            match &transform.in_world {
+                Some(shape) => shape.intersect(ray),
+                None => primitive.shape.intersect(&transform.ray_to_object(ray)),
+            }
         }
     }
 
@@ -293,7 +300,11 @@ impl Scene {
                 shape => shape.occludes(ray),
             }
         } else {
-            primitive.shape.occludes(&self.transforms[primitive.transform as usize].ray_to_object(ray))
+            let transform = &self.transforms[primitive.transform as usize];
+            match &transform.in_world {
+                Some(shape) => shape.occludes(ray),
+                None => primitive.shape.occludes(&transform.ray_to_object(ray)),
+            }
         };
         hit && match self.materials[primitive.material.index()].shadow() {
             ShadowKind::Opaque => true,
@@ -412,12 +423,29 @@ impl Scene {
         if let Some((p, error, ng, ns)) = self.world_mesh_surface(hit, &s) {
             return interaction(p, error, ng, ns, s);
         }
+        if let Some(shape) = &placed.in_world {
+            let there = shape.surface(ray, &hit.shape);
+            return interaction(there.p, there.error.max(floor), there.ng, there.ns, s);
+        }
         let p = transform.to_world.transform_point3(s.p);
         let ng = (transform.normal * s.ng).normalize();
         let ns = (transform.normal * s.ns).normalize();
         let size = p.abs().max_element() + transform.to_world.translation.abs().max_element();
         let error = (s.error * transform.stretch + 1e-15 * size).max(floor);
         interaction(p, error, ng, ns, s)
+    }
+
+    /// The point and the normals of [`Scene::surface`], where they do not need the surface in object space.
+    #[inline]
+    pub(crate) fn point_in_world(&self, ray: &Ray, hit: &Hit) -> Option<SurfacePoint> {
+        let primitive = &self.primitives[hit.primitive as usize];
+        let shape = match (primitive.transform, &primitive.shape) {
+            (_, Shape::Mesh(_)) => return None,
+            (NO_TRANSFORM, shape) => shape,
+            (i, _) => self.transforms[i as usize].in_world.as_deref()?,
+        };
+        let s = shape.surface(ray, &hit.shape);
+        Some(SurfacePoint { error: s.error.max(1e-15 * hit.shape.t), ..s })
     }
 
     /// The sphere that was hit, if the hit is on a sphere without a transform.

@@ -11,6 +11,7 @@ use crate::math::block::{set_bit, set_vector, vector};
 use crate::math::elementary_x8::is_finite;
 use crate::math::frame_x8::FrameX8;
 use crate::scene::{Hit, Scene};
+use crate::shape::SurfacePoint;
 
 /// Eight surfaces. Triangles are computed here from their corners and vertex normals; others are stored as they are.
 #[derive(Clone, Debug, Default)]
@@ -115,13 +116,20 @@ impl SurfaceBlock {
     /// Stores a surface that a ray of this direction hits. `mapped` is the shading normal after the material's maps.
     #[inline]
     pub(crate) fn set(&mut self, lane: usize, surface: &SurfaceInteraction, mapped: DVec3, direction: DVec3) {
-        set_bit(&mut self.triangles, lane, false);
-        set_vector(&mut self.p, lane, surface.p);
-        self.error.0[lane] = surface.error;
-        set_vector(&mut self.ng, lane, surface.ng);
-        set_vector(&mut self.ns, lane, surface.ns);
+        let SurfaceInteraction { p, error, ng, ns, .. } = *surface;
+        self.set_point(lane, &SurfacePoint { p, error, ng, ns });
         set_vector(&mut self.mapped, lane, mapped);
         set_vector(&mut self.direction, lane, direction);
+    }
+
+    /// Stores a point and its normals, for [`SurfaceBlock::compute_points`].
+    #[inline]
+    pub(crate) fn set_point(&mut self, lane: usize, at: &SurfacePoint) {
+        set_bit(&mut self.triangles, lane, false);
+        set_vector(&mut self.p, lane, at.p);
+        self.error.0[lane] = at.error;
+        set_vector(&mut self.ng, lane, at.ng);
+        set_vector(&mut self.ns, lane, at.ns);
     }
 
     /// Whether the material in a lane softens shadow terminators.
@@ -141,9 +149,7 @@ impl SurfaceBlock {
     #[inline(always)]
     pub(crate) fn compute<S: Simd>(&mut self, simd: S) {
         let one = F64x8::splat(simd, 1.0);
-        if self.triangles != 0 {
-            self.compute_triangles(simd);
-        }
+        self.compute_points(simd);
         let ng = Vec3x8::load(simd, &self.ng);
         let n = Vec3x8::load(simd, &self.mapped);
         let direction = Vec3x8::load(simd, &self.direction);
@@ -163,6 +169,14 @@ impl SurfaceBlock {
         frame.x.store(x);
         frame.y.store(y);
         frame.z.store(z);
+    }
+
+    /// Computes the points and normals of triangles alone.
+    #[inline(always)]
+    pub(crate) fn compute_points<S: Simd>(&mut self, simd: S) {
+        if self.triangles != 0 {
+            self.compute_triangles(simd);
+        }
     }
 
     /// As [`TriangleMesh::surface`](crate::shape::TriangleMesh::surface).

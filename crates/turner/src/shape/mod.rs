@@ -28,6 +28,7 @@ mod cylinder;
 mod disk;
 pub(crate) mod extent;
 mod height_field;
+mod in_world;
 mod joined_mesh;
 mod made_meshes;
 pub mod mesh;

@@ -70,9 +70,14 @@ impl Rectangle {
         Bounds::new(self.center - reach, self.center + reach)
     }
 
-    /// The corner with u = v = 0, and the edges; the normal is along edge_u × edge_v.
+    /// The corner with u = v = 0, and the edges; the normal is along edge_u × edge_v, unless the rectangle is turned over.
     pub(crate) fn corner_and_edges(&self) -> (DVec3, DVec3, DVec3) {
         (self.center - 0.5 * (self.edge_u + self.edge_v), self.edge_u, self.edge_v)
+    }
+
+    /// The same with the opposite normal.
+    pub(super) fn turned_over(self) -> Rectangle {
+        Rectangle { normal: -self.normal, ..self }
     }
 
     /// The intersection with the plane, if between the edges.

@@ -18,11 +18,15 @@ mod lobe_tests;
 #[cfg(test)]
 mod tests;
 
+use std::ops::Range;
+
+use turner_bvh::lanes::{LANES, Simd, Work, dispatch};
+
 use crate::camera::CameraFrame;
 use crate::film::{Aov, LabelKind, NO_LABEL};
 use crate::integrator::{AskedDetails, CameraSamples, Radiance, SampleDetails, Tracer, footprint};
 use crate::math::DVec3;
-use crate::scene::{Hit, RayBatch, Scene};
+use crate::scene::{Hit, RayBatch, Scene, SurfaceBlock};
 use crate::view::View;
 use first_hit::AovHit;
 use light::{SampleLight, append_caught, finite};
@@ -37,6 +41,8 @@ pub struct SampleAovs<'a> {
     kinds: Vec<LabelKind>,
     rays: RayBatch,
     hits: Vec<Option<Hit>>,
+    /// The surfaces of eight samples.
+    surfaces: SurfaceBlock,
     /// For each sample: 1 if it hit something, then the values of all channels with sums.
     values: Vec<f32>,
     /// For each sample: the labels of all channels of labels.
@@ -59,6 +65,7 @@ impl<'a> SampleAovs<'a> {
             kinds: view.film.aovs.iter().filter_map(Aov::labels).collect(),
             rays: RayBatch::default(),
             hits: Vec::new(),
+            surfaces: SurfaceBlock::default(),
             values: Vec::new(),
             labels: Vec::new(),
             channels: view.film.channels().len(),
@@ -83,6 +90,7 @@ impl<'a> SampleAovs<'a> {
     pub fn take(&mut self, samples: &CameraSamples, radiance: &[Radiance], details: SampleDetails<'_>) {
         let film = &self.view.film;
         let names = self.scene.light_groups.names();
+        let is_filtered = self.view.pixel_cone.is_some();
         self.values.clear();
         self.labels.clear();
         if details.hits.len() != samples.ids.len() {
@@ -91,38 +99,49 @@ impl<'a> SampleAovs<'a> {
             self.scene.look_past_hidden(&self.rays, &mut self.hits);
         }
         let hits = if details.hits.len() == samples.ids.len() { details.hits } else { &self.hits };
-        for (i, radiance) in radiance.iter().enumerate().take(samples.ids.len()) {
-            // Where the camera has no ray, what the tracer knows is ignored.
-            let ray = samples.rays.get(i).filter(|ray| ray.t_max >= 0.0);
-            let known = if ray.is_some() { details } else { SampleDetails::default() };
-            let light = SampleLight::new(film, radiance, &known, i, names);
-            let hit = hits.get(i).copied().flatten();
-            let values = &mut self.values;
-            if let (Some(hit), Some(ray)) = (hit, ray) {
-                let mut surface = self.scene.surface(&ray, &hit);
-                if self.view.pixel_cone.is_some() {
-                    let mut cone = footprint::of_camera(self.view, samples, i);
-                    footprint::arrive(&mut cone, &mut surface, ray.direction, hit.shape.t);
-                }
-                let at = AovHit { scene: self.scene, view: self.view, frame: &self.frame, ray, hit, surface };
-                values.push(1.0);
-                for aov in &self.aovs {
-                    if !light.append(*aov, values) {
-                        append(values, *aov, value(*aov, &at));
+        let count = radiance.len().min(samples.ids.len());
+        for first in (0..count).step_by(LANES) {
+            let block = first..(first + LANES).min(count);
+            find_surfaces(self.scene, &samples.rays, hits, block.clone(), &mut self.surfaces);
+            for i in block {
+                let lane = i - first;
+                // Where the camera has no ray, what the tracer knows is ignored.
+                let ray = samples.rays.get(i).filter(|ray| ray.t_max >= 0.0);
+                let known = if ray.is_some() { details } else { SampleDetails::default() };
+                let light = SampleLight::new(film, &radiance[i], &known, i, names);
+                let hit = hits.get(i).copied().flatten();
+                let values = &mut self.values;
+                if let (Some(hit), Some(ray)) = (hit, ray) {
+                    let at = AovHit {
+                        scene: self.scene,
+                        view: self.view,
+                        frame: &self.frame,
+                        ray,
+                        hit,
+                        p: self.surfaces.point(lane),
+                        ng: self.surfaces.normal(lane),
+                        ns: self.surfaces.shading_normal(lane),
+                        cone: is_filtered.then(|| footprint::of_camera(self.view, samples, i)),
+                    };
+                    values.push(1.0);
+                    for aov in &self.aovs {
+                        if !light.append(*aov, values) {
+                            append(values, *aov, value(*aov, &at));
+                        }
                     }
-                }
-                self.labels.extend(self.kinds.iter().map(|kind| label(*kind, &at)));
-            } else {
-                values.push(0.0);
-                for aov in &self.aovs {
-                    if !light.append(*aov, values) {
-                        append(values, *aov, [0.0; 3]);
+                    self.labels.extend(self.kinds.iter().map(|kind| label(*kind, &at)));
+                } else {
+                    values.push(0.0);
+                    for aov in &self.aovs {
+                        if !light.append(*aov, values) {
+                            append(values, *aov, [0.0; 3]);
+                        }
                     }
+                    self.labels.extend(self.kinds.iter().map(|_| NO_LABEL));
                 }
-                self.labels.extend(self.kinds.iter().map(|_| NO_LABEL));
-            }
-            if film.aovs.catches_shadows() {
-                append_caught(values, film, radiance, known.caught.get(i));
+                if film.aovs.catches_shadows() {
+                    append_caught(values, film, &radiance[i], known.caught.get(i));
+                }
             }
         }
     }
@@ -176,6 +195,37 @@ impl<'a> SampleAovs<'a> {
     }
 }
 
+/// Computes the points and normals at the hits of up to eight rays. Lanes without a hit keep old values.
+fn find_surfaces(
+    scene: &Scene,
+    rays: &RayBatch,
+    hits: &[Option<Hit>],
+    samples: Range<usize>,
+    surfaces: &mut SurfaceBlock,
+) {
+    for (lane, i) in samples.enumerate() {
+        let (Some(Some(hit)), Some(ray)) = (hits.get(i), rays.get(i)) else { continue };
+        if let Some(point) = scene.point_in_world(&ray, hit) {
+            surfaces.set_point(lane, &point);
+        } else if !surfaces.take(scene, lane, hit, ray.direction, false) {
+            let surface = scene.surface(&ray, hit);
+            surfaces.set(lane, &surface, surface.ns, ray.direction);
+        }
+    }
+    dispatch(scene.instruction_set, Points(surfaces));
+}
+
+struct Points<'a>(&'a mut SurfaceBlock);
+
+impl Work for Points<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<S: Simd>(self, simd: S) {
+        self.0.compute_points(simd);
+    }
+}
+
 /// Appends as many values as the AOV has channels.
 fn append(values: &mut Vec<f32>, aov: Aov, value: [f64; 3]) {
     let count = aov.layout().channels.len();
@@ -189,11 +239,11 @@ fn value(aov: Aov, at: &AovHit<'_>) -> [f64; 3] {
     match aov {
         Aov::Albedo => at.albedo().to_array().map(f64::from),
         Aov::Normal => along(at.normal()),
-        Aov::GeometricNormal => along(at.surface.ng),
+        Aov::GeometricNormal => along(at.ng),
         Aov::CameraNormal => along(at.in_camera(at.normal())),
         Aov::Depth => one(at.depth()),
         Aov::Distance => one(at.distance()),
-        Aov::Position => along(at.surface.p),
+        Aov::Position => along(at.p),
         Aov::Uv => at.uv(),
         Aov::Motion => at.motion(),
         Aov::Emission
@@ -227,7 +277,7 @@ fn value(aov: Aov, at: &AovHit<'_>) -> [f64; 3] {
 fn label(kind: LabelKind, at: &AovHit<'_>) -> u32 {
     match kind {
         LabelKind::Object => at.scene.primitive_id(&at.hit),
-        LabelKind::Material => at.surface.material.0,
+        LabelKind::Material => at.scene.material_id_at(&at.hit).0,
         LabelKind::Instance => at.scene.entry_of(at.scene.primitive_id(&at.hit)),
     }
 }
