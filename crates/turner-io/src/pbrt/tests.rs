@@ -399,6 +399,30 @@ fn meshes_of_files_may_be_compressed() {
     assert_eq!((scene.meshes.len(), scene.objects.len(), scene.meshes[0].data.triangles.len()), (1, 2, 2));
 }
 
+/// A `plymesh` takes image textures; pbrt measures edges in the space of the scene.
+#[test]
+fn meshes_are_displaced() {
+    let ply = b"ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\nelement face 1\nproperty list uchar int vertex_indices\nend_header\n0 0 0\n1 0 0\n1 1 0\n3 0 1 2\n";
+    let heights = b"Pf\n2 1\n-1.0\n\0\0\0\0\0\0\x80\x3f";
+    let read = |class: &str| {
+        let text = format!(
+            "WorldBegin Texture \"h\" \"float\" {class} Scale 2 2 2 Shape \"plymesh\" \"string filename\" \"m.ply\" \
+             \"texture displacement\" \"h\" \"float displacement.edgelength\" 0.5"
+        );
+        read_with(&text, &[("m.ply", ply), ("h.pfm", heights)]).unwrap()
+    };
+    let scene = read("\"imagemap\" \"string filename\" \"h.pfm\" \"float scale\" 0.25");
+    let ObjectContent::Shape(ShapeDesc::Mesh(mesh)) = &scene.objects[0].content else { panic!() };
+    assert_eq!(
+        (mesh.edge_length, mesh.displacement.map(|d| (d.scale, d.midlevel))),
+        (Some(0.25), Some((0.25, 0.0)))
+    );
+    assert!(!scene.meshes[0].data.uvs.is_empty() && scene.warnings.is_empty(), "{:?}", scene.warnings);
+    scene.prepare(&Default::default()).unwrap();
+    let other = read("\"fbm\"");
+    assert!(other.warnings.iter().any(|w| w.message.contains("displacement")), "{:?}", other.warnings);
+}
+
 #[test]
 fn every_shape_is_shown() {
     let text = include_str!("../../tests/assets/pbrt/every-directive.pbrt");

@@ -390,7 +390,16 @@ pub(crate) fn all_keys_in(
     frames(window, 2);
     // Keys that a mesh takes only together with others, or instead of others.
     let depends = |key: &str| {
-        let keys = ["polygons", "subdivision", "levels", "creases", "crease_angle", "keep_corners"];
+        let keys = [
+            "polygons",
+            "subdivision",
+            "levels",
+            "creases",
+            "crease_angle",
+            "keep_corners",
+            "displacement_scale",
+            "displacement_midlevel",
+        ];
         entry.name == "mesh" && keys.contains(&key)
     };
     for field in entry.fields.iter().filter(|field| !depends(field.name)) {

@@ -2,32 +2,58 @@
 
 use std::sync::Arc;
 
+use super::displacement::{Displacement, Refinement};
 use super::mesh::MeshDesc;
 use super::mesh_cache::MeshCache;
 use super::parametric::ParametricDesc;
 use super::subdivision::{Subdivision, subdivide};
 use super::triangle_mesh::TriangleMesh;
+use crate::image::Image;
 use crate::schema::{Asset, MeshData, SceneError};
 
 /// What a mesh is made of.
 #[derive(Clone, Debug)]
 pub(super) enum Recipe {
-    /// A subdivided mesh, and whether it is smooth.
-    Subdivided(Arc<MeshData>, Box<Subdivision>, bool),
+    /// A mesh that is subdivided, divided or displaced.
+    Refined(Arc<MeshData>, Box<Refined>),
     /// A parametric surface.
     Parametric(ParametricDesc),
+}
+
+/// What is done to a mesh.
+#[derive(Clone, Debug)]
+pub(super) struct Refined {
+    subdivision: Option<Box<Subdivision>>,
+    edge_length: Option<f64>,
+    displacement: Option<(Displacement, Arc<Image>)>,
+    smooth: bool,
+}
+
+impl Refined {
+    fn same(&self, other: &Refined) -> bool {
+        let moved = match (&self.displacement, &other.displacement) {
+            (Some((a, image)), Some((b, other))) => {
+                // The number of the image may change; its data decide.
+                Arc::ptr_eq(image, other) && Displacement { image: b.image, ..*a } == *b
+            }
+            (a, b) => a.is_none() && b.is_none(),
+        };
+        moved
+            && self.subdivision == other.subdivision
+            && self.edge_length == other.edge_length
+            && self.smooth == other.smooth
+    }
 }
 
 impl Recipe {
     /// Whether the same mesh would be made.
     fn same(&self, other: &Recipe) -> bool {
         match (self, other) {
-            (Recipe::Subdivided(a, by, smooth), Recipe::Subdivided(b, other_by, other_smooth)) => {
-                Arc::ptr_eq(a, b) && by == other_by && smooth == other_smooth
-            }
+            (Recipe::Refined(a, by), Recipe::Refined(b, other)) => Arc::ptr_eq(a, b) && by.same(other),
             (Recipe::Parametric(a), Recipe::Parametric(b)) => a == b,
-            (Recipe::Subdivided(..), Recipe::Parametric(_))
-            | (Recipe::Parametric(_), Recipe::Subdivided(..)) => false,
+            (Recipe::Refined(..), Recipe::Parametric(_)) | (Recipe::Parametric(_), Recipe::Refined(..)) => {
+                false
+            }
         }
     }
 }
@@ -68,28 +94,47 @@ impl MeshCache<'_> {
         Ok(mesh)
     }
 
-    /// The prepared mesh of an object that subdivides it.
+    /// The prepared mesh of an object that subdivides, divides or displaces it.
     ///
-    /// Errors: those of [`subdivide`].
-    pub(super) fn subdivided(
+    /// Errors: those of [`subdivide`] and [`Refinement::apply`]; a missing image.
+    pub(super) fn refined(
         &mut self,
         asset: &Asset<MeshData>,
         desc: &MeshDesc,
-        by: &Subdivision,
     ) -> Result<Arc<TriangleMesh>, SceneError> {
+        let image = |by: Displacement| Ok((by, self.image(by.image, "a displaced mesh")?));
+        let displacement = desc.displacement.map(image).transpose()?;
         let smooth = desc.smooth.unwrap_or(true);
-        let recipe = Recipe::Subdivided(asset.data.clone(), Box::new(by.clone()), smooth);
-        self.made(recipe, |cache| {
-            let subdivided = subdivide(&asset.data, by, &cache.options().limits)?;
-            if subdivided.omitted > 0 {
-                let count = subdivided.omitted;
-                let faces = if count == 1 { "face" } else { "faces" };
-                cache.warn(format!(
-                    "{count} {faces} of a subdivided mesh omitted: they meet themselves, or have a vertex that is not finite"
-                ));
+        let (subdivision, edge_length) = (desc.subdivision.clone(), desc.edge_length);
+        let by = Refined { subdivision, edge_length, displacement, smooth };
+        self.made(Recipe::Refined(asset.data.clone(), Box::new(by.clone())), |cache| {
+            let mut data = asset.data.clone();
+            if let Some(subdivision) = &by.subdivision {
+                data = Arc::new(cache.subdivided(&data, subdivision)?);
             }
-            Ok(TriangleMesh::without_tree(&Arc::new(subdivided.mesh), smooth)?.0)
+            if by.edge_length.is_some() || by.displacement.is_some() {
+                let refinement = Refinement {
+                    displacement: by.displacement.as_ref().map(|(by, image)| (*by, &**image)),
+                    edge_length: by.edge_length,
+                    curved: by.subdivision.is_some(),
+                    smooth,
+                };
+                data = Arc::new(refinement.apply(&data, &cache.options().limits)?);
+            }
+            Ok(TriangleMesh::without_tree(&data, smooth)?.0)
         })
+    }
+
+    fn subdivided(&mut self, data: &MeshData, by: &Subdivision) -> Result<MeshData, SceneError> {
+        let subdivided = subdivide(data, by, &self.options().limits)?;
+        if subdivided.omitted > 0 {
+            let count = subdivided.omitted;
+            let faces = if count == 1 { "face" } else { "faces" };
+            self.warn(format!(
+                "{count} {faces} of a subdivided mesh omitted: they meet themselves, or have a vertex that is not finite"
+            ));
+        }
+        Ok(subdivided.mesh)
     }
 
     /// The prepared mesh of a parametric surface.

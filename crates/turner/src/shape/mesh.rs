@@ -1,12 +1,13 @@
 //! Triangle meshes in the scene description.
 
+use super::displacement::Displacement;
 use super::subdivision::{MAX_LEVELS, Subdivision, SubdivisionScheme};
 use crate::math::{DVec2, DVec3};
 use crate::schema::error::{escape, unknown_name};
 use crate::schema::value::{Data, Entry, Span, Table, Value};
 use crate::schema::{
-    EntryDoc, ErrorCode, MaterialId, MaterialsByName, MeshData, MeshId, ParamType, Range, ReadContext,
-    Renumber, SceneError, TableReader, WriteContext, params, write, wrong_type,
+    EntryDoc, ErrorCode, ImageId, MaterialId, MaterialsByName, MeshData, MeshId, ParamType, Range,
+    ReadContext, Renumber, SceneError, TableReader, WriteContext, params, write, wrong_type,
 };
 
 /// Materials that replace a mesh's own.
@@ -180,6 +181,17 @@ params! {
         crease_angle: Option<f64> = None, in Range::closed(0.0, 180.0);
         /// Whether vertices of only one face stay in place, so that the corners of a sheet are not rounded.
         keep_corners: Option<bool> = None;
+        /// Divides edges until none is longer, in units of the object, after `subdivision` and as `displacement` has moved
+        /// their ends: large faces and steep places get many triangles, others few. Without this key edges are divided
+        /// only for `displacement`, to a two-hundredth of the mesh's diagonal.
+        edge_length: Option<f64> = None, in Range::POSITIVE;
+        /// An image that moves vertices along their normals, read at their (u, v): a height map. Values are the means of
+        /// red, green and blue as stored, 0..1 but for float files; images of 16 bits or floats give smooth slopes.
+        displacement: Option<ImageId> = None;
+        /// How far a value of 1 moves vertices out, in units of the object. Without this key 0.1.
+        displacement_scale: Option<f64> = None;
+        /// The value of the image that leaves vertices in place; lower values move them in. Without this key 0.
+        displacement_midlevel: Option<f64> = None;
     }
     example r#"[[object]]
 type = "mesh"
@@ -277,6 +289,24 @@ impl MeshKeys {
     }
 }
 
+impl MeshKeys {
+    /// How it is displaced.
+    fn displacement(&self, table: &TableReader<'_>) -> Result<Option<Displacement>, SceneError> {
+        let Some(image) = self.displacement else {
+            let of_it = [
+                ("displacement_scale", self.displacement_scale.is_some()),
+                ("displacement_midlevel", self.displacement_midlevel.is_some()),
+            ];
+            let Some((key, _)) = of_it.iter().find(|(_, given)| *given) else { return Ok(None) };
+            let message = format!("`{key}` has no effect without `displacement`");
+            return Err(SceneError::at(ErrorCode::Conflict, table.span_of(key), message)
+                .help("name an image: `displacement = \"height.png\"`"));
+        };
+        let scale = self.displacement_scale.unwrap_or(0.1);
+        Ok(Some(Displacement { image, scale, midlevel: self.displacement_midlevel.unwrap_or(0.0) }))
+    }
+}
+
 /// Triangles of polygons, as fans around their first corners, and their number in each; none if all polygons are
 /// triangles.
 fn fans(polygons: &[Vec<u32>], span: Span) -> Result<(Vec<[u32; 3]>, Vec<u32>), SceneError> {
@@ -311,16 +341,28 @@ pub struct MeshDesc {
     pub materials: Vec<Option<MaterialId>>,
     /// Whether and how it is subdivided.
     pub subdivision: Option<Box<Subdivision>>,
+    /// Longest edge after edges are divided, in units of the object.
+    pub edge_length: Option<f64>,
+    /// Whether and how vertices are displaced.
+    pub displacement: Option<Displacement>,
 }
 
 impl MeshDesc {
     /// Its documentation.
     pub const DOC: EntryDoc = MeshKeys::DOC;
 
+    /// Whether its triangles are made while a scene is prepared: by subdivision, divided edges or displacement.
+    pub fn is_refined(&self) -> bool {
+        self.subdivision.is_some() || self.edge_length.is_some() || self.displacement.is_some()
+    }
+
     /// Renumbers the ids it refers to.
     pub fn renumber(&mut self, by: &Renumber) {
         self.mesh = by.mesh(self.mesh);
         self.materials.iter_mut().for_each(|m| *m = m.map(|m| by.material(m)));
+        if let Some(displacement) = &mut self.displacement {
+            displacement.image = by.image(displacement.image);
+        }
     }
 
     /// The keys that [`MeshDesc::read`] reads.
@@ -342,6 +384,12 @@ impl MeshDesc {
             table.push("crease_angle", by.crease_angle.write(cx)?);
             table.push("keep_corners", by.keep_corners.then_some(Data::Bool(true)));
         }
+        table.push("edge_length", self.edge_length.write(cx)?);
+        if let Some(by) = &self.displacement {
+            table.push("displacement", by.image.write(cx)?);
+            table.push("displacement_scale", by.scale.write(cx)?);
+            table.push("displacement_midlevel", by.midlevel.write(cx)?);
+        }
         Ok(table)
     }
 
@@ -349,7 +397,8 @@ impl MeshDesc {
     pub fn read(table: &mut TableReader<'_>, cx: &mut dyn ReadContext) -> Result<MeshDesc, SceneError> {
         let mut keys = MeshKeys::read(table, cx)?;
         let subdivision = keys.subdivision(table)?;
-        let smooth = keys.smooth;
+        let displacement = keys.displacement(table)?;
+        let (smooth, edge_length) = (keys.smooth, keys.edge_length);
         let mesh = match keys.file.take() {
             Some(_) if keys.is_inline() => {
                 let message = "a mesh has either a `file` or inline data such as `positions` and `triangles`";
@@ -381,6 +430,6 @@ impl MeshDesc {
                 materials.resolve(&data, cx)?
             }
         };
-        Ok(MeshDesc { mesh, smooth, materials, subdivision })
+        Ok(MeshDesc { mesh, smooth, materials, subdivision, edge_length, displacement })
     }
 }

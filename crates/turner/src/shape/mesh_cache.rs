@@ -10,7 +10,7 @@ use super::mesh::MeshDesc;
 use super::points::{Points, PointsDesc};
 use super::triangle_mesh::{SkippedTriangles, TriangleMesh};
 use crate::image::Image;
-use crate::schema::{Asset, ErrorCode, MeshData, MeshId, PrepareOptions, SceneError};
+use crate::schema::{Asset, ErrorCode, ImageId, MeshData, MeshId, PrepareOptions, SceneError};
 
 /// Prepared meshes and point clouds, trees included, by the data they were prepared from. The next preparation
 /// reuses those whose data are unchanged.
@@ -248,14 +248,7 @@ impl<'a> MeshCache<'a> {
     ///
     /// Errors: a missing image; one that is too large; not enough memory.
     pub fn height_field(&mut self, desc: &HeightFieldDesc) -> Result<Arc<TriangleMesh>, SceneError> {
-        let Some(image) = self.images.get(desc.file.index()).map(|asset| asset.data.clone()) else {
-            let message = format!(
-                "a height field names image {}, but the scene has {}",
-                desc.file.0,
-                self.images.len()
-            );
-            return Err(SceneError::new(ErrorCode::Image, message));
-        };
+        let image = self.image(desc.file, "a height field")?;
         let known = self.kept.and_then(|kept| kept.height_field(desc, &image));
         let known = known.or_else(|| self.used.height_field(desc, &image));
         let mesh = match known {
@@ -271,6 +264,17 @@ impl<'a> MeshCache<'a> {
         let kept = CachedHeightField { desc: desc.clone(), image, mesh: mesh.clone() };
         self.used.height_fields.push(kept);
         Ok(mesh)
+    }
+
+    /// An image of the scene, for `what`.
+    ///
+    /// Errors: there is none with this number, or it is inconsistent.
+    pub(super) fn image(&self, id: ImageId, what: &str) -> Result<Arc<Image>, SceneError> {
+        let image = self.images.get(id.index()).map(|asset| asset.data.clone());
+        image.filter(|image| image.is_consistent()).ok_or_else(|| {
+            let message = format!("{what} names image {}, but the scene has {}", id.0, self.images.len());
+            SceneError::new(ErrorCode::Image, message)
+        })
     }
 
     /// Meshes that this preparation made, and those of the previous one.
@@ -313,8 +317,8 @@ impl<'a> MeshCache<'a> {
                 format!("an object names mesh {}, but the scene has {}", desc.mesh.0, self.meshes.len());
             return Err(SceneError::new(ErrorCode::Mesh, message));
         };
-        if let Some(by) = &desc.subdivision {
-            return self.subdivided(asset, desc, by);
+        if desc.is_refined() {
+            return self.refined(asset, desc);
         }
         let smooth = desc.smooth.unwrap_or(!asset.data.normals.is_empty());
         if let Some(mesh) = self.prepared.get(&(desc.mesh, smooth)) {

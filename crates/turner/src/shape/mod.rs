@@ -26,6 +26,7 @@ mod cuboid;
 pub mod curves;
 mod cylinder;
 mod disk;
+pub mod displacement;
 pub(crate) mod extent;
 mod height_field;
 mod in_world;

@@ -86,7 +86,7 @@ impl<'a> MeshWriter<'a> {
                 .ok_or_else(|| SceneError::new(ErrorCode::Mesh, message))
         };
         let (source, data, flat, parts, points): (Source, &'a MeshData, bool, Vec<_>, bool) = match shape {
-            ShapeDesc::Mesh(m) if m.subdivision.is_none() => {
+            ShapeDesc::Mesh(m) if !m.is_refined() => {
                 let data = mesh(m.mesh)?;
                 if m.smooth == Some(true) && data.normals.is_empty() {
                     remarks.approximated("smooth meshes without normals: flat-shaded");

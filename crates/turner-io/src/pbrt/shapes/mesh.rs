@@ -107,12 +107,7 @@ pub(super) fn ply(
     let Some(name) = params.string("filename").map(str::to_owned) else {
         return Err(Fault::at(params.place, ErrorCode::MissingKey, "a plymesh needs \"string filename\""));
     };
-    if params.has("displacement") {
-        let message = "the displacement of a plymesh";
-        scene.report.ignored(params.place_of("displacement"), message);
-    }
-    params.pass(&["displacement", "edgelength", "displacement.edgelength"]);
-    let wants_uvs = default_uvs::are_used(scene, state, alpha);
+    let wants_uvs = default_uvs::are_used(scene, state, alpha) || params.has("displacement");
     let key = (if wants_uvs { format!("{name}\0uv") } else { name.clone() }, state.reverse);
     if let Some(known) = scene.mesh_ids.get(&key) {
         return Ok(known.map_or(Made::Nothing, |id| Made::Shared(id, LightParts::Triangles)));

@@ -2,6 +2,7 @@
 
 mod curve;
 mod default_uvs;
+mod displacement;
 mod fibres;
 mod light_parts;
 mod mesh;
@@ -55,6 +56,7 @@ pub(super) fn add(
 ) -> Result<(), Fault> {
     let place = params.place;
     let alpha = alpha(scene, &params)?;
+    let displaced = displacement::of_shape(scene, state, name, &params)?;
     let made = match name {
         "trianglemesh" => mesh::triangles(scene, state, &mut params, alpha)?,
         "plymesh" => mesh::ply(scene, state, &params, alpha)?,
@@ -118,7 +120,9 @@ pub(super) fn add(
     let made = materials(scene, state, alpha, in_object, place, &areas)?;
     let first = made.first().copied();
     let materials = if made.len() > 1 { made.into_iter().map(Some).collect() } else { Vec::new() };
-    let desc = ShapeDesc::Mesh(MeshDesc { mesh, materials, ..MeshDesc::default() });
+    let (displacement, edge_length) = displaced.unzip();
+    let desc = MeshDesc { mesh, materials, edge_length, displacement, ..MeshDesc::default() };
+    let desc = ShapeDesc::Mesh(desc);
     scene.place(ObjectContent::Shape(desc), first, state, place)
 }
 

@@ -67,3 +67,35 @@ fn scenes_subdivide_polygons() {
             .contains("polygon 0 of a mesh")
     );
 }
+
+/// A square in two triangles with (u, v), displaced by a picture of 2 x 1 pixels.
+#[test]
+fn scenes_displace_meshes() {
+    let square = "positions = [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]]\npolygons = [[0, 1, 2, 3]]\n";
+    let uvs = "uvs = [[0, 0], [1, 0], [1, 1], [0, 1]]\n";
+    let heights = b"Pf\n2 1\n-1.0\n\0\0\0\0\0\0\x80\x3f";
+    let prepared = |keys: &str| {
+        let mut assets = MemoryAssets::default();
+        assets.files.insert("h.pfm".into(), heights.to_vec());
+        let text = format!("[[object]]\ntype = \"mesh\"\n{square}{keys}\n");
+        let desc =
+            load_text(text, "s.toml", &assets, &LoadOptions::default()).map_err(|e| e.error.message)?.desc;
+        let prepared = desc.prepare(&PrepareOptions::default()).map_err(|e| e.message)?;
+        Ok::<_, String>((prepared.scene.stats.triangles, prepared.scene.stats.bounds.unwrap()))
+    };
+    let displaced = format!("{uvs}displacement = \"h.pfm\"\n");
+    let keys = format!("{displaced}displacement_scale = 3\ndisplacement_midlevel = 0.5\nedge_length = 0.25");
+    let (triangles, bounds) = prepared(&keys).unwrap();
+    assert!(triangles > 32, "{triangles}");
+    assert!((bounds.min.z + 1.5).abs() < 1e-5 && (bounds.max.z - 1.5).abs() < 1e-5, "{bounds:?}");
+    assert_eq!(prepared("edge_length = 0.5").unwrap().0, 2 * 16, "the diagonal is divided twice");
+    for (keys, words) in [
+        ("displacement = \"h.pfm\"", "has no (u, v)"),
+        ("displacement_scale = 2", "`displacement_scale` has no effect without `displacement`"),
+        ("displacement = \"missing.pfm\"", "missing.pfm"),
+        ("edge_length = 0", "edge_length"),
+    ] {
+        let error = prepared(keys).unwrap_err();
+        assert!(error.contains(words), "{keys}: {error}");
+    }
+}
