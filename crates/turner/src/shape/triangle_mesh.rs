@@ -270,6 +270,19 @@ impl TriangleMesh {
         self.data.triangles[part as usize].map(|i| self.data.positions[i as usize])
     }
 
+    /// Reads something of the corners of a triangle, and of its vertex normals in its own mesh.
+    #[inline]
+    pub(crate) fn touch(&self, part: u32, own: &TriangleMesh, own_part: u32) -> u32 {
+        let at = |[a, b, c]: [u32; 3], v: &[[f32; 3]]| [a, b, c].map(|i| v[i as usize][0].to_bits());
+        let [a, b, c] = at(self.data.triangles[part as usize], &self.data.positions);
+        let normals = own.normals();
+        if normals.is_empty() {
+            return a ^ b ^ c;
+        }
+        let [d, e, f] = at(own.data.triangles[own_part as usize], normals);
+        a ^ b ^ c ^ d ^ e ^ f
+    }
+
     /// The vertex normals of a triangle; `None` if it is shaded with its geometric normal.
     #[inline]
     pub(crate) fn normals_at_corners(&self, part: u32) -> Option<[[f32; 3]; 3]> {

@@ -88,7 +88,7 @@ fn scenes_displace_meshes() {
     let (triangles, bounds) = prepared(&keys).unwrap();
     assert!(triangles > 32, "{triangles}");
     assert!((bounds.min.z + 1.5).abs() < 1e-5 && (bounds.max.z - 1.5).abs() < 1e-5, "{bounds:?}");
-    assert_eq!(prepared("edge_length = 0.5").unwrap().0, 2 * 16, "the diagonal is divided twice");
+    assert_eq!(prepared("edge_length = 0.5").unwrap().0, 16, "the diagonal is divided twice");
     for (keys, words) in [
         ("displacement = \"h.pfm\"", "has no (u, v)"),
         ("displacement_scale = 2", "`displacement_scale` has no effect without `displacement`"),

@@ -251,6 +251,18 @@ impl Scene {
         stays.then_some(PlacedTriangle { own: mesh, mesh, part: hit.shape.part, moved: None })
     }
 
+    /// Brings the triangles of hits into the cache. Their places in memory are random; here nothing waits for them, so that
+    /// many are on their way at once.
+    pub(crate) fn fetch_triangles(&self, hits: &[Option<Hit>]) {
+        let mut sum = 0;
+        for hit in hits.iter().flatten() {
+            if let Some(triangle) = self.placed_triangle(hit) {
+                sum ^= triangle.mesh.touch(triangle.part, triangle.own, hit.shape.part);
+            }
+        }
+        std::hint::black_box(sum);
+    }
+
     /// The surface of a member whose positions were rounded; `object` is the surface of its own mesh.
     #[inline]
     pub(crate) fn world_mesh_surface(
