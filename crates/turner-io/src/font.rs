@@ -22,6 +22,7 @@ use turner::math::DVec2;
 use turner::schema::{Contour, ErrorCode, Font, Glyph, OutlinePiece, SceneError};
 
 use crate::assets::printable;
+use crate::image::contain::caught;
 use kerning::Kerning;
 
 /// Largest accepted file, in bytes. Fonts of all Chinese characters have some 20 MiB.
@@ -29,6 +30,8 @@ pub const MAX_FONT: u64 = 128 << 20;
 
 /// Most curves and lines of one glyph.
 const MAX_PIECES: usize = 1 << 16;
+/// What is said of a panic in the crate that reads tables.
+const FAILED: &str = "its tables contradict each other";
 /// Most fonts of a collection.
 const MAX_FACES: u32 = 1024;
 
@@ -79,17 +82,18 @@ pub fn decode(bytes: Vec<u8>, name: &str) -> Result<Arc<dyn Font>, FontError> {
         Some([0x80, 1, ..] | b"%!PS" | b"%!Fo") => return Err(unsupported("a Type 1 font cannot be read")),
         _ => return Err(unsupported("no font file")),
     }
-    let faces = match FileRef::new(&bytes) {
-        Ok(FileRef::Font(_)) => 1,
-        Ok(FileRef::Collection(fonts)) => fonts.len(),
-        Err(error) => return Err(damaged(error.to_string())),
+    let faces = match caught(|| FileRef::new(&bytes)) {
+        Some(Ok(FileRef::Font(_))) => 1,
+        Some(Ok(FileRef::Collection(fonts))) => fonts.len(),
+        Some(Err(error)) => return Err(damaged(error.to_string())),
+        None => return Err(damaged(FAILED.to_owned())),
     };
     if !(1..=MAX_FACES).contains(&faces) {
         return Err(damaged(format!("a collection of {faces} fonts: expected 1 to {MAX_FACES}")));
     }
     let font = FontBytes { name: name.clone(), bytes, faces, known: Mutex::default() };
     for face in 0..faces {
-        font.face(face).map_err(damaged)?;
+        caught(|| font.face(face).map(drop)).unwrap_or_else(|| Err(FAILED.to_owned())).map_err(damaged)?;
     }
     Ok(Arc::new(font))
 }
@@ -126,9 +130,9 @@ impl FontBytes {
         if let Some(known) = self.known().get(&key) {
             return Ok(known.clone());
         }
-        work::check(&of.font, glyph)?;
+        let is_drawn = work::check(&of.font, glyph)?;
         let mut pen = Pen { contours: Vec::new(), pieces: 0, scale: 1.0 / of.units };
-        if let Some(outline) = of.font.outline_glyphs().get(glyph) {
+        if is_drawn && let Some(outline) = of.font.outline_glyphs().get(glyph) {
             let settings = DrawSettings::unhinted(Size::unscaled(), LocationRef::default());
             outline.draw(settings, &mut pen).map_err(|e| e.to_string())?;
         }
@@ -159,7 +163,18 @@ impl Font for FontBytes {
                 SceneError::new(ErrorCode::Font, message).help(format!("write `face = {}`", count - 1))
             );
         }
-        let of = self.face(face).map_err(error)?;
+        caught(|| self.glyphs(face, line)).unwrap_or_else(|| Err(FAILED.to_owned())).map_err(error)
+    }
+
+    fn bytes(&self) -> &[u8] {
+        &self.bytes
+    }
+}
+
+impl FontBytes {
+    /// The characters of one line, of a face that the file has.
+    fn glyphs(&self, face: u32, line: &str) -> Result<Vec<Glyph>, String> {
+        let of = self.face(face)?;
         let charmap = of.font.charmap();
         let widths = of.font.glyph_metrics(Size::unscaled(), LocationRef::default());
         let kerning = Kerning::new(&of.font);
@@ -176,16 +191,12 @@ impl Font for FontBytes {
             let shown = u32::from(character);
             let contours = self
                 .outlines(&of, face, glyph)
-                .map_err(|e| error(format!("the outlines of U+{shown:04X} cannot be read: {e}")))?;
+                .map_err(|e| format!("the outlines of U+{shown:04X} cannot be read: {e}"))?;
             let kern = next.map_or(0.0, |next| f64::from(kerning.between(glyph, next)));
             let width = f64::from(widths.advance_width(glyph).unwrap_or(0.0));
             out.push(Glyph { character, advance: (width + kern) / of.units, contours: Some(contours) });
         }
         Ok(out)
-    }
-
-    fn bytes(&self) -> &[u8] {
-        &self.bytes
     }
 }
 
