@@ -326,6 +326,7 @@ pub(crate) const PICTURES: &[Picture] = &[
         Turner("scenes/guides/surfaces.toml --width 640 --height 360 --samples 32 --denoise"),
     ),
     picture("displacement.jpg", Turner("scenes/guides/displacement.toml --samples 64 --denoise")),
+    picture("text.jpg", Turner("scenes/guides/text.toml --width 640 --height 320 --samples 64 --denoise")),
     picture("subdivision.jpg", Turner("scenes/guides/subdivision.toml --samples 64 --denoise")),
     picture("cutout.png", Turner("scenes/guides/transparent.toml --width 240 --height 200 --samples 192")),
     picture(

@@ -24,7 +24,7 @@ use crate::text;
 /// Convert a scene or model to an editable TOML scene or to a glTF model
 ///
 /// A .toml keeps everything and renders to the same picture; meshes become PLY files in NAME-meshes, textures files in
-/// NAME-pictures, IES profiles and grids files in NAME-data. A .glb is one file with what glTF 2.0 can represent;
+/// NAME-pictures, IES profiles, grids and fonts files in NAME-data. A .glb is one file with what glTF 2.0 can represent;
 /// warnings name the rest.
 #[derive(Debug, Args)]
 pub(crate) struct ConvertArgs {

@@ -105,7 +105,8 @@ fn formats() -> Vec<(String, String)> {
         ".ies".to_owned(),
         "IES LM-63, read: measured emission profiles of point and spot lights".to_owned(),
     );
-    scenes.chain(pictures).chain([profiles]).collect()
+    let fonts = (".ttf .otf .ttc".to_owned(), "TrueType and OpenType, read: the letters of texts".to_owned());
+    scenes.chain(pictures).chain([profiles, fonts]).collect()
 }
 
 fn colors() -> Vec<(String, String)> {

@@ -21,6 +21,7 @@ pub mod assets;
 pub mod checkpoint;
 pub mod convert;
 pub mod edit;
+pub mod font;
 pub mod gltf;
 pub mod grid;
 mod gzip;

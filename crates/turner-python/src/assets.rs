@@ -10,7 +10,7 @@ use std::sync::{Arc, OnceLock};
 use turner::description::{ModelDesc, SceneAssets, SceneDesc};
 use turner::image::Image;
 use turner::schema::value::FileId;
-use turner::schema::{ErrorCode, GridData, LightProfile, MeshData, SceneError};
+use turner::schema::{ErrorCode, Font, GridData, LightProfile, MeshData, SceneError};
 use turner_io::assets::{AssetError, AssetSource, FolderAssets};
 use turner_io::scene::{LoadOptions, SceneFiles, Sources, open_to};
 
@@ -120,6 +120,10 @@ impl SceneAssets for Assets<'_> {
             Some(grid) => Ok(grid.clone()),
             None => self.files(from).grid(uri, from),
         }
+    }
+
+    fn font(&mut self, uri: &str, from: FileId) -> Result<Arc<dyn Font>, SceneError> {
+        self.files(from).font(uri, from)
     }
 
     fn model(&mut self, model: &ModelDesc, from: FileId) -> Result<Arc<SceneDesc>, SceneError> {

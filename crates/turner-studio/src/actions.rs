@@ -289,7 +289,7 @@ impl Action {
 }
 
 /// Shapes that are nothing without data: vertices, files, points.
-const NEED_DATA: &[&str] = &["mesh", "points", "curves", "height_field"];
+const NEED_DATA: &[&str] = &["mesh", "points", "curves", "height_field", "text"];
 
 #[cfg(test)]
 mod tests {

@@ -1,4 +1,4 @@
-//! The data files of a converted scene: meshes, images, IES profiles and density grids. Each is written once.
+//! The data files of a converted scene: meshes, images, IES profiles, density grids and fonts. Each is written once.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -9,7 +9,8 @@ use std::sync::Arc;
 use turner::description::{ObjectContent, SceneAssetWriter, SceneDesc};
 use turner::image::{Image, Pixels};
 use turner::schema::{
-    Asset, ErrorCode, GridFile, ImageId, MeshData, MeshId, ProfileFile, SceneError, Warning, WarningKind,
+    Asset, ErrorCode, FontFile, GridFile, ImageId, MeshData, MeshId, ProfileFile, SceneError, Warning,
+    WarningKind,
 };
 use turner::shape::ShapeDesc;
 
@@ -48,6 +49,7 @@ pub(crate) struct Files<'a> {
     meshes: BTreeMap<u32, Option<String>>,
     profiles: Vec<(ProfileFile, String)>,
     grids: Vec<(GridFile, String)>,
+    fonts: Vec<(FontFile, String)>,
     /// Number of objects that use each mesh.
     uses: Vec<u32>,
 }
@@ -104,6 +106,7 @@ impl<'a> Files<'a> {
             meshes: BTreeMap::new(),
             profiles: Vec::new(),
             grids: Vec::new(),
+            fonts: Vec::new(),
             uses,
         })
     }
@@ -255,6 +258,23 @@ impl SceneAssetWriter for Files<'_> {
         let wanted = stem(crate::grid::split_name(&grid.uri).0);
         let name = self.file(Kind::Data, (wanted, "grid"), |out| crate::grid::write(&grid.data, out))?;
         self.grids.push((grid.clone(), name.clone()));
+        Ok(name)
+    }
+
+    fn font(&mut self, font: &FontFile) -> Result<String, SceneError> {
+        let known = self.fonts.iter().find(|(f, _)| f == font);
+        if let Some((_, name)) = known {
+            return Ok(name.clone());
+        }
+        let bytes = font.font.bytes();
+        if bytes.is_empty() {
+            // A text that has no font yet names none.
+            return Ok(font.uri.clone());
+        }
+        let wanted = stem(&font.uri);
+        let name =
+            self.file(Kind::Data, (wanted, crate::font::extension(bytes)), |out| out.write_all(bytes))?;
+        self.fonts.push((font.clone(), name.clone()));
         Ok(name)
     }
 }

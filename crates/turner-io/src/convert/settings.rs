@@ -5,7 +5,9 @@ use turner::film::FilmDesc;
 use turner::image::Image;
 use turner::integrator::IntegratorDesc;
 use turner::schema::value::Data;
-use turner::schema::{Asset, ErrorCode, GridFile, ImageId, MeshData, MeshId, ProfileFile, SceneError};
+use turner::schema::{
+    Asset, ErrorCode, FontFile, GridFile, ImageId, MeshData, MeshId, ProfileFile, SceneError,
+};
 
 /// Film and integrator as TOML: one `key = value` per line, as in the sections `[film]` and `[integrator]` of a scene.
 /// Keys at their default are left out; those of the film depend on the integrator.
@@ -39,6 +41,9 @@ impl SceneAssetWriter for NoFiles {
         none()
     }
     fn grid(&mut self, _: &GridFile) -> Result<String, SceneError> {
+        none()
+    }
+    fn font(&mut self, _: &FontFile) -> Result<String, SceneError> {
         none()
     }
 }

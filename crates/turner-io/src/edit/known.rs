@@ -6,7 +6,7 @@ use std::sync::Arc;
 use turner::description::{ModelDesc, SceneAssets, SceneDesc, read_scene};
 use turner::image::Image;
 use turner::schema::value::FileId;
-use turner::schema::{Asset, GridData, LightProfile, MeshData, SceneError};
+use turner::schema::{Asset, Font, GridData, LightProfile, MeshData, SceneError};
 
 use crate::assets::AssetSource;
 use crate::scene::{LoadOptions, SceneFiles, Sources, read_tree};
@@ -65,6 +65,9 @@ impl SceneAssets for Known<'_> {
     }
     fn grid(&mut self, uri: &str, from: FileId) -> Result<Arc<GridData>, SceneError> {
         self.files.grid(uri, from)
+    }
+    fn font(&mut self, uri: &str, from: FileId) -> Result<Arc<dyn Font>, SceneError> {
+        self.files.font(uri, from)
     }
     fn model(&mut self, model: &ModelDesc, from: FileId) -> Result<Arc<SceneDesc>, SceneError> {
         self.files.model(model, from)

@@ -8,8 +8,8 @@ use turner::description::{ObjectContent, ObjectDesc, SceneAssetWriter, SceneDesc
 use turner::image::Image;
 use turner::schema::value::{Data, FileId, Span, Table, Value};
 use turner::schema::{
-    Asset, ErrorCode, GridFile, ImageId, MaterialId, MediumId, MeshData, MeshId, ProfileFile, SceneError,
-    TextureId, Transform, WriteContext,
+    Asset, ErrorCode, FontFile, GridFile, ImageId, MaterialId, MediumId, MeshData, MeshId, ProfileFile,
+    SceneError, TextureId, Transform, WriteContext,
 };
 
 use crate::convert::{ConvertOptions, Files, WrittenFile};
@@ -204,6 +204,9 @@ impl WriteContext for Names {
     fn grid(&mut self, _: &GridFile) -> Result<Data, SceneError> {
         other()
     }
+    fn font(&mut self, _: &FontFile) -> Result<Data, SceneError> {
+        other()
+    }
 }
 
 /// Names the files of a scene as they are, and copies those that lie outside the scene's folder.
@@ -303,5 +306,11 @@ impl SceneAssetWriter for Uris<'_> {
             return Ok(grid.uri.clone());
         }
         self.copy(&grid.uri, |files| files.grid(grid))
+    }
+    fn font(&mut self, font: &FontFile) -> Result<String, SceneError> {
+        if self.files.is_none() || is_inside(&font.uri) {
+            return Ok(font.uri.clone());
+        }
+        self.copy(&font.uri, |files| files.font(font))
     }
 }

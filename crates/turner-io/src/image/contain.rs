@@ -28,14 +28,17 @@ pub(super) fn contain<T>(
     format: ImageFormat,
     f: impl FnOnce() -> Result<T, ImageError>,
 ) -> Result<T, ImageError> {
+    let failed = || Err(ImageError::damaged(name, format, "the decoder failed on inconsistent data"));
+    caught(f).unwrap_or_else(failed)
+}
+
+/// The same for any decoder; `None` if it panicked.
+pub(crate) fn caught<T>(f: impl FnOnce() -> T) -> Option<T> {
     let before = CONTAINED.replace(true);
     let result = catch_unwind(AssertUnwindSafe(f));
     CONTAINED.set(before);
-    result.unwrap_or_else(|payload| {
-        // Dropping the payload could panic again. The payloads are short strings, so leaking one is harmless.
-        std::mem::forget(payload);
-        Err(ImageError::damaged(name, format, "the decoder failed on inconsistent data"))
-    })
+    // Dropping the payload could panic again. The payloads are short strings, so leaking one is harmless.
+    result.map_err(std::mem::forget).ok()
 }
 
 /// Installs a panic hook that is silent for contained panics and passes all others to the previous hook. For `main`;

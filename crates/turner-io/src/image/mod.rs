@@ -17,7 +17,7 @@
 
 pub mod animation;
 pub mod bmp;
-mod contain;
+pub(crate) mod contain;
 mod decode_all;
 mod error;
 pub mod exr;

@@ -8,13 +8,14 @@ use std::sync::{Arc, Mutex};
 use turner::description::{ModelDesc, SceneAssets, SceneDesc};
 use turner::image::Image;
 use turner::schema::value::FileId;
-use turner::schema::{ErrorCode, GridData, LightProfile, MeshData, SceneError, Warning};
+use turner::schema::{ErrorCode, Font, GridData, LightProfile, MeshData, SceneError, Warning};
 
 use super::error::two_lines;
 use super::hash::SceneHash;
 use super::sources::Sources;
 use super::{LoadOptions, SceneFormat};
 use crate::assets::{AssetError, AssetSource, printable};
+use crate::font::{self, MAX_FONT};
 use crate::grid::{self, MAX_GRID};
 use crate::ies::{self, MAX_IES};
 use crate::image::{ColorOrData, DecodeLimits, decode, to_fit};
@@ -26,7 +27,7 @@ pub(super) const MAX_FILE: u64 = 4 << 30;
 /// Most bytes of decoded pixels of all images together: 16 GiB.
 const MAX_DECODED: u64 = 16 << 30;
 
-/// The [`SceneAssets`] of files: loads images, meshes, light profiles, grids and models through an [`AssetSource`].
+/// The [`SceneAssets`] of files: loads images, meshes, light profiles, grids, fonts and models through an [`AssetSource`].
 pub struct SceneFiles<'a> {
     assets: &'a dyn AssetSource,
     sources: &'a Sources,
@@ -35,6 +36,7 @@ pub struct SceneFiles<'a> {
     meshes: HashMap<String, Arc<MeshData>>,
     profiles: HashMap<String, Arc<LightProfile>>,
     grids: HashMap<String, Arc<GridData>>,
+    fonts: HashMap<String, Arc<dyn Font>>,
     /// By path and import options.
     models: HashMap<(String, String), Arc<SceneDesc>>,
     decoded: u64,
@@ -101,6 +103,7 @@ impl<'a> SceneFiles<'a> {
             meshes,
             profiles: HashMap::new(),
             grids: HashMap::new(),
+            fonts: HashMap::new(),
             models: HashMap::new(),
             decoded: 0,
             warnings: Vec::new(),
@@ -216,6 +219,20 @@ impl SceneAssets for SceneFiles<'_> {
         let grid = Arc::new(data);
         self.grids.insert(path, grid.clone());
         Ok(grid)
+    }
+
+    fn font(&mut self, uri: &str, from: FileId) -> Result<Arc<dyn Font>, SceneError> {
+        let path = self.resolve(uri, from)?;
+        if let Some(font) = self.fonts.get(&path) {
+            return Ok(font.clone());
+        }
+        let bytes = self.assets.read(&path, MAX_FONT).map_err(|e| e.to_scene_error())?;
+        self.hash.add(b't', &bytes);
+        let memory = &self.options.limits.memory;
+        memory.need(bytes.len() as u64, || format!("{}: reading it", printable(&path)))?;
+        let font = font::decode(bytes, &path).map_err(|e| two_lines(ErrorCode::Font, &e.to_string()))?;
+        self.fonts.insert(path, font.clone());
+        Ok(font)
     }
 
     fn model(&mut self, model: &ModelDesc, from: FileId) -> Result<Arc<SceneDesc>, SceneError> {

@@ -40,6 +40,8 @@ pub fn seeds() -> Vec<Seed> {
         shown("lamp.ies", IES.into(), lamp()),
         shown("cloud.grid", crate::grid::encode([2, 2, 2], &[0.5; 8], Some(&[0.1; 8])), cloud()),
         shown("cloud.vdb", super::vdb_seed::seed(), cloud().replace("cloud.grid", "cloud.vdb")),
+        shown("font.ttf", include_bytes!("font.ttf").to_vec(), words("font.ttf")),
+        shown("font.otf", include_bytes!("font.otf").to_vec(), words("font.otf")),
         Seed {
             name: "metal.spd",
             bytes: "# nm, n\n300 1.2\n500 0.9\n700 0.4\n".into(),
@@ -125,6 +127,12 @@ fn fur() -> String {
     "[[object]]\ntype = \"curves\"\nfile = \"fur.hair\"\nmaterial = { type = \"hair\", color = { type = \"vertex-color\" } }\n\
      [integrator]\ntype = \"path\"\n[[light]]\ntype = \"ambient\"\n"
         .to_owned()
+}
+
+fn words(file: &str) -> String {
+    format!(
+        "[[object]]\ntype = \"text\"\ntext = \"Io +=\\n-oI\"\nfont = \"{file}\"\n[[light]]\ntype = \"ambient\"\n"
+    )
 }
 
 fn model(file: &str) -> String {

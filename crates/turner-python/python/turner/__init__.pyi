@@ -1149,6 +1149,73 @@ class Parametric(Shape):
     motion: Any
     medium: Any
 
+class Text(Shape):
+    """Text from a font file, with depth. It runs along +x, its first line stands on the x axis, and its front faces +z; the back is at z = 0. It is closed: it may be glass, bound a medium, or be a part of `union` or `difference`. u and v are 0..1 over the rectangle around the text, u along +x and v along +y; sides have the (u, v) of their edge.
+    
+    Keys:
+        text ("text"): The text; `\\n` begins a new line. Each character is shown alone, from left to right: there are no ligatures, and no scripts that join or reorder letters.
+        font ("font file"): The font file (TrueType or OpenType: .ttf, .otf, .ttc).
+        face (integer, default 0): The font of a collection (.ttc), from 0.
+        size (number, greater than 0, default 1): The size: the length of one em in scene units. Capitals are about 0.7 em high.
+        depth (number, greater than 0, default 0.2): The distance between front and back.
+        align ("left" | "center" | "right", default "left"): Where lines are along x.
+            'left': They begin at x = 0.
+            'center': Their middle is at x = 0.
+            'right': They end at x = 0.
+        line_spacing (number, 0 to 100, default 1.2): The distance between lines, in units of `size`.
+        letter_spacing (number, -10 to 100, default 0): Additional distance between characters, in units of `size`.
+        tolerance (number, 0.000001 to 0.1, default 0.0002): The largest distance between a curve of an outline and its straight pieces, in units of `size`. Normals are those of the curve.
+        name ("text"): A name, used in reports.
+        light_group ("text"): The light group of an object with an emissive material. An object in a group without this key has that of the instance.
+        shadow_catcher (true | false, default false): Whether the camera sees nothing of the object but the shadow that others cast on it: alpha is the fraction of the direct light that they keep off. Reflections, and light that it reflects, stay. Integrators "path" and "direct".
+        hidden_from_camera (true | false, default false): Whether rays from the camera pass through the object. All other rays meet it: it is visible in mirrors, casts shadows and emits light. An instance or model hides everything in it.
+        hidden (true | false, default false): Whether the object is left out of the picture: it is not seen, casts no shadow and emits no light. A hidden instance or model hides everything in it.
+        material (material): The name of a `[material.NAME]`, or a material defined in place. In a group, an object without one takes the material of the instance. Otherwise the default material is used.
+        transform (transform): Transform from object space to scene space; see `transform`.
+        motion (transform): The transform at time 1, for motion blur; `transform` is that at time 0. `shutter` in `[film]` sets when the shutter opens and closes. Rotations take the shorter arc. A moving emitter is not sampled as a light: only BSDF-sampled rays that hit it contribute.
+        medium (medium): Instead of `material`: the medium inside a surface that is not seen.
+    """
+    def __init__(
+        self,
+        *,
+        text: str | None = None,
+        font: File | None = None,
+        face: int | None = None,
+        size: float | None = None,
+        depth: float | None = None,
+        align: Literal['left', 'center', 'right'] | None = None,
+        line_spacing: float | None = None,
+        letter_spacing: float | None = None,
+        tolerance: float | None = None,
+        name: str | None = None,
+        light_group: str | None = None,
+        shadow_catcher: bool | None = None,
+        hidden_from_camera: bool | None = None,
+        hidden: bool | None = None,
+        material: str | Material | Mapping[str, Any] | None = None,
+        transform: Mapping[str, Any] | Sequence[Mapping[str, Any]] | NDArray[Any] | None = None,
+        motion: Mapping[str, Any] | Sequence[Mapping[str, Any]] | NDArray[Any] | None = None,
+        medium: str | Medium | Mapping[str, Any] | None = None,
+    ) -> None: ...
+    text: Any
+    font: Any
+    face: Any
+    size: Any
+    depth: Any
+    align: Any
+    line_spacing: Any
+    letter_spacing: Any
+    tolerance: Any
+    name: Any
+    light_group: Any
+    shadow_catcher: Any
+    hidden_from_camera: Any
+    hidden: Any
+    material: Any
+    transform: Any
+    motion: Any
+    medium: Any
+
 class HeightField(Shape):
     """A height field: a surface whose height comes from an image, black for the bottom of the box from `min` to `max` and white for the top, one vertex per pixel. Images of 16 bits or floats give smooth slopes; those of 8 bits show terraces. The top row of the image is at the back (−z). u runs along +x, v along −z.
     

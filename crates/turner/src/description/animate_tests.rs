@@ -11,7 +11,7 @@ use crate::math::{DAffine3, DMat3, DVec3};
 use crate::schema::transform::rotation;
 use crate::schema::value::Value;
 use crate::schema::value::{Data, FileId, Table};
-use crate::schema::{GridData, KeyEdit, LightProfile, MeshData, Transform};
+use crate::schema::{Font, GridData, KeyEdit, LightProfile, MeshData, Transform};
 use crate::schema::{Named, SceneError};
 use crate::testing::scenes::{sphere, v};
 
@@ -29,6 +29,9 @@ impl SceneAssets for NoFiles {
         unreachable!()
     }
     fn grid(&mut self, _: &str, _: FileId) -> Result<Arc<GridData>, SceneError> {
+        unreachable!()
+    }
+    fn font(&mut self, _: &str, _: FileId) -> Result<Arc<dyn Font>, SceneError> {
         unreachable!()
     }
     fn model(&mut self, _: &ModelDesc, _: FileId) -> Result<Arc<SceneDesc>, SceneError> {

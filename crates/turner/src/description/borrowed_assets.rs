@@ -8,7 +8,8 @@ use crate::description::{ModelDesc, SceneAssetWriter, SceneAssets, SceneDesc};
 use crate::image::Image;
 use crate::schema::value::{FileId, Span};
 use crate::schema::{
-    Asset, GridData, GridFile, ImageId, LightProfile, MeshData, MeshId, ProfileFile, SceneError,
+    Asset, Font, FontFile, GridData, GridFile, ImageId, LightProfile, MeshData, MeshId, ProfileFile,
+    SceneError,
 };
 
 /// Most vertices and triangles of a mesh without a file that a value contains itself.
@@ -25,13 +26,14 @@ pub(crate) struct BorrowedAssets {
     meshes: HashMap<String, Arc<MeshData>>,
     profiles: HashMap<String, Arc<LightProfile>>,
     grids: HashMap<String, Arc<GridData>>,
+    fonts: HashMap<String, Arc<dyn Font>>,
     /// Whether small meshes without a file are written in place.
     inline: bool,
 }
 
 /// Registers data and returns its name: its URI, or, if it has none or other data has that name, the URI with `'` and a
 /// number.
-fn lend<T>(lent: &mut HashMap<String, Arc<T>>, uri: &str, data: &Arc<T>, number: usize) -> String {
+fn lend<T: ?Sized>(lent: &mut HashMap<String, Arc<T>>, uri: &str, data: &Arc<T>, number: usize) -> String {
     let is_taken = |name: &str, lent: &HashMap<String, Arc<T>>| {
         name.is_empty() || lent.get(name).is_some_and(|other| !Arc::ptr_eq(other, data))
     };
@@ -81,6 +83,10 @@ impl SceneAssetWriter for BorrowedAssets {
         let next = self.grids.len();
         Ok(lend(&mut self.grids, &grid.uri, &grid.data, next))
     }
+    fn font(&mut self, font: &FontFile) -> Result<String, SceneError> {
+        let next = self.fonts.len();
+        Ok(lend(&mut self.fonts, &font.uri, &font.font, next))
+    }
 }
 
 /// Assets for reading the parts back. Values without a position refer to borrowed data, all others to files.
@@ -90,7 +96,7 @@ pub(super) struct WithBorrowed<'a> {
 }
 
 /// The data borrowed under a name.
-fn find<T>(lent: &HashMap<String, Arc<T>>, uri: &str, from: FileId) -> Option<Arc<T>> {
+fn find<T: ?Sized>(lent: &HashMap<String, Arc<T>>, uri: &str, from: FileId) -> Option<Arc<T>> {
     lent.get(uri).filter(|_| from == Span::NONE.file).cloned()
 }
 
@@ -106,6 +112,9 @@ impl SceneAssets for WithBorrowed<'_> {
     }
     fn grid(&mut self, uri: &str, from: FileId) -> Result<Arc<GridData>, SceneError> {
         find(&self.lent.grids, uri, from).map_or_else(|| self.files.grid(uri, from), Ok)
+    }
+    fn font(&mut self, uri: &str, from: FileId) -> Result<Arc<dyn Font>, SceneError> {
+        find(&self.lent.fonts, uri, from).map_or_else(|| self.files.font(uri, from), Ok)
     }
     fn model(&mut self, model: &ModelDesc, from: FileId) -> Result<Arc<SceneDesc>, SceneError> {
         self.files.model(model, from)

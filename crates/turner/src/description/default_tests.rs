@@ -128,7 +128,8 @@ fn check<T: Clone + Debug>(
 #[test]
 fn every_kind_has_its_defaults() {
     let shape = |desc: &mut SceneDesc, shape| desc.objects = vec![ObjectDesc::new(shape)];
-    check(&ShapeDesc::DOC, ShapeDesc::of_type, ShapeDesc::write, shape, &[]);
+    // A text needs a font.
+    check(&ShapeDesc::DOC, ShapeDesc::of_type, ShapeDesc::write, shape, &["text"]);
     let texture = |desc: &mut SceneDesc, texture: TextureDesc| desc.textures = vec![texture.into()];
     check(&TextureDesc::DOC, TextureDesc::of_type, TextureDesc::write, texture, &[]);
     let material = |desc: &mut SceneDesc, material: MaterialDesc| desc.materials = vec![material.into()];

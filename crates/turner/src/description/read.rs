@@ -14,7 +14,7 @@ use crate::medium::MediumDesc;
 use crate::schema::error::{escape, unknown_name};
 use crate::schema::value::{Data, FileId, Span, Value};
 use crate::schema::{
-    Asset, ErrorCode, GridData, GroupId, ImageId, LightProfile, MaterialId, MediumId, MeshData, MeshId,
+    Asset, ErrorCode, Font, GridData, GroupId, ImageId, LightProfile, MaterialId, MediumId, MeshData, MeshId,
     Named, ReadContext, SceneError, TextureId, Warning, wrong_type,
 };
 use crate::texture::TextureDesc;
@@ -33,6 +33,10 @@ pub trait SceneAssets {
     /// Reads a density grid.
     fn grid(&mut self, uri: &str, _from: FileId) -> Result<Arc<GridData>, SceneError> {
         Err(SceneError::new(ErrorCode::File, format!("{}: grids cannot be read here", escape(uri))))
+    }
+    /// Reads a font.
+    fn font(&mut self, uri: &str, _from: FileId) -> Result<Arc<dyn Font>, SceneError> {
+        Err(SceneError::new(ErrorCode::File, format!("{}: fonts cannot be read here", escape(uri))))
     }
     /// Imports a model.
     fn model(&mut self, model: &ModelDesc, from: FileId) -> Result<Arc<SceneDesc>, SceneError>;
@@ -177,6 +181,10 @@ impl ReadContext for Reader<'_> {
 
     fn grid(&mut self, uri: &str, span: Span) -> Result<Arc<GridData>, SceneError> {
         self.once(&format!("grid {uri}"), span, |assets| assets.grid(uri, span.file))
+    }
+
+    fn font(&mut self, uri: &str, span: Span) -> Result<Arc<dyn Font>, SceneError> {
+        self.once(&format!("font {uri}"), span, |assets| assets.font(uri, span.file))
     }
 
     fn mesh_file(&mut self, uri: &str, span: Span) -> Result<MeshId, SceneError> {

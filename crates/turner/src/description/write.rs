@@ -10,8 +10,8 @@ use crate::image::Image;
 use crate::schema::value::{Data, Table, Value};
 use crate::schema::write::list;
 use crate::schema::{
-    Asset, ErrorCode, GridFile, GroupId, ImageId, MaterialId, MediumId, MeshData, MeshId, ParamType,
-    ProfileFile, SceneError, TextureId, Transform, WriteContext,
+    Asset, ErrorCode, FontFile, GridFile, GroupId, ImageId, MaterialId, MediumId, MeshData, MeshId,
+    ParamType, ProfileFile, SceneError, TextureId, Transform, WriteContext,
 };
 use crate::shape::ShapeDesc;
 
@@ -26,6 +26,8 @@ pub trait SceneAssetWriter {
     fn light_profile(&mut self, profile: &ProfileFile) -> Result<String, SceneError>;
     /// A density grid.
     fn grid(&mut self, grid: &GridFile) -> Result<String, SceneError>;
+    /// A font.
+    fn font(&mut self, font: &FontFile) -> Result<String, SceneError>;
 }
 
 /// The context of writing: the names that IDs are written as, and the writer of files.
@@ -65,6 +67,10 @@ impl WriteContext for Writer<'_> {
 
     fn grid(&mut self, grid: &GridFile) -> Result<Data, SceneError> {
         self.assets.grid(grid).map(Data::String)
+    }
+
+    fn font(&mut self, font: &FontFile) -> Result<Data, SceneError> {
+        self.assets.font(font).map(Data::String)
     }
 }
 

@@ -17,7 +17,8 @@ use crate::schema::transform::rotation;
 use crate::schema::{Asset, MeshData, MeshId, Transform};
 use crate::shape::solid::*;
 use crate::shape::{
-    ConeDesc, CylinderDesc, DiskDesc, MeshDesc, ParametricDesc, PlaneDesc, PointsDesc, ShapeDesc, TorusDesc,
+    ConeDesc, CylinderDesc, DiskDesc, MeshDesc, ParametricDesc, PlaneDesc, PointsDesc, ShapeDesc, TextAlign,
+    TextDesc, TorusDesc, text_testing,
 };
 use crate::testing::scenes::{
     Mean, cuboid, emissive, grey, matte, mean, path, plane, rectangle, rgb, sphere, v,
@@ -63,6 +64,12 @@ fn shapes() -> Vec<ObjectDesc> {
         ShapeDesc::Torus(TorusDesc { axis: v(0.3, 1.0, 0.1), ..torus() }),
         ShapeDesc::Points(PointsDesc { points: MeshId(0), radius: None, radii: vec![0.4, 0.3, 0.2] }),
         ShapeDesc::Mesh(MeshDesc { mesh: MeshId(1), ..MeshDesc::default() }),
+        ShapeDesc::Text(TextDesc {
+            size: 1.6,
+            depth: 0.6,
+            align: TextAlign::Center,
+            ..text_testing::text("I")
+        }),
         ShapeDesc::Parametric(ParametricDesc { tolerance: 0.1, ..ParametricDesc::default() }),
     ];
     plain.extend(solids());

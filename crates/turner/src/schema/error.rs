@@ -56,6 +56,8 @@ error_codes! {
     Volume = "E0206",
     /// Film data that is damaged, or of another version.
     Film = "E0207",
+    /// A font file that is invalid, or that lacks what a text needs.
+    Font = "E0208",
     /// A transform that cannot be inverted.
     Transform = "E0301",
     /// An invalid camera: `position` equals `look_at`, `up` is parallel to the view direction, …

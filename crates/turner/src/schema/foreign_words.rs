@@ -221,6 +221,7 @@ pub const KINDS: &[Foreign] = words! {
     SHAPE, "metaball" | "metaballs" | "blobby" => "write `type = \"blob\"` with `spheres`";
     SHAPE, "sdf" | "implicit" | "function" | "distancefield" => "write `type = \"isosurface\"` with `function`, `min` and `max`";
     SHAPE, "parametricgeometry" | "parametricsurface" => "write `type = \"parametric\"` with `x`, `y` and `z` in u and v";
+    SHAPE, "textgeometry" | "text3d" | "ttf" | "font" => "write `type = \"text\"` with `text` and `font`";
     SHAPE, "poly" | "quartic" | "cubic" => "write `type = \"polynomial\"` with `terms`";
     SHAPE, "ellipsoid" | "paraboloid" | "hyperboloid" => "write `type = \"quadric\"`; an ellipsoid is a sphere with `transform = { scale = [1, 2, 3] }`";
     SHAPE, "capsule" | "capsulegeometry" | "tubegeometry" | "pipe" => "write `type = \"sphere_sweep\"` with `spheres`";

@@ -31,7 +31,10 @@ pub mod write;
 
 pub(crate) use crate::choice::choice;
 use crate::schema::value::Data;
-pub use data::{GridData, GridFile, LightProfile, MeshData, ProfileFile, boundary, fan};
+pub use data::{
+    Contour, Font, FontFile, Glyph, GridData, GridFile, LightProfile, MeshData, OutlinePiece, ProfileFile,
+    boundary, fan,
+};
 pub use error::{ErrorCode, SceneError};
 pub use ids::{Asset, GroupId, ImageId, MaterialId, MediumId, MeshId, Named, TextureId};
 pub use key_path::{KeyEdit, KeyPart, path_part};

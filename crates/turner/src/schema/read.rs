@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use super::data::{GridData, LightProfile, MeshData};
+use super::data::{Font, GridData, LightProfile, MeshData};
 use super::value::{Span, Value};
 use super::{ImageId, MaterialId, MediumId, MeshId, SceneError, TextureId, Warning, WarningKind};
 use crate::color::Transfer;
@@ -36,6 +36,8 @@ pub trait ReadContext {
     fn light_profile(&mut self, uri: &str, span: Span) -> Result<Arc<LightProfile>, SceneError>;
     /// Reads a density grid.
     fn grid(&mut self, uri: &str, span: Span) -> Result<Arc<GridData>, SceneError>;
+    /// Reads a font file.
+    fn font(&mut self, uri: &str, span: Span) -> Result<Arc<dyn Font>, SceneError>;
     /// Reads a mesh file.
     fn mesh_file(&mut self, uri: &str, span: Span) -> Result<MeshId, SceneError>;
     /// Adds a mesh written in place.

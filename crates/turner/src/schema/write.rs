@@ -1,6 +1,6 @@
 //! What writing a value needs from the rest of the scene.
 
-use super::data::{GridFile, MeshData, ProfileFile};
+use super::data::{FontFile, GridFile, MeshData, ProfileFile};
 use super::value::{Data, Entry, Span, Table, Value};
 use super::{ErrorCode, ImageId, MaterialId, MediumId, MeshId, ParamType, SceneError, TextureId};
 
@@ -24,6 +24,8 @@ pub trait WriteContext {
     fn light_profile(&mut self, profile: &ProfileFile) -> Result<Data, SceneError>;
     /// The file of a density grid.
     fn grid(&mut self, grid: &GridFile) -> Result<Data, SceneError>;
+    /// The font file of a text.
+    fn font(&mut self, font: &FontFile) -> Result<Data, SceneError>;
 }
 
 impl Value {

@@ -7,6 +7,7 @@ use super::mesh::MeshDesc;
 use super::mesh_cache::MeshCache;
 use super::parametric::ParametricDesc;
 use super::subdivision::{Subdivision, subdivide};
+use super::text::{TextDesc, missing_characters};
 use super::triangle_mesh::TriangleMesh;
 use crate::image::Image;
 use crate::schema::{Asset, MeshData, SceneError};
@@ -18,6 +19,8 @@ pub(super) enum Recipe {
     Refined(Arc<MeshData>, Box<Refined>),
     /// A parametric surface.
     Parametric(ParametricDesc),
+    /// A text.
+    Text(TextDesc),
 }
 
 /// What is done to a mesh.
@@ -51,9 +54,8 @@ impl Recipe {
         match (self, other) {
             (Recipe::Refined(a, by), Recipe::Refined(b, other)) => Arc::ptr_eq(a, b) && by.same(other),
             (Recipe::Parametric(a), Recipe::Parametric(b)) => a == b,
-            (Recipe::Refined(..), Recipe::Parametric(_)) | (Recipe::Parametric(_), Recipe::Refined(..)) => {
-                false
-            }
+            (Recipe::Text(a), Recipe::Text(b)) => a == b,
+            (Recipe::Refined(..) | Recipe::Parametric(_) | Recipe::Text(_), _) => false,
         }
     }
 }
@@ -149,6 +151,22 @@ impl MeshCache<'_> {
                 );
             }
             Ok(TriangleMesh::without_tree(&Arc::new(data), desc.smooth)?.0)
+        })
+    }
+
+    /// The prepared mesh of a text.
+    ///
+    /// Errors: those of the font; more triangles than the limits allow.
+    pub(super) fn text(&mut self, desc: &TextDesc) -> Result<Arc<TriangleMesh>, SceneError> {
+        self.made(Recipe::Text(desc.clone()), |cache| {
+            let set = desc.mesh(&cache.options().limits)?;
+            if !set.missing.is_empty() {
+                cache.warn(missing_characters(&set.missing));
+            }
+            if set.mesh.triangles.is_empty() {
+                cache.warn("a text has no outlines to show".to_owned());
+            }
+            Ok(TriangleMesh::without_tree(&Arc::new(set.mesh), true)?.0)
         })
     }
 }

@@ -48,6 +48,7 @@ pub mod subdivision;
 mod surface_change;
 #[cfg(test)]
 pub(crate) mod testing;
+mod text;
 mod torus;
 pub mod traversal;
 pub mod triangle;
@@ -70,6 +71,9 @@ pub use rectangle::{Rectangle, RectangleDesc};
 pub use solid::{Solid, SolidGeometry};
 pub use sphere::{Sphere, SphereDesc};
 pub use subdivision::{Subdivided, Subdivision, SubdivisionScheme, subdivide};
+#[cfg(test)]
+pub(crate) use text::testing as text_testing;
+pub use text::{TextAlign, TextDesc};
 pub use torus::{Torus, TorusDesc};
 pub use triangle_mesh::{SkippedTriangles, TriangleMesh};
 
@@ -128,6 +132,7 @@ solid::descriptions! { shapes! (
     Points(PointsDesc) => |d, meshes| Ok(Shape::Points(meshes.points(d)?)),
     Curves(CurvesDesc) => |d, meshes| Ok(Shape::Curves(meshes.curves(d)?)),
     Parametric(ParametricDesc) => |d, meshes| Ok(Shape::Mesh(meshes.parametric(d)?)),
+    Text(TextDesc) => |d, meshes| Ok(Shape::Mesh(meshes.text(d)?)),
     HeightField(HeightFieldDesc) => |d, meshes| Ok(Shape::Mesh(meshes.height_field(d)?)),
 ) }
 

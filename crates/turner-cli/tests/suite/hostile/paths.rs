@@ -14,11 +14,12 @@ const GLTF: &str = r#"{"asset":{"version":"2.0"},"nodes":[{"mesh":0}],
     "bufferViews":[{"buffer":0,"byteLength":36}],"buffers":[{"byteLength":36,"uri":"$"}]}"#;
 
 /// Scenes that name a file; `$` stands for the name.
-const SCENES: [(&str, &str); 8] = [
+const SCENES: [(&str, &str); 9] = [
     ("s.toml", "include = \"$\"\n"),
     ("s.toml", "[[object]]\ntype = \"sphere\"\nmaterial = { color = { type = \"image\", file = \"$\" } }\n"),
     ("s.toml", "[[object]]\ntype = \"mesh\"\nfile = \"$\"\n"),
     ("s.toml", "[[light]]\ntype = \"point\"\nposition = [0, 0, 0]\nies = \"$\"\n"),
+    ("s.toml", "[[object]]\ntype = \"text\"\ntext = \"a\"\nfont = \"$\"\n"),
     ("s.gltf", GLTF),
     ("s.pbrt", "WorldBegin\nInclude \"$\"\n"),
     ("s.pbrt", "WorldBegin\nShape \"plymesh\" \"string filename\" \"$\"\n"),

@@ -105,7 +105,10 @@ impl<'a> MeshWriter<'a> {
                 match other {
                     ShapeDesc::Mesh(m) => flat = m.smooth == Some(false),
                     ShapeDesc::Plane(_) => remarks.approximated("infinite planes: written as large squares"),
-                    ShapeDesc::Box(_) | ShapeDesc::Rectangle(_) | ShapeDesc::HeightField(_) => {}
+                    ShapeDesc::Box(_)
+                    | ShapeDesc::Rectangle(_)
+                    | ShapeDesc::HeightField(_)
+                    | ShapeDesc::Text(_) => {}
                     ShapeDesc::Curves(_) => remarks.approximated("curves: written as tubes with six sides"),
                     ShapeDesc::Sphere(_)
                     | ShapeDesc::Disk(_)

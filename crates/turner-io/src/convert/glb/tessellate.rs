@@ -251,6 +251,7 @@ mod tests {
             "\"intersection\"\nparts = [{ type = \"sphere\", radius = 1.2 }, { type = \"box\" }]",
             "\"difference\"\nparts = [{ type = \"box\" }, { type = \"sphere\", radius = 1.2 }]",
             "\"parametric\"",
+            "\"text\"\ntext = \"Io+\"\nfont = \"f.ttf\"",
             "\"prism\"\npoints = [[0, 0], [2, 0], [2, 1], [0, 1]]",
             "\"lathe\"\npoints = [[0.5, 0], [1, 1], [0.3, 2]]",
             "\"sphere_sweep\"\nspheres = [[0, 0, 0, 0.5], [1, 1, 0, 0.3]]",
@@ -270,7 +271,8 @@ mod tests {
         }
         for scene in scenes {
             let text = format!("[[object]]\ntype = {scene}\n");
-            let assets = crate::assets::MemoryAssets::default();
+            let mut assets = crate::assets::MemoryAssets::default();
+            assets.files.insert("f.ttf".into(), include_bytes!("../../testing/font.ttf").to_vec());
             let loaded = crate::scene::load_text(text.clone(), "s.toml", &assets, &Default::default());
             let desc = loaded.unwrap_or_else(|e| panic!("{}\n{text}", e.error)).desc;
             let turner::description::ObjectContent::Shape(shape) = &desc.objects[0].content else { panic!() };

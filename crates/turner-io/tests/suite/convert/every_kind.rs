@@ -12,7 +12,7 @@ use turner::light::{BackgroundDesc, LightDesc};
 use turner::material::MaterialDesc;
 use turner::medium::MediumDesc;
 use turner::schema::value::{Data, FileId, Span, Value};
-use turner::schema::{EntryDoc, Field, GridData, KeyEdit, KeyPart, LightProfile, MeshData, SceneError};
+use turner::schema::{EntryDoc, Field, Font, GridData, KeyEdit, KeyPart, LightProfile, MeshData, SceneError};
 use turner::shape::ShapeDesc;
 use turner::texture::TextureDesc;
 use turner_io::assets::MemoryAssets;
@@ -52,6 +52,7 @@ fn assets() -> MemoryAssets {
     assets.files.insert("l.ies".into(), profile.into());
     let grid = turner_io::grid::encode([2, 1, 2], &[0.1, 2.0, 0.0, 7.25], Some(&[1.0, 0.3, 0.0, 2.0]));
     assets.files.insert("g.grid".into(), grid);
+    assets.files.insert("f.ttf".into(), include_bytes!("../../../src/testing/font.ttf").to_vec());
     assets
 }
 
@@ -176,6 +177,7 @@ fn value(entry: &EntryDoc, field: &Field, random: &mut Random) -> String {
         "\"image file\"" => "\"p.png\"".into(),
         "\"IES file\"" => "\"l.ies\"".into(),
         "\"grid file\"" => "\"g.grid\"".into(),
+        "\"font file\"" => "\"f.ttf\"".into(),
         "material" => "\"base\"".into(),
         "[material, …]" => "[\"base\", { type = \"plastic\" }]".into(),
         "medium" => ["\"base\"", "{ extinction = 0.7, albedo = 0.2 }"][random.below(2)].into(),
@@ -410,6 +412,9 @@ impl SceneAssets for NoFiles {
         panic!("{uri} is read again")
     }
     fn grid(&mut self, uri: &str, _: FileId) -> Result<Arc<GridData>, SceneError> {
+        panic!("{uri} is read again")
+    }
+    fn font(&mut self, uri: &str, _: FileId) -> Result<Arc<dyn Font>, SceneError> {
         panic!("{uri} is read again")
     }
     fn model(&mut self, model: &ModelDesc, _: FileId) -> Result<Arc<SceneDesc>, SceneError> {
