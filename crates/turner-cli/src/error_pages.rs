@@ -109,16 +109,16 @@ pub const PAGES: &[ErrorPage] = &[
         remedy: "Write the grid again; `turner help grid` describes the format.",
     },
     ErrorPage {
-        code: ErrorCode::Font,
-        text: "A font file is invalid, or cannot be read. TrueType and OpenType can: .ttf, .otf, .ttc.",
-        faulty: "turner scene.toml -D object.0.font=damaged.ttf",
-        remedy: "Obtain the font again, or choose another one.",
-    },
-    ErrorPage {
         code: ErrorCode::Film,
         text: "A checkpoint, or a film that was saved by a program that uses the library, is damaged or of another version of Turner.",
         faulty: "",
         remedy: "Copy the file again, continue it with the version of Turner that wrote it, or render again.",
+    },
+    ErrorPage {
+        code: ErrorCode::Font,
+        text: "A font file is invalid, or cannot be read. TrueType and OpenType can: .ttf, .otf, .ttc.",
+        faulty: "turner scene.toml -D object.0.font=damaged.ttf",
+        remedy: "Obtain the font again, or choose another one.",
     },
     ErrorPage {
         code: ErrorCode::Transform,
