@@ -5,7 +5,7 @@ import { fail } from "./message.js";
 import { checkName, isOfSystem, isZip, unzip } from "./zip.js";
 
 const LIMITS = { files: 10_000, bytes: 2 ** 30, depth: 32 };
-const FORMATS = "This page opens .glb, .gltf, .obj, .ply, .stl, .toml, .pbrt and Mitsuba’s .xml, alone, in a folder or in a .zip file.";
+const FORMATS = "This page opens .glb, .gltf, .usdz, .usd, .obj, .ply, .stl, .toml, .pbrt and Mitsuba’s .xml, alone, in a folder or in a .zip file.";
 const KNOWN = /\.(toml|glb|gltf|pbrt|xml|obj|ply|stl)$/i;
 
 export function setupFiles(page) {

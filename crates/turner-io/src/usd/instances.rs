@@ -25,12 +25,9 @@ pub(super) fn place(scene: &mut Scene<'_>, prim: &Prim, key: String, state: &Sta
     let shared = scene.stage.shared(prim);
     let inside = state.inside();
     let children = scene.stage.children(&shared)?;
+    let Some(id) = group(scene, prim, key, |scene| scene.walk(children, &inside))? else { return Ok(()) };
     scene.counts.instances += 1;
-    let group = group(scene, prim, key, |scene| scene.walk(children, &inside))?;
-    match group {
-        Some(id) => scene.place(ObjectContent::Instance(id), None, prim, state.transform),
-        None => Ok(()),
-    }
+    scene.place(ObjectContent::Instance(id), None, prim, state.transform)
 }
 
 /// The group with a key; `fill` adds its objects the first time. `None` if it is empty.

@@ -198,7 +198,7 @@ fn surface(scene: &Scene<'_>, prim: &Prim, kind: &str, scale: DVec3) -> Read<Opt
         "SphereLight" => {
             let radius = size("radius", 0.5)?;
             let r = radius * mean;
-            (radius > 0.0).then(|| Surface {
+            (radius > 0.0).then_some(Surface {
                 shape: ShapeDesc::Sphere(SphereDesc { center: DVec3::ZERO, radius }),
                 area: 4.0 * PI * r * r,
                 seen: PI * r * r,
@@ -209,7 +209,7 @@ fn surface(scene: &Scene<'_>, prim: &Prim, kind: &str, scale: DVec3) -> Read<Opt
             let (width, height) = (size("width", 1.0)?, size("height", 1.0)?);
             let area = width * scale.x * height * scale.y;
             let (edge_u, edge_v) = (DVec3::X * width, DVec3::NEG_Y * height);
-            (area > 0.0).then(|| Surface {
+            (area > 0.0).then_some(Surface {
                 shape: ShapeDesc::Rectangle(RectangleDesc { center: DVec3::ZERO, edge_u, edge_v }),
                 area,
                 seen: area,
@@ -220,7 +220,7 @@ fn surface(scene: &Scene<'_>, prim: &Prim, kind: &str, scale: DVec3) -> Read<Opt
             let radius = size("radius", 0.5)?;
             let area = PI * radius * scale.x * radius * scale.y;
             let disk = DiskDesc { normal: DVec3::NEG_Z, radius, ..DiskDesc::default() };
-            (radius > 0.0).then(|| Surface {
+            (radius > 0.0).then_some(Surface {
                 shape: ShapeDesc::Disk(disk),
                 area,
                 seen: area,
@@ -285,7 +285,7 @@ fn area(
     }
     scene.counts.lights += 1;
     if input(scene, prim, "texture:file")?.is_some_and(|v| v.text().is_some_and(|t| !t.is_empty())) {
-        scene.ignored("images of rectangular lights: they shine evenly");
+        scene.ignored("images of rectangular lights: they emit evenly");
     }
     Ok(())
 }
@@ -307,7 +307,7 @@ fn point(
         return Ok(());
     }
     let Some(axis) = (world.matrix3 * DVec3::NEG_Z).try_normalize() else { return Ok(()) };
-    scene.warn(WarningKind::Approximated, "lights with a cone: they shine from a point");
+    scene.warn(WarningKind::Approximated, "lights with a cone: they emit from a point");
     let softness = number(scene, prim, "shaping:cone:softness", 0.0)?.clamp(0.0, 1.0);
     let angle = cone.clamp(1e-3, 180.0);
     let desc = SpotDesc {
@@ -338,10 +338,5 @@ fn emitter(scene: &mut Scene<'_>, emission: &Emission, radiance: f64, is_one_sid
         alpha_mode: AlphaMode::Opaque,
         ..PrincipledMaterial::default()
     });
-    let same = scene.materials.iter().rev().take(16).position(|m| m.value == value);
-    if let Some(back) = same {
-        return MaterialId((scene.materials.len() - 1 - back) as u32);
-    }
-    scene.materials.push(Named { name: None, span: None, value });
-    MaterialId(scene.materials.len() as u32 - 1)
+    scene.add_material(Named { name: None, span: None, value })
 }

@@ -146,10 +146,19 @@ impl Scene<'_> {
             None => self.plain(&key),
         };
         let name = key.path.as_deref().map(|path| super::paths::name(path).to_owned());
-        self.materials.push(Named { name, span: None, value: MaterialDesc::Principled(value) });
-        let id = MaterialId(self.materials.len() as u32 - 1);
+        let id = self.add_material(Named { name, span: None, value: MaterialDesc::Principled(value) });
         self.material_ids.insert(key, id);
         Ok(id)
+    }
+
+    /// Adds a material, or finds an equal one among the last.
+    pub(super) fn add_material(&mut self, material: Named<MaterialDesc>) -> MaterialId {
+        let same = self.materials.iter().rev().take(16).position(|m| *m == material);
+        if let Some(back) = same {
+            return MaterialId((self.materials.len() - 1 - back) as u32);
+        }
+        self.materials.push(material);
+        MaterialId(self.materials.len() as u32 - 1)
     }
 
     /// The colour of a mesh or a shape, or grey.

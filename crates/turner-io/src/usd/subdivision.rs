@@ -12,8 +12,9 @@ use super::stage::Prim;
 use super::value::{Read, Value};
 
 /// Levels of small meshes; larger ones have fewer.
-const LEVELS: u32 = 3;
-/// Most triangles that one mesh becomes.
+const LEVELS: u32 = 4;
+/// Triangles of a mesh from which one level is enough, and the most that it becomes.
+const ENOUGH: u64 = 1 << 17;
 const MOST: u64 = 1 << 20;
 
 /// The scheme of a mesh, if it is authored. Without one the schema says Catmull-Clark, but files of polygons often lack
@@ -40,7 +41,8 @@ pub(super) fn of(
     };
     let limit = MOST.min(scene.divisions);
     let triangles = 3 * made.mesh.triangles.len() as u64;
-    let Some(levels) = (1..=LEVELS).rev().find(|n| triangles << (2 * n) <= limit) else {
+    let fits = |n: &u32| triangles << (2 * n) <= if *n > 1 { ENOUGH.min(limit) } else { limit };
+    let Some(levels) = (1..=LEVELS).rev().find(fits) else {
         let message = "a subdivision surface of many faces: its polygons are shown as they are";
         scene.warn(WarningKind::Approximated, message);
         return Ok(None);

@@ -30,7 +30,7 @@ pub(super) fn local(stage: &Stage<'_>, prim: &Prim) -> Read<Local> {
         };
         let kind = name.strip_prefix("xformOp:").and_then(|n| n.split(':').next()).unwrap_or_default();
         let Some(made) = stage.value(prim, name)?.and_then(|value| operation(kind, &value)) else { continue };
-        local.transform = local.transform * if is_inverse { made.inverse() } else { made };
+        local.transform *= if is_inverse { made.inverse() } else { made };
     }
     Ok(local)
 }

@@ -186,7 +186,7 @@ fn inline(bits: u32, kind: u64, scalar: Scalar, width: usize) -> Value {
         // A diagonal matrix of small whole numbers.
         _ if (13..=15).contains(&kind) => {
             let side = kind as usize - 11;
-            let entry = |i: usize| if i % (side + 1) == 0 { small(i / (side + 1)) } else { 0.0 };
+            let entry = |i: usize| if i.is_multiple_of(side + 1) { small(i / (side + 1)) } else { 0.0 };
             Value::Vector((0..side * side).map(entry).collect())
         }
         // A vector of small whole numbers.

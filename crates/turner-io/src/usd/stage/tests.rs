@@ -18,7 +18,7 @@ impl Source for Memory {
 
 const MODEL: &str = r#"#usda 1.0
 ( defaultPrim = "Model" )
-class "_class_Model" { float inherited = 1  float local = 1 }
+class "_class_Model" { float inherited = 1; float local = 1; }
 def Xform "Model" (
     inherits = </_class_Model>
     variantSets = ["size", "color"]
@@ -30,19 +30,22 @@ def Xform "Model" (
     float local = 2
     rel target = </Model/Part>
     rel far = </Elsewhere>
-    def "Part" { float x.timeSamples = { 0: 0, 10: 10 } }
+    def "Part" { float x.timeSamples = { 0: 0, 10: 10 }; }
     variantSet "size" = {
-        "small" { float scale = 1 }
-        "large" { float scale = 5  def "Extra" {} }
+        "small" { float scale = 1; }
+        "large" {
+            float scale = 5
+            def "Extra" {}
+        }
     }
-    variantSet "color" = { "red" { float color = 1 } }
+    variantSet "color" = { "red" { float color = 1; } }
 }
 def "Elsewhere" {}
 "#;
 
 const ROOT: &str = r#"#usda 1.0
 ( subLayers = [@strong.usda@, @weak.usda@ (offset = 100)] )
-class "_class_Model" { float inherited = 9 }
+class "_class_Model" { float inherited = 9; }
 def "A" ( references = @model.usda@ (offset = 5; scale = 2) ) {}
 def "B" (
     prepend payload = @model.usda@
@@ -50,23 +53,23 @@ def "B" (
 )
 {
     float reference = 7
-    over "Part" { float y = 1 }
+    over "Part" { float y = 1; }
 }
 def "C" ( references = @model.usda@</Model/Part> ) {}
-def "D" ( specializes = </S>  references = </R> ) {}
-def "S" { float a = 1  float b = 1 }
-def "R" { float a = 2 }
+def "D" ( specializes = </S>; references = </R> ) {}
+def "S" { float a = 1; float b = 1; }
+def "R" { float a = 2; }
 def "N" ( references = @none.usda@ ) {}
-def "Time" { float x.timeSamples = { 0: 1, 10: 2 }  float held.timeSamples = { 0: None }  token t.timeSamples = { 0: "a", 10: "b" } }
+def "Time" { float x.timeSamples = { 0: 1, 10: 2 }; float held.timeSamples = { 0: None }; token t.timeSamples = { 0: "a", 10: "b" }; }
 "#;
 
 const STRONG: &str = r#"#usda 1.0
-over "Layers" { float a = 1 }
+over "Layers" { float a = 1; }
 over "Time" ( delete apiSchemas = ["X"] ) {}
 "#;
 
 const WEAK: &str = r#"#usda 1.0
-def "Layers" { float a = 2  float b = 2  float x.timeSamples = { 0: 1, 10: 2 } }
+def "Layers" { float a = 2; float b = 2; float x.timeSamples = { 0: 1, 10: 2 }; }
 "#;
 
 fn with<T>(time: f64, of: impl Fn(&Stage<'_>) -> T) -> T {

@@ -113,7 +113,7 @@ fn lights_with_an_area_are_shapes_that_emit() {
     assert!((found - 1.0 / (6.0 * PI)).abs() < 1e-12, "{found}");
 }
 
-/// A rectangular light shines along −z: a diffuse plane far below a small light of radiance L and area A, at a distance
+/// A rectangular light emits along −z: a diffuse plane far below a small light of radiance L and area A, at a distance
 /// d, has the irradiance L·A/d².
 #[test]
 fn a_rectangular_light_has_a_known_irradiance() {
