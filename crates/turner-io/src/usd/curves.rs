@@ -5,6 +5,7 @@ use turner::schema::{MeshData, WarningKind};
 use turner::shape::curves::{CurveBasis, CurveKind, CurvesDesc};
 use turner::shape::{PointsDesc, ShapeDesc};
 
+use super::materials::Colors;
 use super::primvars::{Per, Primvar, integers, read, vectors};
 use super::scene::{Scene, State};
 use super::stage::Prim;
@@ -142,8 +143,7 @@ pub(super) fn add_curves(scene: &mut Scene<'_>, prim: &Prim, state: &State) -> R
         mesh.widths = Vec::new();
     }
     let kind = if mesh.normals.is_empty() { CurveKind::Tube } else { CurveKind::Ribbon };
-    let has_colors = !mesh.colors.is_empty();
-    let material = scene.material(state.material.as_deref(), &[], has_colors)?;
+    let material = scene.material(state.material.as_deref(), &[], Colors::of(&mesh))?;
     let id = scene.stock.mesh(super::paths::name(&prim.path).to_owned(), mesh);
     let desc = CurvesDesc { curves: id, width: None, basis: writing.basis, kind };
     scene.place(ObjectContent::Shape(ShapeDesc::Curves(desc)), Some(material), prim, state.transform)
@@ -171,8 +171,7 @@ pub(super) fn add_points(scene: &mut Scene<'_>, prim: &Prim, state: &State) -> R
     if mesh.positions.is_empty() {
         return Ok(());
     }
-    let has_colors = !mesh.colors.is_empty();
-    let material = scene.material(state.material.as_deref(), &[], has_colors)?;
+    let material = scene.material(state.material.as_deref(), &[], Colors::of(&mesh))?;
     let id = scene.stock.mesh(super::paths::name(&prim.path).to_owned(), mesh);
     let desc = PointsDesc { points: id, radius: None, radii };
     scene.place(ObjectContent::Shape(ShapeDesc::Points(desc)), Some(material), prim, state.transform)

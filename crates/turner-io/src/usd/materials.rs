@@ -17,7 +17,7 @@ use std::rc::Rc;
 use turner::color::Spectrum;
 use turner::image::Pixels;
 use turner::material::{AlphaMode, MaterialDesc, PrincipledMaterial, SpecularModel};
-use turner::schema::{ColorSource, ImageId, MaterialId, Named, WarningKind};
+use turner::schema::{ColorSource, ImageId, MaterialId, MeshData, Named, WarningKind};
 use turner::texture::{Encoding, ImageChannel, ImageDesc, TextureDesc, VertexColorDesc, Wrap};
 
 use super::network::{Input, Network, Texture, surface};
@@ -38,8 +38,27 @@ const F0: f32 = 0.04;
 pub(super) struct Key {
     path: Option<String>,
     sets: Vec<(String, usize)>,
-    has_colors: bool,
+    colors: Colors,
     color: Option<[u32; 3]>,
+}
+
+/// What the vertices of a mesh have.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub(super) enum Colors {
+    Nothing,
+    Opaque,
+    SeeThrough,
+}
+
+impl Colors {
+    /// Those of a mesh.
+    pub(super) fn of(mesh: &MeshData) -> Colors {
+        match mesh.colors.is_empty() {
+            true => Colors::Nothing,
+            false if mesh.colors.iter().any(|c| c[3] < 1.0) => Colors::SeeThrough,
+            false => Colors::Opaque,
+        }
+    }
 }
 
 /// Networks by the path of their material; `None` for those without a known surface.
@@ -98,9 +117,9 @@ impl Scene<'_> {
         &mut self,
         path: Option<&str>,
         sets: &[String],
-        has_colors: bool,
+        colors: Colors,
     ) -> Result<MaterialId, Fault> {
-        self.material_of(path, sets, has_colors, None)
+        self.material_of(path, sets, colors, None)
     }
 
     /// The material of a shape without vertices, which may have a colour.
@@ -109,14 +128,14 @@ impl Scene<'_> {
         path: Option<&str>,
         color: Option<[f32; 3]>,
     ) -> Result<MaterialId, Fault> {
-        self.material_of(path, &[], false, color)
+        self.material_of(path, &[], Colors::Nothing, color)
     }
 
     fn material_of(
         &mut self,
         path: Option<&str>,
         sets: &[String],
-        has_colors: bool,
+        colors: Colors,
         color: Option<[f32; 3]>,
     ) -> Result<MaterialId, Fault> {
         let network = match path {
@@ -135,7 +154,7 @@ impl Scene<'_> {
         let key = Key {
             path: network.as_ref().and(path).map(str::to_owned),
             sets: own,
-            has_colors: has_colors && needs_colors,
+            colors: if needs_colors { colors } else { Colors::Nothing },
             color: color.filter(|_| needs_colors).map(|c| c.map(f32::to_bits)),
         };
         if let Some(known) = self.material_ids.get(&key) {
@@ -164,7 +183,7 @@ impl Scene<'_> {
     /// The colour of a mesh or a shape, or grey.
     fn display_color(&mut self, key: &Key) -> ColorSource {
         match key.color {
-            _ if key.has_colors => {
+            _ if key.colors != Colors::Nothing => {
                 let fallback = Spectrum::grey(GREY);
                 self.stock.texture(TextureDesc::VertexColor(VertexColorDesc { fallback }))
             }
@@ -179,7 +198,7 @@ impl Scene<'_> {
     /// The material of what has none.
     fn plain(&mut self, key: &Key) -> PrincipledMaterial {
         let base_color = self.display_color(key);
-        let is_see_through = key.has_colors;
+        let is_see_through = key.colors == Colors::SeeThrough;
         PrincipledMaterial {
             base_color,
             specular_roughness: grey(0.5),

@@ -11,6 +11,7 @@ use turner::schema::{ErrorCode, MaterialId, MeshData, WarningKind};
 use turner::shape::ShapeDesc;
 use turner::shape::mesh::MeshDesc;
 
+use super::materials::Colors;
 use super::primvars::{Per, Primvar, integers, read, vectors};
 use super::scene::{Scene, State};
 use super::stage::Prim;
@@ -281,11 +282,9 @@ fn materials(
     made: &mut Made,
     faces: &Faces,
 ) -> Result<(Option<MaterialId>, Vec<Option<MaterialId>>), Fault> {
-    let has_colors = !made.mesh.colors.is_empty();
-    let ids: Vec<MaterialId> = paths
-        .iter()
-        .map(|path| scene.material(path.as_deref(), sets, has_colors))
-        .collect::<Result<_, _>>()?;
+    let colors = Colors::of(&made.mesh);
+    let ids: Vec<MaterialId> =
+        paths.iter().map(|path| scene.material(path.as_deref(), sets, colors)).collect::<Result<_, _>>()?;
     if subsets.is_empty() {
         return Ok((ids.first().copied(), Vec::new()));
     }

@@ -115,9 +115,13 @@ impl<'a> Scene<'a> {
             is_forced: false,
         };
         let roots = self.stage.children(&self.stage.root())?;
+        let names: Vec<String> = roots.iter().map(|prim| prim.path.clone()).collect();
         self.walk(roots, &state)?;
         match self.missing.first() {
-            Some(name) => Err(unknown("prim", name, &[])),
+            Some(name) => {
+                let names: Vec<&str> = names.iter().map(|path| super::paths::name(path)).collect();
+                Err(unknown("prim", name, &names))
+            }
             None => Ok(()),
         }
     }

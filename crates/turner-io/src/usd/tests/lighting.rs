@@ -211,3 +211,21 @@ fn domes_have_the_orientation_of_openexr() {
         assert_eq!(radiance("DomeLight_1", up, "", d), color, "{d}");
     }
 }
+
+#[test]
+fn lights_that_are_shapes_keep_the_studio_dark() {
+    let mut assets = MemoryAssets::default();
+    let notes = |assets: &MemoryAssets| {
+        let loaded = crate::scene::load_from("a.usda", assets, &crate::LoadOptions::default()).unwrap();
+        let prepared = loaded.desc.prepare(&Default::default()).unwrap();
+        prepared.warnings.iter().any(|w| w.message.contains("no light in the file"))
+    };
+    let ball = "#usda 1.0\ndef Sphere \"S\" {}\n";
+    assets.files.insert("a.usda".into(), ball.into());
+    assert!(notes(&assets));
+    let lit = format!(
+        "{ball}def RectLight \"L\" {{ double xformOp:translateZ = 5\n uniform token[] xformOpOrder = [\"xformOp:translateZ\"] }}"
+    );
+    assets.files.insert("a.usda".into(), lit.into());
+    assert!(!notes(&assets));
+}
