@@ -70,6 +70,8 @@ pub fn import(
 ) -> Result<SceneDesc, SceneError> {
     let format = if bytes.starts_with(b"glTF") {
         SceneFormat::Gltf
+    } else if crate::usd::is_usd(&bytes) {
+        SceneFormat::Usd
     } else if bytes.starts_with(b"ply\n") || bytes.starts_with(b"ply\r") {
         SceneFormat::Ply
     } else {
@@ -81,6 +83,7 @@ pub fn import(
     };
     match format {
         SceneFormat::Gltf => crate::gltf::import(bytes, uri, assets, options),
+        SceneFormat::Usd => crate::usd::import(bytes, uri, assets, options),
         SceneFormat::Obj => mesh::import_obj(bytes, uri, assets, options),
         SceneFormat::Ply => mesh::import_ply(bytes, uri, assets, options),
         SceneFormat::Stl => mesh::import_stl(bytes, uri, assets, options),
@@ -104,7 +107,12 @@ pub fn import_file(
         Some(SceneFormat::Pbrt) => return pbrt::import(uri, assets, options),
         Some(SceneFormat::Mitsuba) => return mitsuba::import(uri, assets, options),
         Some(
-            SceneFormat::Toml | SceneFormat::Gltf | SceneFormat::Obj | SceneFormat::Ply | SceneFormat::Stl,
+            SceneFormat::Toml
+            | SceneFormat::Gltf
+            | SceneFormat::Usd
+            | SceneFormat::Obj
+            | SceneFormat::Ply
+            | SceneFormat::Stl,
         )
         | None => {}
     }

@@ -38,6 +38,7 @@ pub mod scene;
 mod scene_import;
 mod spectral;
 pub mod testing;
+mod usd;
 mod vdb;
 mod words;
 

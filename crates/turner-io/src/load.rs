@@ -6,7 +6,8 @@ use turner::description::SceneDesc;
 
 use crate::scene::{LoadError, LoadOptions, Loaded};
 
-/// Reads a scene (.toml, .pbrt, Mitsuba's .xml) or a model (.glb, .gltf, .obj, .ply, .stl). A model gets the default
+/// Reads a scene (.toml, .pbrt, Mitsuba's .xml) or a model (.glb, .gltf, .usdz, .usd, .usda, .usdc,
+/// .obj, .ply, .stl). A model gets the default
 /// studio: camera, lights and floor. Files that it names must lie in its folder and have at most 4 GiB each. The
 /// scene's `warnings` say what was ignored, approximated or is doubtful.
 ///

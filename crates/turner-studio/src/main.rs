@@ -13,7 +13,7 @@ Usage: turner-studio [SCENE]
        turner-studio bench [OPTIONS] [SCENE…]
 
 Arguments:
-  [SCENE]  A scene or a model to open: .toml, .glb, .gltf, .obj, .ply, .stl, .pbrt, Mitsuba's .xml
+  [SCENE]  A scene or a model to open: .toml, .glb, .gltf, .usdz, .usd, .obj, .ply, .stl, .pbrt, Mitsuba's .xml
 
 Options:
   -h, --help     Print help

@@ -32,10 +32,13 @@ function copied(bytes, name) {
   throw wrong(`${name} is no bytes`, "give a Uint8Array, an ArrayBuffer or a text");
 }
 
-/** The name that tells the format of bytes: a glTF file in one piece, glTF, PLY and scenes as text are recognised. */
+/** The name that tells the format of bytes: a glTF file in one piece, glTF, USD, PLY and scenes as text are recognised. */
 function nameOf(input, bytes) {
   const text = new TextDecoder("latin1").decode(bytes.subarray(0, 4));
   if (text === "glTF") return "model.glb";
+  if (text === "PXR-") return "model.usdc";
+  if (text === "#usd") return "model.usda";
+  if (text === "PK\u0003\u0004") return "model.usdz";
   if (text.startsWith("ply")) return "model.ply";
   if (/^\s*\{/.test(text)) return "model.gltf";
   if (typeof input === "string") return "scene.toml";

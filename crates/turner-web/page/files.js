@@ -5,8 +5,10 @@ import { fail } from "./message.js";
 import { checkName, isOfSystem, isZip, unzip } from "./zip.js";
 
 const LIMITS = { files: 10_000, bytes: 2 ** 30, depth: 32 };
-const FORMATS = "This page opens .glb, .gltf, .obj, .ply, .stl, .toml, .pbrt and Mitsuba’s .xml, alone, in a folder or in a .zip file.";
-const KNOWN = /\.(toml|glb|gltf|pbrt|xml|obj|ply|stl)$/i;
+const FORMATS = "This page opens .glb, .gltf, .usdz, .usd, .obj, .ply, .stl, .toml, .pbrt and Mitsuba’s .xml, alone, in a folder or in a .zip file.";
+const KNOWN = /\.(toml|glb|gltf|usd[acz]?|pbrt|xml|obj|ply|stl)$/i;
+// A package of USD is a zip file that the reader opens itself.
+const PACKAGE = /\.usdz$/i;
 
 export function setupFiles(page) {
   const files = find("files");
@@ -111,7 +113,7 @@ async function readAll(list, engine) {
       throw withHelp(`${name} cannot be read`, "Check that the file still exists and that the browser may read it.");
     }
   }
-  if (files.length === 1 && isZip(files[0].bytes)) files = await unzip(files[0].bytes, { entries: LIMITS.files, bytes: most });
+  if (files.length === 1 && isZip(files[0].bytes) && !PACKAGE.test(files[0].name)) files = await unzip(files[0].bytes, { entries: LIMITS.files, bytes: most });
   if (!files.some(({ name }) => KNOWN.test(name))) {
     const found = Array.from(new Set(files.map(({ name }) => /\.[^./]+$/.exec(name)?.[0] || "no extension"))).slice(0, 8).join(", ");
     throw withHelp(`no scene or model is among the files (found: ${found})`, FORMATS);

@@ -14,7 +14,7 @@ mod number;
 mod obj;
 mod pictures;
 pub mod ply;
-mod polygon;
+pub(crate) mod polygon;
 mod stl;
 mod weld;
 
@@ -65,7 +65,14 @@ pub fn decode_any(bytes: &[u8], name: &str) -> Result<ReadMesh, MeshError> {
                 let problem = "the first line is not `ply`".to_owned();
                 return Err(MeshError::damaged(name, SceneFormat::Ply, Place::Line(1), problem));
             }
-            Some(SceneFormat::Toml | SceneFormat::Gltf | SceneFormat::Pbrt | SceneFormat::Mitsuba) | None => {
+            Some(
+                SceneFormat::Toml
+                | SceneFormat::Gltf
+                | SceneFormat::Usd
+                | SceneFormat::Pbrt
+                | SceneFormat::Mitsuba,
+            )
+            | None => {
                 return Err(MeshError::unknown(name));
             }
         }

@@ -32,9 +32,14 @@ pub(crate) fn check(bytes: &[u8], name: &str, limits: &Limits) -> Result<(), Sce
             Some(SceneFormat::Stl) => of_file(STL_BINARY),
             // PLY is recognised by its first bytes, above.
             Some(SceneFormat::Ply) => 0,
-            Some(SceneFormat::Toml | SceneFormat::Gltf | SceneFormat::Pbrt | SceneFormat::Mitsuba) | None => {
-                0
-            }
+            Some(
+                SceneFormat::Toml
+                | SceneFormat::Gltf
+                | SceneFormat::Usd
+                | SceneFormat::Pbrt
+                | SceneFormat::Mitsuba,
+            )
+            | None => 0,
         }
     };
     limits.memory.need(need, || format!("{}: reading it", called()))

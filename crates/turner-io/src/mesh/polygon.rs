@@ -26,14 +26,14 @@ const BUDGET: u64 = 1 << 30;
 /// The number of triangles of each polygon, for [`MeshData::polygons`](turner::schema::MeshData::polygons): empty while
 /// all are triangles.
 #[derive(Debug, Default)]
-pub(super) struct PolygonSizes {
+pub(crate) struct PolygonSizes {
     sizes: Vec<u32>,
     triangles: usize,
 }
 
 impl PolygonSizes {
     /// Adds a polygon of `count` triangles after `before` triangles, of which those after the last polygon are their own.
-    pub(super) fn add(&mut self, before: usize, count: usize, name: &str) -> Result<(), MeshError> {
+    pub(crate) fn add(&mut self, before: usize, count: usize, name: &str) -> Result<(), MeshError> {
         let single = before.saturating_sub(self.triangles);
         reserve_some(&mut self.sizes, single + 1, name)?;
         self.sizes.extend(std::iter::repeat_n(1, single));
@@ -43,7 +43,7 @@ impl PolygonSizes {
     }
 
     /// The list for a mesh of `triangles` triangles.
-    pub(super) fn finish(mut self, triangles: usize, name: &str) -> Result<Vec<u32>, MeshError> {
+    pub(crate) fn finish(mut self, triangles: usize, name: &str) -> Result<Vec<u32>, MeshError> {
         if !self.sizes.is_empty() {
             let single = triangles.saturating_sub(self.triangles);
             reserve_some(&mut self.sizes, single, name)?;
@@ -55,24 +55,24 @@ impl PolygonSizes {
 
 /// Triangulates the polygons of one file.
 #[derive(Debug)]
-pub(super) struct Triangulator {
+pub(crate) struct Triangulator {
     budget: u64,
     flat: Vec<[f64; 2]>,
     next: Vec<u32>,
     previous: Vec<u32>,
     reflex: Vec<u32>,
     /// Number of non-convex polygons that became fans.
-    pub(super) fanned: usize,
+    pub(crate) fanned: usize,
 }
 
 impl Triangulator {
-    pub(super) fn new() -> Triangulator {
+    pub(crate) fn new() -> Triangulator {
         let (flat, next, previous, reflex) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
         Triangulator { budget: BUDGET, flat, next, previous, reflex, fanned: 0 }
     }
 
     /// Passes the n − 2 triangles of a polygon with n corners to `out`, as corner indices.
-    pub(super) fn cut(
+    pub(crate) fn cut(
         &mut self,
         corners: usize,
         position: impl Fn(usize) -> [f32; 3],

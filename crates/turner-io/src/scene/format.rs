@@ -54,6 +54,13 @@ formats! {
         description: "a model: nodes, meshes, skins, animations, PBR materials, lights, cameras",
         holds: Holds::Model,
     }
+    /// Universal Scene Description, as text (`.usda`), binary (`.usdc`, `.usd`) or package (`.usdz`).
+    Usd {
+        name: "USD",
+        extensions: &["usdz", "usd", "usda", "usdc"],
+        description: "a model: composed prims, subdivision surfaces, instances, UsdPreviewSurface, lights, cameras",
+        holds: Holds::Model,
+    }
     /// Wavefront OBJ: a mesh.
     Obj {
         name: "Wavefront OBJ",
@@ -95,7 +102,6 @@ formats! {
 const FOREIGN: &[(&[&str], &str)] = &[
     (&["json", "yaml", "yml"], "a JSON or YAML file"),
     (&["blend"], "a Blender file"),
-    (&["usd", "usda", "usdc", "usdz"], "a USD scene"),
     (&["fbx", "dae", "3ds", "abc", "max"], "a scene of a modelling program"),
     (&["off", "mtl"], "a model file"),
     (&["pov"], "a POV-Ray scene"),

@@ -55,6 +55,7 @@ pub(super) fn object(file: &str, format: SceneFormat) -> Value {
         SceneFormat::Stl => "z",
         SceneFormat::Toml
         | SceneFormat::Gltf
+        | SceneFormat::Usd
         | SceneFormat::Obj
         | SceneFormat::Ply
         | SceneFormat::Pbrt

@@ -102,9 +102,12 @@ pub(crate) fn unknown(what: &str, name: &str, names: &[&str]) -> Fault {
     }
 }
 
-/// `file:line:column`.
+/// `file:line:column`, or `file` for a format without lines.
 fn shown(place: Place, files: &[String]) -> String {
     let name = files.get(place.file as usize).map_or_else(|| "?".to_owned(), |f| printable(f));
+    if place.line == 0 {
+        return name;
+    }
     format!("{name}:{}:{}", place.line, place.column)
 }
 

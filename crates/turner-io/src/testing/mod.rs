@@ -6,6 +6,7 @@ mod mitsuba_seeds;
 mod noisy_sphere;
 pub mod seeds;
 mod sky;
+pub(crate) mod usd_seed;
 pub(crate) mod vdb_seed;
 mod waves;
 

@@ -89,6 +89,8 @@ pub fn seeds() -> Vec<Seed> {
     // Made with the basisu encoder from 8 x 8 pixels with alpha.
     let ktx2 = include_bytes!("etc1s.ktx2").to_vec();
     all.push(shown("picture.ktx2", ktx2, texture("picture.ktx2")));
+    let png = all.iter().find(|s| s.name == "picture.png").map(|s| s.bytes.clone()).unwrap_or_default();
+    all.extend(super::usd_seed::seeds(&png));
     all
 }
 

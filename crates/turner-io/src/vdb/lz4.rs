@@ -10,7 +10,7 @@ const SHORTEST: usize = 4;
 /// The decompressed bytes, at most `limit`.
 ///
 /// Errors, as text: damaged data, or more than `limit` bytes.
-pub(super) fn decompress(bytes: &[u8], limit: usize) -> Result<Vec<u8>, String> {
+pub(crate) fn decompress(bytes: &[u8], limit: usize) -> Result<Vec<u8>, String> {
     let damaged = || "LZ4 data are damaged".to_owned();
     let mut out: Vec<u8> = Vec::new();
     let mut rest = bytes;

@@ -24,7 +24,7 @@ mod blosc;
 mod cursor;
 mod dense;
 mod header;
-mod lz4;
+pub(crate) mod lz4;
 #[cfg(test)]
 mod tests;
 mod topology;

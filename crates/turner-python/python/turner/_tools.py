@@ -25,7 +25,8 @@ def load(
     max_memory=None,
     warn=True,
 ):
-    """Loads a scene (.toml, .pbrt, Mitsuba's .xml) or a model (.glb, .gltf, .obj, .ply, .stl).
+    """Loads a scene (.toml, .pbrt, Mitsuba's .xml) or a model (.glb, .gltf, .usdz, .usd, .usda,
+    .usdc, .obj, .ply, .stl).
 
     A model without camera, lights or floor gets those of the default studio, as on the command line.
     integrator: replaces the scene's. time: of the animation, seconds. animation, variant: of a model, by name or index.

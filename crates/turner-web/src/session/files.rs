@@ -46,7 +46,7 @@ fn choose<'a>(names: &[&'a str]) -> Result<&'a str, CallError> {
         let kind = match format {
             SceneFormat::Toml => 0,
             SceneFormat::Pbrt | SceneFormat::Mitsuba => 1,
-            SceneFormat::Gltf => 2,
+            SceneFormat::Gltf | SceneFormat::Usd => 2,
             SceneFormat::Obj => 3,
             SceneFormat::Ply | SceneFormat::Stl => 4,
         };

@@ -36,14 +36,14 @@ impl UpAxis {
 }
 
 params! {
-    /// A model file: glTF or GLB, OBJ with its MTL, PLY, STL. Its objects become one object of the scene. Its lights
-    /// and cameras are added to the scene, except in a group. A `material` of the object replaces all materials of the
-    /// model.
+    /// A model file: glTF or GLB, USD, OBJ with its MTL, PLY, STL. Its objects become one object of the scene. Its
+    /// lights and cameras are added to the scene, except in a group. A `material` of the object replaces all materials of
+    /// the model.
     pub struct ModelDesc as "model" {
         /// The model file, as a path relative to the scene file.
         file: String, required, default String::new();
-        /// The names of nodes (glTF) or groups (OBJ) to load, with everything below them. Without this key, all are
-        /// loaded.
+        /// The names of nodes (glTF), prims (USD) or groups (OBJ) to load, with everything below them. Without this key,
+        /// all are loaded.
         nodes: Vec<String> = Vec::new();
         /// The scene of the file to load, by name or index. Without this key, the default scene of the file.
         scene: Option<String> = None;

@@ -6,7 +6,7 @@ use crate::camera::CameraDesc;
 use crate::color::Spectrum;
 use crate::description::default_studio::{self, Orbit};
 use crate::description::framing::Subject;
-use crate::description::{SceneDesc, StudioDesc};
+use crate::description::{ObjectDesc, SceneDesc, StudioDesc};
 use crate::light::{BackgroundDesc, EnvironmentDesc, Light, LightDesc};
 use crate::material::{Material, MaterialDesc, PrincipledMaterial};
 use crate::math::elementary::{ln, pow, sin_cos};
@@ -107,7 +107,7 @@ impl StudioDesc {
                 Remedy::set("studio.camera", "orbit:azimuth,elevation"),
             );
         }
-        let lit = self.lights && lights.is_empty();
+        let lit = self.lights && lights.is_empty() && !has_shapes_as_lights(scene);
         if lit {
             let studio = EnvironmentDesc {
                 strength: self.strength,
@@ -230,4 +230,16 @@ fn ground_color(lights: &[Light], backdrop: Option<Spectrum>) -> Spectrum {
     let horizon = backdrop.unwrap_or_else(|| ring(0.01));
     let ratio = |horizon: f32, mean: f32| if mean > 0.0 { (horizon / mean).clamp(0.05, 0.9) } else { 0.5 };
     Spectrum::new(ratio(horizon.r, mean.r), ratio(horizon.g, mean.g), ratio(horizon.b, mean.b))
+}
+
+/// Whether a shape that the camera does not see emits light: the light of another program.
+fn has_shapes_as_lights(scene: &SceneDesc) -> bool {
+    let emits = |object: &ObjectDesc| {
+        let material = object.material.and_then(|id| scene.materials.get(id.index()));
+        let is_emitter = matches!(material.map(|m| &m.value),
+            Some(MaterialDesc::Principled(m)) if m.emission_luminance > 0.0);
+        object.hidden_from_camera && !object.hidden && is_emitter
+    };
+    let inner = scene.groups.iter().flat_map(|group| &group.value.objects);
+    scene.objects.iter().chain(inner).any(emits)
 }

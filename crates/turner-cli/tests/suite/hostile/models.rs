@@ -1,4 +1,4 @@
-//! Inconsistent models: glTF, OBJ, PLY, STL.
+//! Inconsistent models: glTF, USD, OBJ, PLY, STL.
 
 use super::run::{Case, Expected};
 use turner_io::testing::seeds::{glb_of, seeds};
@@ -68,11 +68,46 @@ pub(super) fn cases() -> Vec<Case> {
         Case::one("GLB: version 1", "a.glb", [&b"glTF"[..], &1u32.to_le_bytes(), &12u32.to_le_bytes()].concat()).must(Error),
         Case::one("GLB: JSON alone", "a.glb", glb_of("{\"asset\":{\"version\":\"2.0\"}}", &[])),
     ];
+    all.extend(stages());
     all.extend(meshes());
     all
 }
 
 #[expect(clippy::too_many_lines, reason = "a table")]
+fn stages() -> Vec<Case> {
+    use Expected::{Error, Picture};
+    let usd =
+        |name: &str, text: String| Case::one(format!("USD: {name}"), "a.usda", format!("#usda 1.0\n{text}"));
+    let nested = |open: &str, close: &str| open.repeat(200_000) + &close.repeat(200_000);
+    let pairs: String = (0..46)
+        .map(|i| {
+            let next = i + 1;
+            format!("def \"A{i}\" {{ def \"L\" (references = </A{next}>) {{}}\n def \"R\" (references = </A{next}>) {{}} }}\n")
+        })
+        .collect();
+    let binary = seeds().into_iter().find(|s| s.name == "model.usdc").unwrap().bytes;
+    let mut large = binary.clone();
+    let toc = u64::from_le_bytes(*large[16..].first_chunk().unwrap()) as usize;
+    large[toc..toc + 8].copy_from_slice(&(1_u64 << 60).to_le_bytes());
+    vec![
+        usd("prims in prims", nested("def \"a\" {", "}")).must(Error),
+        usd(
+            "dictionaries in dictionaries",
+            format!("def \"a\" (customData = {}) {{}}", nested("{ dictionary d = ", "}")),
+        )
+        .must(Error),
+        usd("brackets", format!("(x = {})", nested("[", "]"))).must(Error),
+        usd("references that double", pairs + "def \"A46\" { def Sphere \"S\" {} }").must(Error),
+        usd("a reference to itself", "def Sphere \"A\" (references = </A>) {}".into()).must(Picture),
+        usd("a million prims", "def Sphere \"A\" {}\n".repeat(1_000_000)),
+        usd("an open string", format!("def \"A\" {{ string x = \"\"\"{} }}", "\"\" ".repeat(1_000_000)))
+            .must(Error),
+        Case::one("USD: 2^60 sections", "a.usdc", large).must(Error),
+        Case::one("USD: half a file", "a.usdc", binary[..binary.len() / 2].to_vec()).must(Error),
+        Case::one("USD: an empty package", "a.usdz", [&b"PK\x05\x06"[..], &[0; 18]].concat()).must(Error),
+    ]
+}
+
 fn meshes() -> Vec<Case> {
     use Expected::{Error, Picture};
     let one = |name: &str, file: &str, text: String| Case::one(name, file, text);
