@@ -251,7 +251,8 @@ pub(super) fn add(scene: &mut Scene<'_>, prim: &Prim, state: &State) -> Result<(
     let Made { mesh, .. } = made;
     let id = scene.stock.mesh(super::paths::name(&prim.path).to_owned(), mesh);
     let (own, faces) = materials;
-    let desc = MeshDesc { mesh: id, smooth: None, materials: faces, subdivision: subdivision.map(Box::new) };
+    let subdivision = subdivision.map(Box::new);
+    let desc = MeshDesc { mesh: id, materials: faces, subdivision, ..MeshDesc::default() };
     scene.place(ObjectContent::Shape(ShapeDesc::Mesh(desc)), own, prim, state.transform)
 }
 
