@@ -78,6 +78,10 @@ fn desk() -> Folder {
         "scene.xml",
         "<scene version=\"3.0.0\"><default name=\"spp\" value=\"1\"/><sensor type=\"perspective\"><float name=\"fov\" value=\"40\"/><sampler type=\"independent\"><integer name=\"sample_count\" value=\"$spp\"/></sampler></sensor><shape type=\"sphere\"><point name=\"center\" x=\"0\" y=\"0\" z=\"5\"/></shape><emitter type=\"constant\"/></scene>",
     );
+    let mut seeds = turner_io::testing::seeds::seeds().into_iter();
+    let mut seed = |end: &str| seeds.find(|seed| seed.name.ends_with(end)).unwrap().bytes;
+    std::fs::write(f.path().join("shot.usda"), seed(".usda")).unwrap();
+    std::fs::write(f.path().join("model.usdz"), seed(".usdz")).unwrap();
     let part =
         ["scene.toml", "--integrator", "path", "--sample-range", "0..2", "-o", "scene.png", "--checkpoint"];
     f.turner(&[&part[..], &[".scene.png.turner-checkpoint"]].concat()).ok();

@@ -894,6 +894,10 @@ class Mesh(Shape):
         creases ([[number, number, number], …]): Edges that stay sharp: [vertex, vertex, sharpness] each, as the lists or a PLY file number the vertices. An edge of sharpness 2 is sharp for two levels, then smooth; one of 10 and more is sharp for ever. The same vertex twice is a sharp corner.
         crease_angle (number, 0 to 180): Edges where the faces make a larger angle, in degrees, stay sharp for ever.
         keep_corners (true | false): Whether vertices of only one face stay in place, so that the corners of a sheet are not rounded.
+        edge_length (number, greater than 0): Divides edges until none is longer, in units of the object, after `subdivision` and as `displacement` has moved their ends: large faces and steep places get many triangles, others few. Without this key edges are divided only for `displacement`, to a two-hundredth of the mesh's diagonal.
+        displacement ("image file"): An image that moves vertices along their normals, read at their (u, v): a height map. Values are the means of red, green and blue as stored, 0..1 but for float files; images of 16 bits or floats give smooth slopes.
+        displacement_scale (number): How far a value of 1 moves vertices out, in units of the object. Without this key 0.1.
+        displacement_midlevel (number): The value of the image that leaves vertices in place; lower values move them in. Without this key 0.
         name ("text"): A name, used in reports.
         light_group ("text"): The light group of an object with an emissive material. An object in a group without this key has that of the instance.
         shadow_catcher (true | false, default false): Whether the camera sees nothing of the object but the shadow that others cast on it: alpha is the fraction of the direct light that they keep off. Reflections, and light that it reflects, stay. Integrators "path" and "direct".
@@ -924,6 +928,10 @@ class Mesh(Shape):
         creases: Any | None = None,
         crease_angle: float | None = None,
         keep_corners: bool | None = None,
+        edge_length: float | None = None,
+        displacement: File | NDArray[Any] | None = None,
+        displacement_scale: float | None = None,
+        displacement_midlevel: float | None = None,
         name: str | None = None,
         light_group: str | None = None,
         shadow_catcher: bool | None = None,
@@ -954,6 +962,10 @@ class Mesh(Shape):
     creases: Any
     crease_angle: Any
     keep_corners: Any
+    edge_length: Any
+    displacement: Any
+    displacement_scale: Any
+    displacement_midlevel: Any
     name: Any
     light_group: Any
     shadow_catcher: Any
@@ -3611,11 +3623,11 @@ class Animation(Description):
     name: Any
 
 class Model(Description):
-    """A model file: glTF or GLB, OBJ with its MTL, PLY, STL. Its objects become one object of the scene. Its lights and cameras are added to the scene, except in a group. A `material` of the object replaces all materials of the model.
+    """A model file: glTF or GLB, USD, OBJ with its MTL, PLY, STL. Its objects become one object of the scene. Its lights and cameras are added to the scene, except in a group. A `material` of the object replaces all materials of the model.
     
     Keys:
         file ("text"): The model file, as a path relative to the scene file.
-        nodes (["text", …], default []): The names of nodes (glTF) or groups (OBJ) to load, with everything below them. Without this key, all are loaded.
+        nodes (["text", …], default []): The names of nodes (glTF), prims (USD) or groups (OBJ) to load, with everything below them. Without this key, all are loaded.
         scene ("text"): The scene of the file to load, by name or index. Without this key, the default scene of the file.
         variant ("text"): The material variant, by name or index.
         animation ("text"): The animation, by name or index; "none" is the pose without animation. Without this key, the first one.

@@ -151,6 +151,12 @@ impl ObjectTransform {
         ObjectTransform { to_world, to_object, normal, stretch, motion: None, in_world: None }
     }
 
+    /// The shape and the ray that meet in one space, which is that of the world where it can be.
+    #[inline(always)]
+    fn met<'a>(&'a self, shape: &'a Shape, ray: &Ray) -> (&'a Shape, Ray) {
+        self.in_world.as_deref().map_or_else(|| (shape, self.ray_to_object(ray)), |there| (there, *ray))
+    }
+
     /// Transforms a ray from world space to object space at the ray's time.
     #[inline]
     pub(crate) fn ray_to_object(&self, ray: &Ray) -> Ray {
@@ -279,11 +285,8 @@ impl Scene {
                 shape => shape.intersect(ray),
             }
         } else {
-            let transform = &self.transforms[primitive.transform as usize];
-            match &transform.in_world {
-                Some(shape) => shape.intersect(ray),
-                None => primitive.shape.intersect(&transform.ray_to_object(ray)),
-            }
+            let (shape, ray) = self.transforms[primitive.transform as usize].met(&primitive.shape, ray);
+            shape.intersect(&ray)
         }
     }
 
@@ -300,11 +303,8 @@ impl Scene {
                 shape => shape.occludes(ray),
             }
         } else {
-            let transform = &self.transforms[primitive.transform as usize];
-            match &transform.in_world {
-                Some(shape) => shape.occludes(ray),
-                None => primitive.shape.occludes(&transform.ray_to_object(ray)),
-            }
+            let (shape, ray) = self.transforms[primitive.transform as usize].met(&primitive.shape, ray);
+            shape.occludes(&ray)
         };
         hit && match self.materials[primitive.material.index()].shadow() {
             ShadowKind::Opaque => true,
@@ -433,19 +433,6 @@ impl Scene {
         let size = p.abs().max_element() + transform.to_world.translation.abs().max_element();
         let error = (s.error * transform.stretch + 1e-15 * size).max(floor);
         interaction(p, error, ng, ns, s)
-    }
-
-    /// The point and the normals of [`Scene::surface`], where they do not need the surface in object space.
-    #[inline]
-    pub(crate) fn point_in_world(&self, ray: &Ray, hit: &Hit) -> Option<SurfacePoint> {
-        let primitive = &self.primitives[hit.primitive as usize];
-        let shape = match (primitive.transform, &primitive.shape) {
-            (_, Shape::Mesh(_)) => return None,
-            (NO_TRANSFORM, shape) => shape,
-            (i, _) => self.transforms[i as usize].in_world.as_deref()?,
-        };
-        let s = shape.surface(ray, &hit.shape);
-        Some(SurfacePoint { error: s.error.max(1e-15 * hit.shape.t), ..s })
     }
 
     /// The sphere that was hit, if the hit is on a sphere without a transform.

@@ -6,12 +6,13 @@ use turner_bvh::lanes::{Block, Block32, F32x8, F64x8, Mask8, Simd, Vec3x8};
 use crate::bsdf::TerminatorX8;
 use crate::interaction::SurfaceInteraction;
 use crate::material::bent_normal::HEIGHT;
-use crate::math::DVec3;
 use crate::math::block::{set_bit, set_vector, vector};
 use crate::math::elementary_x8::is_finite;
 use crate::math::frame_x8::FrameX8;
+use crate::math::{DVec3, Ray};
+use crate::scene::scene::NO_TRANSFORM;
 use crate::scene::{Hit, Scene};
-use crate::shape::SurfacePoint;
+use crate::shape::{Shape, SurfacePoint};
 
 /// Eight surfaces. Triangles are computed here from their corners and vertex normals; others are stored as they are.
 #[derive(Clone, Debug, Default)]
@@ -267,6 +268,21 @@ impl SurfaceBlock {
             wo: -Vec3x8::load(simd, &self.direction),
             soft: Mask8::new(simd, self.softens).and_not(same(ns, ng)),
         }
+    }
+}
+
+impl Scene {
+    /// The point and the normals of [`Scene::surface`], where they do not need the surface in object space.
+    #[inline]
+    pub(crate) fn point_in_world(&self, ray: &Ray, hit: &Hit) -> Option<SurfacePoint> {
+        let primitive = &self.primitives[hit.primitive as usize];
+        let shape = match (primitive.transform, &primitive.shape) {
+            (_, Shape::Mesh(_)) => return None,
+            (NO_TRANSFORM, shape) => shape,
+            (i, _) => self.transforms[i as usize].in_world.as_deref()?,
+        };
+        let point = shape.surface(ray, &hit.shape);
+        Some(SurfacePoint { error: point.error.max(1e-15 * hit.shape.t), ..point })
     }
 }
 

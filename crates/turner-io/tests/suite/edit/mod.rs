@@ -27,7 +27,12 @@ fn assets_folder() -> PathBuf {
 
 /// Calls `with` with the files of the tests.
 fn with_files<T>(with: impl FnOnce(&mut SceneFiles<'_>) -> T) -> T {
-    let assets = FolderAssets::new(assets_folder()).unwrap();
+    with_files_in(&assets_folder(), with)
+}
+
+/// Calls `with` with the files of a folder.
+fn with_files_in<T>(folder: &Path, with: impl FnOnce(&mut SceneFiles<'_>) -> T) -> T {
+    let assets = FolderAssets::new(folder).unwrap();
     let sources = Sources::default();
     with(&mut SceneFiles::new(&assets, &sources))
 }

@@ -113,7 +113,8 @@ fn every_value_sets_the_same_scene_again() {
             ..KeyEdit::new(p, Data::Bool(true))
         });
         let edits: Vec<KeyEdit> = edits.collect();
-        with_files(|files| edited.edit(&edits, files)).unwrap_or_else(|e| panic!("{}: {e}", path.display()));
+        let done = with_files_in(path.parent().unwrap(), |files| edited.edit(&edits, files));
+        done.unwrap_or_else(|e| panic!("{}: {e}", path.display()));
         desc.same_apart_from_order(&edited).unwrap_or_else(|e| panic!("{}: {e}", path.display()));
         let spans = |d: &turner::description::SceneDesc| d.objects.iter().map(|o| o.span).collect::<Vec<_>>();
         assert_eq!(spans(&desc), spans(&edited), "edited items keep their position");
