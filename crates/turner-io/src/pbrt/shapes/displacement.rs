@@ -3,6 +3,7 @@
 
 use turner::color::Spectrum;
 use turner::image::Pixels;
+use turner::math::elementary::cbrt;
 use turner::schema::{ColorSource, Transform};
 use turner::shape::displacement::Displacement;
 use turner::texture::{Encoding, ImageDesc, Mapping, TextureDesc, Wrap};
@@ -44,7 +45,7 @@ pub(super) fn of_shape(
         scene.report.approximated(place, message);
     }
     // pbrt measures edges in the space of the scene.
-    let scale = state.ctm[0].matrix3.determinant().abs().cbrt();
+    let scale = cbrt(state.ctm[0].matrix3.determinant().abs());
     let longest = edge.filter(|e| *e > 0.0).unwrap_or(1.0) / scale;
     Ok(longest.is_finite().then_some((displacement, longest)))
 }

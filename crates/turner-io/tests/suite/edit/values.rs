@@ -3,7 +3,7 @@
 use turner::schema::KeyEdit;
 use turner::schema::value::{Data, Value};
 
-use super::{all_scenes, scene, with_files};
+use super::{all_scenes, scene, with_files, with_files_in};
 
 const SCENE: &str = r##"
 [film]
