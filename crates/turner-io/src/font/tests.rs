@@ -139,7 +139,7 @@ fn other_files_are_refused_with_a_remedy() {
     }
 }
 
-/// Components of components, four of each on 14 levels, and subroutines that call others 40 times on nine.
+/// Composite glyphs of four components each, nested on 14 levels, and subroutines that call others 40 times on nine.
 #[test]
 fn what_multiplies_is_bounded() {
     let begun = turner_host::time::Instant::now();

@@ -119,7 +119,7 @@ impl Stage<'_> {
     }
 }
 
-/// The value of time samples at a time: linear between samples of numbers, else that before.
+/// The value of time samples at a time code: numbers are interpolated linearly, other values are held.
 fn sampled(
     samples: &[(f64, Value)],
     time: f64,

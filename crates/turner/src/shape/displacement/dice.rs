@@ -284,12 +284,10 @@ impl Diced {
     }
 
     /// The displaced triangles, with the normals of the displaced surface.
-    pub(super) fn into_mesh(self, data: &MeshData, smooth: bool) -> MeshData {
+    pub(super) fn into_mesh(mut self, data: &MeshData, smooth: bool) -> MeshData {
         let at = |v: u32| self.points[self.point_of[v as usize] as usize].displaced;
         let mut out = MeshData {
             positions: (0..self.point_of.len() as u32).map(|v| at(v).as_vec3().to_array()).collect(),
-            triangles: self.triangles.clone(),
-            face_materials: self.materials.clone(),
             material_names: data.material_names.clone(),
             ..MeshData::default()
         };
@@ -299,6 +297,8 @@ impl Diced {
             let normal = |&group: &u32| sums[group as usize].normalize_or_zero().as_vec3().to_array();
             out.normals = group.iter().map(normal).collect();
         }
+        out.triangles = std::mem::take(&mut self.triangles);
+        out.face_materials = std::mem::take(&mut self.materials);
         let mut at = 0;
         let mut column = |count: usize| {
             at += count;
