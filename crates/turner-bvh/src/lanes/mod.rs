@@ -99,7 +99,15 @@ pub unsafe trait Simd: Copy + Send + Sync + 'static {
     unsafe fn load32(v: &Block32) -> Self::H;
     unsafe fn store32(v: Self::H, to: &mut Block32);
     unsafe fn add32(a: Self::H, b: Self::H) -> Self::H;
+    unsafe fn sub32(a: Self::H, b: Self::H) -> Self::H;
     unsafe fn mul32(a: Self::H, b: Self::H) -> Self::H;
+    unsafe fn div32(a: Self::H, b: Self::H) -> Self::H;
+    unsafe fn sqrt32(a: Self::H) -> Self::H;
+    /// `a` if it is larger, else `b`.
+    unsafe fn max32(a: Self::H, b: Self::H) -> Self::H;
+    /// `a` if it is smaller, else `b`.
+    unsafe fn min32(a: Self::H, b: Self::H) -> Self::H;
+    unsafe fn lt32(a: Self::H, b: Self::H) -> Self::M;
     unsafe fn eq32(a: Self::H, b: Self::H) -> Self::M;
     unsafe fn select32(m: Self::M, a: Self::H, b: Self::H) -> Self::H;
     /// Rounds to single precision.

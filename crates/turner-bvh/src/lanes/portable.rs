@@ -134,8 +134,32 @@ unsafe impl Simd for Portable {
         each(a, b, |a, b| a + b)
     }
     #[inline(always)]
+    unsafe fn sub32(a: Self::H, b: Self::H) -> Self::H {
+        each(a, b, |a, b| a - b)
+    }
+    #[inline(always)]
     unsafe fn mul32(a: Self::H, b: Self::H) -> Self::H {
         each(a, b, |a, b| a * b)
+    }
+    #[inline(always)]
+    unsafe fn div32(a: Self::H, b: Self::H) -> Self::H {
+        each(a, b, |a, b| a / b)
+    }
+    #[inline(always)]
+    unsafe fn sqrt32(a: Self::H) -> Self::H {
+        a.map(f32::sqrt)
+    }
+    #[inline(always)]
+    unsafe fn max32(a: Self::H, b: Self::H) -> Self::H {
+        each(a, b, |a, b| if a > b { a } else { b })
+    }
+    #[inline(always)]
+    unsafe fn min32(a: Self::H, b: Self::H) -> Self::H {
+        each(a, b, |a, b| if a < b { a } else { b })
+    }
+    #[inline(always)]
+    unsafe fn lt32(a: Self::H, b: Self::H) -> Self::M {
+        each(a, b, |a, b| all_ones(a < b))
     }
     #[inline(always)]
     unsafe fn eq32(a: Self::H, b: Self::H) -> Self::M {

@@ -43,6 +43,17 @@ fn set_register<T>(to: &mut [T; 8], i: usize, v: v128) {
     unsafe { v128_store(to.as_mut_ptr().add(i * each).cast(), v) }
 }
 
+/// Converts a mask of eight floats to a mask of eight doubles.
+#[inline(always)]
+fn wide_mask([low, high]: Two) -> Four {
+    [
+        i64x2_extend_low_i32x4(low),
+        i64x2_extend_high_i32x4(low),
+        i64x2_extend_low_i32x4(high),
+        i64x2_extend_high_i32x4(high),
+    ]
+}
+
 // SAFETY: the module is compiled with these instructions; lanes are independent IEEE 754 operations.
 unsafe impl Simd for Simd128 {
     type F = Four;
@@ -127,18 +138,37 @@ unsafe impl Simd for Simd128 {
         [f32x4_add(a[0], b[0]), f32x4_add(a[1], b[1])]
     }
     #[inline(always)]
+    unsafe fn sub32(a: Two, b: Two) -> Two {
+        [f32x4_sub(a[0], b[0]), f32x4_sub(a[1], b[1])]
+    }
+    #[inline(always)]
     unsafe fn mul32(a: Two, b: Two) -> Two {
         [f32x4_mul(a[0], b[0]), f32x4_mul(a[1], b[1])]
     }
     #[inline(always)]
+    unsafe fn div32(a: Two, b: Two) -> Two {
+        [f32x4_div(a[0], b[0]), f32x4_div(a[1], b[1])]
+    }
+    #[inline(always)]
+    unsafe fn sqrt32(a: Two) -> Two {
+        a.map(|v| f32x4_sqrt(v))
+    }
+    // The instructions return their first operand unless the second is larger, or smaller.
+    #[inline(always)]
+    unsafe fn max32(a: Two, b: Two) -> Two {
+        [f32x4_pmax(b[0], a[0]), f32x4_pmax(b[1], a[1])]
+    }
+    #[inline(always)]
+    unsafe fn min32(a: Two, b: Two) -> Two {
+        [f32x4_pmin(b[0], a[0]), f32x4_pmin(b[1], a[1])]
+    }
+    #[inline(always)]
+    unsafe fn lt32(a: Two, b: Two) -> Four {
+        wide_mask([f32x4_lt(a[0], b[0]), f32x4_lt(a[1], b[1])])
+    }
+    #[inline(always)]
     unsafe fn eq32(a: Two, b: Two) -> Four {
-        let [low, high] = [f32x4_eq(a[0], b[0]), f32x4_eq(a[1], b[1])];
-        [
-            i64x2_extend_low_i32x4(low),
-            i64x2_extend_high_i32x4(low),
-            i64x2_extend_low_i32x4(high),
-            i64x2_extend_high_i32x4(high),
-        ]
+        wide_mask([f32x4_eq(a[0], b[0]), f32x4_eq(a[1], b[1])])
     }
     #[inline(always)]
     unsafe fn select32(m: Four, a: Two, b: Two) -> Two {

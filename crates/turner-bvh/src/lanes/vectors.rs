@@ -43,7 +43,9 @@ operator!(F64x8, Sub, sub, sub);
 operator!(F64x8, Mul, mul, mul);
 operator!(F64x8, Div, div, div);
 operator!(F32x8, Add, add, add32);
+operator!(F32x8, Sub, sub, sub32);
 operator!(F32x8, Mul, mul, mul32);
+operator!(F32x8, Div, div, div32);
 operator!(Mask8, BitAnd, bitand, and);
 operator!(Mask8, BitOr, bitor, or);
 
@@ -212,6 +214,34 @@ impl<S: Simd> F32x8<S> {
     pub fn store(self, to: &mut Block32) {
         // SAFETY: these lanes were made with a value of `S`.
         unsafe { S::store32(self.0, to) }
+    }
+
+    /// The square root.
+    #[inline(always)]
+    pub fn sqrt(self) -> Self {
+        // SAFETY: these lanes were made with a value of `S`.
+        F32x8(unsafe { S::sqrt32(self.0) })
+    }
+
+    /// `self` where it is larger, else `other`.
+    #[inline(always)]
+    pub fn or_larger(self, other: Self) -> Self {
+        // SAFETY: these lanes were made with a value of `S`.
+        F32x8(unsafe { S::max32(self.0, other.0) })
+    }
+
+    /// `self` where it is smaller, else `other`.
+    #[inline(always)]
+    pub fn or_smaller(self, other: Self) -> Self {
+        // SAFETY: these lanes were made with a value of `S`.
+        F32x8(unsafe { S::min32(self.0, other.0) })
+    }
+
+    /// `self < other`.
+    #[inline(always)]
+    pub fn lt(self, other: Self) -> Mask8<S> {
+        // SAFETY: these lanes were made with a value of `S`.
+        Mask8(unsafe { S::lt32(self.0, other.0) })
     }
 
     /// `self == other`.

@@ -102,7 +102,13 @@ unsafe impl Simd for Avx512 {
         fn load32(v: &Block32) -> __m256 = _mm256_load_ps(v.0.as_ptr());
         fn store32(v: __m256, to: &mut Block32) = _mm256_store_ps(to.0.as_mut_ptr(), v);
         fn add32(a: __m256, b: __m256) -> __m256 = _mm256_add_ps(a, b);
+        fn sub32(a: __m256, b: __m256) -> __m256 = _mm256_sub_ps(a, b);
         fn mul32(a: __m256, b: __m256) -> __m256 = _mm256_mul_ps(a, b);
+        fn div32(a: __m256, b: __m256) -> __m256 = _mm256_div_ps(a, b);
+        fn sqrt32(a: __m256) -> __m256 = _mm256_sqrt_ps(a);
+        fn max32(a: __m256, b: __m256) -> __m256 = _mm256_max_ps(a, b);
+        fn min32(a: __m256, b: __m256) -> __m256 = _mm256_min_ps(a, b);
+        fn lt32(a: __m256, b: __m256) -> u8 = _mm256_cmp_ps_mask::<_CMP_LT_OQ>(a, b);
         fn eq32(a: __m256, b: __m256) -> u8 = _mm256_cmp_ps_mask::<_CMP_EQ_OQ>(a, b);
         fn select32(m: u8, a: __m256, b: __m256) -> __m256 = _mm256_mask_blend_ps(m, b, a);
         fn narrow(a: __m512d) -> __m256 = _mm512_cvtpd_ps(a);
@@ -119,6 +125,19 @@ unsafe fn mask32([a, b]: [__m256d; 2]) -> __m256 {
         // Take the even words of both within each 128-bit half, then put the quarters in order.
         let even = _mm256_castps_pd(_mm256_shuffle_ps::<0b10_00_10_00>(a, b));
         _mm256_castpd_ps(_mm256_permute4x64_pd::<0b11_01_10_00>(even))
+    }
+}
+
+/// Converts a mask of eight floats to a mask of eight doubles.
+#[inline(always)]
+unsafe fn mask64(m: __m256) -> [__m256d; 2] {
+    // SAFETY: only called where AVX2 is supported.
+    unsafe {
+        let m = _mm256_castps_si256(m);
+        [
+            _mm256_castsi256_pd(_mm256_cvtepi32_epi64(_mm256_castsi256_si128(m))),
+            _mm256_castsi256_pd(_mm256_cvtepi32_epi64(_mm256_extracti128_si256::<1>(m))),
+        ]
     }
 }
 
@@ -181,14 +200,14 @@ unsafe impl Simd for Avx2 {
         fn load32(v: &Block32) -> __m256 = _mm256_load_ps(v.0.as_ptr());
         fn store32(v: __m256, to: &mut Block32) = _mm256_store_ps(to.0.as_mut_ptr(), v);
         fn add32(a: __m256, b: __m256) -> __m256 = _mm256_add_ps(a, b);
+        fn sub32(a: __m256, b: __m256) -> __m256 = _mm256_sub_ps(a, b);
         fn mul32(a: __m256, b: __m256) -> __m256 = _mm256_mul_ps(a, b);
-        fn eq32(a: __m256, b: __m256) -> Self::M = {
-            let m = _mm256_castps_si256(_mm256_cmp_ps::<_CMP_EQ_OQ>(a, b));
-            [
-                _mm256_castsi256_pd(_mm256_cvtepi32_epi64(_mm256_castsi256_si128(m))),
-                _mm256_castsi256_pd(_mm256_cvtepi32_epi64(_mm256_extracti128_si256::<1>(m))),
-            ]
-        };
+        fn div32(a: __m256, b: __m256) -> __m256 = _mm256_div_ps(a, b);
+        fn sqrt32(a: __m256) -> __m256 = _mm256_sqrt_ps(a);
+        fn max32(a: __m256, b: __m256) -> __m256 = _mm256_max_ps(a, b);
+        fn min32(a: __m256, b: __m256) -> __m256 = _mm256_min_ps(a, b);
+        fn lt32(a: __m256, b: __m256) -> Self::M = mask64(_mm256_cmp_ps::<_CMP_LT_OQ>(a, b));
+        fn eq32(a: __m256, b: __m256) -> Self::M = mask64(_mm256_cmp_ps::<_CMP_EQ_OQ>(a, b));
         fn select32(m: Self::M, a: __m256, b: __m256) -> __m256 = _mm256_blendv_ps(b, a, mask32(m));
         fn narrow(a: Self::F) -> __m256 = _mm256_set_m128(_mm256_cvtpd_ps(a[1]), _mm256_cvtpd_ps(a[0]));
         fn widen(a: __m256) -> Self::F =

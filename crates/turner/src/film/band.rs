@@ -241,10 +241,21 @@ impl Band {
     }
 
     /// The single sample of the pixel at an index; `None` without one, or where there are sums.
+    #[inline]
     pub(super) fn single(&self, i: usize) -> Option<[f32; 4]> {
         let Pixels::Samples(pixels) = &self.pixels else { return None };
         let [r, g, b, alpha] = pixels[i];
         (alpha & HAS_SAMPLE != 0).then(|| [r, g, b, alpha & !HAS_SAMPLE].map(f32::from_bits))
+    }
+
+    /// The mean of the samples of the pixel at an index, as [`PixelSum::mean`].
+    #[inline]
+    pub(super) fn mean(&self, i: usize) -> Option<[f32; 4]> {
+        match self.single(i) {
+            // Nearly all single samples are their own mean.
+            Some([r, g, b, 1.0]) if [r, g, b].into_iter().all(Fixed96::keeps) => Some([r, g, b, 1.0]),
+            _ => self.sum(i).mean(),
+        }
     }
 
     /// The sums of additional channels of the pixel at an index.
@@ -304,7 +315,7 @@ mod tests {
         let tile = PixelRect { x: 2, y: 1, width: 3, height: 2 };
         let rows = PixelRect { x: 0, y: 0, width: 7, height: 4 };
         let values = [0.25, 1e-20, -3.0, f32::NAN, 7e9, 0.0];
-        let samples = values.map(|v| (Spectrum::new(v, 0.5, 1.0), 0.75));
+        let samples = values.map(|v| (Spectrum::new(v, 0.5, 1.0), if v < 1.0 { 0.75 } else { 1.0 }));
         let (mut one, mut many) = (Band::new(rows, true, 0), Band::new(rows, false, 0));
         let same = |a: &Band, b: &Band| (0..28).all(|i| a.sum(i) == b.sum(i));
         let weight = |band: &Band| (0..28).map(|i| band.sum(i).weight()).sum::<f64>();
@@ -312,6 +323,8 @@ mod tests {
             one.add_samples(&tile, samples.iter().copied());
             many.add_samples(&tile, samples.iter().copied());
             assert!(same(&one, &many));
+            let means = |band: &Band| (0..28).map(|i| band.mean(i).map(|v| v.map(f32::to_bits))).collect::<Vec<_>>();
+            assert_eq!(means(&one), means(&many));
             assert_eq!(weight(&one), 5.0 * f64::from(round + 1));
         }
         let mut transparent = Band::new(rows, true, 0);

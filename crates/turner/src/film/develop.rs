@@ -120,14 +120,17 @@ impl Film {
     }
 
     /// The mean of the samples of a pixel of the region, with the shadow on shadow catchers.
+    #[inline]
     fn mean(&self, x: u32, y: u32, caught: Option<Caught>) -> Option<[f32; 4]> {
-        let mean = self.sum(x, y).mean()?;
-        match (caught, self.place(x, y)) {
-            (Some(caught), Some((band, i))) => Some(caught.apply(band, i, mean)),
-            _ => Some(mean),
+        let (band, i) = self.place(x, y)?;
+        let mean = band.mean(i)?;
+        match caught {
+            Some(caught) => Some(caught.apply(band, i, mean)),
+            None => Some(mean),
         }
     }
 
+    #[inline]
     fn pixel(&self, x: u32, y: u32, more: &More) -> Option<[f32; 4]> {
         let Some(mut mean) = self.mean(x, y, more.caught) else {
             return self.preview.as_ref()?.pixel(x, y);

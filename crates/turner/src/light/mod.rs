@@ -55,7 +55,7 @@ pub use profile::ProfileUnits;
 pub use sky::SkyDesc;
 pub use slide::SlideUnits;
 pub use spot::{Spot, SpotDesc};
-pub(crate) use tree::WIDTH as TREE_WIDTH;
+pub(crate) use tree::ChosenLight;
 pub use tree::{LightTree, NO_CELL, Receiver};
 
 use crate::color::Spectrum;

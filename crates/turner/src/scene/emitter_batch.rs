@@ -1,23 +1,25 @@
-//! Light samples for a batch of points. Each result equals that of [`Emitters::sample`] bit by bit, but rectangles
-//! and spheres are sampled eight points at a time, and environment look-ups of all points run in one loop, where
+//! Light samples for a batch of points. Each result equals that of [`Emitters::sample`] bit by bit, but rectangles,
+//! spheres and triangles are sampled eight points at a time, and environment look-ups of all points run in one loop, where
 //! cache misses overlap.
 
 use turner_bvh::InstructionSet;
 use turner_bvh::lanes::LANES;
 
 use crate::color::Spectrum;
-use crate::light::emission::{EmitterBlock, RectangleEmitter, SphereEmitter};
-use crate::light::{AdaptiveEnvironment, EnvironmentBatch, Light, NO_CELL, Receiver};
+use crate::light::emission::{EmitterBlock, EmitterSample, RectangleEmitter, SphereEmitter, TriangleBlock};
+use crate::light::{AdaptiveEnvironment, ChosenLight, EnvironmentBatch, Light, NO_CELL, Receiver};
 use crate::math::DVec3;
 use crate::scene::Scene;
-use crate::scene::emitters::{Emitter, Emitters, LightSample};
-use crate::scene::shape_emitters::{BlockShape, ShapeEmitter};
+use crate::scene::emitters::{Chosen, Emitter, Emitters, FirstChoice, LightSample};
+use crate::scene::shape_emitters::{BlockShape, OneTriangle, ShapeEmitter};
 
 /// Requests for light samples, and the results.
 #[derive(Default)]
 pub struct LightBatch {
     requests: Vec<(Receiver, [f64; 3])>,
     samples: Vec<Option<LightSample>>,
+    in_tree: Vec<InTree>,
+    found: Vec<Option<ChosenLight>>,
     /// Requests for one environment: index of the request, and probability of the choice.
     environment_requests: Vec<(u32, f64)>,
     environment_u: Vec<[f64; 2]>,
@@ -25,6 +27,17 @@ pub struct LightBatch {
     adaptive_requests: Vec<(u32, f64)>,
     adaptive_u: Vec<(u32, [f64; 2])>,
     scratch: EnvironmentBatch,
+}
+
+/// A request that the light tree chooses for.
+#[derive(Clone, Copy)]
+struct InTree {
+    request: u32,
+    /// Whether the receiver is that of the request before.
+    again: bool,
+    /// The probability of the tree, and the random number of its choice.
+    choice: f64,
+    left: f64,
 }
 
 /// Directions of rays that leave the scene, and the infinite lights that they hit.
@@ -112,7 +125,20 @@ struct Queue<'a, E> {
 struct Waiting<'a> {
     index: usize,
     emitter: &'a ShapeEmitter,
+    part: u32,
+    /// The probability of the part once the emitter is chosen, and that of the emitter.
+    part_choice: f64,
     choice: f64,
+}
+
+impl Waiting<'_> {
+    #[inline]
+    fn finish(&self, scene: &Scene, block: &EmitterBlock, lane: usize) -> Option<LightSample> {
+        let s = block.get(lane)?;
+        let s = EmitterSample { pdf: s.pdf * self.part_choice, ..s };
+        let light = self.emitter.emit(scene, block.lit(lane), s, self.part)?;
+        Some(light.chosen(self.choice))
+    }
 }
 
 impl<'a, E> Queue<'a, E> {
@@ -141,13 +167,125 @@ impl<'a, E> Queue<'a, E> {
         let [Some(first), ..] = self.shapes else { return };
         sample(scene.instruction_set, self.shapes.map(|form| form.unwrap_or(first)), &mut self.block);
         for (lane, waiting) in self.waiting.iter().enumerate() {
-            let Some(Waiting { index, emitter, choice }) = waiting else { continue };
-            samples[*index] = self.block.get(lane).and_then(|s| {
-                let light = emitter.emit(scene, self.block.lit(lane), s, emitter.part())?;
-                Some(LightSample { pdf: light.pdf * choice, ..light })
-            });
+            let Some(waiting) = waiting else { continue };
+            samples[waiting.index] = waiting.finish(scene, &self.block, lane);
         }
         (self.len, self.shapes, self.waiting) = (0, [None; LANES], [None; LANES]);
+    }
+}
+
+/// The same for triangles of meshes.
+struct TriangleQueue<'a> {
+    len: usize,
+    waiting: [Option<Waiting<'a>>; LANES],
+    block: TriangleBlock,
+}
+
+impl<'a> TriangleQueue<'a> {
+    fn new() -> TriangleQueue<'a> {
+        TriangleQueue { len: 0, waiting: [None; LANES], block: TriangleBlock::default() }
+    }
+
+    /// Adds a request; true when there are eight.
+    #[inline]
+    fn push(&mut self, one: &OneTriangle, waiting: Waiting<'a>, p: DVec3, u: [f64; 2]) -> bool {
+        let lane = self.len % LANES;
+        let waiting = Waiting { part: one.part, part_choice: one.probability, ..waiting };
+        self.waiting[lane] = Some(waiting);
+        self.block.ask(lane, one.corners, one.side, p, u);
+        self.len += 1;
+        self.len == LANES
+    }
+
+    /// Computes the waiting samples.
+    fn flush(&mut self, scene: &Scene, samples: &mut [Option<LightSample>]) {
+        if self.len == 0 {
+            return;
+        }
+        self.block.sample(scene.instruction_set);
+        for (lane, waiting) in self.waiting.iter().enumerate() {
+            let Some(waiting) = waiting else { continue };
+            samples[waiting.index] = waiting.finish(scene, self.block.block(), lane);
+        }
+        (self.len, self.waiting) = (0, [None; LANES]);
+    }
+}
+
+/// Requests whose emitter is chosen, by type of emitter.
+struct Sorted<'a> {
+    scene: &'a Scene,
+    adaptive: Option<&'a AdaptiveEnvironment>,
+    samples: &'a mut [Option<LightSample>],
+    rectangles: Queue<'a, RectangleEmitter>,
+    spheres: Queue<'a, SphereEmitter>,
+    triangles: TriangleQueue<'a>,
+    /// With several environments, only the first is sampled in a batch.
+    environment: Option<u32>,
+    environment_requests: &'a mut Vec<(u32, f64)>,
+    environment_u: &'a mut Vec<[f64; 2]>,
+    adaptive_requests: &'a mut Vec<(u32, f64)>,
+    adaptive_u: &'a mut Vec<(u32, [f64; 2])>,
+}
+
+impl<'a> Sorted<'a> {
+    /// Adds a request, or computes its sample.
+    #[inline]
+    fn add(&mut self, index: usize, (at, u): &(Receiver, [f64; 3]), chosen: Chosen<'a>) {
+        let chosen = Chosen { choice: chosen.choice * at.candidates(), ..chosen };
+        let Chosen { emitter, choice, part, left } = chosen;
+        let (p, u) = (at.p, [u[0], u[1]]);
+        match emitter {
+            Emitter::Light(i)
+                if at.cell != NO_CELL && self.adaptive.is_some_and(|adaptive| adaptive.light() == *i) =>
+            {
+                self.adaptive_requests.push((index as u32, choice));
+                self.adaptive_u.push((at.cell, u));
+            }
+            Emitter::Light(i)
+                if matches!(self.scene.lights.get(*i as usize), Some(Light::Environment(_)))
+                    && *self.environment.get_or_insert(*i) == *i =>
+            {
+                self.environment_requests.push((index as u32, choice));
+                self.environment_u.push(u);
+            }
+            Emitter::Shape(shape) => {
+                let waiting = Waiting { index, emitter: shape, part: shape.part(), part_choice: 1.0, choice };
+                match shape.block_shape(self.scene, part, left) {
+                    Some(BlockShape::Rectangle(form)) => {
+                        if self.rectangles.push(form, waiting, p, u) {
+                            self.flush_rectangles();
+                        }
+                    }
+                    Some(BlockShape::Sphere(form)) => {
+                        if self.spheres.push(form, waiting, p, u) {
+                            self.flush_spheres();
+                        }
+                    }
+                    Some(BlockShape::Triangle(one)) => {
+                        if self.triangles.push(&one, waiting, p, u) {
+                            self.triangles.flush(self.scene, self.samples);
+                        }
+                    }
+                    None => self.samples[index] = chosen.sample(self.scene, at, u),
+                }
+            }
+            Emitter::Light(_) => self.samples[index] = chosen.sample(self.scene, at, u),
+        }
+    }
+
+    fn flush_rectangles(&mut self) {
+        self.rectangles.flush(self.scene, RectangleEmitter::sample_block, self.samples);
+    }
+
+    fn flush_spheres(&mut self) {
+        self.spheres.flush(self.scene, SphereEmitter::sample_block, self.samples);
+    }
+
+    /// Computes the samples of all requests that wait, except those of environments.
+    fn flush(&mut self) {
+        self.flush_rectangles();
+        self.flush_spheres();
+        self.triangles.flush(self.scene, self.samples);
     }
 }
 
@@ -166,57 +304,54 @@ impl Emitters {
         if self.is_empty() || requests.is_empty() {
             return;
         }
-        let mut rectangles: Queue<'_, RectangleEmitter> = Queue::new();
-        let mut spheres: Queue<'_, SphereEmitter> = Queue::new();
-        // With several environments, only the first is sampled in a batch.
-        let mut environment = None;
         environment_requests.clear();
         environment_u.clear();
         adaptive_requests.clear();
         adaptive_u.clear();
-        let (mut root, mut remaining) = (None, 0);
-        for (index, (at, u)) in requests.iter().enumerate() {
+        let mut sorted = Sorted {
+            scene,
+            adaptive,
+            samples,
+            rectangles: Queue::new(),
+            spheres: Queue::new(),
+            triangles: TriangleQueue::new(),
+            environment: None,
+            environment_requests,
+            environment_u,
+            adaptive_requests,
+            adaptive_u,
+        };
+        let (in_tree, found) = (&mut batch.in_tree, &mut batch.found);
+        in_tree.clear();
+        found.clear();
+        let (mut tree, mut of_receiver, mut remaining) = (None, 0, 0);
+        for (index, request) in requests.iter().enumerate() {
             if remaining == 0 {
-                root = None;
-            }
-            remaining = if remaining == 0 { at.extra_candidates } else { remaining - 1 };
-            let Some(mut chosen) = self.choose(at, u[2], &mut root) else { continue };
-            chosen.choice *= at.candidates();
-            let (p, emitter, choice) = (at.p, chosen.emitter, chosen.choice);
-            if at.cell != NO_CELL
-                && let Emitter::Light(i) = emitter
-                && adaptive.is_some_and(|adaptive| adaptive.light() == *i)
-            {
-                adaptive_requests.push((index as u32, choice));
-                adaptive_u.push((at.cell, [u[0], u[1]]));
-            } else if let Emitter::Light(i) = emitter
-                && matches!(scene.lights.get(*i as usize), Some(Light::Environment(_)))
-                && *environment.get_or_insert(*i) == *i
-            {
-                environment_requests.push((index as u32, choice));
-                environment_u.push([u[0], u[1]]);
-            } else if let Emitter::Shape(shape) = emitter
-                && let Some(form) = shape.block_shape()
-            {
-                let waiting = Waiting { index, emitter: shape, choice };
-                match form {
-                    BlockShape::Rectangle(form) => {
-                        if rectangles.push(form, waiting, p, [u[0], u[1]]) {
-                            rectangles.flush(scene, RectangleEmitter::sample_block, samples);
-                        }
-                    }
-                    BlockShape::Sphere(form) => {
-                        if spheres.push(form, waiting, p, [u[0], u[1]]) {
-                            spheres.flush(scene, SphereEmitter::sample_block, samples);
-                        }
-                    }
-                }
+                (of_receiver, remaining) = (index as u32, request.0.extra_candidates);
             } else {
-                samples[index] = chosen.sample(scene, at, [u[0], u[1]]);
+                remaining -= 1;
+            }
+            match self.first_choice(request.1[2]) {
+                FirstChoice::Emitter(chosen) => sorted.add(index, request, chosen),
+                FirstChoice::Tree { placed, choice, left } => {
+                    tree = Some(placed);
+                    let again = in_tree.last().is_some_and(|last: &InTree| last.request >= of_receiver);
+                    in_tree.push(InTree { request: index as u32, again, choice, left });
+                }
             }
         }
-        rectangles.flush(scene, RectangleEmitter::sample_block, samples);
-        spheres.flush(scene, SphereEmitter::sample_block, samples);
+        if let Some(placed) = tree {
+            let asked = in_tree.iter().map(|r| (&requests[r.request as usize].0, r.again, r.left));
+            placed.tree().sample_batch(scene.instruction_set, asked, |chosen| found.push(chosen));
+            for (asked, chosen) in in_tree.iter().zip(found.iter()) {
+                if let Some(chosen) = self.chosen_in_tree(placed, asked.choice, *chosen) {
+                    let index = asked.request as usize;
+                    sorted.add(index, &requests[index], chosen);
+                }
+            }
+        }
+        sorted.flush();
+        let environment = sorted.environment;
         if let Some(i) = environment
             && let Some(Light::Environment(light)) = scene.lights.get(i as usize)
         {

@@ -17,8 +17,8 @@ use crate::schema::transform::rotation;
 use crate::schema::{Asset, MeshData, MeshId, Transform};
 use crate::shape::solid::*;
 use crate::shape::{
-    ConeDesc, CylinderDesc, DiskDesc, MeshDesc, ParametricDesc, PlaneDesc, PointsDesc, ShapeDesc, TextAlign,
-    TextDesc, TorusDesc, text_testing,
+    ConeDesc, CylinderDesc, DiskDesc, MeshDesc, ParametricDesc, PlaneDesc, PointsDesc, Shape, ShapeDesc,
+    ShapeHit, TextAlign, TextDesc, TorusDesc, text_testing,
 };
 use crate::testing::scenes::{
     Mean, cuboid, emissive, grey, matte, mean, path, plane, rectangle, rgb, sphere, v,
@@ -204,6 +204,7 @@ fn samples_follow_the_density_and_the_density_covers_the_shape_once() {
         let fronts =
             matches!(shape.content, ObjectContent::Shape(ShapeDesc::Sphere(_) | ShapeDesc::Points(_)));
         let first_only = is_solid(&shape);
+        let has_triangles = matches!(scene.primitives[0].shape, Shape::Mesh(_));
         let cell = |w: DVec3| {
             let row = ((1.0 - w.dot(axis)) / (1.0 - least) * ROWS as f64) as usize;
             let turn = (w.dot(up).atan2(w.dot(side)) / TAU).rem_euclid(1.0);
@@ -224,7 +225,11 @@ fn samples_follow_the_density_and_the_density_covers_the_shape_once() {
                 outside += 1;
                 continue;
             };
-            if (hit.shape.t - s.to_light.length()).abs() < 1e-6 {
+            // The end of a shadow ray lies a little in front of the light: near an edge, behind which another triangle has
+            // another density.
+            let ShapeHit { u, v, .. } = hit.shape;
+            let on_edge = has_triangles && u.min(v).min(1.0 - u - v) < 1e-5;
+            if (hit.shape.t - s.to_light.length()).abs() < 1e-6 && !on_edge {
                 front += 1;
                 let pdf = scene.emitters.pdf_hit(&scene, p, &scene.surface(&ray, &hit));
                 // Alias tables hold probabilities in single precision, and silhouettes are steep.

@@ -24,7 +24,7 @@
 //! more time.
 
 use crate::color::Spectrum;
-use crate::light::{AdaptiveEnvironment, EnvironmentSample, Light, NO_CELL, Receiver, TREE_WIDTH};
+use crate::light::{AdaptiveEnvironment, ChosenLight, EnvironmentSample, Light, NO_CELL, Receiver};
 use crate::material::{Gloss, Material};
 use crate::math::DVec3;
 use crate::sampler::AliasTable;
@@ -106,15 +106,27 @@ pub(crate) enum Emitter {
     Shape(ShapeEmitter),
 }
 
+/// A choice among the emitters outside the light tree and the tree.
+pub(crate) enum FirstChoice<'a> {
+    Emitter(Chosen<'a>),
+    /// The tree, the probability of this choice, and the random number, rescaled to 0..1.
+    Tree {
+        placed: &'a PlacedEmitters,
+        choice: f64,
+        left: f64,
+    },
+}
+
 /// A chosen emitter.
+#[derive(Clone, Copy)]
 pub(crate) struct Chosen<'a> {
     pub(crate) emitter: &'a Emitter,
     /// The triangle or point, if it was chosen together with the emitter; else [`NONE`].
-    part: u32,
+    pub(crate) part: u32,
     /// The probability of the choice.
     pub(crate) choice: f64,
     /// The random number of the choice, rescaled to 0..1 for further use.
-    left: f64,
+    pub(crate) left: f64,
 }
 
 impl Chosen<'_> {
@@ -218,7 +230,7 @@ impl Emitters {
             return None;
         }
         let at = at.into();
-        self.choose(&at, u[2], &mut None)?.sample(scene, &at, [u[0], u[1]])
+        self.choose(&at, u[2])?.sample(scene, &at, [u[0], u[1]])
     }
 
     /// The same where requests that have a cell sample `adaptive`.
@@ -231,7 +243,7 @@ impl Emitters {
     ) -> Option<LightSample> {
         let adaptive = adaptive.filter(|_| at.cell != NO_CELL && !self.lights.is_empty());
         let Some(adaptive) = adaptive else { return self.sample(scene, at, u) };
-        let chosen = self.choose(&at, u[2], &mut None)?;
+        let chosen = self.choose(&at, u[2])?;
         match chosen.emitter {
             Emitter::Light(i) if *i == adaptive.light() => {
                 let sample = adaptive.sample(at.cell, [u[0], u[1]])?;
@@ -256,23 +268,40 @@ impl Emitters {
         }
     }
 
-    /// The emitter that `u` chooses for a point; `None` if no emitter in the tree can contribute. `root` caches values
-    /// for the next choice at the same point.
-    #[inline]
-    pub(crate) fn choose(
-        &self,
-        at: &Receiver,
-        u: f64,
-        root: &mut Option<[f32; TREE_WIDTH]>,
-    ) -> Option<Chosen<'_>> {
-        let (chosen, choice, left) = self.choice.sample(u);
-        let Some(placed) = &self.placed else {
-            return Some(Chosen { emitter: &self.lights[chosen as usize], part: NONE, choice, left });
-        };
-        if let Some(light) = self.outside_tree.get(chosen as usize) {
-            return Some(Chosen { emitter: &self.lights[*light as usize], part: NONE, choice, left });
+    /// The emitter that `u` chooses for a point; `None` if no emitter in the tree can contribute.
+    pub(crate) fn choose(&self, at: &Receiver, u: f64) -> Option<Chosen<'_>> {
+        match self.first_choice(u) {
+            FirstChoice::Emitter(chosen) => Some(chosen),
+            FirstChoice::Tree { placed, choice, left } => {
+                self.chosen_in_tree(placed, choice, placed.tree().sample(at, left))
+            }
         }
-        let (light, part, probability, left) = placed.choose(at, left, root)?;
+    }
+
+    /// The choice among the emitters outside the tree and the tree.
+    #[inline]
+    pub(crate) fn first_choice(&self, u: f64) -> FirstChoice<'_> {
+        let (chosen, choice, left) = self.choice.sample(u);
+        let index = match &self.placed {
+            None => chosen,
+            Some(placed) => match self.outside_tree.get(chosen as usize) {
+                Some(light) => *light,
+                None => return FirstChoice::Tree { placed, choice, left },
+            },
+        };
+        FirstChoice::Emitter(Chosen { emitter: &self.lights[index as usize], part: NONE, choice, left })
+    }
+
+    /// The emitter of a leaf of the tree, which was chosen with the probability `choice`.
+    #[inline]
+    pub(crate) fn chosen_in_tree(
+        &self,
+        placed: &PlacedEmitters,
+        choice: f64,
+        found: Option<ChosenLight>,
+    ) -> Option<Chosen<'_>> {
+        let (leaf, probability, left) = found?;
+        let (light, part) = placed.leaf(leaf)?;
         let emitter = self.lights.get(light as usize)?;
         Some(Chosen { emitter, part, choice: choice * probability, left })
     }

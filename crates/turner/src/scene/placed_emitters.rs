@@ -1,6 +1,6 @@
 //! Emitters at finite positions in a light tree: lights, shapes, and single triangles of meshes and points of clouds.
 
-use crate::light::{LightBound, LightTree, Receiver, TREE_WIDTH};
+use crate::light::{LightBound, LightTree, Receiver};
 use crate::scene::Scene;
 use crate::scene::emitters::{Emitter, NONE};
 
@@ -103,21 +103,18 @@ impl PlacedEmitters {
         self.first.get(emitter as usize).is_some_and(|first| *first != NONE)
     }
 
-    /// The emitter that `u` chooses for a point, its part or [`NONE`], the probability, and the rescaled `u`. `root`
-    /// keeps the importances of the root's children for the next choice at the same point.
-    #[inline]
-    pub(crate) fn choose(
-        &self,
-        at: &Receiver,
-        u: f64,
-        root: &mut Option<[f32; TREE_WIDTH]>,
-    ) -> Option<(u32, u32, f64, f64)> {
-        let (light, probability, rescaled) = self.tree.sample_again(at, u, root)?;
-        let &(emitter, part) = self.parts.get(light as usize)?;
-        Some((emitter, part, probability, rescaled))
+    /// The tree, whose lights are the leaves.
+    pub(crate) fn tree(&self) -> &LightTree {
+        &self.tree
     }
 
-    /// The probability with which `choose` gives an emitter and the part at this position; and whether a part was
+    /// The emitter of a leaf, and its part or [`NONE`].
+    #[inline]
+    pub(crate) fn leaf(&self, light: u32) -> Option<(u32, u32)> {
+        self.parts.get(light as usize).copied()
+    }
+
+    /// The probability with which the tree gives an emitter and the part at this position; and whether a part was
     /// chosen.
     #[inline]
     pub(crate) fn probability(&self, at: &Receiver, emitter: u32, position: u32) -> (f64, bool) {

@@ -41,6 +41,16 @@ pub(crate) struct ShapeEmitter {
 pub(crate) enum BlockShape<'a> {
     Rectangle(&'a RectangleEmitter),
     Sphere(&'a SphereEmitter),
+    Triangle(OneTriangle),
+}
+
+/// A triangle of a mesh in world space, with the probability of choosing it once the mesh is chosen.
+pub(crate) struct OneTriangle {
+    pub(crate) corners: [DVec3; 3],
+    /// 1, or −1 where a transform mirrors it.
+    pub(crate) side: f64,
+    pub(crate) part: u32,
+    pub(crate) probability: f64,
 }
 
 #[derive(Clone, Debug)]
@@ -306,17 +316,9 @@ impl ShapeEmitter {
             }
             Form::Rectangle(f) => (f.sample(p, uv)?, self.part),
             Form::Disk(f) => (f.sample(p, uv)?, 0),
-            Form::Mesh { triangles, choice, .. } => {
-                let Shape::Mesh(mesh) = &primitive.shape else { return None };
-                let (part, probability) = match part {
-                    NONE => {
-                        let (i, probability) = choose(choice, u[2])?;
-                        (*triangles.get(i as usize)?, probability)
-                    }
-                    part => (part, 1.0),
-                };
-                let form = triangle(scene, self.primitive, mesh, part)?;
-                let s = form.sample(p, uv)?;
+            Form::Mesh { .. } => {
+                let OneTriangle { corners, side, part, probability } = self.triangle(scene, part, u[2])?;
+                let s = TriangleEmitter::new(corners, side)?.sample(p, uv)?;
                 (EmitterSample { pdf: s.pdf * probability, ..s }, part)
             }
         };
@@ -348,10 +350,27 @@ impl ShapeEmitter {
         })
     }
 
-    /// The shape, if it can be sampled in blocks of eight.
+    /// The triangle of a mesh: `part`, or the one that `u` chooses if `part` is [`NONE`].
     #[inline]
-    pub(crate) fn block_shape(&self) -> Option<BlockShape<'_>> {
+    fn triangle(&self, scene: &Scene, part: u32, u: f64) -> Option<OneTriangle> {
+        let Form::Mesh { triangles, choice, .. } = &self.form else { return None };
+        let Shape::Mesh(mesh) = &scene.primitives[self.primitive as usize].shape else { return None };
+        let (part, probability) = match part {
+            NONE => {
+                let (i, probability) = choose(choice, u)?;
+                (*triangles.get(i as usize)?, probability)
+            }
+            part => (part, 1.0),
+        };
+        let (corners, side) = scene.corners(self.primitive, mesh, part)?;
+        Some(OneTriangle { corners, side, part, probability })
+    }
+
+    /// The shape, if it can be sampled in blocks of eight; `part` and `u` choose the triangle of a mesh.
+    #[inline]
+    pub(crate) fn block_shape(&self, scene: &Scene, part: u32, u: f64) -> Option<BlockShape<'_>> {
         match &self.form {
+            Form::Mesh { .. } => self.triangle(scene, part, u).map(BlockShape::Triangle),
             Form::Rectangle(f) => Some(BlockShape::Rectangle(f)),
             Form::Sphere(f) => Some(BlockShape::Sphere(f)),
             _ => None,

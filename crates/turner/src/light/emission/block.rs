@@ -160,7 +160,7 @@ pub(super) fn per_solid_angle<S: Simd>(
 
 #[cfg(test)]
 mod tests {
-    use super::super::{RectangleEmitter, SphereEmitter};
+    use super::super::{RectangleEmitter, SphereEmitter, TriangleBlock, TriangleEmitter};
     use super::*;
     use crate::testing::Random;
     use turner_bvh::InstructionSet;
@@ -215,5 +215,33 @@ mod tests {
             SphereEmitter { center: DVec3::new(x, y, z), radius: 0.01 + radius }
         };
         check(make, |e, p, u| e.sample(p, u), SphereEmitter::sample_block);
+    }
+
+    #[test]
+    fn triangles_eight_at_a_time() {
+        let make = |random: &mut Random| {
+            let [side, thin] = random.units::<2>();
+            let side = if side < 0.5 { 1.0 } else { -1.0 };
+            let mut corner = || 2.0 * random.in_cube();
+            let [a, b, c] = [corner(), corner(), corner()];
+            // Some are thin, some have no area.
+            let corners = match (thin * 10.0) as u32 {
+                0 => [a, b, a + (b - a) * 0.5 + 1e-7 * c],
+                1 => [a, b, b],
+                _ => [a, b, c],
+            };
+            (corners, side)
+        };
+        let one = |(corners, side): &([DVec3; 3], f64), p: DVec3, u: [f64; 2]| {
+            TriangleEmitter::new(*corners, *side)?.sample(p, u)
+        };
+        check(make, one, |set, triangles, block| {
+            let mut own = TriangleBlock::default();
+            for (lane, (corners, side)) in triangles.into_iter().enumerate() {
+                own.ask(lane, *corners, *side, block.lit(lane), block.random_pair(lane));
+            }
+            own.sample(set);
+            *block = own.block().clone();
+        });
     }
 }

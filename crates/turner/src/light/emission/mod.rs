@@ -30,7 +30,7 @@ pub use disk::DiskEmitter;
 pub use placed::{Curved, CurvedEmitter, EllipsoidEmitter};
 pub use rectangle::RectangleEmitter;
 pub use sphere::SphereEmitter;
-pub use triangle::TriangleEmitter;
+pub use triangle::{TriangleBlock, TriangleEmitter};
 
 use crate::math::DVec3;
 

@@ -1,8 +1,10 @@
-//! Building the light tree: top down, by the binary split that promises the least noise; three splits give four
-//! children.
+//! Building the light tree: top down, by the binary split that promises the least noise; seven splits give
+//! eight children.
 
-use super::LightTree;
+use turner_bvh::lanes::Block32;
+
 use super::node::{LEAF, Node, WIDTH};
+use super::{BITS, LightTree};
 use crate::light::LightBound;
 use crate::math::{Bounds, DVec3};
 
@@ -10,7 +12,7 @@ use crate::math::{Bounds, DVec3};
 const BINS: usize = 12;
 
 /// From this level on, splits are by count: no arrangement of lights makes a tree deeper than a path can store.
-const LEVELS: u32 = 16;
+const LEVELS: u32 = 12;
 
 /// Least power of a light, as a fraction of the largest: an estimate of 0 may be wrong, so no light gets probability
 /// 0.
@@ -235,8 +237,8 @@ fn split(items: &mut [Item], evenly: bool) -> usize {
     half
 }
 
-/// Splits items in up to four parts; returns the boundaries of the parts.
-fn split_in_four(items: &mut [Item], evenly: bool) -> [usize; WIDTH + 1] {
+/// Splits items in up to eight parts; returns the boundaries of the parts.
+fn split_in_eight(items: &mut [Item], evenly: bool) -> [usize; WIDTH + 1] {
     if items.len() <= WIDTH {
         return std::array::from_fn(|i| i.min(items.len()));
     }
@@ -315,11 +317,11 @@ impl LightTree {
     fn add(&mut self, items: &mut [Item], level: u32, path: u64) -> Option<u32> {
         let at = self.nodes.len();
         self.nodes.try_reserve(1).ok()?;
-        self.nodes.push(Node { back: [1.0; WIDTH], ..Node::default() });
-        let ends = split_in_four(items, level >= LEVELS);
+        self.nodes.push(Node { back: Block32([1.0; WIDTH]), ..Node::default() });
+        let ends = split_in_eight(items, level >= LEVELS);
         for lane in 0..WIDTH {
             let part = &mut items[ends[lane]..ends[lane + 1]];
-            let path = path | (lane as u64) << (2 * level);
+            let path = path | (lane as u64) << (BITS * level);
             let bound = bound(part);
             let child = match part {
                 [] => LEAF,
@@ -331,12 +333,12 @@ impl LightTree {
             };
             let node = &mut self.nodes[at];
             for k in 0..3 {
-                node.center[k][lane] = bound.center[k];
-                node.axis[k][lane] = bound.axis[k];
+                node.center[k].0[lane] = bound.center[k];
+                node.axis[k].0[lane] = bound.axis[k];
             }
-            (node.radius[lane], node.power[lane]) = (bound.radius, bound.power);
-            (node.cos_o[lane], node.cos_e[lane]) = (bound.cos_o, bound.cos_e);
-            node.back[lane] = if bound.two_sided { -1.0 } else { 1.0 };
+            (node.radius.0[lane], node.power.0[lane]) = (bound.radius, bound.power);
+            (node.cos_o.0[lane], node.cos_e.0[lane]) = (bound.cos_o, bound.cos_e);
+            node.back.0[lane] = if bound.two_sided { -1.0 } else { 1.0 };
             node.child[lane] = child;
         }
         Some(at as u32)
