@@ -18,7 +18,7 @@ use super::{Options, materials, threads};
 use crate::material::ShadowKind;
 use crate::math::{Bounds, DVec3, Ray};
 use crate::sampler::SampleId;
-use crate::scene::emitters::LightSample;
+use crate::scene::light_sample::LightSample;
 use crate::scene::{ListedEmitter, Scene};
 
 /// Maximum number of light samples in total.

@@ -323,7 +323,8 @@ mod tests {
             one.add_samples(&tile, samples.iter().copied());
             many.add_samples(&tile, samples.iter().copied());
             assert!(same(&one, &many));
-            let means = |band: &Band| (0..28).map(|i| band.mean(i).map(|v| v.map(f32::to_bits))).collect::<Vec<_>>();
+            let means =
+                |band: &Band| (0..28).map(|i| band.mean(i).map(|v| v.map(f32::to_bits))).collect::<Vec<_>>();
             assert_eq!(means(&one), means(&many));
             assert_eq!(weight(&one), 5.0 * f64::from(round + 1));
         }

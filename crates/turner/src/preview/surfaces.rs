@@ -11,7 +11,7 @@ use crate::preview::buffers::CATCHER;
 use crate::preview::looks::{Lobes, absorption};
 use crate::preview::walk::{Frame, MOST_ROUNDS, Role, Sent, Target, Walk, Walker};
 use crate::sampler::VertexNumbers;
-use crate::scene::emitters::LightSample;
+use crate::scene::light_sample::LightSample;
 use crate::scene::{Hit, SurfaceInteraction};
 
 /// Branches with less of the light are not followed.

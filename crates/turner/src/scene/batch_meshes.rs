@@ -9,7 +9,7 @@ use crate::scene::alpha_test::NO_FACES;
 use crate::scene::ray_batch::RayBatch;
 use crate::scene::scene::{NO_TRANSFORM, Primitive};
 use crate::scene::world_mesh::StaticWorldMesh;
-use crate::scene::{Hit, Scene};
+use crate::scene::{Hit, RayOrigin, Scene};
 use crate::shape::{BlockRays, NO_TRIANGLE, Shape, ShapeHit, TriangleMesh};
 
 /// The query for rays and a mesh.
@@ -83,10 +83,11 @@ impl Scene {
         self.move_to(primitive, rays);
         rays.found.clear();
         let used = rays.len.div_ceil(LANES);
-        let RayBatch { blocks, moved, ends, from, scratch, found, .. } = rays;
+        let RayBatch { blocks, moved, ends, from, to, scratch, found, .. } = rays;
         let blocks = if self.is_moved(primitive) { &moved[..] } else { &blocks[..used] };
-        let own = |slot: usize| from.get(slot).map_or(NO_TRIANGLE, |o| own(o.primitive, o.part));
-        let searched = BlockRays { offset, blocks, ends, own };
+        let triangle = |of: &RayOrigin| own(of.primitive, of.part);
+        let skipped = |slot: usize| [from.get(slot), to.get(slot)].map(|of| of.map_or(NO_TRIANGLE, triangle));
+        let searched = BlockRays { offset, blocks, ends, skipped };
         match query {
             MeshQuery::Nearest => {
                 mesh.intersect_blocks(&searched, scratch, |slot, hit| found.push((slot as u32, hit)))

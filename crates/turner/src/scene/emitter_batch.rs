@@ -10,7 +10,8 @@ use crate::light::emission::{EmitterBlock, EmitterSample, RectangleEmitter, Sphe
 use crate::light::{AdaptiveEnvironment, ChosenLight, EnvironmentBatch, Light, NO_CELL, Receiver};
 use crate::math::DVec3;
 use crate::scene::Scene;
-use crate::scene::emitters::{Chosen, Emitter, Emitters, FirstChoice, LightSample};
+use crate::scene::emitters::{Chosen, Emitter, Emitters, FirstChoice};
+use crate::scene::light_sample::LightSample;
 use crate::scene::shape_emitters::{BlockShape, OneTriangle, ShapeEmitter};
 
 /// Requests for light samples, and the results.

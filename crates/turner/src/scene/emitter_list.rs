@@ -2,7 +2,8 @@
 
 use crate::math::{Bounds, DVec3, Ray};
 use crate::scene::alpha_test::NO_FACES;
-use crate::scene::emitters::{Emitter, LightSample, NONE};
+use crate::scene::emitters::{Emitter, NONE};
+use crate::scene::light_sample::LightSample;
 use crate::scene::{Hit, Scene};
 use crate::schema::MaterialId;
 use crate::shape::Shape;

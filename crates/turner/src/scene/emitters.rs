@@ -24,10 +24,11 @@
 //! more time.
 
 use crate::color::Spectrum;
-use crate::light::{AdaptiveEnvironment, ChosenLight, EnvironmentSample, Light, NO_CELL, Receiver};
+use crate::light::{AdaptiveEnvironment, ChosenLight, Light, NO_CELL, Receiver};
 use crate::material::{Gloss, Material};
 use crate::math::DVec3;
 use crate::sampler::AliasTable;
+use crate::scene::light_sample::{LightSample, NO_LIGHT};
 use crate::scene::placed_emitters::{LightChoice, PlacedEmitters};
 use crate::scene::shape_emitters::{ShapeEmitter, shape_emitters};
 use crate::scene::{Hit, Scene, SurfaceInteraction};
@@ -35,50 +36,6 @@ use crate::shape::Shape;
 
 /// Marks a primitive without an emitter.
 pub(crate) const NONE: u32 = u32::MAX;
-
-/// A light sample: light from one direction at a point.
-#[derive(Clone, Copy, Debug)]
-pub struct LightSample {
-    /// Towards the light. For a light at a finite distance it reaches to the light, so a shadow ray ends at t = 1.
-    pub to_light: DVec3,
-    /// Whether the light is at a finite distance.
-    pub finite: bool,
-    /// Radiance; for delta lights the irradiance of a surface that faces the light.
-    pub radiance: Spectrum,
-    /// Pdf per solid angle, including the choice of the light; for delta lights the probability of the choice.
-    pub pdf: f64,
-    /// Whether rays cannot hit the light.
-    pub is_delta: bool,
-    /// The index of the scene's light; [`NO_LIGHT`] for an emissive shape.
-    pub light: u32,
-    /// The index of the primitive of an emissive shape; [`NO_LIGHT`] for a light.
-    pub primitive: u32,
-}
-
-/// The index of no light.
-pub const NO_LIGHT: u32 = u32::MAX;
-
-impl LightSample {
-    /// From a sample of an environment.
-    #[inline]
-    pub(crate) fn of_environment(s: EnvironmentSample, light: u32) -> LightSample {
-        LightSample {
-            to_light: s.direction,
-            finite: false,
-            radiance: s.radiance,
-            pdf: s.pdf,
-            is_delta: false,
-            light,
-            primitive: NO_LIGHT,
-        }
-    }
-
-    /// The same sample of a light that is chosen with this probability.
-    #[inline]
-    pub(crate) fn chosen(self, probability: f64) -> LightSample {
-        LightSample { pdf: self.pdf * probability, ..self }
-    }
-}
 
 /// The emitters of a scene.
 #[derive(Clone, Debug, Default)]
@@ -466,12 +423,13 @@ impl Light {
                 is_delta: false,
                 light,
                 primitive,
+                part: 0,
             });
         }
         let lit = self.illuminate_at(p, u)?;
         let to_light = if lit.finite { lit.to_light } else { lit.to_light.normalize() };
         let (finite, radiance) = (lit.finite, lit.intensity);
-        Some(LightSample { to_light, finite, radiance, pdf: 1.0, is_delta: true, light, primitive })
+        Some(LightSample { to_light, finite, radiance, pdf: 1.0, is_delta: true, light, primitive, part: 0 })
     }
 
     /// Estimate of the power that reaches the scene, for the choice of lights: irradiance times the cross section of a

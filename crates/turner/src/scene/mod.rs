@@ -15,6 +15,7 @@ mod emitter_tests;
 pub mod emitters;
 pub(crate) mod footprint;
 pub(crate) mod light_groups;
+pub mod light_sample;
 pub(crate) mod motion;
 #[cfg(test)]
 mod motion_tests;

@@ -19,6 +19,8 @@ pub struct RayBatch {
     pub(crate) len: usize,
     /// The primitive and part that each ray leaves: it cannot hit a flat one again. Empty if unknown for all rays.
     pub(crate) from: Vec<RayOrigin>,
+    /// The primitive and part that each ray ends before, so that it cannot hit it. Empty if unknown for all rays.
+    pub(crate) to: Vec<RayOrigin>,
     pub(crate) nearest: Vec<NearestBlock>,
     pub(crate) blocked: Vec<u8>,
     /// Bits of rays that something tinted attenuates.
@@ -54,6 +56,7 @@ impl RayBatch {
     pub fn clear(&mut self) {
         self.len = 0;
         self.from.clear();
+        self.to.clear();
         self.times.clear();
     }
 
@@ -94,6 +97,16 @@ impl RayBatch {
         self.from.push(from);
     }
 
+    /// The same for a ray that ends just before a light.
+    #[inline]
+    pub fn push_between(&mut self, ray: &Ray, from: RayOrigin, to: RayOrigin) {
+        self.push_leaving(ray, from);
+        if self.to.len() + 1 < self.len {
+            self.to.resize(self.len - 1, RayOrigin::NOWHERE);
+        }
+        self.to.push(to);
+    }
+
     /// Adds `count` slots, at most eight, for the caller to fill; all are empty at first. Earlier blocks must be
     /// full.
     #[inline]
@@ -128,6 +141,7 @@ impl RayBatch {
         self.blocks.extend_from_slice(other.blocks());
         self.len = other.len;
         self.from.clone_from(&other.from);
+        self.to.clone_from(&other.to);
         self.times.clone_from(&other.times);
     }
 

@@ -17,7 +17,8 @@ use crate::light::emission::{
 };
 use crate::math::{DAffine3, DVec3};
 use crate::sampler::AliasTable;
-use crate::scene::emitters::{LightSample, NO_LIGHT, NONE};
+use crate::scene::emitters::NONE;
+use crate::scene::light_sample::{LightSample, NO_LIGHT};
 use crate::scene::scene::{NO_TRANSFORM, Primitive};
 use crate::scene::similarity::similarity;
 use crate::scene::traced_emitter::{TracedEmitter, mean_of_parts};
@@ -347,6 +348,7 @@ impl ShapeEmitter {
             is_delta: false,
             light: NO_LIGHT,
             primitive,
+            part,
         })
     }
 

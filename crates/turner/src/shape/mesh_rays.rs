@@ -55,11 +55,11 @@ pub struct BlockRays<'a, O> {
     pub blocks: &'a [RayBlock],
     /// Replaces the rays' `t_max`; NaN for rays to ignore.
     pub ends: &'a [Block],
-    /// The triangle that the ray in a slot starts on, or [`NO_TRIANGLE`]. The ray cannot hit it again.
-    pub own: O,
+    /// The triangles that the ray in a slot starts on and ends before, or [`NO_TRIANGLE`]. The ray cannot hit them.
+    pub skipped: O,
 }
 
-impl<O: Fn(usize) -> u32> BlockRays<'_, O> {
+impl<O: Fn(usize) -> [u32; 2]> BlockRays<'_, O> {
     /// The ray in a slot, in the space of the mesh.
     #[inline]
     pub fn get(&self, slot: usize) -> Ray {
@@ -75,7 +75,7 @@ impl<O: Fn(usize) -> u32> BlockRays<'_, O> {
 
 impl TriangleMesh {
     /// Calls `found` with the slot and the nearest hit of each ray that hits something.
-    pub fn intersect_blocks<O: Fn(usize) -> u32>(
+    pub fn intersect_blocks<O: Fn(usize) -> [u32; 2]>(
         &self,
         rays: &BlockRays<'_, O>,
         scratch: &mut MeshRays,
@@ -88,7 +88,8 @@ impl TriangleMesh {
         let check = |i: u32, hit: &Hit| {
             let i = i as usize;
             let slot = slots[i] as usize;
-            hit.t > safe_min[i] || (rays.own)(slot) != hit.primitive && self.is_exact(&rays.get(slot), hit)
+            hit.t > safe_min[i]
+                || !(rays.skipped)(slot).contains(&hit.primitive) && self.is_exact(&rays.get(slot), hit)
         };
         self.tree().intersect_batch_filtered(search, hits, check);
         hit_blocks.clear();
@@ -128,7 +129,7 @@ impl TriangleMesh {
     }
 
     /// Calls `found` with the slot of each ray that hits anything.
-    pub fn occluded_blocks<O: Fn(usize) -> u32>(
+    pub fn occluded_blocks<O: Fn(usize) -> [u32; 2]>(
         &self,
         rays: &BlockRays<'_, O>,
         scratch: &mut MeshRays,
@@ -142,7 +143,7 @@ impl TriangleMesh {
             let i = i as usize;
             let slot = slots[i] as usize;
             hit.t > safe_min[i] && hit.t < safe_max[i]
-                || (rays.own)(slot) != hit.primitive && self.is_within(&rays.get(slot), hit)
+                || !(rays.skipped)(slot).contains(&hit.primitive) && self.is_within(&rays.get(slot), hit)
         });
         for (&occluded, &slot) in occluded.iter().zip(&*slots) {
             if occluded {

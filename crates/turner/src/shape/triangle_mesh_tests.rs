@@ -457,7 +457,8 @@ fn batches_find_what_single_rays_find() {
             blocks[i / LANES].set(i % LANES, o, d, r.t_min, r.t_max);
         }
         let ends: Vec<_> = blocks.iter().map(|b| b.t_max).collect();
-        let asked = BlockRays { offset: DVec3::ZERO, blocks: &blocks, ends: &ends, own: |_| NO_TRIANGLE };
+        let asked =
+            BlockRays { offset: DVec3::ZERO, blocks: &blocks, ends: &ends, skipped: |_| [NO_TRIANGLE; 2] };
         mesh.intersect_blocks(&asked, &mut scratch, |i, hit| hits[i] = Some(hit));
         mesh.occluded_blocks(&asked, &mut scratch, |i| occluded[i] = true);
         for ((ray, hit), occluded) in rays.iter().zip(hits).zip(occluded) {

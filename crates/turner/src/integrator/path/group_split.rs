@@ -8,7 +8,7 @@ use super::path_batch::Path;
 use super::shared_paths::Destination;
 use crate::color::Spectrum;
 use crate::scene::Scene;
-use crate::scene::emitters::LightSample;
+use crate::scene::light_sample::LightSample;
 
 /// No light group.
 pub(super) const NO_GROUP: u32 = u32::MAX;

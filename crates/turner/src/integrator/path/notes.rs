@@ -10,7 +10,7 @@ use crate::bsdf::{BsdfSample, Entry, Lobe};
 use crate::color::Spectrum;
 use crate::material::{Material, OpenPbr};
 use crate::math::{DVec3, Ray};
-use crate::scene::emitters::LightSample;
+use crate::scene::light_sample::LightSample;
 use crate::scene::{Hit, Scene, SurfaceInteraction};
 use crate::schema::MaterialId;
 

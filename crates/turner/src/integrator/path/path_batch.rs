@@ -48,7 +48,7 @@ use crate::integrator::{AskedDetails, CameraSamples, Radiance, RayStats, SampleD
 use crate::light::{AdaptiveEnvironment, Receiver};
 use crate::math::{DVec3, Ray, RayCone};
 use crate::sampler::{OwenSobol, SampleId, VertexNumbers};
-use crate::scene::emitters::LightSample;
+use crate::scene::light_sample::LightSample;
 use crate::scene::{EscapedRays, Hit, LightBatch, Scene, SurfaceInteraction};
 use crate::view::View;
 

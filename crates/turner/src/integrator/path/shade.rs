@@ -16,7 +16,7 @@ use crate::material::vertex::{Met, Vertex, coated, prepare};
 use crate::material::{AlphaMode, Material, OpenPbr};
 use crate::math::Ray;
 use crate::scene::caustic_targets::CausticTargets;
-use crate::scene::emitters::LightSample;
+use crate::scene::light_sample::LightSample;
 use crate::scene::{Hit, Scene, SurfaceInteraction};
 
 /// Sets of random numbers: one for the position in the pixel, one for the lens, then two for each vertex.
@@ -379,7 +379,7 @@ impl<R: Record> PathBatch<'_, R> {
         }
         self.groups.push_shadow_ray(self.groups.of_sample(self.scene, lit));
         self.lobes.push_shadow_ray(sample, || Share::of_vertex(v, wi_local, crosses));
-        self.shadows.push(&ray, v.surface, sample, light);
+        self.shadows.push(&ray, [v.surface.hit.origin(), lit.target()], sample, light);
     }
 
     /// Chooses one of several candidate lights by resampling; returns its index and its resampling weight.

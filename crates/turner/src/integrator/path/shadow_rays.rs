@@ -3,7 +3,7 @@
 use super::volume_light::ShadowRayMedia;
 use crate::color::Spectrum;
 use crate::math::Ray;
-use crate::scene::{RayBatch, RayOrigin, SpectrumBlock, SurfaceInteraction};
+use crate::scene::{RayBatch, RayOrigin, SpectrumBlock};
 
 /// The shadow rays of one round, with the radiance that each contributes to its sample if unoccluded.
 #[derive(Default)]
@@ -16,13 +16,10 @@ pub(super) struct ShadowRays {
 }
 
 impl ShadowRays {
-    pub(super) fn push(&mut self, ray: &Ray, from: &SurfaceInteraction, sample: u32, light: Spectrum) {
-        self.push_ray(ray, from.hit.origin(), sample, light);
-    }
-
+    /// Adds a ray from a surface to a light.
     #[inline]
-    pub(super) fn push_ray(&mut self, ray: &Ray, from: RayOrigin, sample: u32, light: Spectrum) {
-        self.rays.push_leaving(ray, from);
+    pub(super) fn push(&mut self, ray: &Ray, [from, to]: [RayOrigin; 2], sample: u32, light: Spectrum) {
+        self.rays.push_between(ray, from, to);
         self.light.push((sample, light));
     }
 

@@ -19,7 +19,7 @@ use crate::material::Material;
 use crate::math::{DVec3, Ray};
 use crate::medium::HenyeyGreenstein;
 use crate::sampler::Stream;
-use crate::scene::emitters::LightSample;
+use crate::scene::light_sample::LightSample;
 use crate::scene::{Scene, Volumes};
 
 /// The media state of a shadow ray.

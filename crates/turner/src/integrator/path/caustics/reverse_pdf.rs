@@ -26,7 +26,7 @@ use crate::material::{BlockBsdf, OpenPbr};
 use crate::math::{DVec3, Ray};
 use crate::scene::SurfaceInteraction;
 use crate::scene::caustic_targets::{CausticTargets, NO_GROUP};
-use crate::scene::emitters::{LightSample, NO_LIGHT};
+use crate::scene::light_sample::{LightSample, NO_LIGHT};
 use crate::view::View;
 
 /// The densities of a path whose last vertex is x_i.

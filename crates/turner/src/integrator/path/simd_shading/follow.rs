@@ -23,7 +23,7 @@ impl<R: Record> PathBatch<'_, R> {
         self.groups.push_shadow_ray(shading.groups[lane]);
         // Other BSDFs are not in blocks while lobes are told apart.
         self.lobes.push_shadow_ray(sample, || Share::lobe(true));
-        self.shadows.push_ray(&ray, block.from[lane], sample, light);
+        self.shadows.push(&ray, [block.from[lane], shading.targets[lane]], sample, light);
     }
 
     /// Continues the path of a lane, unless Russian roulette ends it.

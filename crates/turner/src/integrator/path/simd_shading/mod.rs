@@ -32,7 +32,7 @@ use crate::integrator::RayStats;
 use crate::light::Receiver;
 use crate::material::Gloss;
 use crate::math::block::{bits, set_vector};
-use crate::scene::emitters::LightSample;
+use crate::scene::light_sample::LightSample;
 use crate::scene::{LightBatch, RayOrigin, SurfaceBlock};
 
 /// No light is requested.
@@ -122,6 +122,8 @@ struct Shading {
     to_light: [Block; 3],
     radiance: [Block32; 3],
     light_pdf: Block,
+    /// What shadow rays to those lights end before.
+    targets: [RayOrigin; LANES],
     /// The light groups of those lights, if they are told apart.
     groups: [u32; LANES],
     /// Resampling weights.
@@ -321,6 +323,7 @@ impl<R: Record> PathBatch<'_, R> {
         set_vector(&mut shading.to_light, lane, lit.to_light);
         set32(&mut shading.radiance, lane, lit.radiance);
         shading.light_pdf.0[lane] = lit.pdf;
+        shading.targets[lane] = lit.target();
         shading.groups[lane] = self.groups.of_sample(self.scene, lit);
     }
 }
