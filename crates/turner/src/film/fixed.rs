@@ -64,14 +64,19 @@ impl Fixed96 {
     /// Whether the mean of this single value is the value itself.
     #[inline]
     pub(super) fn keeps(v: f32) -> bool {
-        // Of values in this range no digit is below the last place; −0 becomes 0.
+        // Of values in this range no digit is below the last place; −0 would become 0.
         (v.abs() >= 1.0 / (1 << 20) as f32 && v.abs() <= (1 << 18) as f32) || v.to_bits() == 0
     }
 
     /// The mean of a single value in single precision: the value after rounding to the places of a sum.
     #[inline]
     pub(crate) fn mean_of_one(v: f32) -> f32 {
-        if Fixed96::keeps(v) { v } else { Fixed96::from_f32(v).mean(1.0) as f32 }
+        match v {
+            // −0 becomes 0.
+            0.0 => 0.0,
+            v if Fixed96::keeps(v) => v,
+            v => Fixed96::from_f32(v).mean(1.0) as f32,
+        }
     }
 
     /// The exact sum; wraps outside the range.

@@ -127,8 +127,7 @@ fn fill(film: &FilmDesc, aovs: &SampleAovs<'_>, rows: &mut [Rows<'_>]) {
                     Average::Hits(none) => Some(none),
                     _ => None,
                 };
-                for (sample, pixel) in rows.chunks_exact_mut(depth).enumerate() {
-                    let values = aovs.values(sample);
+                for (values, pixel) in aovs.all_values().zip(rows.chunks_exact_mut(depth)) {
                     match none {
                         Some(none) if values[0] == 0.0 => pixel.fill(none),
                         // As the sum of one sample in a film.
@@ -141,8 +140,8 @@ fn fill(film: &FilmDesc, aovs: &SampleAovs<'_>, rows: &mut [Rows<'_>]) {
                 at += depth;
             }
             Rows::Uint(rows) => {
-                for (sample, pixel) in rows.chunks_exact_mut(depth).enumerate() {
-                    let number = aovs.labels(sample)[label];
+                for (labels, pixel) in aovs.all_labels().zip(rows.chunks_exact_mut(depth)) {
+                    let number = labels[label];
                     pixel.fill(if number == NO_LABEL { 0 } else { number + 1 });
                 }
                 label += 1;

@@ -180,6 +180,12 @@ impl SurfaceBlock {
         }
     }
 
+    /// The points and their geometric and shading normals.
+    #[inline(always)]
+    pub(crate) fn points<S: Simd>(&self, simd: S) -> (Vec3x8<S>, Vec3x8<S>, Vec3x8<S>) {
+        (Vec3x8::load(simd, &self.p), Vec3x8::load(simd, &self.ng), Vec3x8::load(simd, &self.ns))
+    }
+
     /// As [`TriangleMesh::surface`](crate::shape::TriangleMesh::surface).
     #[inline(always)]
     fn compute_triangles<S: Simd>(&mut self, simd: S) {
@@ -281,7 +287,12 @@ impl Scene {
             (NO_TRANSFORM, shape) => shape,
             (i, _) => self.transforms[i as usize].in_world.as_deref()?,
         };
-        let point = shape.surface(ray, &hit.shape);
+        let point = match shape {
+            // The most frequent ones: floors and walls.
+            Shape::Plane(plane) => plane.surface(ray, &hit.shape),
+            Shape::Rectangle(rectangle) => rectangle.surface(ray, &hit.shape),
+            _ => shape.surface(ray, &hit.shape),
+        };
         Some(SurfacePoint { error: point.error.max(1e-15 * hit.shape.t), ..point })
     }
 }

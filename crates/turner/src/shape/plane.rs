@@ -76,6 +76,7 @@ impl Plane {
     }
 
     /// The surface point at a hit.
+    #[inline]
     pub fn surface(&self, ray: &Ray, hit: &ShapeHit) -> SurfacePoint {
         flat_point(ray.at(hit.t), self.point, self.normal)
     }

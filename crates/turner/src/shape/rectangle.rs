@@ -90,6 +90,7 @@ impl Rectangle {
     }
 
     /// The surface point at a hit.
+    #[inline]
     pub fn surface(&self, ray: &Ray, hit: &ShapeHit) -> SurfacePoint {
         flat_point(ray.at(hit.t), self.center, self.normal)
     }

@@ -10,6 +10,7 @@
 //! reports what is missing.
 
 mod first_hit;
+mod lanes;
 mod light;
 #[cfg(test)]
 mod light_tests;
@@ -20,7 +21,7 @@ mod tests;
 
 use std::ops::Range;
 
-use turner_bvh::lanes::{LANES, Simd, Work, dispatch};
+use turner_bvh::lanes::{Block32, LANES, dispatch};
 
 use crate::camera::CameraFrame;
 use crate::film::{Aov, LabelKind, NO_LABEL};
@@ -29,6 +30,7 @@ use crate::math::DVec3;
 use crate::scene::{Hit, RayBatch, Scene, SurfaceBlock};
 use crate::view::View;
 use first_hit::AovHit;
+use lanes::{Points, is_in_lanes};
 use light::{SampleLight, append_caught, finite};
 
 /// The AOVs of the samples of one worker. It reuses its buffers from batch to batch.
@@ -43,6 +45,8 @@ pub struct SampleAovs<'a> {
     hits: Vec<Option<Hit>>,
     /// The surfaces of eight samples.
     surfaces: SurfaceBlock,
+    /// For each AOV its channels at those samples, where [`Points`] computes them.
+    in_lanes: Vec<[Block32; 3]>,
     /// For each sample: 1 if it hit something, then the values of all channels with sums.
     values: Vec<f32>,
     /// For each sample: the labels of all channels of labels.
@@ -66,6 +70,7 @@ impl<'a> SampleAovs<'a> {
             rays: RayBatch::default(),
             hits: Vec::new(),
             surfaces: SurfaceBlock::default(),
+            in_lanes: Vec::new(),
             values: Vec::new(),
             labels: Vec::new(),
             channels: view.film.channels().len(),
@@ -100,19 +105,35 @@ impl<'a> SampleAovs<'a> {
         }
         let hits = if details.hits.len() == samples.ids.len() { details.hits } else { &self.hits };
         let count = radiance.len().min(samples.ids.len());
+        let needs_light = self.aovs.iter().any(|aov| aov.needs_paths());
+        let catches_shadows = film.aovs.catches_shadows();
+        let camera_moves = self.view.motion.is_some();
+        self.in_lanes.resize(self.aovs.len(), Default::default());
+        self.values.reserve(count * self.channels);
+        self.labels.reserve(count * self.kinds.len());
         for first in (0..count).step_by(LANES) {
             let block = first..(first + LANES).min(count);
             find_surfaces(self.scene, &samples.rays, hits, block.clone(), &mut self.surfaces);
+            dispatch(
+                self.scene.instruction_set,
+                Points {
+                    surfaces: &mut self.surfaces,
+                    rays: &samples.rays.blocks()[first / LANES],
+                    frame: &self.frame,
+                    aovs: &self.aovs,
+                    out: &mut self.in_lanes,
+                },
+            );
             for i in block {
                 let lane = i - first;
                 // Where the camera has no ray, what the tracer knows is ignored.
                 let ray = samples.rays.get(i).filter(|ray| ray.t_max >= 0.0);
                 let known = if ray.is_some() { details } else { SampleDetails::default() };
-                let light = SampleLight::new(film, &radiance[i], &known, i, names);
+                let light = needs_light.then(|| SampleLight::new(film, &radiance[i], &known, i, names));
                 let hit = hits.get(i).copied().flatten();
                 let values = &mut self.values;
                 if let (Some(hit), Some(ray)) = (hit, ray) {
-                    let at = AovHit {
+                    let at = || AovHit {
                         scene: self.scene,
                         view: self.view,
                         frame: &self.frame,
@@ -124,22 +145,25 @@ impl<'a> SampleAovs<'a> {
                         cone: is_filtered.then(|| footprint::of_camera(self.view, samples, i)),
                     };
                     values.push(1.0);
-                    for aov in &self.aovs {
-                        if !light.append(*aov, values) {
-                            append(values, *aov, value(*aov, &at));
+                    for (aov, in_lanes) in self.aovs.iter().zip(&self.in_lanes) {
+                        if is_in_lanes(*aov, camera_moves) {
+                            let channels = &in_lanes[..aov.layout().channels.len()];
+                            values.extend(channels.iter().map(|channel| finite(channel.0[lane])));
+                        } else if !light.as_ref().is_some_and(|light| light.append(*aov, values)) {
+                            append(values, *aov, value(*aov, &at()));
                         }
                     }
-                    self.labels.extend(self.kinds.iter().map(|kind| label(*kind, &at)));
+                    self.labels.extend(self.kinds.iter().map(|kind| label(*kind, self.scene, &hit)));
                 } else {
                     values.push(0.0);
                     for aov in &self.aovs {
-                        if !light.append(*aov, values) {
+                        if !light.as_ref().is_some_and(|light| light.append(*aov, values)) {
                             append(values, *aov, [0.0; 3]);
                         }
                     }
                     self.labels.extend(self.kinds.iter().map(|_| NO_LABEL));
                 }
-                if film.aovs.catches_shadows() {
+                if catches_shadows {
                     append_caught(values, film, &radiance[i], known.caught.get(i));
                 }
             }
@@ -159,6 +183,16 @@ impl<'a> SampleAovs<'a> {
     /// The values of a sample, one for each channel of the film.
     pub fn values(&self, sample: usize) -> &[f32] {
         self.values.get(sample * self.channels..(sample + 1) * self.channels).unwrap_or_default()
+    }
+
+    /// The values of all samples, one after the other.
+    pub fn all_values(&self) -> impl Iterator<Item = &[f32]> {
+        self.values.chunks_exact(self.channels.max(1))
+    }
+
+    /// The labels of all samples, one after the other.
+    pub fn all_labels(&self) -> impl Iterator<Item = &[u32]> {
+        self.labels.chunks_exact(self.kinds.len().max(1))
     }
 
     /// The labels of a sample, one for each channel of labels of the film.
@@ -195,7 +229,7 @@ impl<'a> SampleAovs<'a> {
     }
 }
 
-/// Computes the points and normals at the hits of up to eight rays. Lanes without a hit keep old values.
+/// Finds the surfaces at the hits of up to eight rays; [`Points`] computes them. Lanes without a hit keep old values.
 fn find_surfaces(
     scene: &Scene,
     rays: &RayBatch,
@@ -212,18 +246,6 @@ fn find_surfaces(
             surfaces.set(lane, &surface, surface.ns, ray.direction);
         }
     }
-    dispatch(scene.instruction_set, Points(surfaces));
-}
-
-struct Points<'a>(&'a mut SurfaceBlock);
-
-impl Work for Points<'_> {
-    type Output = ();
-
-    #[inline(always)]
-    fn run<S: Simd>(self, simd: S) {
-        self.0.compute_points(simd);
-    }
 }
 
 /// Appends as many values as the AOV has channels.
@@ -232,7 +254,9 @@ fn append(values: &mut Vec<f32>, aov: Aov, value: [f64; 3]) {
     values.extend(value.into_iter().take(count).map(|v| finite(v as f32)));
 }
 
-/// The value of an AOV at a hit; those of light are known before.
+/// The value of an AOV at a hit; those of light are known before. Not inlined: what one AOV needs would be computed for
+/// all.
+#[inline(never)]
 fn value(aov: Aov, at: &AovHit<'_>) -> [f64; 3] {
     let along = |v: DVec3| v.to_array();
     let one = |v: f64| [v, 0.0, 0.0];
@@ -274,10 +298,11 @@ fn value(aov: Aov, at: &AovHit<'_>) -> [f64; 3] {
 }
 
 /// The label of a hit.
-fn label(kind: LabelKind, at: &AovHit<'_>) -> u32 {
+#[inline]
+fn label(kind: LabelKind, scene: &Scene, hit: &Hit) -> u32 {
     match kind {
-        LabelKind::Object => at.scene.primitive_id(&at.hit),
-        LabelKind::Material => at.scene.material_id_at(&at.hit).0,
-        LabelKind::Instance => at.scene.entry_of(at.scene.primitive_id(&at.hit)),
+        LabelKind::Object => scene.primitive_id(hit),
+        LabelKind::Material => scene.material_id_at(hit).0,
+        LabelKind::Instance => scene.entry_of(scene.primitive_id(hit)),
     }
 }
