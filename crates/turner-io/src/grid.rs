@@ -1,4 +1,4 @@
-//! Density grids of heterogeneous media: OpenVDB files, and a text header followed by binary values.
+//! Density grids of heterogeneous media: OpenVDB and NanoVDB files, and a text header followed by binary values.
 //!
 //! ```text
 //! turner-grid 1
@@ -40,18 +40,20 @@ pub const MAX_GRID: u64 = 8 * MAX_VALUES + 4096;
 /// Longest accepted header, in bytes.
 const MAX_HEADING: usize = 4096;
 
-/// Between the name of an OpenVDB file and that of its grid.
+/// Between the name of an OpenVDB or NanoVDB file and that of its grid.
 const GRID_MARK: char = '#';
 
 /// The name of a grid file, and that of the grid in it if there is one: `smoke.vdb#flames`.
 pub(crate) fn split_name(uri: &str) -> (&str, Option<&str>) {
     match uri.rsplit_once(GRID_MARK) {
-        Some((file, grid)) if file.to_ascii_lowercase().ends_with(".vdb") => (file, Some(grid)),
+        Some((file, grid)) if [".vdb", ".nvdb"].iter().any(|e| file.to_ascii_lowercase().ends_with(e)) => {
+            (file, Some(grid))
+        }
         _ => (uri, None),
     }
 }
 
-/// Reads a grid of either format. `name` appears in messages; after `.vdb#` it names the grid in the file.
+/// Reads a grid of any of the formats. `name` appears in messages; after `.vdb#` or `.nvdb#` it names the grid in the file.
 pub fn decode(bytes: &[u8], name: &str) -> Result<GridData, GridError> {
     decode_within(bytes, name, u64::MAX)
 }
@@ -183,6 +185,7 @@ mod tests {
 
     #[test]
     fn a_name_after_an_openvdb_file_is_a_grid() {
+        assert_eq!(split_name("smoke.nvdb#heat"), ("smoke.nvdb", Some("heat")));
         assert_eq!(split_name("a/smoke.VDB#heat 2"), ("a/smoke.VDB", Some("heat 2")));
         assert_eq!(split_name("take#3.vdb"), ("take#3.vdb", None));
         assert_eq!(split_name("take#3.grid"), ("take#3.grid", None));

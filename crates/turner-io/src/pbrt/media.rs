@@ -11,9 +11,12 @@ use super::assembly::Assembly;
 use super::frame::Frame;
 use super::params::Params;
 use super::report::Fault;
+use super::source::Place;
 use super::spectra::{Role, color};
 use super::state::State;
 use crate::assets::printable;
+use crate::grid::MAX_GRID;
+use crate::vdb;
 
 /// Name, σs and σa per millimetre of pbrt's named media (Jensen et al. 2001; Narasimhan et al. 2006).
 const NAMED: &[(&str, [f64; 3], [f64; 3])] = &[
@@ -83,39 +86,31 @@ pub(super) fn define(
             let p1 = params.vector("p1").unwrap_or(DVec3::ONE);
             let values: Vec<f32> = density.iter().map(|v| v.clamp(0.0, 1e30) as f32).collect();
             match GridData::new(size, values, None) {
-                Ok(data) => {
-                    let m = state.ctm[0];
-                    let scales = DMat3::from_diagonal(DVec3::new(
-                        m.matrix3.x_axis.x,
-                        m.matrix3.y_axis.y,
-                        m.matrix3.z_axis.z,
-                    ));
-                    let (min, max) = (m.transform_point3(p0), m.transform_point3(p1));
-                    if scales != m.matrix3 || !min.cmplt(max).all() {
-                        let message =
-                            "a medium grid that is rotated or mirrored: aligned with the world axes";
-                        scene.report.approximated(place, message);
-                    }
-                    let file = GridFile { uri: String::new(), data: Arc::new(data) };
-                    MediumDesc::Grid(GridMedium {
-                        file,
-                        min: Some(min.min(max)),
-                        max: Some(min.max(max) + 1e-9),
-                        border: GridBorder::Fade,
-                        density: scale,
-                        absorption: Some(absorption),
-                        scattering: Some(scattering),
-                        anisotropy,
-                        emission,
-                        ..GridMedium::default()
-                    })
-                }
+                Ok(data) => MediumDesc::Grid(GridMedium {
+                    border: GridBorder::Fade,
+                    density: scale,
+                    absorption: Some(absorption),
+                    scattering: Some(scattering),
+                    anisotropy,
+                    emission,
+                    ..placed(scene, state, data, [p0, p1], place)
+                }),
                 Err(problem) => {
                     scene.report.ignored(place, format!("the medium \"{}\": {problem}", printable(&name)));
                     homogeneous(0.0, absorption, scattering, anisotropy, emission)
                 }
             }
         }
+        "nanovdb" => match nanovdb(scene, &params)? {
+            Some((data, bounds)) => MediumDesc::Grid(GridMedium {
+                density: scale,
+                absorption: Some(absorption),
+                scattering: Some(scattering),
+                anisotropy,
+                ..placed(scene, state, data, bounds, place)
+            }),
+            None => homogeneous(0.0, absorption, scattering, anisotropy, Spectrum::BLACK),
+        },
         other => {
             params.pass(&[
                 "filename",
@@ -137,6 +132,55 @@ pub(super) fn define(
     scene.medium_list.push(Named { name: Some(name.clone()), span: None, value: medium });
     scene.media.insert(name, MediumId(scene.medium_list.len() as u32 - 1));
     Ok(())
+}
+
+/// A grid that fills a box of the medium's space.
+fn placed(
+    scene: &mut Assembly<'_>,
+    state: &State,
+    data: GridData,
+    [p0, p1]: [DVec3; 2],
+    place: Place,
+) -> GridMedium {
+    let m = state.ctm[0];
+    let scales = DMat3::from_diagonal(DVec3::new(m.matrix3.x_axis.x, m.matrix3.y_axis.y, m.matrix3.z_axis.z));
+    let (min, max) = (m.transform_point3(p0), m.transform_point3(p1));
+    if scales != m.matrix3 || !min.cmplt(max).all() {
+        let message = "a medium grid that is rotated or mirrored: aligned with the world axes";
+        scene.report.approximated(place, message);
+    }
+    let file = GridFile { uri: String::new(), data: Arc::new(data) };
+    GridMedium { file, min: Some(min.min(max)), max: Some(min.max(max) + 1e-9), ..GridMedium::default() }
+}
+
+/// The density of a NanoVDB file and its box; `None` if it cannot be read, which is reported.
+fn nanovdb(scene: &mut Assembly<'_>, params: &Params) -> Result<Option<(GridData, [DVec3; 2])>, Fault> {
+    let name = params.string("filename").unwrap_or_default().to_owned();
+    let grid = params.string("gridname").unwrap_or("density").to_owned();
+    let heat = params.string("temperaturename").unwrap_or("temperature").to_owned();
+    let glows = params.float("Lescale").unwrap_or(1.0) > 0.0;
+    let (_, bytes) = scene.read(&name, MAX_GRID, params.place_of("filename"))?;
+    let place = params.place_of("filename");
+    let limits = &scene.options.limits;
+    limits
+        .memory
+        .need(2 * bytes.len() as u64, || format!("{}: reading it", printable(&name)))
+        .map_err(|e| Fault::from_scene(place, e))?;
+    if glows && vdb::has_grid(&bytes, &heat) {
+        let message = format!("the grid of temperatures \"{}\": the medium does not glow", printable(&heat));
+        scene.report.ignored(place, message);
+    }
+    match vdb::decode(&bytes, Some(&grid), scene.options.limits.memory.left()) {
+        Ok(data) => {
+            let bounds = data.bounds().unwrap_or([DVec3::ZERO, DVec3::ONE]);
+            Ok(Some((data, bounds)))
+        }
+        Err(problem) => {
+            let message = format!("{}: {}; the medium is empty", printable(&name), printable(&problem));
+            scene.report.ignored(place, message);
+            Ok(None)
+        }
+    }
 }
 
 fn homogeneous(

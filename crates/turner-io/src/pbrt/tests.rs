@@ -152,6 +152,36 @@ fn a_grid_around_the_camera_is_a_box() {
     assert_eq!(grid.border, GridBorder::Fade);
 }
 
+/// Placed by its transform and the medium's; the density fades within the cell around its voxels.
+#[test]
+fn nanovdb_files_are_grids() {
+    let cloud = include_bytes!("../testing/cloud.nvdb");
+    let load = |text: &str| {
+        let text = format!(
+            "Scale 2 2 2 MakeNamedMedium \"m\" \"string type\" \"nanovdb\" \"string filename\" \"c.nvdb\"\n\
+             \"float scale\" 3 \"rgb sigma_a\" [1 2 3] \"rgb sigma_s\" [4 5 6] \"float g\" 0.5 {text} WorldBegin Shape \"sphere\""
+        );
+        let scene = read_with(&text, &[("c.nvdb", cloud)]).unwrap();
+        (scene.media[0].value.clone(), scene.warnings)
+    };
+    let (MediumDesc::Grid(grid), warnings) = load("") else { panic!() };
+    assert!(warnings.is_empty(), "{warnings:?}");
+    let [min, max] = grid.bounds();
+    assert!((min - DVec3::new(-29.5, -0.5, 4.5)).length() < 1e-6, "{min}");
+    assert!((max - DVec3::new(32.5, 12.5, 43.5)).length() < 1e-6, "{max}");
+    assert_eq!(grid.file.data.size(), [62, 13, 39]);
+    assert_eq!((grid.density, grid.anisotropy), (3.0, 0.5));
+    assert_eq!(grid.scattering, Some(Spectrum::new(4.0, 5.0, 6.0)));
+    let (MediumDesc::Homogeneous(empty), warnings) = load("\"string gridname\" \"heat\"") else { panic!() };
+    assert_eq!(empty.density, 0.0);
+    assert!(warnings[0].message.contains("has no grid \"heat\""), "{warnings:?}");
+    // Any other grid may be the one of temperatures.
+    let (_, warnings) = load("\"string temperaturename\" \"density\"");
+    assert!(warnings[0].message.contains("does not glow"), "{warnings:?}");
+    let (_, warnings) = load("\"string temperaturename\" \"density\" \"float Lescale\" 0");
+    assert!(warnings.is_empty(), "{warnings:?}");
+}
+
 #[test]
 fn thin_walls_reflect_and_transmit_what_they_say() {
     for (r, t) in [(0.25, 0.25), (0.6, 0.2), (0.1, 0.7), (0.0, 0.5), (0.5, 0.0)] {
