@@ -49,6 +49,8 @@ pub(super) struct DocumentExtensions {
     pub(super) lights: Option<Lights>,
     #[serde(rename = "KHR_materials_variants")]
     pub(super) variants: Option<Variants>,
+    #[serde(rename = "EXT_lights_image_based")]
+    pub(super) environments: Option<Environments>,
 }
 
 /// `asset`.
@@ -65,6 +67,15 @@ pub(super) struct Header {
 pub(super) struct SceneJson {
     pub(super) name: Option<String>,
     pub(super) nodes: Vec<Index>,
+    pub(super) extensions: Option<SceneExtensions>,
+}
+
+/// Extensions of a scene.
+#[derive(Debug, Default, Deserialize)]
+#[serde(default)]
+pub(super) struct SceneExtensions {
+    #[serde(rename = "EXT_lights_image_based")]
+    pub(super) environment: Option<LightReference>,
 }
 
 /// A node.
@@ -98,7 +109,7 @@ pub(super) struct NodeExtensions {
     pub(super) visibility: Option<Visibility>,
 }
 
-/// `KHR_lights_punctual` of a node.
+/// `KHR_lights_punctual` of a node, or `EXT_lights_image_based` of a scene.
 #[derive(Debug, Deserialize)]
 pub(super) struct LightReference {
     pub(super) light: Index,
@@ -406,6 +417,25 @@ pub(super) struct LightJson {
 pub(super) struct SpotJson {
     pub(super) inner_cone_angle: Option<f64>,
     pub(super) outer_cone_angle: Option<f64>,
+}
+
+/// `EXT_lights_image_based` of the document.
+#[derive(Debug, Default, Deserialize)]
+#[serde(default)]
+pub(super) struct Environments {
+    pub(super) lights: List<EnvironmentJson>,
+}
+
+/// A cube map as light from all around.
+#[derive(Debug, Default, Deserialize)]
+#[serde(rename_all = "camelCase", default)]
+pub(super) struct EnvironmentJson {
+    pub(super) name: Option<String>,
+    /// A quaternion.
+    pub(super) rotation: Option<[f64; 4]>,
+    pub(super) intensity: Option<f64>,
+    /// Six images for each of the resolutions, the highest first.
+    pub(super) specular_images: List<Vec<Index>>,
 }
 
 /// The header alone.
