@@ -5,7 +5,6 @@ use turner::description::{ObjectContent, SceneDesc};
 use turner::light::LightDesc;
 use turner::material::{MaterialDesc, PrincipledMaterial};
 use turner::math::{DAffine3, DVec3};
-use turner::medium::{GridBorder, MediumDesc};
 use turner::schema::{ColorSource, ErrorCode, SceneError, WarningKind};
 use turner::shape::ShapeDesc;
 use turner::texture::{Mapping, PerlinKind, TextureDesc};
@@ -132,54 +131,6 @@ fn layers_take_light() {
     assert!((clear - 0.5 * 0.4037 / (1.0 - 0.5 * 0.5963)).abs() < 2e-3, "{clear}");
     let (plain, thick, rough) = (base(""), base("\"float thickness\" 0.1"), base("\"float roughness\" 0.2"));
     assert!(thick < plain && plain < clear && rough < 0.8 * plain, "{thick} {plain} {clear} {rough}");
-}
-
-#[test]
-fn a_grid_around_the_camera_is_a_box() {
-    let scene = read(
-        "MakeNamedMedium \"smoke\" \"string type\" \"uniformgrid\" \"float density\" [ 1 2 ] \"integer nx\" 2 \"integer ny\" 1 \"integer nz\" 1\n\
-         \"point3 p0\" [ 0 0 2 ] \"point3 p1\" [ 1 1 3 ] MediumInterface \"\" \"smoke\" Camera \"perspective\" WorldBegin\n\
-         MediumInterface \"\" \"\" Shape \"sphere\"",
-    );
-    assert_eq!(scene.background.medium, None);
-    let [sphere, smoke] = &scene.objects[..] else { panic!("{:?}", scene.objects) };
-    assert!(matches!(sphere.content, ObjectContent::Shape(ShapeDesc::Sphere(_))));
-    let ObjectContent::Shape(ShapeDesc::Box(bounds)) = &smoke.content else { panic!("{smoke:?}") };
-    assert_eq!(bounds.min, Some(DVec3::new(0.0, 0.0, 2.0)));
-    let material = &scene.materials[smoke.material.unwrap().index()].value;
-    let MaterialDesc::Interface(boundary) = material else { panic!("{material:?}") };
-    let MediumDesc::Grid(grid) = &scene.media[boundary.interior.unwrap().index()].value else { panic!() };
-    assert_eq!(grid.border, GridBorder::Fade);
-}
-
-/// Placed by its transform and the medium's; the density fades within the cell around its voxels.
-#[test]
-fn nanovdb_files_are_grids() {
-    let cloud = include_bytes!("../testing/cloud.nvdb");
-    let load = |text: &str| {
-        let text = format!(
-            "Scale 2 2 2 MakeNamedMedium \"m\" \"string type\" \"nanovdb\" \"string filename\" \"c.nvdb\"\n\
-             \"float scale\" 3 \"rgb sigma_a\" [1 2 3] \"rgb sigma_s\" [4 5 6] \"float g\" 0.5 {text} WorldBegin Shape \"sphere\""
-        );
-        let scene = read_with(&text, &[("c.nvdb", cloud)]).unwrap();
-        (scene.media[0].value.clone(), scene.warnings)
-    };
-    let (MediumDesc::Grid(grid), warnings) = load("") else { panic!() };
-    assert!(warnings.is_empty(), "{warnings:?}");
-    let [min, max] = grid.bounds();
-    assert!((min - DVec3::new(-29.5, -0.5, 4.5)).length() < 1e-6, "{min}");
-    assert!((max - DVec3::new(32.5, 12.5, 43.5)).length() < 1e-6, "{max}");
-    assert_eq!(grid.file.data.size(), [62, 13, 39]);
-    assert_eq!((grid.density, grid.anisotropy), (3.0, 0.5));
-    assert_eq!(grid.scattering, Some(Spectrum::new(4.0, 5.0, 6.0)));
-    let (MediumDesc::Homogeneous(empty), warnings) = load("\"string gridname\" \"heat\"") else { panic!() };
-    assert_eq!(empty.density, 0.0);
-    assert!(warnings[0].message.contains("has no grid \"heat\""), "{warnings:?}");
-    // Any other grid may be the one of temperatures.
-    let (_, warnings) = load("\"string temperaturename\" \"density\"");
-    assert!(warnings[0].message.contains("does not glow"), "{warnings:?}");
-    let (_, warnings) = load("\"string temperaturename\" \"density\" \"float Lescale\" 0");
-    assert!(warnings.is_empty(), "{warnings:?}");
 }
 
 #[test]
