@@ -7,6 +7,7 @@ use turner::integrator::IntegratorDesc;
 use turner::light::LightDesc;
 use turner::material::{MaterialDesc, PrincipledMaterial};
 use turner::math::DVec3;
+use turner::math::elementary::pow_int;
 use turner::medium::MediumDesc;
 use turner::schema::{ColorSource, SceneError, Transform, WarningKind};
 use turner::shape::ShapeDesc;
@@ -168,11 +169,11 @@ fn a_part_of_a_metal_is_reflected_on_average() {
         };
         let (f0, tint) = (color(m.base_color), color(m.specular_color));
         move |cos: f64| -> [f64; 3] {
-            let schlick = |f0: f64, cos: f64| f0 + (1.0 - f0) * (1.0 - cos).powi(5);
+            let schlick = |f0: f64, cos: f64| f0 + (1.0 - f0) * pow_int(1.0 - cos, 5);
             let edge = 1.0 / 7.0;
             [0, 1, 2].map(|i| {
-                let b = schlick(f0[i], edge) * (1.0 - tint[i]) / (edge * (1.0f64 - edge).powi(6));
-                schlick(f0[i], cos) - b * cos * (1.0 - cos).powi(6)
+                let b = schlick(f0[i], edge) * (1.0 - tint[i]) / (edge * pow_int(1.0 - edge, 6));
+                schlick(f0[i], cos) - b * cos * pow_int(1.0 - cos, 6)
             })
         }
     };

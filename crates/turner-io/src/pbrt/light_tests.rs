@@ -6,6 +6,7 @@ use turner::color::Spectrum;
 use turner::description::{ObjectContent, SceneDesc};
 use turner::light::{LightDesc, PointDesc};
 use turner::material::MaterialDesc;
+use turner::math::elementary::tan;
 use turner::math::{DVec2, DVec3};
 use turner::schema::{ColorSource, MaterialId};
 use turner::shape::ShapeDesc;
@@ -262,7 +263,7 @@ fn projected_pictures_are_pbrts() {
         assert!((spot.position - place).length() < 1e-12);
         let prepared = scene.prepare(&Default::default()).unwrap().scene;
         let light = |p: DVec3| prepared.lights[0].illuminate(p, 0, DVec2::ZERO);
-        let (half_x, half_y) = (2.0 * (PI / 6.0).tan(), (PI / 6.0).tan());
+        let (half_x, half_y) = (2.0 * tan(PI / 6.0), tan(PI / 6.0));
         let mut power = 0.0;
         for (i, pixel) in pixels.chunks(3).enumerate() {
             // The centre of a pixel, in the light's own space.
@@ -274,7 +275,8 @@ fn projected_pictures_are_pbrts() {
             let expected = 2.0 * f64::from(decoded[0]) / own.length_squared();
             assert!((f64::from(found.intensity.r) - expected).abs() < 1e-5, "{i}: {found:?}, not {expected}");
             let area = half_x * half_y / 2.0;
-            power += area * f64::from(Spectrum::from(decoded).luminance()) / own.length().powi(3);
+            power +=
+                area * f64::from(Spectrum::from(decoded).luminance()) / (own.length_squared() * own.length());
         }
         assert!(light(place + DVec3::new(0.0, 1.01 * half_y, 1.0)).is_none_or(|l| l.intensity.r == 0.0));
         let LightDesc::Spot(bright) = &text("\"float power\" 100").lights[0].value else { panic!() };

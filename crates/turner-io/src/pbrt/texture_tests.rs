@@ -3,6 +3,7 @@
 use turner::description::SceneDesc;
 use turner::image::{Image, Pixels};
 use turner::material::MaterialDesc;
+use turner::math::elementary::{acos, atan2, sin_cos};
 use turner::math::{DVec2, DVec3, Ray};
 use turner::schema::ColorSource;
 use turner::texture::{Encoding, ImageChannel, ImageDesc, TextureDesc};
@@ -169,7 +170,7 @@ fn mappings_around_an_axis_are_pbrts() {
         let prepared = scene.prepare(&Default::default()).unwrap().scene;
         let mut seen = 0;
         for i in 0..200 {
-            let (sin_t, cos_t) = (f64::from(i) * 0.1 + 0.05).sin_cos();
+            let (sin_t, cos_t) = sin_cos(f64::from(i) * 0.1 + 0.05);
             let up = f64::from(i % 19) / 9.5 - 0.95;
             let p = DVec3::new(cos_t * (1.0 - up * up).sqrt(), sin_t * (1.0 - up * up).sqrt(), up);
             // Rotated by a quarter about x, y becomes z and z becomes −y.
@@ -178,9 +179,9 @@ fn mappings_around_an_axis_are_pbrts() {
             let hit = prepared.intersect(&ray).unwrap();
             let found =
                 prepared.textures.color(source, &prepared.texture_point(&prepared.surface(&ray, &hit)));
-            let phi = p.y.atan2(p.x);
+            let phi = atan2(p.y, p.x);
             let (s, t) = match kind {
-                "spherical" => (p.z.acos() / PI, phi.rem_euclid(TAU) / TAU),
+                "spherical" => (acos(p.z) / PI, phi.rem_euclid(TAU) / TAU),
                 _ => ((PI + phi) / TAU, p.z.rem_euclid(1.0)),
             };
             let (x, y) = (8.0 * s, 4.0 * (1.0 - t));

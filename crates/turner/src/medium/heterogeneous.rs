@@ -237,7 +237,6 @@ impl Heterogeneous {
                     let total: f64 = (0..3).map(|i| shares[i] * weight[i]).sum();
                     let p: f64 = (0..3).map(|i| shares[i] * weight[i] * real[i]).sum::<f64>() / total;
                     if u0 < p {
-                        #[expect(clippy::needless_range_loop, reason = "bands of several arrays")]
                         for i in 0..3 {
                             weight[i] *= scattering[i] / (rate * p);
                         }

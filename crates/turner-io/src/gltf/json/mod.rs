@@ -3,10 +3,12 @@
 //! Members not declared here are skipped, including `extras` and unknown extensions. Arrays that can be long are
 //! [`List`]s, which bound how much memory a few bytes of JSON can allocate.
 
+mod light;
 mod material;
 mod number;
 mod said;
 
+pub(super) use light::*;
 pub(super) use material::*;
 pub(super) use number::{Index, List, Size};
 
@@ -389,53 +391,6 @@ pub(super) struct AnimationSampler {
     pub(super) input: Index,
     pub(super) output: Index,
     pub(super) interpolation: Option<String>,
-}
-
-/// `KHR_lights_punctual` of the document.
-#[derive(Debug, Default, Deserialize)]
-#[serde(default)]
-pub(super) struct Lights {
-    pub(super) lights: List<LightJson>,
-}
-
-/// A light.
-#[derive(Debug, Default, Deserialize)]
-#[serde(default)]
-pub(super) struct LightJson {
-    pub(super) name: Option<String>,
-    #[serde(rename = "type")]
-    pub(super) kind: String,
-    pub(super) color: Option<[f64; 3]>,
-    pub(super) intensity: Option<f64>,
-    pub(super) range: Option<f64>,
-    pub(super) spot: Option<SpotJson>,
-}
-
-/// The cone of a spot light, as angles from its axis in radians.
-#[derive(Debug, Default, Deserialize)]
-#[serde(rename_all = "camelCase", default)]
-pub(super) struct SpotJson {
-    pub(super) inner_cone_angle: Option<f64>,
-    pub(super) outer_cone_angle: Option<f64>,
-}
-
-/// `EXT_lights_image_based` of the document.
-#[derive(Debug, Default, Deserialize)]
-#[serde(default)]
-pub(super) struct Environments {
-    pub(super) lights: List<EnvironmentJson>,
-}
-
-/// A cube map as light from all around.
-#[derive(Debug, Default, Deserialize)]
-#[serde(rename_all = "camelCase", default)]
-pub(super) struct EnvironmentJson {
-    pub(super) name: Option<String>,
-    /// A quaternion.
-    pub(super) rotation: Option<[f64; 4]>,
-    pub(super) intensity: Option<f64>,
-    /// Six images for each of the resolutions, the highest first.
-    pub(super) specular_images: List<Vec<Index>>,
 }
 
 /// The header alone.
