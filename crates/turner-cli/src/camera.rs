@@ -53,6 +53,7 @@ fn parameters(out: &mut Value, model: &CameraModel, center: [f64; 2]) {
     let unit = match model.kind {
         ProjectionKind::Perspective | ProjectionKind::Orthographic => "pixels_per_unit",
         ProjectionKind::Fisheye | ProjectionKind::Equirectangular => "pixels_per_radian",
+        ProjectionKind::EqualArea => "pixels_per_half_side",
     };
     out[unit] = json!(scale);
     if let Some(rim) = model.rim {
@@ -66,5 +67,6 @@ fn word(kind: ProjectionKind) -> &'static str {
         ProjectionKind::Orthographic => "orthographic",
         ProjectionKind::Fisheye => "fisheye",
         ProjectionKind::Equirectangular => "equirectangular",
+        ProjectionKind::EqualArea => "equal-area",
     }
 }

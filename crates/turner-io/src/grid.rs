@@ -1,4 +1,4 @@
-//! Density grids of heterogeneous media: OpenVDB files, and a text header followed by binary values.
+//! Density grids of heterogeneous media: OpenVDB and NanoVDB files, and a text header followed by binary values.
 //!
 //! ```text
 //! turner-grid 1
@@ -8,16 +8,18 @@
 //! data
 //! ```
 //!
-//! Each header line ends with a line feed. `size` is the number of cells along x, y and z. `channels` is `density` or
-//! `density emission`. `bounds`, which may be absent, are the least and the largest coordinates of the box that the
+//! Each header line ends with a line feed. `size` is the number of cells along x, y and z. `channels` begins with
+//! `density`, or with `extinction`, a density for each colour; `emission` and one of `albedo` and `scattering`, which
+//! are colours, may follow. `bounds`, which may be absent, are the least and the largest coordinates of the box that the
 //! grid fills. The values follow `data` and its line feed, as little-endian IEEE 754 singles, and nothing
-//! follows them: all of the first channel, x fastest, then y, then z; then all of the next channel.
+//! follows them: all of the first channel, x fastest, then y, then z; then all of the next channel. Colours have three
+//! values for each cell.
 
 use std::io::{self, Write};
 
 use turner::math::DVec3;
-use turner::schema::GridData;
 use turner::schema::data::MAX_VALUES;
+use turner::schema::{GridData, GridScattering};
 
 use crate::assets::printable;
 use crate::vdb;
@@ -40,18 +42,20 @@ pub const MAX_GRID: u64 = 8 * MAX_VALUES + 4096;
 /// Longest accepted header, in bytes.
 const MAX_HEADING: usize = 4096;
 
-/// Between the name of an OpenVDB file and that of its grid.
+/// Between the name of an OpenVDB or NanoVDB file and that of its grid.
 const GRID_MARK: char = '#';
 
 /// The name of a grid file, and that of the grid in it if there is one: `smoke.vdb#flames`.
 pub(crate) fn split_name(uri: &str) -> (&str, Option<&str>) {
     match uri.rsplit_once(GRID_MARK) {
-        Some((file, grid)) if file.to_ascii_lowercase().ends_with(".vdb") => (file, Some(grid)),
+        Some((file, grid)) if [".vdb", ".nvdb"].iter().any(|e| file.to_ascii_lowercase().ends_with(e)) => {
+            (file, Some(grid))
+        }
         _ => (uri, None),
     }
 }
 
-/// Reads a grid of either format. `name` appears in messages; after `.vdb#` it names the grid in the file.
+/// Reads a grid of any of the formats. `name` appears in messages; after `.vdb#` or `.nvdb#` it names the grid in the file.
 pub fn decode(bytes: &[u8], name: &str) -> Result<GridData, GridError> {
     decode_within(bytes, name, u64::MAX)
 }
@@ -81,14 +85,93 @@ fn heading([x, y, z]: [u32; 3], channels: &str, bounds: Option<[DVec3; 2]>) -> S
 
 /// Writes a grid block by block; [`decode`] reads it back unchanged.
 pub fn write(grid: &GridData, out: &mut dyn Write) -> io::Result<()> {
-    let channels = if grid.emission().is_some() { "density emission" } else { "density" };
-    out.write_all(heading(grid.size(), channels, grid.bounds()).as_bytes())?;
-    for values in std::iter::once(grid.density()).chain(grid.emission()) {
+    let scattering = grid.scattering().map(|s| match s {
+        GridScattering::Albedo(_) => "albedo",
+        GridScattering::Coefficient(_) => "scattering",
+    });
+    let density = if grid.extinction().is_some() { "extinction" } else { "density" };
+    let emission = grid.emission().map(|_| "emission");
+    let channels: Vec<&str> = [Some(density), emission, scattering].into_iter().flatten().collect();
+    out.write_all(heading(grid.size(), &channels.join(" "), grid.bounds()).as_bytes())?;
+    let density = if grid.extinction().is_some() { None } else { Some(grid.density()) };
+    let extinction = grid.extinction().map(<[[f32; 3]]>::as_flattened);
+    let scattering = grid.scattering().map(|s| s.values().as_flattened());
+    for values in [density, extinction, grid.emission(), scattering].into_iter().flatten() {
         for block in values.chunks(1 << 14) {
             out.write_all(&block.iter().flat_map(|v| v.to_le_bytes()).collect::<Vec<u8>>())?;
         }
     }
     Ok(())
+}
+
+/// A channel of a grid file.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Channel {
+    Density,
+    Extinction,
+    Emission,
+    Albedo,
+    Scattering,
+}
+
+/// Their names in files.
+const CHANNELS: [(&str, Channel); 5] = [
+    ("density", Channel::Density),
+    ("extinction", Channel::Extinction),
+    ("emission", Channel::Emission),
+    ("albedo", Channel::Albedo),
+    ("scattering", Channel::Scattering),
+];
+
+impl Channel {
+    /// Values for each cell: one, or three for a colour.
+    fn floats(self) -> u64 {
+        match self {
+            Channel::Density | Channel::Emission => 1,
+            Channel::Extinction | Channel::Albedo | Channel::Scattering => 3,
+        }
+    }
+}
+
+/// The channels of the line `channels …`: first density or extinction, each once, albedo or scattering.
+fn channels_of(words: &[&str]) -> Option<Vec<Channel>> {
+    let (_, names) = words.split_first().filter(|(first, _)| **first == "channels")?;
+    let of = |name: &&str| CHANNELS.iter().find(|(n, _)| n == name).map(|(_, c)| *c);
+    let channels: Vec<Channel> = names.iter().map(of).collect::<Option<_>>()?;
+    let has = |c: Channel| channels.iter().filter(|o| **o == c).count();
+    let once = |a: Channel, b: Channel| has(a) + has(b) <= 1;
+    let first = channels.first()?;
+    let is_sound = matches!(first, Channel::Density | Channel::Extinction)
+        && once(Channel::Density, Channel::Extinction)
+        && once(Channel::Albedo, Channel::Scattering)
+        && has(Channel::Emission) <= 1;
+    is_sound.then_some(channels)
+}
+
+/// The channels that a file has.
+#[derive(Default)]
+struct Found {
+    density: Vec<f32>,
+    extinction: Option<Vec<[f32; 3]>>,
+    emission: Option<Vec<f32>>,
+    scattering: Option<GridScattering>,
+}
+
+impl Found {
+    fn grid(self, size: [u32; 3]) -> Result<GridData, String> {
+        let density = match &self.extinction {
+            Some(colors) => vec![0.0; colors.len()],
+            None => self.density,
+        };
+        let mut data = GridData::new(size, density, self.emission)?;
+        if let Some(extinction) = self.extinction {
+            data = data.with_extinction(extinction)?;
+        }
+        match self.scattering {
+            Some(scattering) => data.with_scattering(scattering),
+            None => Ok(data),
+        }
+    }
 }
 
 fn read(bytes: &[u8]) -> Result<GridData, String> {
@@ -123,10 +206,12 @@ fn read(bytes: &[u8]) -> Result<GridData, String> {
         _ => return wrong("size X Y Z", &line),
     };
     let line = next("channels density")?;
-    let channels = match line.split_ascii_whitespace().collect::<Vec<_>>().as_slice() {
-        ["channels", "density"] => 1,
-        ["channels", "density", "emission"] => 2,
-        _ => return wrong("channels density` or `channels density emission", &line),
+    let words: Vec<&str> = line.split_ascii_whitespace().collect();
+    let Some(channels) = channels_of(&words) else {
+        return wrong(
+            "channels density` or, with further channels, `channels extinction emission albedo",
+            &line,
+        );
     };
     let mut line = next("data")?;
     let mut bounds = None;
@@ -146,15 +231,27 @@ fn read(bytes: &[u8]) -> Result<GridData, String> {
         return Err(format!("{x} x {y} x {z} cells: expected 1 to {MAX_VALUES} in total"));
     };
     let data = bytes.get(used..).unwrap_or_default();
-    let expected = 4 * channels * count;
+    let expected = 4 * count * channels.iter().map(|c| c.floats()).sum::<u64>();
     if data.len() as u64 != expected {
         return Err(format!("expected {expected} bytes of values, found {}", data.len()));
     }
-    let floats = |bytes: &[u8]| -> Vec<f32> {
-        bytes.chunks_exact(4).map(|b| f32::from_le_bytes([b[0], b[1], b[2], b[3]])).collect()
-    };
-    let (density, emission) = data.split_at(data.len() / channels as usize);
-    let data = GridData::new(size, floats(density), (channels == 2).then(|| floats(emission)))?;
+    let mut rest = data;
+    let mut found = Found::default();
+    for channel in channels {
+        let (values, after) =
+            rest.split_at_checked((4 * count * channel.floats()) as usize).unwrap_or_default();
+        rest = after;
+        let floats = || values.as_chunks::<4>().0.iter().map(|b| f32::from_le_bytes(*b));
+        let colors = || floats().collect::<Vec<f32>>().as_chunks::<3>().0.to_vec();
+        match channel {
+            Channel::Density => found.density = floats().collect(),
+            Channel::Extinction => found.extinction = Some(colors()),
+            Channel::Emission => found.emission = Some(floats().collect()),
+            Channel::Albedo => found.scattering = Some(GridScattering::Albedo(colors())),
+            Channel::Scattering => found.scattering = Some(GridScattering::Coefficient(colors())),
+        }
+    }
+    let data = found.grid(size)?;
     match bounds {
         Some(bounds) => data.with_bounds(bounds),
         None => Ok(data),
@@ -173,8 +270,21 @@ mod tests {
         let expected = GridData::new([2, 3, 4], density.clone(), Some(emission)).unwrap();
         assert_eq!(decode(&bytes, "a"), Ok(expected));
         let bytes = encode([4, 3, 2], &density, None);
-        let alone = GridData::new([4, 3, 2], density, None).unwrap();
+        let alone = GridData::new([4, 3, 2], density.clone(), None).unwrap();
         assert_eq!(decode(&bytes, "a"), Ok(alone.clone()));
+        let colors = |f: f32| (0..24).map(|i| [f * i as f32, f, 0.5 * f]).collect::<Vec<[f32; 3]>>();
+        for scattering in
+            [GridScattering::Albedo(vec![[0.0, 0.5, 1.0]; 24]), GridScattering::Coefficient(colors(0.5))]
+        {
+            for base in [alone.clone(), decode(&encode([2, 3, 4], &density, Some(&density)), "a").unwrap()] {
+                let colored = base.with_extinction(colors(1.0)).unwrap();
+                let colored = colored.with_scattering(scattering.clone()).unwrap();
+                let mut bytes = Vec::new();
+                write(&colored, &mut bytes).unwrap();
+                assert_eq!(decode(&bytes, "a"), Ok(colored));
+                assert!(decode(&bytes[..bytes.len() - 4], "a").is_err());
+            }
+        }
         let placed = alone.with_bounds([DVec3::new(-0.1, 0.0, 1e-3), DVec3::new(1.0, 2.5, 1e9)]).unwrap();
         let mut bytes = Vec::new();
         write(&placed, &mut bytes).unwrap();
@@ -183,6 +293,7 @@ mod tests {
 
     #[test]
     fn a_name_after_an_openvdb_file_is_a_grid() {
+        assert_eq!(split_name("smoke.nvdb#heat"), ("smoke.nvdb", Some("heat")));
         assert_eq!(split_name("a/smoke.VDB#heat 2"), ("a/smoke.VDB", Some("heat 2")));
         assert_eq!(split_name("take#3.vdb"), ("take#3.vdb", None));
         assert_eq!(split_name("take#3.grid"), ("take#3.grid", None));
@@ -205,6 +316,13 @@ mod tests {
         assert!(with(one, &(-1.0f32).to_le_bytes()).contains("-1"));
         assert!(with("turner-grid 2\n", &[]).contains("turner-grid 1"));
         assert!(with("turner-grid 1\nsize 1 -1 1\n", &[]).contains("size"));
-        assert!(with("turner-grid 1\nsize 1 1 1\nchannels heat\n", &[]).contains("channels"));
+        for channels in ["heat", "emission density", "density extinction", "density albedo scattering", ""] {
+            let text = format!("turner-grid 1\nsize 1 1 1\nchannels {channels}\n");
+            assert!(with(&text, &[]).contains("channels"), "{channels}");
+        }
+        let ones = [1.0f32.to_le_bytes(); 4].concat();
+        let bright = [&[0; 4][..], &ones[..12]].concat();
+        let bright = with("turner-grid 1\nsize 1 1 1\nchannels density scattering\ndata\n", &bright);
+        assert!(bright.contains("scatters"), "{bright}");
     }
 }

@@ -19,6 +19,7 @@ mod buffers;
 mod cameras;
 mod check;
 mod draco;
+mod environment;
 mod fault;
 mod glb;
 mod images;
@@ -61,6 +62,7 @@ use crate::import::ImportOptions;
 
 /// The supported extensions.
 const KNOWN: &[&str] = &[
+    "EXT_lights_image_based",
     "EXT_mesh_gpu_instancing",
     "EXT_meshopt_compression",
     "EXT_texture_webp",
@@ -147,7 +149,10 @@ fn read(bytes: Vec<u8>, uri: &str, assets: &dyn AssetSource, options: &ImportOpt
     }
 
     let Objects { meshes, objects, wanted, instances, .. } = objects;
-    let images = decode_images(&document, &buffers, &wanted, (uri, assets), options, &mut report)?;
+    let scene = nodes::choose_scene(&document, options.scene.as_deref())?;
+    let sky = environment::of_scene(&document, scene)?;
+    let faces = sky.as_ref().map_or(&[][..], |sky| &sky.faces);
+    let images = decode_images(&document, &buffers, (&wanted, faces), (uri, assets), options, &mut report)?;
     let mut textures = Textures::default();
     let mut converter =
         Converter { document: &document, images: &images, textures: &mut textures, report: &mut report };
@@ -163,7 +168,12 @@ fn read(bytes: Vec<u8>, uri: &str, assets: &dyn AssetSource, options: &ImportOpt
     let count = |n: usize| n as u64;
     let triangles = meshes.iter().map(|m| count(m.data.triangles.len())).sum();
     options.limits.check_triangles(triangles, || "the file".to_owned()).map_err(Fault::of_scene)?;
-    let lights_in_file = document.extensions.lights.as_ref().map_or(0, |l| l.lights.len());
+    let mut pictures = images.assets.clone();
+    if let Some(sky) = &sky {
+        lights.extend(environment::light(sky, &images, &mut pictures, options, &mut report)?);
+    }
+    let lights_in_file = document.extensions.lights.as_ref().map_or(0, |l| l.lights.len())
+        + document.extensions.environments.as_ref().map_or(0, |e| e.lights.len());
     let counts = vec![
         ("nodes", count(document.nodes.len())),
         ("meshes", count(document.meshes.len())),
@@ -192,7 +202,7 @@ fn read(bytes: Vec<u8>, uri: &str, assets: &dyn AssetSource, options: &ImportOpt
         materials,
         objects,
         lights,
-        images: images.assets,
+        images: pictures,
         meshes,
         cameras,
         imports: vec![summary],
@@ -241,11 +251,11 @@ fn check_extensions(document: &Document, report: &mut Report) -> Outcome<()> {
     Ok(())
 }
 
-/// Decodes the images that the materials of visible objects use.
+/// Decodes the images that the materials of visible objects use, and those of the environment.
 fn decode_images(
     document: &Document,
     buffers: &Buffers,
-    wanted: &[Wanted],
+    (wanted, faces): (&[Wanted], &[Index]),
     source: (&str, &dyn AssetSource),
     options: &ImportOptions,
     report: &mut Report,
@@ -284,6 +294,9 @@ fn decode_images(
                 // An image used as both colour and data is downscaled as colour.
                 *used.entry(image).or_default() |= is_color;
             }
+        }
+        if preference == 0 {
+            used.extend(faces.iter().map(|face| (*face, true)));
         }
         tried.extend(used.keys().copied());
         images.decode(document, buffers, &used, source, options, report);

@@ -235,7 +235,7 @@ impl Tree {
 }
 
 /// The scene with this name or index, or the document's default; `None` if it has no scenes.
-fn choose_scene(document: &Document, wanted: Option<&str>) -> Outcome<Option<Index>> {
+pub(super) fn choose_scene(document: &Document, wanted: Option<&str>) -> Outcome<Option<Index>> {
     let scenes = &document.scenes;
     if let Some(wanted) = wanted {
         let names: Vec<Option<&str>> = scenes.iter().map(|s| s.name.as_deref()).collect();

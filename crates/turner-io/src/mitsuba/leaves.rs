@@ -14,7 +14,7 @@ use super::rough_layer::RoughLayer;
 use super::spectra::{Role, color, index, sampled};
 use super::textures::Surface;
 use crate::scene_import::report::Fault;
-use crate::scene_import::{Through, inner_reflectance, map_values, product, unknown};
+use crate::scene_import::{Through, inner_reflectance, map_colors, map_values, product, unknown};
 use crate::spectral::metal_of_index;
 
 /// Known BSDFs that are not supported.
@@ -108,6 +108,22 @@ pub(super) fn surface(
 /// Weight of OpenPBR's fuzz per unit of sheen: with it as much light returns near the silhouette of a sphere
 /// (white furnace: 0.019 there, against 0.214 of a full fuzz).
 const SHEEN: f64 = 0.09;
+
+/// The tint of a metal of which a part is reflected, by colour. F = F₀ + (1 − F₀)(1 − µ)⁵ − b µ (1 − µ)⁶, where b follows
+/// from the tint at µ = 1/7. The cosine-weighted mean, F₀ + (1 − F₀) / 21 − b / 126, becomes that part of the metal's if b
+/// becomes f b + 6 (1 − f).
+fn tint_times(metal: &MetalColors, factor: [f64; 3]) -> [f64; 3] {
+    /// (1 − µ)⁵ and µ (1 − µ)⁶.
+    const GRAZING: f64 = 7776.0 / 16807.0;
+    const BEND: f64 = 46656.0 / 823543.0;
+    let schlick = |f0: f64| f0 + (1.0 - f0) * GRAZING;
+    let (f0, tint) = (metal.f0.to_array().map(f64::from), metal.tint.to_array().map(f64::from));
+    [0, 1, 2].map(|i| {
+        let f = factor[i];
+        let b = schlick(f0[i]) * (1.0 - tint[i]) / BEND;
+        (1.0 - BEND * (f * b + 6.0 * (1.0 - f)) / schlick(f * f0[i])).clamp(0.0, 1.0)
+    })
+}
 
 struct Maker<'a, 'b> {
     scene: &'a mut Assembly<'b>,
@@ -273,7 +289,14 @@ impl Maker<'_, '_> {
                         surface.base_color = ColorSource::Constant(metal.f0);
                         surface.specular_weight = factor;
                     }
-                    _ => {}
+                    // Others at normal incidence, and on average.
+                    _ => {
+                        let place = self.object.place_of("specular_reflectance");
+                        let name = format!("tint of {metal:?}");
+                        let tint = |factor| tint_times(&metal, factor);
+                        surface.specular_color =
+                            map_colors(&mut self.scene.stock, factor, place, &name, &tint);
+                    }
                 }
                 surface
             }

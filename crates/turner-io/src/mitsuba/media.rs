@@ -1,15 +1,16 @@
-//! Participating media, and the grids of their densities (.vol files).
+//! Participating media.
 
 use std::sync::Arc;
 
 use turner::color::Spectrum;
 use turner::math::{DAffine3, DVec3};
 use turner::medium::{GridMedium, HomogeneousMedium, MediumDesc};
-use turner::schema::{ErrorCode, GridData, GridFile, MediumId, Named};
+use turner::schema::{ErrorCode, GridFile, MediumId, Named};
 
 use super::assembly::Assembly;
 use super::params::Object;
 use super::spectra::{Role, color};
+use super::volumes::{self, Cells};
 use crate::assets::printable;
 use crate::scene_import::report::Fault;
 use crate::scene_import::unknown;
@@ -77,29 +78,49 @@ fn make(scene: &mut Assembly<'_>, object: &Object) -> Result<Option<MediumDesc>,
     }
     let albedo = value(scene, object, "albedo", 0.75)?;
     let sigma_t = value(scene, object, "sigma_t", 1.0)?;
-    let albedo = match albedo {
-        Volume::Constant(c, _) => c.map(|v| v.clamp(0.0, 1.0)),
-        Volume::Grid(..) => {
-            let message = "a grid of albedos: 0.75 replaces it";
+    if !["homogeneous", "heterogeneous"].contains(&object.kind.as_str()) {
+        return Err(unknown("medium", &object.kind, &["homogeneous", "heterogeneous"]).or_at(object.place));
+    }
+    let (sigma_t, extinction) = match (sigma_t, &albedo) {
+        (Volume::Grid(cells), _) => (cells, Spectrum::WHITE),
+        // A heterogeneous medium ends at the box of its volume, even if its values are constant. A number has the unit
+        // cube.
+        (Volume::Constant(c, bounds), _) if object.kind == "heterogeneous" => {
+            (Cells::even(bounds.unwrap_or([DVec3::ZERO, DVec3::ONE])), c)
+        }
+        (Volume::Constant(c, _), Volume::Grid(cells)) => {
+            let message = "a grid of albedos in a constant medium: the medium ends at the box of the grid";
             scene.report.approximated(object.place_of("albedo"), message);
-            Spectrum::grey(0.75)
+            (Cells::even(cells.bounds), c)
+        }
+        (Volume::Constant(c, _), Volume::Constant(albedo, _)) => {
+            let albedo = albedo.map(|v| v.clamp(0.0, 1.0));
+            return Ok(Some(homogeneous(scale, c, albedo, anisotropy)));
         }
     };
-    match (object.kind.as_str(), sigma_t) {
-        // A heterogeneous medium ends at the box of its volume, even if its values are constant.
-        ("heterogeneous", Volume::Constant(sigma_t, Some([min, max]))) => {
-            let data = GridData::new([2; 3], vec![1.0; 8], None)
-                .map_err(|problem| Fault::at(object.place, ErrorCode::Internal, problem))?;
-            Ok(Some(gridded(data, [min, max], (scale, sigma_t), albedo, anisotropy)))
+    let [min, max] = sigma_t.bounds;
+    let (data, albedo) = match albedo {
+        Volume::Constant(albedo, _) => (sigma_t.into_grid(), albedo.map(|v| v.clamp(0.0, 1.0))),
+        Volume::Grid(albedo) => {
+            let (sigma_t, albedo, is_exact) = volumes::on_one_grid(sigma_t, albedo);
+            if !is_exact {
+                let message = "a grid of albedos whose cells are not those of sigma_t: resampled";
+                scene.report.approximated(object.place_of("albedo"), message);
+            }
+            (sigma_t.into_grid().and_then(|d| d.with_scattering(albedo.into_albedo())), Spectrum::WHITE)
         }
-        ("homogeneous" | "heterogeneous", Volume::Constant(sigma_t, _)) => {
-            Ok(Some(homogeneous(scale, sigma_t, albedo, anisotropy)))
-        }
-        ("homogeneous" | "heterogeneous", Volume::Grid(data, min, max)) => {
-            Ok(Some(gridded(data, [min, max], (scale, Spectrum::WHITE), albedo, anisotropy)))
-        }
-        (other, _) => Err(unknown("medium", other, &["homogeneous", "heterogeneous"]).or_at(object.place)),
-    }
+    };
+    let data = data.map_err(|problem| Fault::at(object.place, ErrorCode::Volume, problem))?;
+    Ok(Some(MediumDesc::Grid(GridMedium {
+        file: GridFile { uri: String::new(), data: Arc::new(data) },
+        min: Some(min),
+        max: Some(max),
+        density: scale,
+        extinction: Some(extinction),
+        albedo: Some(albedo),
+        anisotropy,
+        ..GridMedium::default()
+    })))
 }
 
 fn homogeneous(density: f64, extinction: Spectrum, albedo: Spectrum, anisotropy: f64) -> MediumDesc {
@@ -112,31 +133,11 @@ fn homogeneous(density: f64, extinction: Spectrum, albedo: Spectrum, anisotropy:
     })
 }
 
-fn gridded(
-    data: GridData,
-    [min, max]: [DVec3; 2],
-    (density, extinction): (f64, Spectrum),
-    albedo: Spectrum,
-    anisotropy: f64,
-) -> MediumDesc {
-    let file = GridFile { uri: String::new(), data: Arc::new(data) };
-    MediumDesc::Grid(GridMedium {
-        file,
-        min: Some(min),
-        max: Some(max),
-        density,
-        extinction: Some(extinction),
-        albedo: Some(albedo),
-        anisotropy,
-        ..GridMedium::default()
-    })
-}
-
 /// The values of a volume.
 enum Volume {
     /// Constant, with the box of the volume if there is one.
     Constant(Spectrum, Option<[DVec3; 2]>),
-    Grid(GridData, DVec3, DVec3),
+    Grid(Cells),
 }
 
 fn value(scene: &mut Assembly<'_>, object: &Object, name: &'static str, or: f64) -> Result<Volume, Fault> {
@@ -179,13 +180,13 @@ fn grid(scene: &mut Assembly<'_>, object: &Object) -> Result<Option<Volume>, Fau
     };
     let place = object.place_of("filename");
     let (_, bytes) = scene.read(&name, MAX_GRID, place)?;
-    match decode(&bytes) {
-        Ok((data, bounds, channels)) => {
-            if channels > 1 {
+    match Cells::read(&bytes) {
+        Ok((mut cells, channels)) => {
+            if channels != 1 && channels != 3 {
                 let message = format!("a grid of {channels} channels: their mean is used");
                 scene.report.approximated(place, message);
             }
-            let local = if own_box { bounds } else { [DVec3::ZERO, DVec3::ONE] };
+            let local = if own_box { cells.bounds } else { [DVec3::ZERO, DVec3::ONE] };
             let (min, max) = (to_world.transform_point3(local[0]), to_world.transform_point3(local[1]));
             let straight = DAffine3::from_scale(to_world.transform_vector3(DVec3::ONE)).matrix3;
             if (straight - to_world.matrix3).to_cols_array().iter().any(|v| v.abs() > 1e-6)
@@ -194,7 +195,8 @@ fn grid(scene: &mut Assembly<'_>, object: &Object) -> Result<Option<Volume>, Fau
                 let message = "a medium grid that is rotated or mirrored: aligned with the world axes";
                 scene.report.approximated(object.place, message);
             }
-            Ok(Some(Volume::Grid(data, min.min(max), max.max(min) + 1e-9)))
+            cells.bounds = [min.min(max), max.max(min) + 1e-9];
+            Ok(Some(Volume::Grid(cells)))
         }
         Err(problem) => {
             let message = format!("{}: {problem}; the medium is empty", printable(&name));
@@ -202,42 +204,4 @@ fn grid(scene: &mut Assembly<'_>, object: &Object) -> Result<Option<Volume>, Fau
             Ok(None)
         }
     }
-}
-
-/// Decodes a .vol file: "VOL", version 3, type 1 (f32), sizes along x, y, z, channels, the bounding box, then
-/// the values, x fastest. Returns the mean of the channels, the box and the number of channels.
-fn decode(bytes: &[u8]) -> Result<(GridData, [DVec3; 2], usize), String> {
-    let cut = || "the file is truncated".to_owned();
-    if !bytes.starts_with(b"VOL\x03") {
-        return Err("is not a volume file of version 3".into());
-    }
-    let word = |i: usize| -> Option<[u8; 4]> { bytes.get(4 * i..4 * i + 4)?.try_into().ok() };
-    let integer = |i: usize| word(i).map(i32::from_le_bytes).ok_or_else(cut);
-    if integer(1)? != 1 {
-        return Err("its values are not 32-bit floats".into());
-    }
-    let mut size = [0u32; 3];
-    for (i, s) in size.iter_mut().enumerate() {
-        *s = u32::try_from(integer(2 + i)?).map_err(|_| "a size is negative".to_owned())?;
-    }
-    let channels = usize::try_from(integer(5)?).ok().filter(|c| (1..=16).contains(c));
-    let channels = channels.ok_or_else(|| "expected 1 to 16 channels".to_owned())?;
-    let float = |i: usize| word(i).map(|b| f64::from(f32::from_le_bytes(b))).ok_or_else(cut);
-    let corner = |i: usize| Ok::<_, String>(DVec3::new(float(i)?, float(i + 1)?, float(i + 2)?));
-    let bounds = [corner(6)?, corner(9)?];
-    let count = size.iter().try_fold(channels, |n, s| n.checked_mul(*s as usize));
-    let data = bytes.get(48..).unwrap_or_default();
-    if count.and_then(|n| n.checked_mul(4)).is_none_or(|n| n > data.len()) {
-        let [x, y, z] = size;
-        return Err(format!("{x} × {y} × {z} cells of {channels} channels are more than the file holds"));
-    }
-    let (values, _) = data.as_chunks::<4>();
-    let count = count.unwrap_or_default();
-    let value = |b: &[u8; 4]| {
-        let v = f32::from_le_bytes(*b);
-        if v.is_finite() { v.clamp(0.0, 1e30) } else { 0.0 }
-    };
-    let cells = values.get(..count).unwrap_or_default().chunks_exact(channels);
-    let density = cells.map(|cell| cell.iter().map(|b| value(b) / channels as f32).sum()).collect();
-    GridData::new(size, density, None).map(|data| (data, bounds, channels))
 }

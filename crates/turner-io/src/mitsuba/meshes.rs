@@ -2,7 +2,7 @@
 
 use turner::math::DVec3;
 use turner::math::elementary::acos;
-use turner::schema::{ErrorCode, MeshData, MeshId};
+use turner::schema::{ErrorCode, MeshData, MeshId, Warning};
 
 use super::assembly::Assembly;
 use super::params::Object;
@@ -47,7 +47,9 @@ pub(super) fn of_file(
     // Options of Mitsuba 0.6 for creases.
     object.pass(&["max_smooth_angle", "collapse", "srgb"]);
     let surface = if flip_v { Surface::Flipped } else { Surface::Same };
-    let key = (format!("{name}\0{index} {face_normals} {mirrored}"), flip);
+    let attribute = super::attributes::of_shape(scene, object)?;
+    let colors = attribute.as_deref().unwrap_or_default();
+    let key = (format!("{name}\0{index} {face_normals} {mirrored} {colors}"), flip);
     if let Some(known) = scene.mesh_ids.get(&key) {
         return Ok(known.map_or(Made::Nothing, |id| Made::Mesh(id, surface)));
     }
@@ -69,7 +71,8 @@ pub(super) fn of_file(
                     decode(&bytes, path, kind, scene.options).map_err(|fault| fault.or_at(place))?
                 }
             };
-            for warning in file.warnings {
+            let is_known = |w: &Warning| attribute.is_some() && w.message.contains(mesh::ply::FACE_COLORS);
+            for warning in file.warnings.into_iter().filter(|w| !is_known(w)) {
                 scene.report.remark(warning);
             }
             path = file.path;
@@ -95,6 +98,9 @@ pub(super) fn of_file(
         orient(&mut data, true);
     }
     orient(&mut data, flip);
+    if let Some(attribute) = &attribute {
+        super::attributes::paint(scene, &mut data, object, &name, attribute)?;
+    }
     let id = scene.mesh(printable(&name), data);
     scene.mesh_ids.insert(key, Some(id));
     Ok(Made::Mesh(id, surface))

@@ -8,6 +8,7 @@
 
 mod ahead;
 mod assembly;
+mod attributes;
 mod document;
 mod emitters;
 mod environment;
@@ -30,6 +31,7 @@ mod spectra;
 mod tests;
 mod textures;
 mod transform;
+mod volumes;
 mod xml;
 
 use assembly::Assembly;

@@ -7,6 +7,7 @@ use turner::integrator::IntegratorDesc;
 use turner::light::LightDesc;
 use turner::material::{MaterialDesc, PrincipledMaterial};
 use turner::math::DVec3;
+use turner::math::elementary::pow_int;
 use turner::medium::MediumDesc;
 use turner::schema::{ColorSource, SceneError, Transform, WarningKind};
 use turner::shape::ShapeDesc;
@@ -152,6 +153,43 @@ fn lights_have_their_units() {
     assert!((lamp.data.candela(35.0, 0.0) - 0.5).abs() < 1e-6);
     assert!(matches!(light(2), LightDesc::Environment(e) if (e.tint.r - 1.2048).abs() < 1e-3));
     assert!(matches!(light(3), LightDesc::Directional(d) if d.direction == Some(DVec3::NEG_Y)));
+}
+
+/// F82-tint: F(µ) = F₀ + (1 − F₀)(1 − µ)⁵ − b µ (1 − µ)⁶, with b such that F(1/7) is the tint times the rest.
+#[test]
+fn a_part_of_a_metal_is_reflected_on_average() {
+    let metal = |inner: &str| {
+        let text = format!(
+            "<shape type='sphere'><bsdf type='conductor'><string name='material' value='Au'/>{inner}</bsdf></shape>"
+        );
+        let m = principled(&read(&text).unwrap(), 0).clone();
+        let color = |source| match source {
+            ColorSource::Constant(c) => c.to_array().map(f64::from),
+            ColorSource::Texture(_) => panic!("{source:?}"),
+        };
+        let (f0, tint) = (color(m.base_color), color(m.specular_color));
+        move |cos: f64| -> [f64; 3] {
+            let schlick = |f0: f64, cos: f64| f0 + (1.0 - f0) * pow_int(1.0 - cos, 5);
+            let edge = 1.0 / 7.0;
+            [0, 1, 2].map(|i| {
+                let b = schlick(f0[i], edge) * (1.0 - tint[i]) / (edge * pow_int(1.0 - edge, 6));
+                schlick(f0[i], cos) - b * cos * pow_int(1.0 - cos, 6)
+            })
+        }
+    };
+    let (whole, part) = (metal(""), metal("<rgb name='specular_reflectance' value='0.9 0.5 0.25'/>"));
+    let mean = |reflected: &dyn Fn(f64) -> [f64; 3], i: usize| {
+        (0..10_000)
+            .map(|k| (f64::from(k) + 0.5) / 1e4)
+            .map(|cos| 2.0 * cos * reflected(cos)[i] / 1e4)
+            .sum::<f64>()
+    };
+    for (i, factor) in [0.9, 0.5, 0.25].into_iter().enumerate() {
+        let (found, expected) = (part(1.0)[i], factor * whole(1.0)[i]);
+        assert!((found - expected).abs() < 1e-6, "{i}: {found}, not {expected}");
+        let (found, expected) = (mean(&part, i), factor * mean(&whole, i));
+        assert!((found - expected).abs() < 1e-5, "{i}: on average {found}, not {expected}");
+    }
 }
 
 #[test]

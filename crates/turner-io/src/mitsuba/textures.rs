@@ -15,7 +15,6 @@ use turner::texture::{
 use super::assembly::Assembly;
 use super::params::Object;
 use super::spectra::{COLORS, Role, color};
-use crate::assets::printable;
 use crate::scene_import::report::Fault;
 use crate::scene_import::{Place, is_sound, product, unknown};
 
@@ -300,12 +299,9 @@ fn checkerboard(
 }
 
 fn attribute(scene: &mut Assembly<'_>, object: &Object) -> Result<ColorSource, Fault> {
-    let name = object.string("name")?.unwrap_or("vertex_color").to_owned();
+    // The mesh has the colours of this attribute: see `attributes`.
+    object.pass(&["name"]);
     let scale = object.float("scale")?.unwrap_or(1.0);
-    if !name.starts_with("vertex_") || !name.contains("color") {
-        let message = format!("the mesh attribute \"{}\": vertex colours replace it", printable(&name));
-        scene.report.approximated(object.place, message);
-    }
     let texture = scene.texture(TextureDesc::VertexColor(VertexColorDesc { fallback: Spectrum::BLACK }));
     Ok(product(&mut scene.stock, texture, grey(scale)))
 }

@@ -1,8 +1,8 @@
 //! Cameras.
 
 use turner::camera::{
-    CameraDesc, EquirectangularDesc, Handedness, MAX_SHIFT, OrthographicDesc, PinholeDesc, ThinLensDesc,
-    Viewport,
+    CameraDesc, EquirectangularDesc, Handedness, MAX_SHIFT, OrthographicDesc, PanoramaMapping, PinholeDesc,
+    ThinLensDesc, Viewport,
 };
 use turner::math::{DVec2, DVec3};
 use turner::schema::{ErrorCode, Named};
@@ -90,11 +90,32 @@ pub(super) fn define(
             })
         }
         "spherical" | "environment" => {
-            if params.string("mapping").unwrap_or("equalarea") != "equirectangular" && name == "spherical" {
-                let message = "the equal-area mapping of a spherical camera: rendered as equirectangular";
-                scene.report.approximated(place, message);
+            match params.string("mapping").unwrap_or(if name == "spherical" {
+                "equalarea"
+            } else {
+                "equirectangular"
+            }) {
+                "equirectangular" => spherical(&pose),
+                "equalarea" => {
+                    let Pose { position, look_at, up, handedness, .. } = pose;
+                    let mapping = PanoramaMapping::EqualArea;
+                    let desc = EquirectangularDesc {
+                        position,
+                        look_at,
+                        up,
+                        handedness,
+                        mapping,
+                        ..Default::default()
+                    };
+                    CameraDesc::Equirectangular(desc)
+                }
+                other => {
+                    let all = ["equalarea", "equirectangular"];
+                    return Err(
+                        super::reader::unknown("mapping", other, &all).or_at(params.place_of("mapping"))
+                    );
+                }
             }
-            spherical(&pose)
         }
         "realistic" => {
             params.pass(&["lensfile", "aperturediameter", "focusdistance", "aperture"]);
@@ -175,8 +196,7 @@ fn spherical(pose: &Pose) -> CameraDesc {
         look_at,
         up,
         handedness,
-        near: 0.0,
-        motion: None,
+        ..EquirectangularDesc::default()
     })
 }
 

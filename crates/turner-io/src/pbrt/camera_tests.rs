@@ -30,3 +30,30 @@ fn panoramas_are_pbrts() {
         }
     }
 }
+
+/// pbrt-v4's EqualAreaSquareToSphere, whose y and z the camera exchanges; v grows downwards.
+#[test]
+fn squares_are_pbrts() {
+    for mapping in ["", "\"string mapping\" \"equalarea\""] {
+        let text = format!(
+            "Rotate 90 0 1 0 Translate -1 -2 -3 Camera \"spherical\" {mapping} WorldBegin Shape \"sphere\""
+        );
+        let scene = read(&text);
+        assert!(scene.warnings.is_empty(), "{:?}", scene.warnings);
+        let camera = scene.camera.unwrap().value.prepare(1.0).unwrap();
+        let [x, y, z] = [DVec3::Z, DVec3::Y, -DVec3::X];
+        for (u, v) in [(0.0, 0.5), (0.25, 0.5), (0.5, 0.5), (0.1, 0.3), (0.6, 0.8), (0.9, 0.05), (0.98, 0.97)]
+        {
+            let (su, sv) = (2.0 * u - 1.0, 2.0 * v - 1.0);
+            let inside: f64 = 1.0 - (f64::abs(su) + f64::abs(sv));
+            let r = 1.0 - inside.abs();
+            let quarter = if r == 0.0 { 1.0 } else { (f64::abs(sv) - f64::abs(su)) / r + 1.0 };
+            let (sin, cos) = sin_cos(quarter * PI / 4.0);
+            let out = r * (2.0 - r * r).sqrt();
+            let own = [cos.copysign(su) * out, sin.copysign(sv) * out, (1.0 - r * r).copysign(inside)];
+            let expected = x * own[0] + y * own[2] + z * own[1];
+            let found = camera.ray(DVec2::new(su, -sv), DVec2::ZERO).direction;
+            assert!((found - expected).length() < 1e-9, "{u} {v}: {found} {expected}");
+        }
+    }
+}

@@ -3,7 +3,7 @@
 use turner::camera::CameraDesc;
 use turner::color::Spectrum;
 use turner::description::SceneDesc;
-use turner::film::{Antialias, TextureFilter};
+use turner::film::{Antialias, ClampSpace, TextureFilter};
 use turner::filter::FilterKind;
 use turner::integrator::{AmbientOcclusionDesc, IntegratorDesc, PathDesc};
 use turner::math::{DMat3, DVec3};
@@ -267,6 +267,10 @@ impl Frame {
         film.antialias = Antialias::MonteCarlo;
         film.samples = self.samples;
         film.clamp_sample = self.clamp_sample;
+        if self.clamp_sample > 0.0 {
+            // The sensor's values.
+            film.clamp_space = ClampSpace::Xyz;
+        }
         (film.filter, film.filter_radius) = (self.filter.0, Some(self.filter.1));
         film.texture_filter = self.texture_filter;
         film.transfer = turner::color::Transfer::Srgb;

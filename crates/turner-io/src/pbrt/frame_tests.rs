@@ -1,6 +1,7 @@
 //! Tests of cameras, films and exposure.
 
 use turner::camera::{CameraDesc, Handedness, Viewport};
+use turner::film::ClampSpace;
 use turner::filter::FilterKind;
 use turner::integrator::IntegratorDesc;
 use turner::light::LightDesc;
@@ -104,9 +105,12 @@ fn media_shine_as_the_film_that_follows_them_takes_them() {
 
 #[test]
 fn bright_samples_are_cut() {
-    let most = |film: &str| read(&format!("Film \"rgb\" {film} WorldBegin")).film.clamp_sample;
-    assert_eq!(most(""), 0.0);
-    assert_eq!(most("\"float maxcomponentvalue\" 10"), 10.0);
+    let most = |film: &str| {
+        let film = read(&format!("Film \"rgb\" {film} WorldBegin")).film;
+        (film.clamp_sample, film.clamp_space)
+    };
+    assert_eq!(most(""), (0.0, ClampSpace::Rgb));
+    assert_eq!(most("\"float maxcomponentvalue\" 10"), (10.0, ClampSpace::Xyz));
 }
 
 /// White balance at 3200 K and 4500 K of a light of another colour: Bradford's cone responses and their published inverse

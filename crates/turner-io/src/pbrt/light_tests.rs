@@ -2,9 +2,12 @@
 
 use std::f64::consts::PI;
 
+use turner::color::Spectrum;
 use turner::description::{ObjectContent, SceneDesc};
 use turner::light::{LightDesc, PointDesc};
 use turner::material::MaterialDesc;
+use turner::math::elementary::tan;
+use turner::math::{DVec2, DVec3};
 use turner::schema::{ColorSource, MaterialId};
 use turner::shape::ShapeDesc;
 use turner::texture::TextureDesc;
@@ -234,4 +237,49 @@ fn area_lights_show_their_images() {
     assert!((m.emission_luminance / over(0.5) - 1.0).abs() < 1e-6, "{}", m.emission_luminance);
     let ColorSource::Texture(id) = m.emission_color else { panic!() };
     assert!(matches!(scene.textures[id.index()].value, TextureDesc::Image(_)));
+}
+
+/// pbrt-v4's ProjectionLight: x to the right and y upwards in the picture, whose shorter side has the angle `fov`; its
+/// power is the integral of the picture's luminance over the solid angle.
+#[test]
+fn projected_pictures_are_pbrts() {
+    let mut png = Vec::new();
+    let mut encoder = png::Encoder::new(&mut png, 4, 2);
+    encoder.set_color(png::ColorType::Rgb);
+    let pixels: Vec<u8> = (0..8u8).flat_map(|i| [30 * i + 40, 255, 10]).collect();
+    encoder.write_header().unwrap().write_image_data(&pixels).unwrap();
+    for (transform, mirrors) in [("", false), ("Scale -1 1 1", true)] {
+        let text = |power: &str| {
+            let text = format!(
+                "WorldBegin {transform} Translate 1 2 3 LightSource \"projection\" \"string filename\" \"p.png\" \"float fov\" 60\n\
+                 \"float scale\" 2 {power} Shape \"sphere\""
+            );
+            read_with(&text, &[("p.png", &png)]).unwrap()
+        };
+        let scene = text("");
+        assert!(scene.warnings.is_empty(), "{:?}", scene.warnings);
+        let LightDesc::Spot(spot) = scene.lights[0].value.clone() else { panic!() };
+        let place = DVec3::new(if mirrors { -1.0 } else { 1.0 }, 2.0, 3.0);
+        assert!((spot.position - place).length() < 1e-12);
+        let prepared = scene.prepare(&Default::default()).unwrap().scene;
+        let light = |p: DVec3| prepared.lights[0].illuminate(p, 0, DVec2::ZERO);
+        let (half_x, half_y) = (2.0 * tan(PI / 6.0), tan(PI / 6.0));
+        let mut power = 0.0;
+        for (i, pixel) in pixels.chunks(3).enumerate() {
+            // The centre of a pixel, in the light's own space.
+            let (x, y) = (f64::from(i as u32 % 4) - 1.5, 0.5 - f64::from(i as u32 / 4));
+            let own = DVec3::new(x / 2.0 * half_x, y * half_y, 1.0);
+            let aside = if mirrors { -own.x } else { own.x };
+            let found = light(place + DVec3::new(aside, own.y, own.z)).unwrap();
+            let decoded = [0, 1, 2].map(|k| turner::color::srgb_decode(f32::from(pixel[k]) / 255.0));
+            let expected = 2.0 * f64::from(decoded[0]) / own.length_squared();
+            assert!((f64::from(found.intensity.r) - expected).abs() < 1e-5, "{i}: {found:?}, not {expected}");
+            let area = half_x * half_y / 2.0;
+            power +=
+                area * f64::from(Spectrum::from(decoded).luminance()) / (own.length_squared() * own.length());
+        }
+        assert!(light(place + DVec3::new(0.0, 1.01 * half_y, 1.0)).is_none_or(|l| l.intensity.r == 0.0));
+        let LightDesc::Spot(bright) = &text("\"float power\" 100").lights[0].value else { panic!() };
+        assert!((bright.intensity / (2.0 * 100.0 / power) - 1.0).abs() < 1e-6, "{}", bright.intensity);
+    }
 }

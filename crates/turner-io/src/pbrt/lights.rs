@@ -21,6 +21,7 @@ use super::assembly::{Assembly, Texture};
 use super::environment;
 use super::goniometric;
 use super::params::Params;
+use super::projection;
 use super::report::Fault;
 use super::shapes::Made;
 use super::source::Place;
@@ -34,6 +35,9 @@ const INVERSE_SQUARE: Attenuation = Attenuation { coefficients: [0.0, 0.0, 1.0] 
 
 /// Widest cone of a spot light, degrees.
 const MAX_CONE: f64 = 180.0;
+
+/// Widest field of view of a projection light, degrees.
+const MAX_FOV: f64 = 170.0;
 
 /// Adds a light.
 pub(super) fn add(scene: &mut Assembly<'_>, state: &State, name: &str, params: Params) -> Result<(), Fault> {
@@ -127,12 +131,45 @@ impl Light<'_, '_> {
         self.cone([cone, delta], from, to)
     }
 
+    /// A spot light around its image. The shorter side of the image has the angle `fov`; `power` is that of all its light.
     fn projection(&mut self) -> Result<Option<LightDesc>, Fault> {
-        self.params.pass(&["filename"]);
-        let message = "a projection light: rendered as a spot light without its image";
-        self.scene.report.approximated(self.params.place, message);
-        let cone = self.params.float("fov").unwrap_or(90.0) / 2.0;
-        self.cone([cone, 0.0], DVec3::ZERO, DVec3::Z)
+        let place = self.params.place_of("filename");
+        let fov = self.params.float("fov").unwrap_or(90.0).clamp(1e-3, MAX_FOV);
+        let Some(name) = self.params.string("filename").map(str::to_owned) else {
+            self.scene
+                .report
+                .ignored(self.params.place, "a projection light without an image: it emits no light");
+            return Ok(None);
+        };
+        let m = self.to_world.matrix3;
+        let Some(axis) = m.z_axis.try_normalize() else {
+            self.scene.report.doubtful(self.params.place, "a projection light without a direction: omitted");
+            return Ok(None);
+        };
+        // The picture's right is +x. Seen along the axis, that is the left unless the transform mirrors.
+        let image = match m.determinant() > 0.0 {
+            true => projection::mirrored(self.scene, &name, place),
+            false => self.scene.image(&name, place),
+        };
+        let Some(image) = image else { return Ok(None) };
+        let Some(slide) = projection::Slide::new(self.scene, image, fov) else { return Ok(None) };
+        if let Some(power) = self.positive("power") {
+            self.scale *= power / slide.power().max(1e-30);
+        }
+        let position = self.to_world.translation;
+        Ok(Some(LightDesc::Spot(SpotDesc {
+            position,
+            look_at: position + axis * (1.0 + position.abs().max_element()),
+            angle: slide.angle(),
+            penumbra: 0.0,
+            color: self.scene.frame.balanced(Spectrum::WHITE),
+            intensity: sound(self.scale),
+            attenuation: INVERSE_SQUARE,
+            image: Some(image),
+            image_fov: Some(slide.fov()),
+            image_up: m.y_axis,
+            ..SpotDesc::default()
+        })))
     }
 
     /// A spot light with the half angle of its cone and the width of its edge, degrees.

@@ -1,11 +1,10 @@
 //! Participating media.
 
-use std::sync::Arc;
+mod grids;
 
 use turner::color::Spectrum;
-use turner::math::{DMat3, DVec3};
-use turner::medium::{GridBorder, GridMedium, HomogeneousMedium, MediumDesc};
-use turner::schema::{GridData, GridFile, MediumId, Named};
+use turner::medium::{HomogeneousMedium, MediumDesc};
+use turner::schema::{MediumId, Named};
 
 use super::assembly::Assembly;
 use super::frame::Frame;
@@ -38,6 +37,16 @@ pub(super) fn named(name: &str) -> Option<(Spectrum, Spectrum)> {
     Some((band(absorption), band(scattering)))
 }
 
+/// What all types of media have.
+pub(super) struct Common {
+    pub(super) scale: f64,
+    pub(super) absorption: Spectrum,
+    pub(super) scattering: Spectrum,
+    pub(super) anisotropy: f64,
+    /// Emitted radiance per unit of length.
+    pub(super) emission: Spectrum,
+}
+
 /// Defines a medium.
 pub(super) fn define(
     scene: &mut Assembly<'_>,
@@ -47,8 +56,45 @@ pub(super) fn define(
 ) -> Result<(), Fault> {
     let place = params.place;
     let kind = params.string("type").unwrap_or("homogeneous").to_owned();
+    let medium = match kind.as_str() {
+        "rgbgrid" => grids::colored(scene, state, &params)?,
+        _ => {
+            let common = common(scene, state, &params)?;
+            match kind.as_str() {
+                "homogeneous" => Some(homogeneous(&common)),
+                "uniformgrid" if params.has("density") => grids::uniform(scene, state, &params, &common),
+                "nanovdb" => grids::nanovdb(scene, state, &params, &common)?,
+                other => {
+                    params.pass(&["filename", "density", "wispiness", "frequency", "p0", "p1"]);
+                    let message = format!("the medium type \"{}\" is not supported", printable(other));
+                    scene.report.ignored(place, message);
+                    None
+                }
+            }
+        }
+    };
+    let medium = medium.unwrap_or_else(|| {
+        let message = format!("the medium \"{}\" is empty", printable(&name));
+        scene.report.ignored(place, message);
+        MediumDesc::Homogeneous(HomogeneousMedium { density: 0.0, ..HomogeneousMedium::default() })
+    });
+    params.pass(&["temperature", "temperaturescale", "temperatureoffset", "temperaturecutoff", "p0", "p1"]);
+    params.finish(&format!("the medium \"{}\"", printable(&name)), &mut scene.report);
+    scene.medium_list.push(Named { name: Some(name.clone()), span: None, value: medium });
+    scene.media.insert(name, MediumId(scene.medium_list.len() as u32 - 1));
+    Ok(())
+}
+
+pub(super) fn scale_of(params: &Params) -> f64 {
+    params.float("scale").unwrap_or(1.0).clamp(0.0, 1e15)
+}
+
+pub(super) fn anisotropy_of(params: &Params) -> f64 {
+    params.float("g").unwrap_or(0.0).clamp(-0.999, 0.999)
+}
+
+fn common(scene: &mut Assembly<'_>, state: &State, params: &Params) -> Result<Common, Fault> {
     let space = state.color_space;
-    let scale = params.float("scale").unwrap_or(1.0).clamp(0.0, 1e15);
     let preset = match params.string("preset") {
         None => None,
         Some(preset) => {
@@ -64,94 +110,30 @@ pub(super) fn define(
     let (absorption, scattering) = match preset {
         Some(found) => found,
         None => {
-            let a = color(scene, space, &params, "sigma_a", Role::Unbounded)?;
-            let s = color(scene, space, &params, "sigma_s", Role::Unbounded)?;
+            let a = color(scene, space, params, "sigma_a", Role::Unbounded)?;
+            let s = color(scene, space, params, "sigma_s", Role::Unbounded)?;
             (a.unwrap_or(one), s.unwrap_or(one))
         }
     };
-    let emission = color(scene, space, &params, "Le", Role::Light)?.unwrap_or(Spectrum::BLACK);
+    let emission = color(scene, space, params, "Le", Role::Light)?.unwrap_or(Spectrum::BLACK);
     let emission = emission * params.float("Lescale").unwrap_or(1.0).clamp(0.0, 1e15) as f32;
-    let anisotropy = params.float("g").unwrap_or(0.0).clamp(-0.999, 0.999);
-    let size = ["nx", "ny", "nz"].map(|n| params.integer(n).unwrap_or(1).max(0) as u32);
-    let density = params.floats("density");
-    // pbrt multiplies emission by absorption.
-    let emission = emission * absorption;
-    let medium = match kind.as_str() {
-        "homogeneous" => homogeneous(scale, absorption, scattering, anisotropy, emission),
-        "uniformgrid" if !density.is_empty() => {
-            let p0 = params.vector("p0").unwrap_or(DVec3::ZERO);
-            let p1 = params.vector("p1").unwrap_or(DVec3::ONE);
-            let values: Vec<f32> = density.iter().map(|v| v.clamp(0.0, 1e30) as f32).collect();
-            match GridData::new(size, values, None) {
-                Ok(data) => {
-                    let m = state.ctm[0];
-                    let scales = DMat3::from_diagonal(DVec3::new(
-                        m.matrix3.x_axis.x,
-                        m.matrix3.y_axis.y,
-                        m.matrix3.z_axis.z,
-                    ));
-                    let (min, max) = (m.transform_point3(p0), m.transform_point3(p1));
-                    if scales != m.matrix3 || !min.cmplt(max).all() {
-                        let message =
-                            "a medium grid that is rotated or mirrored: aligned with the world axes";
-                        scene.report.approximated(place, message);
-                    }
-                    let file = GridFile { uri: String::new(), data: Arc::new(data) };
-                    MediumDesc::Grid(GridMedium {
-                        file,
-                        min: Some(min.min(max)),
-                        max: Some(min.max(max) + 1e-9),
-                        border: GridBorder::Fade,
-                        density: scale,
-                        absorption: Some(absorption),
-                        scattering: Some(scattering),
-                        anisotropy,
-                        emission,
-                        ..GridMedium::default()
-                    })
-                }
-                Err(problem) => {
-                    scene.report.ignored(place, format!("the medium \"{}\": {problem}", printable(&name)));
-                    homogeneous(0.0, absorption, scattering, anisotropy, emission)
-                }
-            }
-        }
-        other => {
-            params.pass(&[
-                "filename",
-                "density",
-                "temperature",
-                "temperaturescale",
-                "temperatureoffset",
-                "temperaturecutoff",
-            ]);
-            params.pass(&["wispiness", "frequency", "p0", "p1", "sigma_a_grid", "LeScale", "Lescale"]);
-            let message =
-                format!("the medium type \"{}\" is not supported: the medium is empty", printable(other));
-            scene.report.ignored(place, message);
-            homogeneous(0.0, absorption, scattering, anisotropy, Spectrum::BLACK)
-        }
-    };
-    params.pass(&["temperature", "temperaturescale", "temperatureoffset", "temperaturecutoff", "p0", "p1"]);
-    params.finish(&format!("the medium \"{}\"", printable(&name)), &mut scene.report);
-    scene.medium_list.push(Named { name: Some(name.clone()), span: None, value: medium });
-    scene.media.insert(name, MediumId(scene.medium_list.len() as u32 - 1));
-    Ok(())
+    Ok(Common {
+        scale: scale_of(params),
+        absorption,
+        scattering,
+        anisotropy: anisotropy_of(params),
+        // pbrt multiplies emission by absorption.
+        emission: emission * absorption,
+    })
 }
 
-fn homogeneous(
-    density: f64,
-    absorption: Spectrum,
-    scattering: Spectrum,
-    anisotropy: f64,
-    emission: Spectrum,
-) -> MediumDesc {
+fn homogeneous(common: &Common) -> MediumDesc {
     MediumDesc::Homogeneous(HomogeneousMedium {
-        density,
-        absorption: Some(absorption),
-        scattering: Some(scattering),
-        anisotropy,
-        emission,
+        density: common.scale,
+        absorption: Some(common.absorption),
+        scattering: Some(common.scattering),
+        anisotropy: common.anisotropy,
+        emission: common.emission,
         ..HomogeneousMedium::default()
     })
 }

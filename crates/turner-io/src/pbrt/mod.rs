@@ -26,7 +26,10 @@ mod light_tests;
 mod lights;
 mod materials;
 mod media;
+#[cfg(test)]
+mod medium_tests;
 mod params;
+mod projection;
 mod reader;
 mod shapes;
 mod source;

@@ -261,6 +261,14 @@ impl Params {
         }
     }
 
+    /// The numbers of a list of colours, three for each.
+    pub(super) fn rgbs(&self, name: &'static str) -> &[f64] {
+        match self.find(name, &[Type::Rgb], "rgb").map(|p| &p.value) {
+            Some(Value::Numbers(v)) => v,
+            _ => &[],
+        }
+    }
+
     pub(super) fn integers(&self, name: &'static str) -> &[i32] {
         match self.find(name, &[Type::Integer], "integer").map(|p| &p.value) {
             Some(Value::Integers(v)) => v,

@@ -5,7 +5,6 @@ use turner::description::{ObjectContent, SceneDesc};
 use turner::light::LightDesc;
 use turner::material::{MaterialDesc, PrincipledMaterial};
 use turner::math::{DAffine3, DVec3};
-use turner::medium::{GridBorder, MediumDesc};
 use turner::schema::{ColorSource, ErrorCode, SceneError, WarningKind};
 use turner::shape::ShapeDesc;
 use turner::texture::{Mapping, PerlinKind, TextureDesc};
@@ -132,24 +131,6 @@ fn layers_take_light() {
     assert!((clear - 0.5 * 0.4037 / (1.0 - 0.5 * 0.5963)).abs() < 2e-3, "{clear}");
     let (plain, thick, rough) = (base(""), base("\"float thickness\" 0.1"), base("\"float roughness\" 0.2"));
     assert!(thick < plain && plain < clear && rough < 0.8 * plain, "{thick} {plain} {clear} {rough}");
-}
-
-#[test]
-fn a_grid_around_the_camera_is_a_box() {
-    let scene = read(
-        "MakeNamedMedium \"smoke\" \"string type\" \"uniformgrid\" \"float density\" [ 1 2 ] \"integer nx\" 2 \"integer ny\" 1 \"integer nz\" 1\n\
-         \"point3 p0\" [ 0 0 2 ] \"point3 p1\" [ 1 1 3 ] MediumInterface \"\" \"smoke\" Camera \"perspective\" WorldBegin\n\
-         MediumInterface \"\" \"\" Shape \"sphere\"",
-    );
-    assert_eq!(scene.background.medium, None);
-    let [sphere, smoke] = &scene.objects[..] else { panic!("{:?}", scene.objects) };
-    assert!(matches!(sphere.content, ObjectContent::Shape(ShapeDesc::Sphere(_))));
-    let ObjectContent::Shape(ShapeDesc::Box(bounds)) = &smoke.content else { panic!("{smoke:?}") };
-    assert_eq!(bounds.min, Some(DVec3::new(0.0, 0.0, 2.0)));
-    let material = &scene.materials[smoke.material.unwrap().index()].value;
-    let MaterialDesc::Interface(boundary) = material else { panic!("{material:?}") };
-    let MediumDesc::Grid(grid) = &scene.media[boundary.interior.unwrap().index()].value else { panic!() };
-    assert_eq!(grid.border, GridBorder::Fade);
 }
 
 #[test]

@@ -3,6 +3,7 @@
 use turner::description::SceneDesc;
 use turner::image::{Image, Pixels};
 use turner::material::MaterialDesc;
+use turner::math::elementary::{acos, atan2, sin_cos};
 use turner::math::{DVec2, DVec3, Ray};
 use turner::schema::ColorSource;
 use turner::texture::{Encoding, ImageChannel, ImageDesc, TextureDesc};
@@ -139,4 +140,83 @@ fn layers_are_computed_by_wavelengths() {
     // White and grey stay.
     let grey = color(&format!("{layer} \"rgb reflectance\" [.5 .5 .5]"));
     assert!((grey.g - leaves(0.5)).abs() < 2e-3, "{grey:?}");
+}
+
+/// A PNG of 8 × 4 pixels whose red and green are column and row.
+fn numbered() -> Vec<u8> {
+    let mut out = Vec::new();
+    let mut encoder = png::Encoder::new(&mut out, 8, 4);
+    encoder.set_color(png::ColorType::Rgb);
+    let pixels: Vec<u8> = (0..32).flat_map(|i| [i % 8, i / 8, 0]).collect();
+    encoder.write_header().unwrap().write_image_data(&pixels).unwrap();
+    out
+}
+
+/// pbrt-v4's SphericalMapping: s = θ / π, t = φ / 2π; CylindricalMapping: s = (π + φ) / 2π, t = z; both in the space of the
+/// texture. t = 0 is the lower edge of the image.
+#[test]
+fn mappings_around_an_axis_are_pbrts() {
+    use std::f64::consts::{PI, TAU};
+    for kind in ["spherical", "cylindrical"] {
+        let text = format!(
+            "WorldBegin Translate 1 2 3 Rotate 90 1 0 0 Texture \"t\" \"spectrum\" \"imagemap\" \"string filename\" \"n.png\"\n\
+             \"string filter\" \"point\" \"string encoding\" \"linear\" \"string mapping\" \"{kind}\"\n\
+             Material \"diffuse\" \"texture reflectance\" \"t\" Shape \"sphere\""
+        );
+        let scene = read_with(&text, &[("n.png", &numbered())]).unwrap();
+        assert!(scene.warnings.is_empty(), "{:?}", scene.warnings);
+        let MaterialDesc::Principled(material) = &scene.materials[0].value else { panic!() };
+        let source = material.base_color;
+        let prepared = scene.prepare(&Default::default()).unwrap().scene;
+        let mut seen = 0;
+        for i in 0..200 {
+            let (sin_t, cos_t) = sin_cos(f64::from(i) * 0.1 + 0.05);
+            let up = f64::from(i % 19) / 9.5 - 0.95;
+            let p = DVec3::new(cos_t * (1.0 - up * up).sqrt(), sin_t * (1.0 - up * up).sqrt(), up);
+            // Rotated by a quarter about x, y becomes z and z becomes −y.
+            let place = DVec3::new(1.0, 2.0, 3.0);
+            let ray = Ray::new(place + 2.0 * DVec3::new(p.x, -p.z, p.y), -DVec3::new(p.x, -p.z, p.y));
+            let hit = prepared.intersect(&ray).unwrap();
+            let found =
+                prepared.textures.color(source, &prepared.texture_point(&prepared.surface(&ray, &hit)));
+            let phi = atan2(p.y, p.x);
+            let (s, t) = match kind {
+                "spherical" => (acos(p.z) / PI, phi.rem_euclid(TAU) / TAU),
+                _ => ((PI + phi) / TAU, p.z.rem_euclid(1.0)),
+            };
+            let (x, y) = (8.0 * s, 4.0 * (1.0 - t));
+            // Not beside the edge of a pixel.
+            if [x, y].iter().any(|v| (v - v.round()).abs() < 0.02) {
+                continue;
+            }
+            seen += 1;
+            let expected = [x, y].map(|v| v.floor() as f32 / 255.0);
+            assert!(
+                (found.r - expected[0]).abs() < 1e-4 && (found.g - expected[1]).abs() < 1e-4,
+                "{kind} {p}: {found:?}, not {expected:?}"
+            );
+        }
+        assert!(seen > 100);
+    }
+}
+
+/// pbrt-v4: the share of tex1 is |n · dir|, in the space of the texture.
+#[test]
+fn directions_mix_textures() {
+    let scene = world(
+        "Rotate 90 1 0 0 Texture \"t\" \"spectrum\" \"directionmix\" \"rgb tex1\" [1 0 0] \"rgb tex2\" [0 0 1] \"vector3 dir\" [0 2 0]\n\
+         Material \"diffuse\" \"texture reflectance\" \"t\" Shape \"sphere\"",
+    );
+    assert!(scene.warnings.is_empty(), "{:?}", scene.warnings);
+    let MaterialDesc::Principled(material) = &scene.materials[0].value else { panic!() };
+    let source = material.base_color;
+    let prepared = scene.prepare(&Default::default()).unwrap().scene;
+    // The rotation turns y to z.
+    for n in [DVec3::X, DVec3::Z, DVec3::NEG_Z, DVec3::new(0.48, 0.64, 0.6), DVec3::new(0.0, 0.6, -0.8)] {
+        let ray = Ray::new(3.0 * n, -n);
+        let hit = prepared.intersect(&ray).unwrap();
+        let found = prepared.textures.color(source, &prepared.texture_point(&prepared.surface(&ray, &hit)));
+        let share = n.z.abs() as f32;
+        assert!((found.r - share).abs() < 1e-5 && (found.b - (1.0 - share)).abs() < 1e-5, "{n}: {found:?}");
+    }
 }

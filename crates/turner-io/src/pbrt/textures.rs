@@ -5,8 +5,8 @@ use turner::image::{Image, Pixels};
 use turner::math::{DAffine3, DMat3, DVec3};
 use turner::schema::{ColorSource, ImageId, Transform};
 use turner::texture::{
-    CheckerboardDesc, Encoding, ImageChannel, ImageDesc, ImageFilter, Mapping, PerlinDesc, PerlinKind,
-    TextureDesc, Wrap,
+    CheckerboardDesc, Encoding, ImageChannel, ImageDesc, ImageFilter, Mapping, MixDesc, PerlinDesc,
+    PerlinKind, TextureDesc, Wrap,
 };
 
 use super::assembly::{Assembly, Texture};
@@ -66,21 +66,28 @@ pub(super) fn define(
             let (a, b) = (maker.input("tex", 1.0)?, maker.input("scale", 1.0)?);
             product(maker.scene, a, b)
         }
-        "mix" | "directionmix" => {
+        "mix" => {
             let (a, b) = (maker.input("tex1", 0.0)?, maker.input("tex2", 1.0)?);
             let amount = maker.float_input("amount", 0.5)?;
-            if class == "directionmix" {
-                params.pass(&["dir"]);
-                maker.scene.report.approximated(place, "directionmix: both textures have the same weight");
-            }
             mix(maker.scene, a, b, amount)
+        }
+        "directionmix" => {
+            // The first texture lies where the surface faces along the direction or against it.
+            let (b, a) = (maker.input("tex1", 0.0)?, maker.input("tex2", 1.0)?);
+            let direction = params.vector("dir").unwrap_or(DVec3::Y);
+            let direction = state.ctm[0].transform_vector3(direction).try_normalize();
+            if direction.is_none() {
+                let message = "a directionmix without a direction: both textures have the same weight";
+                maker.scene.report.doubtful(params.place_of("dir"), message);
+            }
+            maker.scene.texture(TextureDesc::Mix(MixDesc { a, b, direction, ..MixDesc::default() }))
         }
         "imagemap" => maker.picture()?,
         "checkerboard" => maker.checkerboard()?,
         "bilerp" => maker.bilerp()?,
         "dots" => {
             let (inside, outside) = (maker.input("inside", 1.0)?, maker.input("outside", 0.0)?);
-            let _ = maker.planar();
+            maker.only_uv();
             match maker.squares() {
                 Some(transform) => {
                     // pbrt-v4 shows `outside` in the dots and `inside` around them; scenes rely on it.
@@ -198,32 +205,53 @@ impl Maker<'_, '_> {
         is_sound(&to_squares).then(|| Transform(to_squares.inverse()))
     }
 
-    /// The transform of a planar mapping in world space; `None` for (u, v) and for mappings that are not supported.
-    fn planar(&mut self) -> Option<Transform> {
+    /// A mapping in world space and its transform; `None` for (u, v) and for unknown mappings.
+    fn in_world(&mut self) -> Option<(Mapping, Transform)> {
         let mapping = self.params.string("mapping").unwrap_or("uv").to_owned();
         let place = self.params.place_of("mapping");
-        match mapping.as_str() {
-            "uv" => None,
+        // From pbrt's axes to those of Turner's mappings, which go once around y.
+        let (mapping, rows, shift) = match mapping.as_str() {
+            "uv" => return None,
             "planar" => {
                 let [_, _, du, dv] = self.uv();
                 let v1 = self.params.vector("v1").unwrap_or(DVec3::X);
                 let v2 = self.params.vector("v2").unwrap_or(DVec3::Y);
                 // Rows: 2(v·p + d) − 1, because an image covers −1 to 1.
-                let rows = DMat3::from_cols(2.0 * v1, 2.0 * v2, v1.cross(v2)).transpose();
-                let shift = DVec3::new(2.0 * du - 1.0, 2.0 * dv - 1.0, 0.0);
-                let to_texture = DAffine3::from_mat3_translation(rows, shift);
-                let to_texture = to_texture * self.state.ctm[0].inverse();
-                if !is_sound(&to_texture) {
-                    self.scene.report.ignored(place, "a planar mapping with parallel axes");
-                    return None;
-                }
-                Some(Transform(to_texture.inverse()))
+                let rows = DMat3::from_cols(2.0 * v1, 2.0 * v2, v1.cross(v2));
+                (Mapping::World, rows, DVec3::new(2.0 * du - 1.0, 2.0 * dv - 1.0, 0.0))
+            }
+            // φ / 2π from the left to the right, where φ begins at x; θ / π downwards: see `turned`.
+            "spherical" => {
+                (Mapping::WorldSpherical, DMat3::from_cols(DVec3::NEG_Y, DVec3::Z, DVec3::NEG_X), DVec3::ZERO)
+            }
+            // φ from −π to π, z from 0 to 1.
+            "cylindrical" => {
+                let rows = DMat3::from_cols(DVec3::Y, 2.0 * DVec3::Z, DVec3::X);
+                (Mapping::WorldCylindrical, rows, DVec3::NEG_Y)
             }
             other => {
                 let message = format!("the texture mapping \"{}\": (u, v) replaces it", printable(other));
                 self.scene.report.approximated(place, message);
-                None
+                return None;
             }
+        };
+        let to_texture = DAffine3::from_mat3_translation(rows.transpose(), shift);
+        let to_texture = to_texture * self.state.ctm[0].inverse();
+        if !is_sound(&to_texture) {
+            self.scene.report.ignored(place, "a planar mapping with parallel axes");
+            return None;
+        }
+        Some((mapping, Transform(to_texture.inverse())))
+    }
+
+    /// Reports mappings of patterns that have no counterpart.
+    fn only_uv(&mut self) {
+        let mapping = self.params.string("mapping").unwrap_or("uv").to_owned();
+        self.params.pass(&["v1", "v2"]);
+        if mapping != "uv" {
+            let message =
+                format!("the texture mapping \"{}\" of a pattern: (u, v) replaces it", printable(&mapping));
+            self.scene.report.approximated(self.params.place_of("mapping"), message);
         }
     }
 
@@ -233,7 +261,7 @@ impl Maker<'_, '_> {
             self.scene.report.ignored(self.params.place, "an imagemap without filename: grey replaces it");
             return Ok(grey(0.5));
         };
-        let planar = self.planar();
+        let in_world = self.in_world();
         let [su, sv, du, dv] = self.uv();
         let filter = match self.params.string("filter") {
             Some("point") => ImageFilter::Nearest,
@@ -268,6 +296,10 @@ impl Maker<'_, '_> {
         let Some(file) = self.scene.image(&name, place) else { return Ok(grey(0.5)) };
         // pbrt drops the alpha channel of formats other than these.
         let has_alpha = of_type(".png") || of_type(".exr");
+        let file = match in_world {
+            Some((Mapping::WorldSpherical, _)) => self.turned(&name, file),
+            _ => file,
+        };
         let (file, channel) = match self.is_float {
             true => float_pictures::of_float(self.scene, file, encoding, has_alpha),
             false => (file, ImageChannel::Rgb),
@@ -280,12 +312,31 @@ impl Maker<'_, '_> {
             channel,
             tint: Spectrum::grey(if invert { -scale } else { scale }),
             offset: if invert { Spectrum::WHITE } else { Spectrum::BLACK },
-            uv_matrix: (!plain && planar.is_none()).then_some([su, 0.0, du, 0.0, sv, dv]),
-            mapping: if planar.is_some() { Mapping::World } else { Mapping::Uv },
-            transform: planar.unwrap_or(Transform::IDENTITY),
+            uv_matrix: (!plain && in_world.is_none()).then_some([su, 0.0, du, 0.0, sv, dv]),
+            mapping: in_world.map_or(Mapping::Uv, |(mapping, _)| mapping),
+            transform: in_world.map_or(Transform::IDENTITY, |(_, transform)| transform),
             ..picture(file)
         };
         Ok(self.scene.texture(TextureDesc::Image(desc)))
+    }
+
+    /// The picture of a spherical mapping. pbrt's goes from pole to pole from left to right, and around upwards; Turner's
+    /// goes around from left to right, and from pole to pole downwards.
+    fn turned(&mut self, name: &str, file: ImageId) -> ImageId {
+        let key = format!("{name}\0turned");
+        if let Some(Some(known)) = self.scene.image_ids.get(&key) {
+            return *known;
+        }
+        let Some(old) = self.scene.images.get(file.index()).map(|a| a.data.clone()) else { return file };
+        let made = if self.scene.may_copy(old.memory() as u64) { turned(&old) } else { None };
+        let Some(made) = made else {
+            let message = "the images of spherical mappings take too much memory: shown as they are";
+            self.scene.report.approximated(self.params.place, message);
+            return file;
+        };
+        let id = self.scene.add_image(name, made);
+        self.scene.image_ids.insert(key, Some(id));
+        id
     }
 
     fn checkerboard(&mut self) -> Result<ColorSource, Fault> {
@@ -295,7 +346,7 @@ impl Maker<'_, '_> {
             let ctm = self.state.ctm[0];
             (Mapping::World, if is_sound(&ctm) { Transform(ctm) } else { Transform::IDENTITY })
         } else {
-            let _ = self.planar();
+            self.only_uv();
             let Some(transform) = self.squares() else {
                 self.scene
                     .report
@@ -334,6 +385,29 @@ impl Maker<'_, '_> {
             ImageDesc { wrap: Wrap::Clamp, uv_matrix: Some([su, 0.0, du, 0.0, sv, dv]), ..picture(file) };
         Ok(self.scene.texture(TextureDesc::Image(desc)))
     }
+}
+
+/// An image turned by a quarter: its left edge becomes the upper one. `None` if memory is short.
+fn turned(old: &Image) -> Option<Image> {
+    fn spread<T: Copy>(old: &[T], [w, h]: [usize; 2], channels: usize) -> Option<Vec<T>> {
+        let mut out = Vec::new();
+        out.try_reserve_exact(old.len()).ok()?;
+        for x in 0..w {
+            for y in (0..h).rev() {
+                let at = (y * w + x) * channels;
+                out.extend_from_slice(old.get(at..at + channels)?);
+            }
+        }
+        Some(out)
+    }
+    let size = [old.width as usize, old.height as usize];
+    let channels = usize::from(old.channels);
+    let pixels = match &old.pixels {
+        Pixels::U8(p) => Pixels::U8(spread(p, size, channels)?),
+        Pixels::U16(p) => Pixels::U16(spread(p, size, channels)?),
+        Pixels::F32(p) => Pixels::F32(spread(p, size, channels)?),
+    };
+    Some(Image { width: old.height, height: old.width, channels: old.channels, pixels })
 }
 
 fn grey(v: f64) -> ColorSource {

@@ -33,14 +33,28 @@ pub(crate) fn equirectangular(
     light: impl Fn(DVec3) -> [f64; 3] + Sync,
 ) -> Option<Image> {
     let finer = stock.finer(size[1]);
-    let columns = size[0].saturating_mul(finer).clamp(2, 2 * MAX_ROWS);
-    let rows = size[1].saturating_mul(finer).clamp(2, MAX_ROWS);
+    let made = resampled(size.map(|n| n.saturating_mul(finer)), to_world, stock.options.threads, light);
+    if made.is_none() {
+        let message = "an environment map that is too large or whose transform is not invertible";
+        stock.report.ignored(place, message);
+    }
+    made
+}
+
+/// An equirectangular environment map of a number of columns and rows, at most 16384 and 8192. `light` is the radiance
+/// from a direction in the light's own space; `threads` is 0 for all. `None` if the transform is not invertible or memory
+/// is short.
+pub(crate) fn resampled(
+    size: [u32; 2],
+    to_world: DMat3,
+    threads: usize,
+    light: impl Fn(DVec3) -> [f64; 3] + Sync,
+) -> Option<Image> {
+    let (columns, rows) = (size[0].clamp(2, 2 * MAX_ROWS), size[1].clamp(2, MAX_ROWS));
     let to_light = to_world.inverse();
     let count = (rows as usize) * (columns as usize) * 3;
     let mut pixels: Vec<f32> = Vec::new();
     if !to_light.is_finite() || pixels.try_reserve_exact(count).is_err() {
-        let message = "an environment map that is too large or whose transform is not invertible";
-        stock.report.ignored(place, message);
         return None;
     }
     pixels.resize(count, 0.0);
@@ -60,7 +74,7 @@ pub(crate) fn equirectangular(
         }
     };
     let available = || turner_host::thread::available();
-    let threads = if stock.options.threads == 0 { available() } else { stock.options.threads };
+    let threads = if threads == 0 { available() } else { threads };
     let each = (count / 3).div_ceil(threads.min(MAX_THREADS)).max(1 << 14);
     turner_host::thread::scope(|scope| {
         let mut parts = pixels.chunks_mut(3 * each).enumerate();

@@ -42,7 +42,7 @@ pub(crate) fn mix(
         }
         (a, _, ColorSource::Constant(t)) if t == Spectrum::BLACK => a,
         (_, b, ColorSource::Constant(t)) if t == Spectrum::WHITE => b,
-        _ => scene.texture(TextureDesc::Mix(MixDesc { a, b, amount })),
+        _ => scene.texture(TextureDesc::Mix(MixDesc { a, b, amount, ..MixDesc::default() })),
     }
 }
 

@@ -40,6 +40,11 @@ pub fn seeds() -> Vec<Seed> {
         shown("lamp.ies", IES.into(), lamp()),
         shown("cloud.grid", crate::grid::encode([2, 2, 2], &[0.5; 8], Some(&[0.1; 8])), cloud()),
         shown("cloud.vdb", super::vdb_seed::seed(), cloud().replace("cloud.grid", "cloud.vdb")),
+        shown(
+            "cloud.nvdb",
+            include_bytes!("cloud.nvdb").to_vec(),
+            cloud().replace("cloud.grid", "cloud.nvdb"),
+        ),
         shown("font.ttf", include_bytes!("font.ttf").to_vec(), words("font.ttf")),
         shown("font.otf", include_bytes!("font.otf").to_vec(), words("font.otf")),
         Seed {

@@ -37,6 +37,11 @@ impl<'a> Cursor<'a> {
         self.array::<1>().map(|[b]| b)
     }
 
+    /// The next 16-bit unsigned integer.
+    pub(super) fn u16(&mut self) -> Result<u16, String> {
+        self.array().map(u16::from_le_bytes)
+    }
+
     /// The next 32-bit unsigned integer.
     pub(super) fn u32(&mut self) -> Result<u32, String> {
         self.array().map(u32::from_le_bytes)

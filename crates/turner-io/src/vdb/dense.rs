@@ -78,14 +78,7 @@ impl Frame {
         cursor: &mut Cursor<'_>,
         coding: &Coding,
     ) -> Result<Vec<f32>, String> {
-        let count = self.size.iter().map(|s| *s as usize).product();
-        let mut cells = Vec::new();
-        let memory = |_| format!("needs {} bytes of memory for its cells", 4 * count);
-        cells.try_reserve_exact(count).map_err(memory)?;
-        cells.resize(count, density(topology.background));
-        for tile in &topology.tiles {
-            self.paint(tile, &mut cells);
-        }
+        let mut cells = self.cells(topology)?;
         for leaf in &topology.leaves {
             // The mask is stored a second time.
             cursor.take(64)?;
@@ -98,14 +91,34 @@ impl Frame {
                 }
             }
             let values = coding.values(cursor, 512, &leaf.mask, topology.background)?;
-            for (i, value) in values.iter().enumerate() {
-                let at = self.index(voxel(leaf.origin, i));
-                if let Some(cell) = at.and_then(|at| cells.get_mut(at)) {
-                    *cell = density(*value);
-                }
-            }
+            self.leaf(leaf.origin, values.into_iter(), &mut cells);
         }
         Ok(cells)
+    }
+
+    /// All cells, with the background and the tiles.
+    ///
+    /// Errors: not enough memory.
+    pub(super) fn cells(&self, topology: &Topology) -> Result<Vec<f32>, String> {
+        let count = self.size.iter().map(|s| *s as usize).product();
+        let mut cells = Vec::new();
+        let memory = |_| format!("needs {} bytes of memory for its cells", 4 * count);
+        cells.try_reserve_exact(count).map_err(memory)?;
+        cells.resize(count, density(topology.background));
+        for tile in &topology.tiles {
+            self.paint(tile, &mut cells);
+        }
+        Ok(cells)
+    }
+
+    /// Fills the part of a leaf that lies in the box.
+    pub(super) fn leaf(&self, origin: [i64; 3], values: impl Iterator<Item = f32>, cells: &mut [f32]) {
+        for (i, value) in values.enumerate() {
+            let at = self.index(voxel(origin, i));
+            if let Some(cell) = at.and_then(|at| cells.get_mut(at)) {
+                *cell = density(value);
+            }
+        }
     }
 
     /// Fills the part of a tile that lies in the box.

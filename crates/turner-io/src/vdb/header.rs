@@ -44,10 +44,10 @@ pub(super) struct Entry {
 }
 
 impl Entry {
-    /// Name and type, for messages.
-    pub(super) fn describe(&self) -> String {
+    /// The type of its values, for messages.
+    pub(super) fn kind(&self) -> &str {
         let kind = self.tree.strip_prefix("Tree_").unwrap_or(&self.tree);
-        format!("\"{}\" ({})", self.name, kind.strip_suffix("_5_4_3").unwrap_or(kind))
+        kind.strip_suffix("_5_4_3").unwrap_or(kind)
     }
 }
 

@@ -18,13 +18,17 @@
 //! OpenVDB's documentation and its file versions 220 to 224; numbers are little-endian.
 //!
 //! The result is dense: the box of the active voxels and tiles, and one cell around it, so that the interpolation
-//! between cell centres is that of the whole sparse grid. Negative values and NaN become 0.
+//! between cell centres is that of the whole sparse grid. Negative values and NaN become 0. NanoVDB's files (`nano`) give
+//! the same dense grids.
 
 mod blosc;
 mod cursor;
 mod dense;
 mod header;
 pub(crate) mod lz4;
+mod nano;
+#[cfg(test)]
+mod nano_tests;
 #[cfg(test)]
 mod tests;
 mod topology;
@@ -35,32 +39,53 @@ use turner::schema::GridData;
 
 use cursor::Cursor;
 use dense::Frame;
-use header::Entry;
 use topology::Topology;
 
-/// Whether the bytes begin with OpenVDB's signature.
+/// Whether the bytes begin with the signature of OpenVDB or NanoVDB.
 pub(crate) fn is_vdb(bytes: &[u8]) -> bool {
-    bytes.starts_with(&header::MAGIC)
+    bytes.starts_with(&header::MAGIC) || nano::is_nano(bytes)
 }
 
 /// Reads the grid `name`; without a name, `density` or the only grid of floats. The values may take `budget` bytes.
 ///
 /// Errors, as text: damaged files, no such grid, grids of other types, grids that are too large.
 pub(crate) fn decode(bytes: &[u8], name: Option<&str>, budget: u64) -> Result<GridData, String> {
+    let budget = budget.min(most_bytes(bytes));
+    if nano::is_nano(bytes) {
+        return nano::decode(bytes, name, budget);
+    }
     let file = header::read(bytes)?;
-    let entry = choose(&file.grids, name)?;
+    let listed = |e: &header::Entry| Listed {
+        name: e.name.clone(),
+        kind: e.kind().to_owned(),
+        is_float: e.tree == header::FLOAT,
+    };
+    let list: Vec<Listed> = file.grids.iter().map(listed).collect();
+    let chosen = choose(&list, name)?;
+    let entry = file.grids.get(chosen).ok_or("has no grids")?;
+    if !entry.parent.is_empty() {
+        return Err(format!("the grid \"{}\" is an instance of \"{}\": name that", entry.name, entry.parent));
+    }
     let (mut cursor, grid) = file.open(entry)?;
     if grid.class == "level set" {
-        return Err(format!(
-            "the grid \"{}\" is a level set, distances to a surface: expected densities, class \"fog volume\"",
-            entry.name
-        ));
+        return Err(level_set(&entry.name));
     }
     let topology = Topology::read(&mut cursor, &grid.coding)?;
-    let frame = Frame::new(&topology, &grid.transform, budget.min(most_bytes(bytes)))
+    let frame = Frame::new(&topology, &grid.transform, budget)
         .map_err(|problem| format!("the grid \"{}\" {problem}", entry.name))?;
     let values = frame.fill(&topology, &mut cursor, &grid.coding)?;
     GridData::new(frame.size(), values, None)?.with_bounds(frame.bounds(&grid.transform))
+}
+
+/// Whether a NanoVDB file has the grid `name`.
+pub(crate) fn has_grid(bytes: &[u8], name: &str) -> bool {
+    nano::is_nano(bytes) && nano::names(bytes).is_ok_and(|names| names.iter().any(|n| n == name))
+}
+
+fn level_set(name: &str) -> String {
+    format!(
+        "the grid \"{name}\" is a level set, distances to a surface: expected densities, class \"fog volume\""
+    )
 }
 
 /// Most bytes of values that a file of this size may become. Plumes fill a hundredth of their box or more, and a
@@ -71,18 +96,34 @@ fn most_bytes(bytes: &[u8]) -> u64 {
     ANY.max((bytes.len() as u64).saturating_mul(RATIO))
 }
 
-fn choose<'a>(grids: &'a [Entry], name: Option<&str>) -> Result<&'a Entry, String> {
+/// A grid in the list of a file.
+struct Listed {
+    name: String,
+    /// The type of its values, for messages.
+    kind: String,
+    is_float: bool,
+}
+
+impl Listed {
+    fn describe(&self) -> String {
+        format!("\"{}\" ({})", self.name, self.kind)
+    }
+}
+
+/// The index of the grid `name`; without a name, of `density` or of the only grid of floats.
+fn choose(grids: &[Listed], name: Option<&str>) -> Result<usize, String> {
+    let named = |name: &str| grids.iter().position(|g| g.name == name);
     let chosen = match name {
-        Some(name) => grids.iter().find(|g| g.name == name),
-        None => grids.iter().find(|g| g.name == "density").or_else(|| {
-            let mut floats = grids.iter().filter(|g| g.tree == header::FLOAT);
+        Some(name) => named(name),
+        None => named("density").or_else(|| {
+            let mut floats = (0..grids.len()).filter(|i| grids.get(*i).is_some_and(|g| g.is_float));
             floats.next().filter(|_| floats.next().is_none())
         }),
     };
-    let Some(entry) = chosen else {
+    let Some((chosen, grid)) = chosen.and_then(|i| Some((i, grids.get(i)?))) else {
         /// Most grids that an error lists.
         const MOST: usize = 16;
-        let mut list: Vec<String> = grids.iter().take(MOST).map(Entry::describe).collect();
+        let mut list: Vec<String> = grids.iter().take(MOST).map(Listed::describe).collect();
         if grids.len() > MOST {
             list.push("…".into());
         }
@@ -94,11 +135,8 @@ fn choose<'a>(grids: &'a [Entry], name: Option<&str>) -> Result<&'a Entry, Strin
             }
         });
     };
-    if entry.tree != header::FLOAT {
-        return Err(format!("the grid {} cannot be a density: expected {}", entry.describe(), header::FLOAT));
+    if !grid.is_float {
+        return Err(format!("the grid {} cannot be a density: expected float", grid.describe()));
     }
-    if !entry.parent.is_empty() {
-        return Err(format!("the grid \"{}\" is an instance of \"{}\": name that", entry.name, entry.parent));
-    }
-    Ok(entry)
+    Ok(chosen)
 }

@@ -8,8 +8,8 @@ use super::values::Coding;
 
 /// Voxels along the side of a leaf, of a node of leaves, and of a node below the root.
 pub(super) const LEAF: i64 = 8;
-const LOWER: i64 = 128;
-const UPPER: i64 = 4096;
+pub(super) const LOWER: i64 = 128;
+pub(super) const UPPER: i64 = 4096;
 
 /// A region of one value.
 pub(super) struct Tile {
@@ -72,7 +72,8 @@ impl Topology {
         Ok(topology)
     }
 
-    fn tile(&mut self, origin: [i64; 3], side: i64, value: f32, is_active: bool) {
+    /// Adds a tile, unless it is like everything around it.
+    pub(super) fn tile(&mut self, origin: [i64; 3], side: i64, value: f32, is_active: bool) {
         if is_active || value != self.background {
             self.tiles.push(Tile { origin, side, value, is_active });
         }

@@ -37,14 +37,33 @@ pub(super) fn read(cursor: &mut Cursor<'_>) -> Result<Transform, String> {
             ));
         }
     };
-    let numbers = transform.scale.iter().chain(&transform.translation);
-    if numbers.clone().any(|v| !v.is_finite()) || transform.scale.contains(&0.0) {
-        return Err(format!(
-            "its transform has the scale {:?}: expected finite numbers other than 0",
-            transform.scale
-        ));
+    transform.checked()
+}
+
+impl Transform {
+    /// From a matrix of 3 × 3 numbers and a translation.
+    ///
+    /// Errors: rotated or sheared grids, numbers that are not finite.
+    pub(super) fn from_matrix([x, y, z]: [[f64; 3]; 3], translation: [f64; 3]) -> Result<Transform, String> {
+        let scale = [x[0], y[1], z[2]];
+        let most = scale.iter().fold(0.0f64, |m, v| m.max(v.abs()));
+        let others = [x[1], x[2], y[0], y[2], z[0], z[1]];
+        if others.iter().any(|v| v.is_nan() || v.abs() > 1e-9 * most) {
+            return Err("is rotated or sheared: expected cells along the axes; resample the grid".into());
+        }
+        Transform { scale, translation }.checked()
     }
-    Ok(transform)
+
+    fn checked(self) -> Result<Transform, String> {
+        let numbers = self.scale.iter().chain(&self.translation);
+        if numbers.clone().any(|v| !v.is_finite()) || self.scale.contains(&0.0) {
+            return Err(format!(
+                "its transform has the scale {:?}: expected finite numbers other than 0",
+                self.scale
+            ));
+        }
+        Ok(self)
+    }
 }
 
 /// A matrix of 4 × 4 doubles that is multiplied by row vectors: the last row is the translation.
@@ -53,12 +72,6 @@ fn affine(cursor: &mut Cursor<'_>) -> Result<Transform, String> {
     for v in rows.as_flattened_mut() {
         *v = cursor.f64()?;
     }
-    let [x, y, z, t] = rows;
-    let scale = [x[0], y[1], z[2]];
-    let most = scale.iter().fold(0.0f64, |m, v| m.max(v.abs()));
-    let others = [x[1], x[2], y[0], y[2], z[0], z[1]];
-    if others.iter().any(|v| v.is_nan() || v.abs() > 1e-9 * most) {
-        return Err("is rotated or sheared: expected cells along the axes; resample the grid".into());
-    }
-    Ok(Transform { scale, translation: [t[0], t[1], t[2]] })
+    let [x, y, z, t] = rows.map(|[a, b, c, _]| [a, b, c]);
+    Transform::from_matrix([x, y, z], t)
 }

@@ -202,6 +202,9 @@ class EquirectangularCamera(Camera):
         handedness ("right" | "left", default "right"): Handedness of the axes.
             'right': right = forward × up: if the camera looks along −z with y up, x is to the right.
             'left': right = up × forward: if the camera looks along +z with y up, x is to the right.
+        mapping ("latitude-longitude" | "equal-area", default "latitude-longitude"): How the picture shows directions.
+            'latitude-longitude': Columns are longitudes and rows latitudes, evenly spaced.
+            'equal-area': A square in which every pixel covers the same solid angle. Its centre is straight up, its corners are straight down, the middle of its right edge is to the right, that of its lower edge in the viewing direction.
         near (number, 0 or more, default 0): Surfaces nearer to the camera than this, in scene units, are invisible.
         motion (transform): Motion blur: what moves the camera, in the space of the scene, from where it is at time 0 of the shutter to where it is at time 1.
         name ("text"): A name, for `[[view]]`.
@@ -213,6 +216,7 @@ class EquirectangularCamera(Camera):
         look_at: Vector | None = None,
         up: Vector | None = None,
         handedness: Literal['right', 'left'] | None = None,
+        mapping: Literal['latitude-longitude', 'equal-area'] | None = None,
         near: float | None = None,
         motion: Mapping[str, Any] | Sequence[Mapping[str, Any]] | NDArray[Any] | None = None,
         name: str | None = None,
@@ -220,6 +224,7 @@ class EquirectangularCamera(Camera):
     position: Any
     up: Any
     handedness: Any
+    mapping: Any
     near: Any
     motion: Any
     name: Any
@@ -2368,13 +2373,15 @@ class ImageTexture(Texture):
             'black': Black.
         gain (number, 0 or more, default 1): Factor for the colours.
         density (number, default 1): Number of repetitions of the image per axis; below 1 only its central part is visible.
-        mapping ("uv" | "solid" | "world" | "planar" | "spherical" | "cylindrical" | "triplanar", default "uv"): Where the texture coordinates come from.
+        mapping ("uv" | "solid" | "world" | "planar" | "spherical" | "cylindrical" | "world-spherical" | "world-cylindrical" | "triplanar", default "uv"): Where the texture coordinates come from.
             'uv': The surface's (u, v), scaled from 0..1 to −1..1.
             'solid': The position in object space: the pattern fills the solid.
             'world': The position in world space: all objects share one pattern and move through it.
             'planar': The position projected along z: x and y, the same for every z, as from a distant slide projector.
             'spherical': The direction from the origin as on a sphere: once around y from left to right, and upwards from pole to pole.
             'cylindrical': As on the side of a cylinder: once around y from left to right, and upwards along y from −1 to 1.
+            'world-spherical': As "spherical", with the position in world space: all objects share one pattern.
+            'world-cylindrical': As "cylindrical", with the position in world space: all objects share one pattern.
             'triplanar': Projections along x, y and z, blended by the surface normal (`blend`): no seams and no stretching on any shape.
         blend (number, 1 to 64, default 4): For `mapping = "triplanar"`: sharpness of the transitions between the three projections; higher is sharper.
         transform (transform): Translates, rotates or scales the image.
@@ -2403,7 +2410,7 @@ class ImageTexture(Texture):
         wrap_v: Literal['repeat', 'mirror', 'clamp', 'black'] | None = None,
         gain: float | None = None,
         density: float | None = None,
-        mapping: Literal['uv', 'solid', 'world', 'planar', 'spherical', 'cylindrical', 'triplanar'] | None = None,
+        mapping: Literal['uv', 'solid', 'world', 'planar', 'spherical', 'cylindrical', 'world-spherical', 'world-cylindrical', 'triplanar'] | None = None,
         blend: float | None = None,
         transform: Mapping[str, Any] | Sequence[Mapping[str, Any]] | NDArray[Any] | None = None,
         uv_matrix: Any | None = None,
@@ -2437,13 +2444,15 @@ class CheckerboardTexture(Texture):
         even (color | texture, default 1): Colour of the square whose lower left corner is at the origin of the texture coordinates, the centre of the surface, and of every second square from there.
         odd (color | texture, default 0): Colour of the other squares.
         density (number, default 1): Number of squares per unit of texture coordinates.
-        mapping ("uv" | "solid" | "world" | "planar" | "spherical" | "cylindrical" | "triplanar", default "uv"): Where the texture coordinates come from.
+        mapping ("uv" | "solid" | "world" | "planar" | "spherical" | "cylindrical" | "world-spherical" | "world-cylindrical" | "triplanar", default "uv"): Where the texture coordinates come from.
             'uv': The surface's (u, v), scaled from 0..1 to −1..1.
             'solid': The position in object space: the pattern fills the solid.
             'world': The position in world space: all objects share one pattern and move through it.
             'planar': The position projected along z: x and y, the same for every z, as from a distant slide projector.
             'spherical': The direction from the origin as on a sphere: once around y from left to right, and upwards from pole to pole.
             'cylindrical': As on the side of a cylinder: once around y from left to right, and upwards along y from −1 to 1.
+            'world-spherical': As "spherical", with the position in world space: all objects share one pattern.
+            'world-cylindrical': As "cylindrical", with the position in world space: all objects share one pattern.
             'triplanar': Projections along x, y and z, blended by the surface normal (`blend`): no seams and no stretching on any shape.
         blend (number, 1 to 64, default 4): For `mapping = "triplanar"`: sharpness of the transitions between the three projections; higher is sharper.
         transform (transform): Translates, rotates or scales the pattern.
@@ -2454,7 +2463,7 @@ class CheckerboardTexture(Texture):
         even: Color | Texture | Mapping[str, Any] | None = None,
         odd: Color | Texture | Mapping[str, Any] | None = None,
         density: float | None = None,
-        mapping: Literal['uv', 'solid', 'world', 'planar', 'spherical', 'cylindrical', 'triplanar'] | None = None,
+        mapping: Literal['uv', 'solid', 'world', 'planar', 'spherical', 'cylindrical', 'world-spherical', 'world-cylindrical', 'triplanar'] | None = None,
         blend: float | None = None,
         transform: Mapping[str, Any] | Sequence[Mapping[str, Any]] | NDArray[Any] | None = None,
     ) -> None: ...
@@ -2478,13 +2487,15 @@ class StripesTexture(Texture):
             'y': The second: t on a surface (along v), y in space.
             'z': The third: 0 on a surface, z in space.
         density (number, default 1): Number of stripes per unit of texture coordinates.
-        mapping ("uv" | "solid" | "world" | "planar" | "spherical" | "cylindrical" | "triplanar", default "uv"): Where the texture coordinates come from.
+        mapping ("uv" | "solid" | "world" | "planar" | "spherical" | "cylindrical" | "world-spherical" | "world-cylindrical" | "triplanar", default "uv"): Where the texture coordinates come from.
             'uv': The surface's (u, v), scaled from 0..1 to −1..1.
             'solid': The position in object space: the pattern fills the solid.
             'world': The position in world space: all objects share one pattern and move through it.
             'planar': The position projected along z: x and y, the same for every z, as from a distant slide projector.
             'spherical': The direction from the origin as on a sphere: once around y from left to right, and upwards from pole to pole.
             'cylindrical': As on the side of a cylinder: once around y from left to right, and upwards along y from −1 to 1.
+            'world-spherical': As "spherical", with the position in world space: all objects share one pattern.
+            'world-cylindrical': As "cylindrical", with the position in world space: all objects share one pattern.
             'triplanar': Projections along x, y and z, blended by the surface normal (`blend`): no seams and no stretching on any shape.
         blend (number, 1 to 64, default 4): For `mapping = "triplanar"`: sharpness of the transitions between the three projections; higher is sharper.
         transform (transform): Translates, rotates or scales the pattern.
@@ -2498,7 +2509,7 @@ class StripesTexture(Texture):
         smooth: float | None = None,
         axis: Literal['x', 'y', 'z'] | None = None,
         density: float | None = None,
-        mapping: Literal['uv', 'solid', 'world', 'planar', 'spherical', 'cylindrical', 'triplanar'] | None = None,
+        mapping: Literal['uv', 'solid', 'world', 'planar', 'spherical', 'cylindrical', 'world-spherical', 'world-cylindrical', 'triplanar'] | None = None,
         blend: float | None = None,
         transform: Mapping[str, Any] | Sequence[Mapping[str, Any]] | NDArray[Any] | None = None,
     ) -> None: ...
@@ -2527,13 +2538,15 @@ class GradientTexture(Texture):
             'y': The second: t on a surface (along v), y in space.
             'z': The third: 0 on a surface, z in space.
         density (number, default 1): Scales the gradient: with density 2 it is half as long.
-        mapping ("uv" | "solid" | "world" | "planar" | "spherical" | "cylindrical" | "triplanar", default "uv"): Where the texture coordinates come from.
+        mapping ("uv" | "solid" | "world" | "planar" | "spherical" | "cylindrical" | "world-spherical" | "world-cylindrical" | "triplanar", default "uv"): Where the texture coordinates come from.
             'uv': The surface's (u, v), scaled from 0..1 to −1..1.
             'solid': The position in object space: the pattern fills the solid.
             'world': The position in world space: all objects share one pattern and move through it.
             'planar': The position projected along z: x and y, the same for every z, as from a distant slide projector.
             'spherical': The direction from the origin as on a sphere: once around y from left to right, and upwards from pole to pole.
             'cylindrical': As on the side of a cylinder: once around y from left to right, and upwards along y from −1 to 1.
+            'world-spherical': As "spherical", with the position in world space: all objects share one pattern.
+            'world-cylindrical': As "cylindrical", with the position in world space: all objects share one pattern.
             'triplanar': Projections along x, y and z, blended by the surface normal (`blend`): no seams and no stretching on any shape.
         blend (number, 1 to 64, default 4): For `mapping = "triplanar"`: sharpness of the transitions between the three projections; higher is sharper.
         transform (transform): Translates, rotates or scales the gradient.
@@ -2546,7 +2559,7 @@ class GradientTexture(Texture):
         kind: Literal['linear', 'radial'] | None = None,
         axis: Literal['x', 'y', 'z'] | None = None,
         density: float | None = None,
-        mapping: Literal['uv', 'solid', 'world', 'planar', 'spherical', 'cylindrical', 'triplanar'] | None = None,
+        mapping: Literal['uv', 'solid', 'world', 'planar', 'spherical', 'cylindrical', 'world-spherical', 'world-cylindrical', 'triplanar'] | None = None,
         blend: float | None = None,
         transform: Mapping[str, Any] | Sequence[Mapping[str, Any]] | NDArray[Any] | None = None,
         from_: Color | Texture | Mapping[str, Any] | None = None,
@@ -2574,13 +2587,15 @@ class WoodTexture(Texture):
         axis ([x, y, z], default [0.15, 1, -0.25]): Direction of the trunk, of any length.
         seed (integer, default 0): Seed: another value gives another tree.
         density (number, default 1): Scales the pattern: with density 2 it is half as large.
-        mapping ("uv" | "solid" | "world" | "planar" | "spherical" | "cylindrical" | "triplanar", default "solid"): Where the texture coordinates come from.
+        mapping ("uv" | "solid" | "world" | "planar" | "spherical" | "cylindrical" | "world-spherical" | "world-cylindrical" | "triplanar", default "solid"): Where the texture coordinates come from.
             'uv': The surface's (u, v), scaled from 0..1 to −1..1.
             'solid': The position in object space: the pattern fills the solid.
             'world': The position in world space: all objects share one pattern and move through it.
             'planar': The position projected along z: x and y, the same for every z, as from a distant slide projector.
             'spherical': The direction from the origin as on a sphere: once around y from left to right, and upwards from pole to pole.
             'cylindrical': As on the side of a cylinder: once around y from left to right, and upwards along y from −1 to 1.
+            'world-spherical': As "spherical", with the position in world space: all objects share one pattern.
+            'world-cylindrical': As "cylindrical", with the position in world space: all objects share one pattern.
             'triplanar': Projections along x, y and z, blended by the surface normal (`blend`): no seams and no stretching on any shape.
         blend (number, 1 to 64, default 4): For `mapping = "triplanar"`: sharpness of the transitions between the three projections; higher is sharper.
         transform (transform): Translates, rotates or scales the trunk.
@@ -2597,7 +2612,7 @@ class WoodTexture(Texture):
         axis: Vector | None = None,
         seed: int | None = None,
         density: float | None = None,
-        mapping: Literal['uv', 'solid', 'world', 'planar', 'spherical', 'cylindrical', 'triplanar'] | None = None,
+        mapping: Literal['uv', 'solid', 'world', 'planar', 'spherical', 'cylindrical', 'world-spherical', 'world-cylindrical', 'triplanar'] | None = None,
         blend: float | None = None,
         transform: Mapping[str, Any] | Sequence[Mapping[str, Any]] | NDArray[Any] | None = None,
     ) -> None: ...
@@ -2626,13 +2641,15 @@ class MarbleTexture(Texture):
         sharp (number, 0 to 1, default 0.8): Sharpness of the veins: 0 is broad and soft, 1 is thin.
         seed (integer, default 0): Seed: another value gives another stone.
         density (number, default 1): Scales the pattern: with density 2 it is half as large.
-        mapping ("uv" | "solid" | "world" | "planar" | "spherical" | "cylindrical" | "triplanar", default "solid"): Where the texture coordinates come from.
+        mapping ("uv" | "solid" | "world" | "planar" | "spherical" | "cylindrical" | "world-spherical" | "world-cylindrical" | "triplanar", default "solid"): Where the texture coordinates come from.
             'uv': The surface's (u, v), scaled from 0..1 to −1..1.
             'solid': The position in object space: the pattern fills the solid.
             'world': The position in world space: all objects share one pattern and move through it.
             'planar': The position projected along z: x and y, the same for every z, as from a distant slide projector.
             'spherical': The direction from the origin as on a sphere: once around y from left to right, and upwards from pole to pole.
             'cylindrical': As on the side of a cylinder: once around y from left to right, and upwards along y from −1 to 1.
+            'world-spherical': As "spherical", with the position in world space: all objects share one pattern.
+            'world-cylindrical': As "cylindrical", with the position in world space: all objects share one pattern.
             'triplanar': Projections along x, y and z, blended by the surface normal (`blend`): no seams and no stretching on any shape.
         blend (number, 1 to 64, default 4): For `mapping = "triplanar"`: sharpness of the transitions between the three projections; higher is sharper.
         transform (transform): Translates, rotates or scales the pattern.
@@ -2648,7 +2665,7 @@ class MarbleTexture(Texture):
         sharp: float | None = None,
         seed: int | None = None,
         density: float | None = None,
-        mapping: Literal['uv', 'solid', 'world', 'planar', 'spherical', 'cylindrical', 'triplanar'] | None = None,
+        mapping: Literal['uv', 'solid', 'world', 'planar', 'spherical', 'cylindrical', 'world-spherical', 'world-cylindrical', 'triplanar'] | None = None,
         blend: float | None = None,
         transform: Mapping[str, Any] | Sequence[Mapping[str, Any]] | NDArray[Any] | None = None,
     ) -> None: ...
@@ -2680,13 +2697,15 @@ class NoiseTexture(Texture):
         contrast (number, 0 to 1000, default 2): Contrast: 1 uses the noise unchanged, which seldom reaches either colour; higher values push it towards the two colours.
         seed (integer, default 0): Seed: another value gives another noise of the same kind.
         density (number, default 2): Number of the largest features per unit of texture coordinates.
-        mapping ("uv" | "solid" | "world" | "planar" | "spherical" | "cylindrical" | "triplanar", default "solid"): Where the texture coordinates come from.
+        mapping ("uv" | "solid" | "world" | "planar" | "spherical" | "cylindrical" | "world-spherical" | "world-cylindrical" | "triplanar", default "solid"): Where the texture coordinates come from.
             'uv': The surface's (u, v), scaled from 0..1 to −1..1.
             'solid': The position in object space: the pattern fills the solid.
             'world': The position in world space: all objects share one pattern and move through it.
             'planar': The position projected along z: x and y, the same for every z, as from a distant slide projector.
             'spherical': The direction from the origin as on a sphere: once around y from left to right, and upwards from pole to pole.
             'cylindrical': As on the side of a cylinder: once around y from left to right, and upwards along y from −1 to 1.
+            'world-spherical': As "spherical", with the position in world space: all objects share one pattern.
+            'world-cylindrical': As "cylindrical", with the position in world space: all objects share one pattern.
             'triplanar': Projections along x, y and z, blended by the surface normal (`blend`): no seams and no stretching on any shape.
         blend (number, 1 to 64, default 4): For `mapping = "triplanar"`: sharpness of the transitions between the three projections; higher is sharper.
         transform (transform): Translates, rotates or scales the noise.
@@ -2703,7 +2722,7 @@ class NoiseTexture(Texture):
         contrast: float | None = None,
         seed: int | None = None,
         density: float | None = None,
-        mapping: Literal['uv', 'solid', 'world', 'planar', 'spherical', 'cylindrical', 'triplanar'] | None = None,
+        mapping: Literal['uv', 'solid', 'world', 'planar', 'spherical', 'cylindrical', 'world-spherical', 'world-cylindrical', 'triplanar'] | None = None,
         blend: float | None = None,
         transform: Mapping[str, Any] | Sequence[Mapping[str, Any]] | NDArray[Any] | None = None,
     ) -> None: ...
@@ -2736,13 +2755,15 @@ class PerlinTexture(Texture):
         gain (number, 0 to 1, default 0.5): Amplitude ratio of successive octaves.
         variation (number, 0 to 1000000, default 0.2): How far noise displaces the veins of "marble".
         density (number, default 1): Number of the largest features per unit of texture coordinates.
-        mapping ("uv" | "solid" | "world" | "planar" | "spherical" | "cylindrical" | "triplanar", default "solid"): Where the texture coordinates come from.
+        mapping ("uv" | "solid" | "world" | "planar" | "spherical" | "cylindrical" | "world-spherical" | "world-cylindrical" | "triplanar", default "solid"): Where the texture coordinates come from.
             'uv': The surface's (u, v), scaled from 0..1 to −1..1.
             'solid': The position in object space: the pattern fills the solid.
             'world': The position in world space: all objects share one pattern and move through it.
             'planar': The position projected along z: x and y, the same for every z, as from a distant slide projector.
             'spherical': The direction from the origin as on a sphere: once around y from left to right, and upwards from pole to pole.
             'cylindrical': As on the side of a cylinder: once around y from left to right, and upwards along y from −1 to 1.
+            'world-spherical': As "spherical", with the position in world space: all objects share one pattern.
+            'world-cylindrical': As "cylindrical", with the position in world space: all objects share one pattern.
             'triplanar': Projections along x, y and z, blended by the surface normal (`blend`): no seams and no stretching on any shape.
         blend (number, 1 to 64, default 4): For `mapping = "triplanar"`: sharpness of the transitions between the three projections; higher is sharper.
         transform (transform): Translates, rotates or scales the noise.
@@ -2757,7 +2778,7 @@ class PerlinTexture(Texture):
         gain: float | None = None,
         variation: float | None = None,
         density: float | None = None,
-        mapping: Literal['uv', 'solid', 'world', 'planar', 'spherical', 'cylindrical', 'triplanar'] | None = None,
+        mapping: Literal['uv', 'solid', 'world', 'planar', 'spherical', 'cylindrical', 'world-spherical', 'world-cylindrical', 'triplanar'] | None = None,
         blend: float | None = None,
         transform: Mapping[str, Any] | Sequence[Mapping[str, Any]] | NDArray[Any] | None = None,
     ) -> None: ...
@@ -2808,6 +2829,7 @@ class MixTexture(Texture):
         a (color | texture): The colour where `amount` is 0.
         b (color | texture): The colour where `amount` is 1.
         amount (color | texture, default 0.5): The weight of `b`: the mean of the colour's three bands, clamped to 0..1.
+        direction ([x, y, z]): Instead of `amount`: the weight of `b` is |n · d|, with the geometric normal n in world space and this direction d. `b` then lies on what faces along d or against it.
     """
     def __init__(
         self,
@@ -2815,10 +2837,12 @@ class MixTexture(Texture):
         a: Color | Texture | Mapping[str, Any] | None = None,
         b: Color | Texture | Mapping[str, Any] | None = None,
         amount: Color | Texture | Mapping[str, Any] | None = None,
+        direction: Vector | None = None,
     ) -> None: ...
     a: Any
     b: Any
     amount: Any
+    direction: Any
 
 class HomogeneousMedium(Medium):
     """A medium with the same density everywhere: fog, murky water, wax. Give either `extinction` and `albedo` or `absorption` and `scattering`, each per scene unit and by colour.
@@ -2852,7 +2876,7 @@ class HomogeneousMedium(Medium):
     emission: Any
 
 class GridMedium(Medium):
-    """A medium whose density comes from a grid file: smoke, clouds, scans. The file is OpenVDB (`.vdb`) or of the kind that docs/guides/fog-and-smoke.md describes. The grid fills the box from `min` to `max`; outside it the medium is empty. All coefficients are multiplied by the local density.
+    """A medium whose density comes from a grid file: smoke, clouds, scans. The file is OpenVDB (`.vdb`), NanoVDB (`.nvdb`) or of the kind that docs/guides/fog-and-smoke.md describes. The grid fills the box from `min` to `max`; outside it the medium is empty. All coefficients are multiplied by the local density.
     
     Keys:
         file ("grid file"): Path of the file, relative to the scene file. `smoke.vdb#flames` is the grid `flames` of an OpenVDB file; without a name it is `density` or the only grid of floats.
@@ -3416,6 +3440,9 @@ class Film(Description):
         exposure (number, -64 to 64, default 0): Exposure in stops: scene values are multiplied by 2 to this power. Applies only to PNG and JPEG.
         auto_exposure (true | false, default false): Whether to choose the exposure automatically: the logarithmic mean of the luminance, without the darkest and brightest 5 % of pixels, becomes middle grey (0.18). `exposure` is added.
         clamp_sample (number, 0 or more, default 0): Maximum value of a sample in any colour channel; brighter samples are scaled down to it. 0 means no limit. Clamping removes fireflies but also light, so pictures get darker. Splats of light paths (`caustics`) are not clamped.
+        clamp_space ("rgb" | "xyz", default "rgb"): The channels that `clamp_sample` compares with its limit.
+            'rgb': Red, green and blue of linear Rec. 709.
+            'xyz': X, Y and Z of CIE 1931, as pbrt does; white of 1 has a Z of 1.089.
         fireflies ("keep" | "remove", default "keep"): What happens to fireflies: samples of "monte-carlo" that are far brighter than all others of the pixel and its neighbours. A model file that is rendered on its own has "remove".
             'keep': They stay: the mean of many pictures is exact.
             'remove': A sample that neither its pixel nor the neighbours confirm is scaled down. The limit grows with the number of samples, so that the picture converges to the same. Takes 64 bytes per pixel. Light paths (`caustics`) and AOVs are not changed.
@@ -3484,6 +3511,7 @@ class Film(Description):
         exposure: float | None = None,
         auto_exposure: bool | None = None,
         clamp_sample: float | None = None,
+        clamp_space: Literal['rgb', 'xyz'] | None = None,
         fireflies: Literal['keep', 'remove'] | None = None,
         adaptive_sampling: bool | None = None,
         denoise: Literal['off', 'on', 'fast', 'oidn'] | None = None,
@@ -3510,6 +3538,7 @@ class Film(Description):
     exposure: Any
     auto_exposure: Any
     clamp_sample: Any
+    clamp_space: Any
     fireflies: Any
     adaptive_sampling: Any
     denoise: Any

@@ -40,7 +40,7 @@ mod project;
 mod rays;
 mod thin_lens;
 
-pub use equirectangular::{Equirectangular, EquirectangularDesc};
+pub use equirectangular::{Equirectangular, EquirectangularDesc, PanoramaMapping};
 pub use fisheye::{Fisheye, FisheyeDesc};
 pub use frame::{CameraFrame, Handedness};
 pub use model::{CameraModel, ProjectionKind};

@@ -8,12 +8,16 @@
 //! orthographic      u = cx + sx x                 v = cy + sy y
 //! fisheye           u = cx + sx θ x / r           v = cy + sy θ y / r      r = √(x² + y²), θ = atan2(r, z)
 //! equirectangular   u = cx + sx atan2(x, z)       v = cy + sy asin(y / √(x² + y² + z²))
+//! equal area        u = cx ± sx (1 − φ) r         v = cy ± sy φ r          r = √(1 − |y|), φ = 2/π atan2(|z|, |x|)
 //! ```
+//!
+//! In the last line x, y, z have length 1, the signs are those of x and z, and y ≤ 0 (above the horizon). Below, the two
+//! distances from the centre become 1 − φ r and 1 − (1 − φ) r.
 //!
 //! The centre of the top left pixel is at (0.5, 0.5).
 
 use super::pinhole::Screen;
-use super::{Camera, CameraFrame};
+use super::{Camera, CameraFrame, PanoramaMapping};
 use crate::math::DVec2;
 use std::f64::consts::{FRAC_2_PI, PI};
 
@@ -28,6 +32,8 @@ pub enum ProjectionKind {
     Fisheye,
     /// Columns are longitudes and rows latitudes.
     Equirectangular,
+    /// A square in which every pixel covers the same solid angle.
+    EqualArea,
 }
 
 /// A camera and the size of its picture, as numbers.
@@ -36,7 +42,7 @@ pub struct CameraModel {
     /// The formula.
     pub kind: ProjectionKind,
     /// Pixels to the right and down per unit: of x/z and y/z (perspective), of length (orthographic), of radians
-    /// (fisheye, equirectangular).
+    /// (fisheye, equirectangular), of half the side of the square (equal area).
     pub scale: DVec2,
     /// The position of the viewing direction, in pixels from the top left corner of the complete picture.
     pub center: DVec2,
@@ -74,9 +80,12 @@ impl Camera {
                 rim: Some(c.rim),
                 ..plain(ProjectionKind::Fisheye, half / (c.half * c.rim), c.near)
             },
-            Camera::Equirectangular(c) => {
-                plain(ProjectionKind::Equirectangular, half * DVec2::new(1.0 / PI, FRAC_2_PI), c.near)
-            }
+            Camera::Equirectangular(c) => match c.mapping {
+                PanoramaMapping::LatitudeLongitude => {
+                    plain(ProjectionKind::Equirectangular, half * DVec2::new(1.0 / PI, FRAC_2_PI), c.near)
+                }
+                PanoramaMapping::EqualArea => plain(ProjectionKind::EqualArea, half, c.near),
+            },
         }
     }
 }
@@ -141,6 +150,13 @@ mod tests {
             CameraDesc::Orthographic(OrthographicDesc { position, look_at, up, ..Default::default() }),
             CameraDesc::Fisheye(FisheyeDesc { position, look_at, up, fov: 230.0, ..FisheyeDesc::default() }),
             CameraDesc::Equirectangular(EquirectangularDesc { position, look_at, up, ..Default::default() }),
+            CameraDesc::Equirectangular(EquirectangularDesc {
+                position,
+                look_at,
+                up,
+                mapping: PanoramaMapping::EqualArea,
+                ..Default::default()
+            }),
         ]
     }
 
@@ -156,6 +172,15 @@ mod tests {
                     ProjectionKind::Perspective => DVec2::new(x / z, y / z),
                     ProjectionKind::Orthographic => DVec2::new(x, y),
                     ProjectionKind::Fisheye => angle / across * DVec2::new(x, y),
+                    ProjectionKind::EqualArea => {
+                        // Clarberg's square: right and forward along its axes, up at the centre.
+                        let [x, y, z] = [x, -y, z].map(|v| v / (x * x + y * y + z * z).sqrt());
+                        let r = (1.0 - y.abs()).sqrt();
+                        let turn = atan2(z.abs(), x.abs()) / std::f64::consts::FRAC_PI_2;
+                        let (u, v) = (r - turn * r, turn * r);
+                        let (u, v) = if y < 0.0 { (1.0 - v, 1.0 - u) } else { (u, v) };
+                        DVec2::new(u.copysign(x), v.copysign(z))
+                    }
                     ProjectionKind::Equirectangular => {
                         DVec2::new(atan2(x, z), asin(y / (x * x + y * y + z * z).sqrt()))
                     }

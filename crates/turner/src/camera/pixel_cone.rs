@@ -46,12 +46,11 @@ impl Camera {
     /// The extent of a pixel, for pictures of `size` pixels: diameter at the start of the ray, growth (see
     /// [`PixelCone`]), and whether the screen is flat.
     fn pixel(&self, size: DVec2) -> (f64, f64, bool) {
-        use std::f64::consts::{PI, TAU};
         match self {
             Camera::Pinhole(c) => (0.0, (2.0 * c.half_screen() / size).max_element(), true),
             Camera::ThinLens(c) => (0.0, (2.0 * c.half_focus() / size).max_element(), true),
             Camera::Orthographic(c) => ((2.0 * c.half_screen() / size).max_element(), 0.0, false),
-            Camera::Equirectangular(_) => (0.0, (TAU / size.x).max(PI / size.y), false),
+            Camera::Equirectangular(c) => (0.0, (c.angles() / size).max_element(), false),
             Camera::Fisheye(c) => (0.0, (2.0 * c.half_angles() / size).max_element(), false),
         }
     }

@@ -3,6 +3,7 @@
 use proptest::prelude::*;
 
 use super::*;
+use crate::color::Spectrum;
 use crate::math::DVec2;
 use crate::schema::{ErrorCode, Limits, Memory};
 

@@ -1,7 +1,7 @@
 //! Which picture a film belongs to.
 
 use super::checksum::checksum;
-use super::{Denoise, FilmDesc, PixelRect};
+use super::{ClampSpace, Denoise, FilmDesc, PixelRect};
 
 /// The settings that two films must share so that their samples belong to one picture.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -49,6 +49,7 @@ impl Identity {
             shutter,
             pixel_sample,
             clamp_sample,
+            clamp_space,
             // In separate fields.
             width: _,
             height: _,
@@ -70,10 +71,13 @@ impl Identity {
             // Compared as channels.
             aovs: _,
         } = desc;
-        let sampling = format!(
+        let mut sampling = format!(
             "{antialias:?} {threshold} {max_subdivisions} {filter:?} {filter_radius:?} {reconstruction:?} \
              {texture_filter:?} {shutter:?} {pixel_sample:?} {clamp_sample}"
         );
+        if *clamp_space != ClampSpace::Rgb {
+            sampling += &format!(" {clamp_space:?}");
+        }
         Identity {
             size: [desc.width, desc.height],
             region,

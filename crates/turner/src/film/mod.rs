@@ -45,6 +45,7 @@ mod bytes_tests;
 mod caught;
 mod channel;
 mod checksum;
+mod clamp;
 mod defaults;
 mod denoise;
 mod develop;
@@ -82,6 +83,7 @@ pub(crate) use aovs::layers;
 pub(crate) use caught::CAUGHT;
 pub use channel::{COLOR_CHANNELS, Channel, MAX_CHANNELS, MAX_NAME};
 pub use checksum::{Checksum, checksum};
+pub use clamp::ClampSpace;
 pub use denoise::Denoise;
 pub(crate) use develop::KEPT as KEPT_PIXELS;
 pub use develop::{Developed, Picture, PixelRect};
@@ -102,7 +104,7 @@ pub use sums::{Film, MAX_PIXELS};
 pub use tile_sums::{SampleValues, TileSums};
 pub use tiles::{HALF_SQUARE, Half, TILE, TileGrid};
 
-use crate::color::{Spectrum, Tonemap, Transfer};
+use crate::color::{Tonemap, Transfer};
 use crate::filter::{Filter, FilterKind};
 use crate::schema::{Range, choice, params};
 
@@ -213,6 +215,8 @@ params! {
         /// limit. Clamping removes fireflies but also light, so pictures get darker. Splats of light paths
         /// (`caustics`) are not clamped.
         clamp_sample: f64 = 0.0, in Range::NON_NEGATIVE;
+        /// The channels that `clamp_sample` compares with its limit.
+        clamp_space: ClampSpace = ClampSpace::Rgb;
         /// What happens to fireflies: samples of "monte-carlo" that are far brighter than all others of the pixel and its
         /// neighbours. A model file that is rendered on its own has "remove".
         fireflies: Fireflies = Fireflies::Keep;
@@ -298,13 +302,6 @@ impl FilmDesc {
     /// Whether each pixel is exactly one sample, so that the film needs no sums.
     pub(crate) fn is_one_sample(&self) -> bool {
         self.samples_per_pixel() == 1 && !self.weights_samples() && !self.aovs.has_channels()
-    }
-
-    /// The factor by which `clamp_sample` scales a sample: 1 if it is not brighter than the limit.
-    #[inline]
-    pub(crate) fn clamp_factor(&self, color: Spectrum) -> f32 {
-        let (most, max) = (self.clamp_sample as f32, color.max_component());
-        if most > 0.0 && max > most { most / max } else { 1.0 }
     }
 
     /// Whether a filter is set that the anti-aliasing ignores.

@@ -18,9 +18,9 @@ choice! {
 }
 
 params! {
-    /// A medium whose density comes from a grid file: smoke, clouds, scans. The file is OpenVDB (`.vdb`) or of the kind
-    /// that docs/guides/fog-and-smoke.md describes. The grid fills the box from `min` to `max`; outside it the medium is
-    /// empty. All coefficients are multiplied by the local density.
+    /// A medium whose density comes from a grid file: smoke, clouds, scans. The file is OpenVDB (`.vdb`), NanoVDB
+    /// (`.nvdb`) or of the kind that docs/guides/fog-and-smoke.md describes. The grid fills the box from `min` to `max`;
+    /// outside it the medium is empty. All coefficients are multiplied by the local density.
     pub struct GridMedium as "grid" {
         /// Path of the file, relative to the scene file. `smoke.vdb#flames` is the grid `flames` of an OpenVDB file;
         /// without a name it is `density` or the only grid of floats.

@@ -32,8 +32,8 @@ pub mod write;
 pub(crate) use crate::choice::choice;
 use crate::schema::value::Data;
 pub use data::{
-    Contour, Font, FontFile, Glyph, GridData, GridFile, LightProfile, MeshData, OutlinePiece, ProfileFile,
-    boundary, fan,
+    Contour, Font, FontFile, Glyph, GridData, GridFile, GridScattering, LightProfile, MeshData, OutlinePiece,
+    ProfileFile, boundary, fan,
 };
 pub use error::{ErrorCode, SceneError};
 pub use ids::{Asset, GroupId, ImageId, MaterialId, MediumId, MeshId, Named, TextureId};

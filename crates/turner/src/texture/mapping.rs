@@ -21,6 +21,10 @@ choice! {
         Spherical = "spherical",
         /// As on the side of a cylinder: once around y from left to right, and upwards along y from −1 to 1.
         Cylindrical = "cylindrical",
+        /// As "spherical", with the position in world space: all objects share one pattern.
+        WorldSpherical = "world-spherical",
+        /// As "cylindrical", with the position in world space: all objects share one pattern.
+        WorldCylindrical = "world-cylindrical",
         /// Projections along x, y and z, blended by the surface normal (`blend`): no seams and no stretching on any
         /// shape.
         Triplanar = "triplanar",
@@ -54,6 +58,12 @@ impl Side {
 }
 
 impl Mapping {
+    /// Whether positions are in world space.
+    #[inline]
+    pub(super) fn is_in_world(self) -> bool {
+        matches!(self, Mapping::World | Mapping::WorldSpherical | Mapping::WorldCylindrical)
+    }
+
     /// Texture coordinates of a point in the mapping's space; `side` is for triplanar mappings.
     #[inline]
     pub(super) fn project(self, q: DVec3, side: Side) -> DVec3 {
@@ -61,12 +71,12 @@ impl Mapping {
         match self {
             Mapping::Uv | Mapping::Solid | Mapping::World => q,
             Mapping::Planar => DVec3::new(q.x, q.y, 0.0),
-            Mapping::Spherical => {
+            Mapping::Spherical | Mapping::WorldSpherical => {
                 let length = q.length();
                 let height = if length > 0.0 { q.y / length } else { 0.0 };
                 DVec3::new(atan2(q.x, q.z) / PI, 1.0 - 2.0 * acos(height.clamp(-1.0, 1.0)) / PI, 0.0)
             }
-            Mapping::Cylindrical => DVec3::new(atan2(q.x, q.z) / PI, q.y, 0.0),
+            Mapping::Cylindrical | Mapping::WorldCylindrical => DVec3::new(atan2(q.x, q.z) / PI, q.y, 0.0),
             Mapping::Triplanar => side.project(q),
         }
     }
@@ -79,12 +89,12 @@ impl Mapping {
         finite_change(match self {
             Mapping::Uv | Mapping::Solid | Mapping::World => d,
             Mapping::Planar => DVec3::new(d.x, d.y, 0.0),
-            Mapping::Spherical => {
+            Mapping::Spherical | Mapping::WorldSpherical => {
                 let out = DVec2::new(q.x, q.z).length();
                 let rises = (d.y * out * out - q.y * (q.x * d.x + q.z * d.z)) / (out * q.length_squared());
                 DVec3::new(around(), 2.0 * rises / PI, 0.0)
             }
-            Mapping::Cylindrical => DVec3::new(around(), d.y, 0.0),
+            Mapping::Cylindrical | Mapping::WorldCylindrical => DVec3::new(around(), d.y, 0.0),
             Mapping::Triplanar => side.project(d),
         })
     }

@@ -61,7 +61,7 @@ impl Placement {
         let footprint = at.footprint.as_ref()?;
         let axes = match self.mapping {
             Mapping::Uv => footprint.uv.map(|d| DVec3::new(2.0 * d.x, 2.0 * d.y, 0.0)),
-            Mapping::World => footprint.p.map(|d| at.to_world.map_or(d, |m| m.transform_vector3(d))),
+            m if m.is_in_world() => footprint.p.map(|d| at.to_world.map_or(d, |m| m.transform_vector3(d))),
             _ => footprint.p,
         };
         let position = if self.mapping == Mapping::Uv { DVec3::ZERO } else { self.position(at) };
@@ -104,7 +104,7 @@ impl Placement {
     fn position(&self, at: &TexturePoint<'_>) -> DVec3 {
         let c = match self.mapping {
             Mapping::Uv => DVec3::new(2.0 * at.uv.x - 1.0, 2.0 * at.uv.y - 1.0, 0.0),
-            Mapping::World => at.to_world.map_or(at.p, |m| m.transform_point3(at.p)),
+            m if m.is_in_world() => at.to_world.map_or(at.p, |m| m.transform_point3(at.p)),
             _ => at.p,
         };
         match &self.inverse {
@@ -160,6 +160,10 @@ mod tests {
         let found = |mapping| Placement::new(mapping, 2.0, Transform::IDENTITY).coordinates(&at);
         assert_eq!(found(Mapping::World), 2.0 * (p + DVec3::new(3.0, 0.0, 1.0)));
         assert_eq!(found(Mapping::Solid), 2.0 * p);
+        let at = TexturePoint::new(DVec2::ZERO, p + DVec3::new(3.0, 0.0, 1.0));
+        let moved = |mapping| Placement::new(mapping, 2.0, Transform::IDENTITY).coordinates(&at);
+        assert_eq!(found(Mapping::WorldSpherical), moved(Mapping::Spherical));
+        assert_eq!(found(Mapping::WorldCylindrical), moved(Mapping::Cylindrical));
     }
 
     #[test]
@@ -190,6 +194,8 @@ mod tests {
             Mapping::Planar,
             Mapping::Spherical,
             Mapping::Cylindrical,
+            Mapping::WorldSpherical,
+            Mapping::WorldCylindrical,
         ] {
             let position = Placement::new(mapping, 3.0, turned);
             let (p, uv) = (DVec3::new(0.4, 0.3, 0.7), DVec2::new(0.2, 0.6));

@@ -38,6 +38,17 @@ static LIGHT: Object = object(
     ],
     &["type"],
 );
+static ENVIRONMENT: Object = object(
+    "an environment light",
+    &[
+        ("rotation", exactly(4, &Kind::Number(-1.0, 1.0))),
+        ("intensity", NON_NEGATIVE),
+        ("irradianceCoefficients", exactly(9, &exactly(3, &NUMBER))),
+        ("specularImages", some(&exactly(6, &Kind::Index(List::Images)))),
+        ("specularImageSize", Kind::Whole { least: 1.0, most: MOST, multiple: 1.0 }),
+    ],
+    &["irradianceCoefficients", "specularImages", "specularImageSize"],
+);
 static VARIANT: Object = object("a variant", &[("name", Kind::Text)], &["name"]);
 static MAPPING: Object = object(
     "a mapping",
@@ -56,7 +67,12 @@ pub(super) static EXTENSIONS: &[(&str, &[&str], Kind)] = &[
         ["light"],
         ("light", Kind::Index(List::EnvironmentLights))
     ),
-    ("EXT_lights_image_based", &["the document"], Kind::Any),
+    extension!(
+        "EXT_lights_image_based",
+        &["the document"],
+        ["lights"],
+        ("lights", some(&Kind::Object(&ENVIRONMENT)))
+    ),
     extension!("KHR_animation_pointer", &["a target"], ["pointer"], ("pointer", Kind::Text)),
     extension!("KHR_lights_punctual", &["the document"], ["lights"], ("lights", some(&Kind::Object(&LIGHT)))),
     extension!("KHR_lights_punctual", &["a node"], ["light"], ("light", Kind::Index(List::Lights))),

@@ -50,7 +50,7 @@ pub(super) fn check(
         d.textures.len(),
         d.extensions.lights.as_ref().map_or(0, |l| l.lights.len()),
         d.extensions.variants.as_ref().map_or(0, |v| v.variants.len()),
-        0,
+        d.extensions.environments.as_ref().map_or(0, |e| e.lights.len()),
     ];
     let used: BTreeSet<&str> = d.extensions_used.iter().map(String::as_str).collect();
     let mut walk = Walk::new(lengths, used);

@@ -3,10 +3,12 @@
 //! Members not declared here are skipped, including `extras` and unknown extensions. Arrays that can be long are
 //! [`List`]s, which bound how much memory a few bytes of JSON can allocate.
 
+mod light;
 mod material;
 mod number;
 mod said;
 
+pub(super) use light::*;
 pub(super) use material::*;
 pub(super) use number::{Index, List, Size};
 
@@ -49,6 +51,8 @@ pub(super) struct DocumentExtensions {
     pub(super) lights: Option<Lights>,
     #[serde(rename = "KHR_materials_variants")]
     pub(super) variants: Option<Variants>,
+    #[serde(rename = "EXT_lights_image_based")]
+    pub(super) environments: Option<Environments>,
 }
 
 /// `asset`.
@@ -65,6 +69,15 @@ pub(super) struct Header {
 pub(super) struct SceneJson {
     pub(super) name: Option<String>,
     pub(super) nodes: Vec<Index>,
+    pub(super) extensions: Option<SceneExtensions>,
+}
+
+/// Extensions of a scene.
+#[derive(Debug, Default, Deserialize)]
+#[serde(default)]
+pub(super) struct SceneExtensions {
+    #[serde(rename = "EXT_lights_image_based")]
+    pub(super) environment: Option<LightReference>,
 }
 
 /// A node.
@@ -98,7 +111,7 @@ pub(super) struct NodeExtensions {
     pub(super) visibility: Option<Visibility>,
 }
 
-/// `KHR_lights_punctual` of a node.
+/// `KHR_lights_punctual` of a node, or `EXT_lights_image_based` of a scene.
 #[derive(Debug, Deserialize)]
 pub(super) struct LightReference {
     pub(super) light: Index,
@@ -378,34 +391,6 @@ pub(super) struct AnimationSampler {
     pub(super) input: Index,
     pub(super) output: Index,
     pub(super) interpolation: Option<String>,
-}
-
-/// `KHR_lights_punctual` of the document.
-#[derive(Debug, Default, Deserialize)]
-#[serde(default)]
-pub(super) struct Lights {
-    pub(super) lights: List<LightJson>,
-}
-
-/// A light.
-#[derive(Debug, Default, Deserialize)]
-#[serde(default)]
-pub(super) struct LightJson {
-    pub(super) name: Option<String>,
-    #[serde(rename = "type")]
-    pub(super) kind: String,
-    pub(super) color: Option<[f64; 3]>,
-    pub(super) intensity: Option<f64>,
-    pub(super) range: Option<f64>,
-    pub(super) spot: Option<SpotJson>,
-}
-
-/// The cone of a spot light, as angles from its axis in radians.
-#[derive(Debug, Default, Deserialize)]
-#[serde(rename_all = "camelCase", default)]
-pub(super) struct SpotJson {
-    pub(super) inner_cone_angle: Option<f64>,
-    pub(super) outer_cone_angle: Option<f64>,
 }
 
 /// The header alone.

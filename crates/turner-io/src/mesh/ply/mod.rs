@@ -10,6 +10,7 @@
 //! (binary, floats, one list of integers per face) is decoded directly from the bytes, any other layout value by
 //! value.
 
+pub(crate) mod attribute;
 mod faces;
 mod header;
 mod values;
@@ -27,6 +28,9 @@ use super::{MeshError, Place, ReadMesh, bad_index, warning};
 use crate::assets::printable;
 use crate::scene::SceneFormat;
 pub use write::write;
+
+/// The warning about colours of faces. Mitsuba's importer reads them itself.
+pub(crate) const FACE_COLORS: &str = "face colours are ignored: use vertex colours";
 
 /// An error and its position.
 #[derive(Debug)]
@@ -94,8 +98,7 @@ fn read_all(bytes: &[u8], name: &str) -> Result<ReadMesh, Stop> {
             "face" => {
                 faces.read(element, header.encoding, &mut data, &mesh.positions)?;
                 if ["red", "green", "blue"].iter().all(|n| element.has(n)) {
-                    let message = "face colours are ignored: use vertex colours";
-                    warnings.push(warning(WarningKind::Ignored, name, 1, message));
+                    warnings.push(warning(WarningKind::Ignored, name, 1, FACE_COLORS));
                 }
             }
             "tristrips" => faces.read_strips(element, &mut data)?,

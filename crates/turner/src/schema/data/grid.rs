@@ -9,12 +9,32 @@ use crate::schema::{ParamType, ReadContext, SceneError, WriteContext, wrong_type
 /// Maximum number of values of one channel.
 pub const MAX_VALUES: u64 = 1 << 30;
 
+/// What is scattered in each cell of a grid, by colour.
+#[derive(Clone, Debug, PartialEq)]
+pub enum GridScattering {
+    /// A factor of the single-scattering albedo, 0 to 1.
+    Albedo(Vec<[f32; 3]>),
+    /// A factor of the scattering coefficient; at most the extinction of the cell.
+    Coefficient(Vec<[f32; 3]>),
+}
+
+impl GridScattering {
+    /// The values, x fastest, then y, then z.
+    pub fn values(&self) -> &[[f32; 3]] {
+        match self {
+            GridScattering::Albedo(values) | GridScattering::Coefficient(values) => values,
+        }
+    }
+}
+
 /// Values on a grid of cells, x fastest, then y, then z.
 #[derive(Clone, Debug, PartialEq)]
 pub struct GridData {
     size: [u32; 3],
     density: Vec<f32>,
     emission: Option<Vec<f32>>,
+    extinction: Option<Vec<[f32; 3]>>,
+    scattering: Option<GridScattering>,
     bounds: Option<[DVec3; 2]>,
 }
 
@@ -39,7 +59,48 @@ impl GridData {
                 return Err(format!("the {what} of cell {bad} is {value}: expected 0 to 1e30"));
             }
         }
-        Ok(GridData { size, density, emission, bounds: None })
+        Ok(GridData { size, density, emission, extinction: None, scattering: None, bounds: None })
+    }
+
+    /// The same grid with an extinction for each cell and colour. The density becomes the greatest of the three.
+    ///
+    /// Errors: a list whose length differs from the number of cells, values that are negative or not finite.
+    pub fn with_extinction(self, extinction: Vec<[f32; 3]>) -> Result<GridData, String> {
+        let density = extinction.iter().map(|[r, g, b]| r.max(*g).max(*b)).collect();
+        // Greatest values do not show NaN and negative ones.
+        if let Some(cell) = extinction.iter().position(|c| c.iter().any(|v| !(0.0..=1e30).contains(v))) {
+            let value = extinction.get(cell).copied().unwrap_or_default();
+            return Err(format!("the extinction of cell {cell} is {value:?}: expected 0 to 1e30"));
+        }
+        let made = GridData::new(self.size, density, self.emission)?;
+        Ok(GridData {
+            extinction: Some(extinction),
+            scattering: self.scattering,
+            bounds: self.bounds,
+            ..made
+        })
+    }
+
+    /// The same grid with what each cell scatters, after [`GridData::with_extinction`] if both are given.
+    ///
+    /// Errors: a list whose length differs from the number of cells, albedos outside of 0 to 1, a cell that scatters
+    /// more than its extinction.
+    pub fn with_scattering(mut self, scattering: GridScattering) -> Result<GridData, String> {
+        let values = scattering.values();
+        if values.len() != self.density.len() {
+            return Err(format!("{} values of scattering for {} cells", values.len(), self.density.len()));
+        }
+        for (i, value) in values.iter().enumerate() {
+            let most = match scattering {
+                GridScattering::Albedo(_) => [1.0; 3],
+                GridScattering::Coefficient(_) => self.extinction_of(i),
+            };
+            if !value.iter().zip(most).all(|(v, most)| (0.0..=most).contains(v)) {
+                return Err(format!("cell {i} scatters {value:?}: expected 0 to {most:?}"));
+            }
+        }
+        self.scattering = Some(scattering);
+        Ok(self)
     }
 
     /// The same grid in a box of space, from its smallest to its largest coordinates.
@@ -73,16 +134,67 @@ impl GridData {
         self.emission.as_deref()
     }
 
+    /// The extinction of each cell by colour, if it differs from the density.
+    pub fn extinction(&self) -> Option<&[[f32; 3]]> {
+        self.extinction.as_deref()
+    }
+
+    /// What each cell scatters by colour, if the grid says so.
+    pub fn scattering(&self) -> Option<&GridScattering> {
+        self.scattering.as_ref()
+    }
+
+    fn extinction_of(&self, cell: usize) -> [f32; 3] {
+        let colors = self.extinction.as_ref().and_then(|e| e.get(cell)).copied();
+        colors.unwrap_or_else(|| [self.density.get(cell).copied().unwrap_or_default(); 3])
+    }
+
     /// Memory in bytes.
     pub fn memory(&self) -> usize {
         let floats = self.density.len() + self.emission.as_ref().map_or(0, Vec::len);
-        floats * size_of::<f32>()
+        let colors = self.extinction.as_ref().map_or(0, Vec::len)
+            + self.scattering.as_ref().map_or(0, |s| s.values().len());
+        (floats + 3 * colors) * size_of::<f32>()
     }
 
     /// Density and emission factor at `p`, in units of cells from the grid's corner: trilinear interpolation between
     /// the centres of cells, constant beyond the outermost centres. Without emission the factor is 1.
     #[inline]
     pub(crate) fn at(&self, p: DVec3) -> [f64; 2] {
+        let place = self.place(p);
+        let of = |values: &[f32]| place.of(|i| values.get(i).map_or(0.0, |v| f64::from(*v)));
+        [of(&self.density), self.emission.as_deref().map_or(1.0, of)]
+    }
+
+    /// Whether extinction or scattering differ by colour.
+    pub(crate) fn has_colors(&self) -> bool {
+        self.extinction.is_some() || self.scattering.is_some()
+    }
+
+    /// Factors of the extinction and the scattering coefficient at `p`, in units of cells, by colour.
+    pub(crate) fn colors_at(&self, p: DVec3) -> [[f64; 3]; 2] {
+        let place = self.place(p);
+        let colors = |values: &[[f32; 3]]| {
+            [0, 1, 2].map(|band| place.of(|i| values.get(i).map_or(0.0, |v| f64::from(v[band]))))
+        };
+        let extinction = match &self.extinction {
+            Some(values) => colors(values),
+            None => [place.of(|i| self.density.get(i).map_or(0.0, |v| f64::from(*v))); 3],
+        };
+        let scattering = match &self.scattering {
+            None => extinction,
+            Some(GridScattering::Coefficient(values)) => colors(values),
+            Some(GridScattering::Albedo(values)) => {
+                let albedo = colors(values);
+                [0, 1, 2].map(|band| extinction[band] * albedo[band])
+            }
+        };
+        [extinction, scattering]
+    }
+
+    /// Where `p`, in units of cells, lies among the centres of cells.
+    #[inline]
+    fn place(&self, p: DVec3) -> Place {
         let axis = |v: f64, n: u32| {
             let v = (v - 0.5).clamp(0.0, f64::from(n - 1));
             let low = (v as u32).min(n - 1);
@@ -93,13 +205,7 @@ impl GridData {
         let (nx, ny) = (nx as usize, ny as usize);
         let row = |y: usize, z: usize| nx * (y + ny * z);
         let rows = [row(y0, z0), row(y1, z0), row(y0, z1), row(y1, z1)];
-        let of = |values: &[f32]| {
-            let value = |i: usize| values.get(i).map_or(0.0, |v| f64::from(*v));
-            let along = |r: usize| value(r + x0) * (1.0 - fx) + value(r + x1) * fx;
-            let [a, b, c, d] = rows.map(along);
-            (a * (1.0 - fy) + b * fy) * (1.0 - fz) + (c * (1.0 - fy) + d * fy) * fz
-        };
-        [of(&self.density), self.emission.as_deref().map_or(1.0, of)]
+        Place { rows, columns: [x0, x1], fractions: [fx, fy, fz] }
     }
 
     /// The factor of the density at `p`, in units of cells, if empty cells surround the grid: 1 inside, less in the
@@ -127,10 +233,36 @@ impl GridData {
     }
 }
 
+/// Eight cells around a point, and the fractions of the way between them.
+struct Place {
+    /// The first cells of four rows: two along y, two along z.
+    rows: [usize; 4],
+    columns: [usize; 2],
+    fractions: [f64; 3],
+}
+
+impl Place {
+    /// Trilinear interpolation between the values of cells.
+    #[inline]
+    fn of(&self, value: impl Fn(usize) -> f64) -> f64 {
+        let ([x0, x1], [fx, fy, fz]) = (self.columns, self.fractions);
+        let along = |r: usize| value(r + x0) * (1.0 - fx) + value(r + x1) * fx;
+        let [a, b, c, d] = self.rows.map(along);
+        (a * (1.0 - fy) + b * fy) * (1.0 - fz) + (c * (1.0 - fy) + d * fy) * fz
+    }
+}
+
 impl Default for GridData {
     /// One cell of density 1.
     fn default() -> GridData {
-        GridData { size: [1; 3], density: vec![1.0], emission: None, bounds: None }
+        GridData {
+            size: [1; 3],
+            density: vec![1.0],
+            emission: None,
+            extinction: None,
+            scattering: None,
+            bounds: None,
+        }
     }
 }
 

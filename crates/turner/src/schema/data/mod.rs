@@ -7,7 +7,7 @@ mod mesh;
 mod polygons;
 
 pub use font::{Contour, Font, FontFile, Glyph, OutlinePiece};
-pub use grid::{GridData, GridFile, MAX_VALUES};
+pub use grid::{GridData, GridFile, GridScattering, MAX_VALUES};
 pub use light_profile::{LightProfile, ProfileFile};
 pub use mesh::MeshData;
 pub use polygons::{boundary, fan};

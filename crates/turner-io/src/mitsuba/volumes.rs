@@ -1,0 +1,206 @@
+//! Grids of numbers and colours (.vol files).
+
+use turner::math::DVec3;
+use turner::schema::{GridData, GridScattering};
+
+/// Values at the centres of cells that fill a box.
+pub(super) struct Cells {
+    size: [u32; 3],
+    values: Values,
+    /// The box in space, from its smallest to its largest coordinates.
+    pub(super) bounds: [DVec3; 2],
+}
+
+/// The values of all cells, x fastest, then y, then z.
+enum Values {
+    Numbers(Vec<f32>),
+    Colors(Vec<[f32; 3]>),
+}
+
+impl Cells {
+    /// One cell of value 1.
+    pub(super) fn even(bounds: [DVec3; 2]) -> Cells {
+        Cells { size: [1; 3], values: Values::Numbers(vec![1.0]), bounds }
+    }
+
+    /// Decodes a file: "VOL", version 3, type 1 (f32), sizes along x, y, z, channels, the bounding box, then the
+    /// values, x fastest. Three channels are a colour; of other channels the mean is kept. Returns their number as
+    /// well, and the box of the file.
+    pub(super) fn read(bytes: &[u8]) -> Result<(Cells, usize), String> {
+        let cut = || "the file is truncated".to_owned();
+        if !bytes.starts_with(b"VOL\x03") {
+            return Err("is not a volume file of version 3".into());
+        }
+        let word = |i: usize| -> Option<[u8; 4]> { bytes.get(4 * i..4 * i + 4)?.try_into().ok() };
+        let integer = |i: usize| word(i).map(i32::from_le_bytes).ok_or_else(cut);
+        if integer(1)? != 1 {
+            return Err("its values are not 32-bit floats".into());
+        }
+        let mut size = [0u32; 3];
+        for (i, s) in size.iter_mut().enumerate() {
+            *s = u32::try_from(integer(2 + i)?).map_err(|_| "a size is negative".to_owned())?;
+        }
+        let channels = usize::try_from(integer(5)?).ok().filter(|c| (1..=16).contains(c));
+        let channels = channels.ok_or_else(|| "expected 1 to 16 channels".to_owned())?;
+        let float = |i: usize| word(i).map(|b| f64::from(f32::from_le_bytes(b))).ok_or_else(cut);
+        let corner = |i: usize| Ok::<_, String>(DVec3::new(float(i)?, float(i + 1)?, float(i + 2)?));
+        let bounds = [corner(6)?, corner(9)?];
+        let count = size.iter().try_fold(channels, |n, s| n.checked_mul(*s as usize));
+        let data = bytes.get(48..).unwrap_or_default();
+        let [x, y, z] = size;
+        if count.and_then(|n| n.checked_mul(4)).is_none_or(|n| n > data.len()) {
+            return Err(format!("{x} × {y} × {z} cells of {channels} channels are more than the file holds"));
+        }
+        let count = count.filter(|n| *n > 0).ok_or_else(|| format!("has {x} × {y} × {z} cells"))?;
+        let (values, _) = data.as_chunks::<4>();
+        let value = |b: &[u8; 4]| {
+            let v = f32::from_le_bytes(*b);
+            if v.is_finite() { v.clamp(0.0, 1e30) } else { 0.0 }
+        };
+        let cells = values.get(..count).unwrap_or_default();
+        let values = if channels == 3 {
+            Values::Colors(cells.as_chunks::<3>().0.iter().map(|cell| cell.each_ref().map(value)).collect())
+        } else {
+            let mean = |cell: &[[u8; 4]]| cell.iter().map(|b| value(b) / channels as f32).sum();
+            Values::Numbers(cells.chunks_exact(channels).map(mean).collect())
+        };
+        Ok((Cells { size, values, bounds }, channels))
+    }
+
+    fn count(&self) -> u64 {
+        self.size.iter().map(|s| u64::from(*s)).product()
+    }
+
+    /// The values as densities, by colour if they are colours.
+    pub(super) fn into_grid(self) -> Result<GridData, String> {
+        match self.values {
+            Values::Numbers(values) => GridData::new(self.size, values, None),
+            Values::Colors(values) => {
+                GridData::new(self.size, vec![0.0; values.len()], None)?.with_extinction(values)
+            }
+        }
+    }
+
+    /// The values as albedos.
+    pub(super) fn into_albedo(self) -> GridScattering {
+        GridScattering::Albedo(match self.values {
+            Values::Numbers(values) => values.iter().map(|v| [v.min(1.0); 3]).collect(),
+            Values::Colors(values) => values.iter().map(|c| c.map(|v| v.min(1.0))).collect(),
+        })
+    }
+
+    /// The cells that another grid has, with this grid's values: between the centres of its cells they are
+    /// interpolated, beyond the outermost they are constant.
+    fn resampled(&self, size: [u32; 3], [min, max]: [DVec3; 2]) -> Cells {
+        let [own_min, own_max] = self.bounds;
+        let scale = DVec3::from(self.size.map(f64::from)) / (own_max - own_min);
+        let step = (max - min) / DVec3::from(size.map(f64::from));
+        // The two cells along an axis, and how far the place lies from the first to the second.
+        let axis = |a: usize| -> Vec<[(usize, f64); 2]> {
+            let n = self.size[a];
+            let pair = |i: u32| {
+                let p = min[a] + (f64::from(i) + 0.5) * step[a];
+                let v = ((p - own_min[a]) * scale[a] - 0.5).clamp(0.0, f64::from(n - 1));
+                let low = (v as u32).min(n - 1);
+                let f = v - f64::from(low);
+                [(low as usize, 1.0 - f), ((low + 1).min(n - 1) as usize, f)]
+            };
+            (0..size[a]).map(pair).collect()
+        };
+        let (xs, ys, zs) = (axis(0), axis(1), axis(2));
+        let [nx, ny, _] = self.size.map(|n| n as usize);
+        let places = || zs.iter().flat_map(|z| ys.iter().flat_map(|y| xs.iter().map(|x| [*x, *y, *z])));
+        let of = |[x, y, z]: [[(usize, f64); 2]; 3], value: &dyn Fn(usize) -> f64| {
+            let mut sum = 0.0;
+            for (k, wz) in z {
+                for (j, wy) in y {
+                    sum += x.iter().map(|(i, wx)| wx * wy * wz * value(i + nx * (j + ny * k))).sum::<f64>();
+                }
+            }
+            sum as f32
+        };
+        let number = |values: &[f32], i: usize| values.get(i).map_or(0.0, |v| f64::from(*v));
+        let values = match &self.values {
+            Values::Numbers(v) => Values::Numbers(places().map(|p| of(p, &|i| number(v, i))).collect()),
+            Values::Colors(v) => {
+                let flat = v.as_flattened();
+                let color = |p| [0, 1, 2].map(|band| of(p, &|i| number(flat, 3 * i + band)));
+                Values::Colors(places().map(color).collect())
+            }
+        };
+        Cells { size, values, bounds: [min, max] }
+    }
+}
+
+/// Densities and albedos with the same cells in the box of the densities, and whether their interpolation is that of the
+/// two grids.
+pub(super) fn on_one_grid(density: Cells, albedo: Cells) -> (Cells, Cells, bool) {
+    let is_near = |a: DVec3, b: DVec3| (a - b).abs().max_element() <= 1e-6 * (b.abs().max_element() + 1e-6);
+    let is_one_box = density.bounds.iter().zip(albedo.bounds).all(|(a, b)| is_near(*a, b));
+    if density.size == albedo.size && is_one_box {
+        return (density, albedo, true);
+    }
+    let mut size: [u32; 3] = std::array::from_fn(|a| density.size[a].max(albedo.size[a]));
+    // Long and thin grids across one another would become a large one.
+    let count = size.iter().try_fold(1u64, |n, s| n.checked_mul(u64::from(*s)));
+    if count.is_none_or(|n| n > 4 * (density.count() + albedo.count())) {
+        size = density.size;
+    }
+    let bounds = density.bounds;
+    // Constant values stay what they are.
+    let is_even = (is_one_box && density.count() == 1 && size == albedo.size)
+        || (albedo.count() == 1 && size == density.size);
+    (density.resampled(size, bounds), albedo.resampled(size, bounds), is_even)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn file(size: [i32; 3], channels: i32, values: &[f32]) -> Vec<u8> {
+        let mut out = b"VOL\x03".to_vec();
+        [1, size[0], size[1], size[2], channels].iter().for_each(|v| out.extend(v.to_le_bytes()));
+        [-1.0f32, -1.0, -1.0, 1.0, 2.0, 3.0].iter().for_each(|v| out.extend(v.to_le_bytes()));
+        values.iter().for_each(|v| out.extend(v.to_le_bytes()));
+        out
+    }
+
+    #[test]
+    fn three_channels_are_colors() {
+        let values: Vec<f32> = (0..12).map(|i| i as f32).collect();
+        let (cells, channels) = Cells::read(&file([2, 2, 1], 3, &values)).unwrap();
+        assert_eq!((channels, cells.bounds[1]), (3, DVec3::new(1.0, 2.0, 3.0)));
+        let grid = cells.into_grid().unwrap();
+        assert_eq!(grid.extinction().unwrap()[1], [3.0, 4.0, 5.0]);
+        assert_eq!(grid.density(), [2.0, 5.0, 8.0, 11.0]);
+        let (cells, _) = Cells::read(&file([2, 1, 1], 2, &values[..4])).unwrap();
+        assert_eq!(cells.into_grid().unwrap().density(), [0.5, 2.5]);
+        assert!(Cells::read(&file([2, 2, 1], 3, &values[..11])).is_err());
+        assert!(Cells::read(&file([0, 2, 1], 3, &values)).is_err());
+        assert!(Cells::read(&file([i32::MAX, i32::MAX, i32::MAX], 3, &values)).is_err());
+    }
+
+    /// A grid that is linear along each axis stays so between the outermost centres.
+    #[test]
+    fn albedos_are_resampled() {
+        let line = |n: i32| (0..n).map(|i| (i as f32 + 0.5) / n as f32).collect::<Vec<f32>>();
+        let read = |n| Cells::read(&file([n, 1, 1], 1, &line(n))).unwrap().0;
+        let (density, albedo, is_exact) = on_one_grid(read(8), read(4));
+        assert!(!is_exact);
+        assert_eq!(density.into_grid().unwrap().density(), line(8));
+        let GridScattering::Albedo(found) = albedo.into_albedo() else { panic!() };
+        let expected = line(8);
+        for (i, found) in found.iter().enumerate() {
+            let expected = expected[i].clamp(0.125, 0.875);
+            assert!((found[1] - expected).abs() < 1e-6, "{i}: {found:?}, not {expected}");
+        }
+        let bounds = read(3).bounds;
+        let (density, _, is_exact) = on_one_grid(Cells::even(bounds), read(3));
+        assert!(is_exact);
+        assert_eq!(density.into_grid().unwrap().density(), [1.0; 3]);
+        // Across one another.
+        let thin = |size| Cells::read(&file(size, 1, &[0.5; 300])).unwrap().0;
+        let (density, albedo, _) = on_one_grid(thin([300, 1, 1]), thin([1, 300, 1]));
+        assert_eq!((density.size, albedo.size), ([300, 1, 1], [300, 1, 1]));
+    }
+}

@@ -1,0 +1,192 @@
+//! Media on grids.
+
+use std::sync::Arc;
+
+use turner::color::Spectrum;
+use turner::math::{DMat3, DVec3};
+use turner::medium::{GridBorder, GridMedium, MediumDesc};
+use turner::schema::{GridData, GridFile, GridScattering};
+
+use super::{Common, anisotropy_of, scale_of};
+use crate::assets::printable;
+use crate::grid::MAX_GRID;
+use crate::pbrt::assembly::Assembly;
+use crate::pbrt::params::Params;
+use crate::pbrt::report::Fault;
+use crate::pbrt::source::Place;
+use crate::pbrt::state::State;
+use crate::vdb;
+
+/// Largest coefficient.
+const MOST: f64 = 1e30;
+
+/// A grid of densities; `None` if it is damaged, which is reported.
+pub(super) fn uniform(
+    scene: &mut Assembly<'_>,
+    state: &State,
+    params: &Params,
+    common: &Common,
+) -> Option<MediumDesc> {
+    let values: Vec<f32> = params.floats("density").iter().map(|v| v.clamp(0.0, MOST) as f32).collect();
+    let data = checked(scene, params, GridData::new(size_of_grid(params), values, None))?;
+    Some(MediumDesc::Grid(GridMedium {
+        border: GridBorder::Fade,
+        density: common.scale,
+        absorption: Some(common.absorption),
+        scattering: Some(common.scattering),
+        anisotropy: common.anisotropy,
+        emission: common.emission,
+        ..placed(scene, state, data, box_of(params), params.place)
+    }))
+}
+
+/// A grid of colours; `None` if it is damaged, which is reported.
+pub(super) fn colored(
+    scene: &mut Assembly<'_>,
+    state: &State,
+    params: &Params,
+) -> Result<Option<MediumDesc>, Fault> {
+    let (absorption, scattering) = (colors(state, params, "sigma_a"), colors(state, params, "sigma_s"));
+    let light = match params.float("Lescale").unwrap_or(1.0) {
+        scale if scale > 0.0 => colors(state, params, "Le"),
+        _ => Vec::new(),
+    };
+    params.pass(&["Le"]);
+    let count = absorption.len().max(scattering.len());
+    // One that is not given is 1 everywhere.
+    let filled = |c: Vec<[f32; 3]>| if c.is_empty() { vec![[1.0; 3]; count] } else { c };
+    let (absorption, scattering) = (filled(absorption), filled(scattering));
+    let sum = |(a, s): (&[f32; 3], &[f32; 3])| [a[0] + s[0], a[1] + s[1], a[2] + s[2]];
+    let extinction: Vec<[f32; 3]> = absorption.iter().zip(&scattering).map(sum).collect();
+    let glow: Vec<[f32; 3]> =
+        absorption.iter().zip(&light).map(|(a, l)| [a[0] * l[0], a[1] * l[1], a[2] * l[2]]).collect();
+    let (emission, color) = emission(&extinction, &glow);
+    if let Some(emission) = &emission {
+        let is_one_color = |(i, g): (usize, &[f32; 3])| {
+            let density = extinction.get(i).copied().map_or(0.0, |e| e[0].max(e[1]).max(e[2]));
+            let e = emission.get(i).copied().unwrap_or_default() * density;
+            let shown = color.to_array().map(|c| c * e);
+            g.iter().zip(shown).all(|(a, b)| (a - b).abs() <= 1e-3 * (a + b))
+        };
+        if !glow.iter().enumerate().all(is_one_color) {
+            let message = "the light of a grid has several colours: their mean colour";
+            scene.report.approximated(params.place_of("Le"), message);
+        }
+    }
+    let data = GridData::new(size_of_grid(params), vec![0.0; extinction.len()], emission)
+        .and_then(|data| data.with_extinction(extinction))
+        .and_then(|data| data.with_scattering(GridScattering::Coefficient(scattering)));
+    let Some(data) = checked(scene, params, data) else { return Ok(None) };
+    let scale = params.float("Lescale").unwrap_or(1.0).clamp(0.0, 1e15) as f32;
+    Ok(Some(MediumDesc::Grid(GridMedium {
+        border: GridBorder::Fade,
+        density: scale_of(params),
+        anisotropy: anisotropy_of(params),
+        emission: (color * scale).map(|v| v.clamp(0.0, 1e15)),
+        ..placed(scene, state, data, box_of(params), params.place)
+    })))
+}
+
+/// The colours of cells.
+fn colors(state: &State, params: &Params, name: &'static str) -> Vec<[f32; 3]> {
+    let rgb = |c: &[f64; 3]| {
+        let color = if name == "Le" {
+            state.color_space.light_to_rec709(*c)
+        } else {
+            state.color_space.to_rec709(*c)
+        };
+        color.map(|v| v.clamp(0.0, MOST / 2.0) as f32)
+    };
+    params.rgbs(name).as_chunks::<3>().0.iter().map(rgb).collect()
+}
+
+/// Factors of the emission at the density of each cell, and its colour: that of all cells together.
+fn emission(extinction: &[[f32; 3]], glow: &[[f32; 3]]) -> (Option<Vec<f32>>, Spectrum) {
+    let total = glow.iter().fold([0.0f64; 3], |t, g| [0, 1, 2].map(|i| t[i] + f64::from(g[i])));
+    let most = total.iter().fold(0.0f64, |m, v| m.max(*v));
+    if most <= 0.0 {
+        return (None, Spectrum::BLACK);
+    }
+    let color = Spectrum::from(total.map(|v| (v / most) as f32));
+    let factor = |(e, g): (&[f32; 3], &[f32; 3])| {
+        let density = e[0].max(e[1]).max(e[2]);
+        if density <= 0.0 {
+            return 0.0;
+        }
+        (Spectrum::from(*g).luminance() / (color.luminance() * density)).clamp(0.0, MOST as f32)
+    };
+    (Some(extinction.iter().zip(glow).map(factor).collect()), color)
+}
+
+/// The grid; `None` if it is damaged, which is reported.
+fn checked(scene: &mut Assembly<'_>, params: &Params, data: Result<GridData, String>) -> Option<GridData> {
+    data.map_err(|problem| scene.report.ignored(params.place, problem)).ok()
+}
+
+fn size_of_grid(params: &Params) -> [u32; 3] {
+    ["nx", "ny", "nz"].map(|n| params.integer(n).unwrap_or(1).max(0) as u32)
+}
+
+fn box_of(params: &Params) -> [DVec3; 2] {
+    [params.vector("p0").unwrap_or(DVec3::ZERO), params.vector("p1").unwrap_or(DVec3::ONE)]
+}
+
+/// A grid that fills a box of the medium's space.
+fn placed(
+    scene: &mut Assembly<'_>,
+    state: &State,
+    data: GridData,
+    [p0, p1]: [DVec3; 2],
+    place: Place,
+) -> GridMedium {
+    let m = state.ctm[0];
+    let scales = DMat3::from_diagonal(DVec3::new(m.matrix3.x_axis.x, m.matrix3.y_axis.y, m.matrix3.z_axis.z));
+    let (min, max) = (m.transform_point3(p0), m.transform_point3(p1));
+    if scales != m.matrix3 || !min.cmplt(max).all() {
+        let message = "a medium grid that is rotated or mirrored: aligned with the world axes";
+        scene.report.approximated(place, message);
+    }
+    let file = GridFile { uri: String::new(), data: Arc::new(data) };
+    GridMedium { file, min: Some(min.min(max)), max: Some(min.max(max) + 1e-9), ..GridMedium::default() }
+}
+
+/// A NanoVDB file; `None` if it cannot be read, which is reported.
+pub(super) fn nanovdb(
+    scene: &mut Assembly<'_>,
+    state: &State,
+    params: &Params,
+    common: &Common,
+) -> Result<Option<MediumDesc>, Fault> {
+    let name = params.string("filename").unwrap_or_default().to_owned();
+    let grid = params.string("gridname").unwrap_or("density").to_owned();
+    let heat = params.string("temperaturename").unwrap_or("temperature").to_owned();
+    let glows = params.float("Lescale").unwrap_or(1.0) > 0.0;
+    let (_, bytes) = scene.read(&name, MAX_GRID, params.place_of("filename"))?;
+    let place = params.place_of("filename");
+    let limits = &scene.options.limits;
+    limits
+        .memory
+        .need(2 * bytes.len() as u64, || format!("{}: reading it", printable(&name)))
+        .map_err(|e| Fault::from_scene(place, e))?;
+    if glows && vdb::has_grid(&bytes, &heat) {
+        let message = format!("the grid of temperatures \"{}\": the medium does not glow", printable(&heat));
+        scene.report.ignored(place, message);
+    }
+    match vdb::decode(&bytes, Some(&grid), scene.options.limits.memory.left()) {
+        Ok(data) => {
+            let bounds = data.bounds().unwrap_or([DVec3::ZERO, DVec3::ONE]);
+            Ok(Some(MediumDesc::Grid(GridMedium {
+                density: common.scale,
+                absorption: Some(common.absorption),
+                scattering: Some(common.scattering),
+                anisotropy: common.anisotropy,
+                ..placed(scene, state, data, bounds, params.place)
+            })))
+        }
+        Err(problem) => {
+            let message = format!("{}: {}", printable(&name), printable(&problem));
+            scene.report.ignored(place, message);
+            Ok(None)
+        }
+    }
+}

@@ -1,0 +1,120 @@
+//! Tests of media.
+
+use turner::color::Spectrum;
+use turner::description::ObjectContent;
+use turner::material::MaterialDesc;
+use turner::math::DVec3;
+use turner::medium::{GridBorder, GridMedium, MediumDesc};
+use turner::schema::{GridScattering, Warning};
+use turner::shape::ShapeDesc;
+
+use super::tests::{read, read_with};
+
+#[test]
+fn a_grid_around_the_camera_is_a_box() {
+    let scene = read(
+        "MakeNamedMedium \"smoke\" \"string type\" \"uniformgrid\" \"float density\" [ 1 2 ] \"integer nx\" 2 \"integer ny\" 1 \"integer nz\" 1\n\
+         \"point3 p0\" [ 0 0 2 ] \"point3 p1\" [ 1 1 3 ] MediumInterface \"\" \"smoke\" Camera \"perspective\" WorldBegin\n\
+         MediumInterface \"\" \"\" Shape \"sphere\"",
+    );
+    assert_eq!(scene.background.medium, None);
+    let [sphere, smoke] = &scene.objects[..] else { panic!("{:?}", scene.objects) };
+    assert!(matches!(sphere.content, ObjectContent::Shape(ShapeDesc::Sphere(_))));
+    let ObjectContent::Shape(ShapeDesc::Box(bounds)) = &smoke.content else { panic!("{smoke:?}") };
+    assert_eq!(bounds.min, Some(DVec3::new(0.0, 0.0, 2.0)));
+    let material = &scene.materials[smoke.material.unwrap().index()].value;
+    let MaterialDesc::Interface(boundary) = material else { panic!("{material:?}") };
+    let MediumDesc::Grid(grid) = &scene.media[boundary.interior.unwrap().index()].value else { panic!() };
+    assert_eq!(grid.border, GridBorder::Fade);
+}
+
+/// Placed by its transform and the medium's; the density fades within the cell around its voxels.
+#[test]
+fn nanovdb_files_are_grids() {
+    let cloud = include_bytes!("../testing/cloud.nvdb");
+    let load = |text: &str| {
+        let text = format!(
+            "Scale 2 2 2 MakeNamedMedium \"m\" \"string type\" \"nanovdb\" \"string filename\" \"c.nvdb\"\n\
+             \"float scale\" 3 \"rgb sigma_a\" [1 2 3] \"rgb sigma_s\" [4 5 6] \"float g\" 0.5 {text} WorldBegin Shape \"sphere\""
+        );
+        let scene = read_with(&text, &[("c.nvdb", cloud)]).unwrap();
+        (scene.media[0].value.clone(), scene.warnings)
+    };
+    let (MediumDesc::Grid(grid), warnings) = load("") else { panic!() };
+    assert!(warnings.is_empty(), "{warnings:?}");
+    let [min, max] = grid.bounds();
+    assert!((min - DVec3::new(-29.5, -0.5, 4.5)).length() < 1e-6, "{min}");
+    assert!((max - DVec3::new(32.5, 12.5, 43.5)).length() < 1e-6, "{max}");
+    assert_eq!(grid.file.data.size(), [62, 13, 39]);
+    assert_eq!((grid.density, grid.anisotropy), (3.0, 0.5));
+    assert_eq!(grid.scattering, Some(Spectrum::new(4.0, 5.0, 6.0)));
+    let (MediumDesc::Homogeneous(empty), warnings) = load("\"string gridname\" \"heat\"") else { panic!() };
+    assert_eq!(empty.density, 0.0);
+    assert!(warnings[0].message.contains("has no grid \"heat\""), "{warnings:?}");
+    // Any other grid may be the one of temperatures.
+    let (_, warnings) = load("\"string temperaturename\" \"density\"");
+    assert!(warnings[0].message.contains("does not glow"), "{warnings:?}");
+    let (_, warnings) = load("\"string temperaturename\" \"density\" \"float Lescale\" 0");
+    assert!(warnings.is_empty(), "{warnings:?}");
+}
+
+/// The grid of a medium of one or several cells, and what was reported.
+fn colored(cells: &str, parameters: &str) -> (GridMedium, Vec<Warning>) {
+    let scene = read(&format!(
+        "MakeNamedMedium \"m\" \"string type\" \"rgbgrid\" {cells} {parameters} WorldBegin Shape \"sphere\""
+    ));
+    let MediumDesc::Grid(grid) = scene.media[0].value.clone() else { panic!("{:?}", scene.warnings) };
+    (grid, scene.warnings)
+}
+
+const TWO: &str = "\"integer nx\" 2 \"integer ny\" 1 \"integer nz\" 1";
+
+#[test]
+fn grids_of_colors_keep_their_coefficients() {
+    let (grid, warnings) = colored(
+        TWO,
+        "\"rgb sigma_a\" [1 2 3 0 0.5 0] \"rgb sigma_s\" [4 0 1 0.5 0.25 2] \"float scale\" 3 \"float g\" 0.25\n\
+         \"point3 p0\" [0 0 2] \"point3 p1\" [1 1 3]",
+    );
+    assert!(warnings.is_empty(), "{warnings:?}");
+    assert_eq!((grid.border, grid.density, grid.anisotropy), (GridBorder::Fade, 3.0, 0.25));
+    assert_eq!((grid.extinction, grid.albedo), (None, None));
+    assert_eq!(grid.min, Some(DVec3::new(0.0, 0.0, 2.0)));
+    let data = &grid.file.data;
+    assert_eq!(data.extinction(), Some(&[[5.0, 2.0, 4.0], [0.5, 0.75, 2.0]][..]));
+    let scattering = GridScattering::Coefficient(vec![[4.0, 0.0, 1.0], [0.5, 0.25, 2.0]]);
+    assert_eq!(data.scattering(), Some(&scattering));
+    assert_eq!(data.density(), [5.0, 2.0]);
+    // A coefficient that is not given is 1.
+    let (grid, _) = colored(TWO, "\"rgb sigma_a\" [1 2 3 0 0.5 0]");
+    assert_eq!(grid.file.data.extinction(), Some(&[[2.0, 3.0, 4.0], [1.0, 1.5, 1.0]][..]));
+    // A number of cells that is not the size of the grid.
+    let scene = read(
+        "MakeNamedMedium \"m\" \"string type\" \"rgbgrid\" \"rgb sigma_a\" [1 2 3 4 5 6] WorldBegin Shape \"sphere\"",
+    );
+    let MediumDesc::Homogeneous(empty) = &scene.media[0].value else { panic!() };
+    assert_eq!(empty.density, 0.0);
+    assert!(scene.warnings[0].message.contains("2 values of density for 1 cells"), "{:?}", scene.warnings);
+}
+
+/// pbrt emits σa Le: here of one colour, so that nothing is approximated.
+#[test]
+fn grids_of_colors_shine() {
+    let emitted = |grid: &GridMedium, cell: usize| {
+        let factor = grid.density * f64::from(grid.file.data.emission().unwrap()[cell]);
+        grid.emission.to_array().map(|v| f64::from(v) * factor * f64::from(grid.file.data.density()[cell]))
+    };
+    let (grid, warnings) = colored(
+        TWO,
+        "\"rgb sigma_a\" [1 2 4 2 4 8] \"rgb sigma_s\" [1 1 1 1 1 9] \"rgb Le\" [3 2 1 1.5 1 0.5] \"float Lescale\" 2\n\
+         \"float scale\" 10",
+    );
+    assert!(warnings.is_empty(), "{warnings:?}");
+    for cell in 0..2 {
+        for (found, expected) in emitted(&grid, cell).into_iter().zip([60.0, 80.0, 80.0]) {
+            assert!((found / expected - 1.0).abs() < 1e-5, "{cell}: {found}, not {expected}");
+        }
+    }
+    let (_, warnings) = colored(TWO, "\"rgb sigma_a\" [1 1 1 1 1 1] \"rgb Le\" [1 0 0 0 1 0]");
+    assert!(warnings[0].message.contains("mean colour"), "{warnings:?}");
+}
