@@ -4,6 +4,7 @@
 //! Whitted 1980, "An Improved Illumination Model for Shaded Display". docs/reference/classic.md lists the
 //! settings that reproduce each document.
 
+mod gather;
 mod notes;
 mod points;
 mod prepared;

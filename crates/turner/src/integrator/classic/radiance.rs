@@ -22,7 +22,7 @@ use turner_bvh::lanes::{LANES, dispatch};
 
 use super::ClassicDesc;
 use super::notes::TermNotes;
-use super::points::{PointBlock, Surfaces, get, jitter_dimension, set};
+use super::points::{PointBlock, Surfaces, get, jitter_dimension};
 use super::queue::{RayQueue, Waiting, resume};
 use super::record::{Off, RayKind, Record};
 use super::shade::{Accumulate, Ambient, Illuminate, Leave, LeavingBlock, TermBlock, illuminate_points};
@@ -30,10 +30,9 @@ use super::spawn::{SecondaryRay, Spawn};
 use crate::color::Spectrum;
 use crate::integrator::first_hits::FirstHits;
 use crate::integrator::{AskedDetails, CameraSamples, Radiance, RayStats, SampleDetails, Tracer, footprint};
-use crate::material::{Classic, Material, color_at};
-use crate::math::{DVec2, DVec3, Ray, RayCone};
+use crate::material::Classic;
+use crate::math::{DVec2, DVec3, RayCone};
 use crate::scene::{Hit, RayBatch, Scene, SpectrumBlock, SurfaceInteraction};
-use crate::schema::ColorSource;
 use crate::view::View;
 
 /// A ray of a tree: its sample, its depth, and its weight in the pixel.
@@ -50,7 +49,13 @@ pub(super) struct Task {
 
 impl Task {
     /// Advances the cone to the hit and stores the footprint in the surface.
-    fn arrive(&mut self, scene: &Scene, surface: &mut SurfaceInteraction, direction: DVec3, t: f64) {
+    pub(super) fn arrive(
+        &mut self,
+        scene: &Scene,
+        surface: &mut SurfaceInteraction,
+        direction: DVec3,
+        t: f64,
+    ) {
         footprint::arrive(&mut self.cone, surface, direction, t);
         let side = if direction.dot(surface.ng) <= 0.0 { 1.0 } else { -1.0 };
         self.curvature = (side * scene.curvature(&surface.hit)) as f32;
@@ -70,38 +75,45 @@ pub(super) struct Tree {
 
 /// The state of a batch of samples. Its memory is reused from batch to batch.
 pub(super) struct TreeBatch<'a, R = Off> {
-    integrator: &'a ClassicDesc,
-    scene: &'a Scene,
-    view: &'a View,
-    trees: Vec<Tree>,
-    waiting: Vec<Waiting>,
-    queue: RayQueue,
-    next: RayQueue,
-    hits: Vec<Option<Hit>>,
-    first_hits: FirstHits,
-    /// The hits of this round in the order of the queue; only the first `blocks` blocks are in use.
-    points: Vec<PointBlock>,
-    blocks: usize,
-    shaded_hits: Vec<ShadedHit<'a>>,
+    pub(super) integrator: &'a ClassicDesc,
+    pub(super) scene: &'a Scene,
+    pub(super) view: &'a View,
+    pub(super) trees: Vec<Tree>,
+    pub(super) waiting: Vec<Waiting>,
+    pub(super) queue: RayQueue,
+    pub(super) next: RayQueue,
+    pub(super) hits: Vec<Option<Hit>>,
+    pub(super) first_hits: FirstHits,
+    /// The hits of this round; only the first `blocks` blocks are in use.
+    pub(super) points: Vec<PointBlock>,
+    pub(super) blocks: usize,
+    pub(super) shaded_hits: Vec<ShadedHit<'a>>,
+    /// The indices of the hits: lane i of block b is 8 b + i. Not all lanes of a block need to be in use.
+    pub(super) slots: Vec<u32>,
+    /// The block that takes single hits, and how many it has.
+    pub(super) open: (usize, usize),
+    /// The colour of the background where it is one, and all that a ray sees that hits nothing.
+    pub(super) plain_miss: Option<Spectrum>,
     /// Physically based materials at the hits of this round, converted to classic ones.
-    converted: Vec<Classic>,
-    terms: Vec<TermBlock>,
-    shadow_rays: RayBatch,
-    through: Vec<SpectrumBlock>,
-    leaving: Vec<LeavingBlock>,
+    pub(super) converted: Vec<Classic>,
+    pub(super) terms: Vec<TermBlock>,
+    pub(super) shadow_rays: RayBatch,
+    pub(super) through: Vec<SpectrumBlock>,
+    pub(super) leaving: Vec<LeavingBlock>,
     /// Records the sample, if the batch has only one.
     pub(super) record: R,
     /// Values for the recorder; empty without one.
-    term_notes: Vec<TermNotes>,
+    pub(super) term_notes: Vec<TermNotes>,
 }
 
 /// A hit of this round: what is not in its [`PointBlock`].
-struct ShadedHit<'a> {
-    task: Task,
+#[derive(Clone, Copy)]
+pub(super) struct ShadedHit<'a> {
+    pub(super) task: Task,
     /// A material of the scene, or an index into `TreeBatch::converted`.
-    material: Result<&'a Classic, usize>,
-    weights: Weights,
-    refracted: Option<DVec3>,
+    pub(super) material: Result<&'a Classic, usize>,
+    pub(super) weights: Weights,
+    pub(super) refracted: Option<DVec3>,
 }
 
 impl<'a> ShadedHit<'a> {
@@ -139,6 +151,9 @@ impl<'a, R> TreeBatch<'a, R> {
             points: Vec::new(),
             blocks: 0,
             shaded_hits: Vec::new(),
+            slots: Vec::new(),
+            open: (0, 0),
+            plain_miss: integrator.plain_miss(scene),
             converted: Vec::new(),
             terms: Vec::new(),
             shadow_rays: RayBatch::default(),
@@ -209,113 +224,10 @@ impl<R: Record> TreeBatch<'_, R> {
         std::mem::swap(&mut self.queue, &mut self.next);
     }
 
-    /// Finishes the rays that hit nothing and gathers the hits of the others into blocks.
-    fn gather(&mut self, out: &mut [Radiance]) {
-        self.blocks = 0;
-        self.shaded_hits.clear();
-        self.converted.clear();
-        for (i, hit) in self.hits.iter().enumerate() {
-            let mut task = self.queue.tasks[i];
-            let (depth, weight) = (task.depth, task.weight);
-            let ray = || self.queue.rays.get(i);
-            self.record.note(|n| ray().iter().for_each(|ray| n.traced(ray, depth, weight)));
-            let Some(hit) = hit else {
-                let tree = &mut self.trees[task.sample as usize];
-                let direction = || get(&self.queue.rays.blocks()[i / LANES].direction, i % LANES);
-                let pixel = &mut out[task.sample as usize];
-                self.integrator.miss(self.scene, &task, direction, pixel, &mut self.record);
-                resume(tree, &mut self.waiting, &mut self.next);
-                continue;
-            };
-            self.record.note(|n| ray().iter().for_each(|ray| n.hit_surface(self.scene, ray, hit)));
-            let lane = self.shaded_hits.len() % LANES;
-            if lane == 0 {
-                self.blocks += 1;
-                if self.blocks > self.points.len() {
-                    self.points.push(PointBlock::default());
-                }
-                self.points[self.blocks - 1].clear();
-            }
-            let b = &mut self.points[self.blocks - 1];
-            let filtered = self.view.pixel_cone.is_some();
-            let surface_of = |ray: &Ray, task: &mut Task| {
-                let mut surface = self.scene.surface(ray, hit);
-                if filtered {
-                    task.arrive(self.scene, &mut surface, ray.direction, hit.shape.t);
-                }
-                surface
-            };
-            let (material, seen) = match self.scene.material_at(hit) {
-                Material::Classic(material) => (Ok(material), None),
-                // Materials are never prepared like this for the classic integrator.
-                Material::OpenPbr(_) => continue,
-                Material::Principled(physical, _) => {
-                    let Some(ray) = self.queue.rays.get(i) else { continue };
-                    let mut surface = surface_of(&ray, &mut task);
-                    let (converted, emitted) = physical.as_classic(self.scene, &mut surface, ray.direction);
-                    let emitted = emitted * task.weight as f32;
-                    out[task.sample as usize].color += emitted;
-                    self.record.note(|n| n.emitted(emitted));
-                    self.converted.push(converted);
-                    (Err(self.converted.len() - 1), Some(surface))
-                }
-                Material::Mix(mix) => {
-                    let Some(ray) = self.queue.rays.get(i) else { continue };
-                    let mut surface = surface_of(&ray, &mut task);
-                    let (converted, emitted) = mix.as_classic(self.scene, &mut surface, ray.direction);
-                    let emitted = emitted * task.weight as f32;
-                    out[task.sample as usize].color += emitted;
-                    self.record.note(|n| n.emitted(emitted));
-                    self.converted.push(converted);
-                    (Err(self.converted.len() - 1), Some(surface))
-                }
-            };
-            let classic = material.unwrap_or_else(|i| &self.converted[i]);
-            let rays = &self.queue.rays.blocks()[i / LANES];
-            for axis in 0..3 {
-                b.d[axis].0[lane] = rays.direction[axis].0[i % LANES];
-                b.origin[axis].0[lane] = rays.origin[axis].0[i % LANES];
-            }
-            b.t.0[lane] = hit.shape.t;
-            let sphere = if seen.is_none() { self.scene.sphere_at(hit) } else { None };
-            if let Some(sphere) = sphere {
-                b.on_sphere |= 1 << lane;
-                set(&mut b.center, lane, sphere.center);
-                b.radius.0[lane] = sphere.radius;
-            }
-            let mut color = None;
-            if let ColorSource::Constant(c) = classic.color
-                && sphere.is_some()
-                && !filtered
-                && classic.bump.is_none()
-            {
-                color = Some(c);
-            } else if let Some(ray) = self.queue.rays.get(i) {
-                let mut surface = seen.unwrap_or_else(|| surface_of(&ray, &mut task));
-                if let Some(bump) = classic.bump {
-                    crate::material::apply_bump_map(self.scene, &mut surface, bump);
-                }
-                b.on_sphere &= !(1 << lane);
-                set(&mut b.p, lane, surface.p);
-                set(&mut b.ng, lane, surface.ng);
-                set(&mut b.ns, lane, surface.ns);
-                b.error.0[lane] = surface.error;
-                color = Some(color_at(classic.color, self.scene, &surface));
-            }
-            b.color.set(lane, color.unwrap_or(Spectrum::BLACK));
-            self.integrator.coefficients(classic, b, lane);
-            self.shaded_hits.push(ShadedHit {
-                task,
-                material,
-                weights: Weights { local: 0.0, reflect: 0.0, refract: 0.0 },
-                refracted: None,
-            });
-        }
-    }
-
     /// Splits each ray's weight into local colour, reflection and refraction.
     fn weigh(&mut self) {
-        for (i, hit) in self.shaded_hits.iter_mut().enumerate() {
+        for i in self.slots.iter().map(|slot| *slot as usize) {
+            let hit = &mut self.shaded_hits[i];
             let (b, lane) = (&mut self.points[i / LANES], i % LANES);
             (hit.weights, hit.refracted) =
                 self.integrator.weights(hit.material(&self.converted), hit.task.depth, b, lane);
@@ -407,7 +319,8 @@ impl<R: Record> TreeBatch<'_, R> {
                 });
             }
         }
-        for (i, hit) in self.shaded_hits.iter().enumerate() {
+        for i in self.slots.iter().map(|slot| *slot as usize) {
+            let hit = &self.shaded_hits[i];
             if self.points[i / LANES].shaded >> (i % LANES) & 1 == 1 {
                 self.trees[hit.task.sample as usize].shaded += 1;
             }
@@ -422,7 +335,8 @@ impl<R: Record> TreeBatch<'_, R> {
             self.scene.instruction_set,
             Leave { integrator: self.integrator, points: &self.points[..self.blocks], leaving },
         );
-        for (i, hit) in self.shaded_hits.iter().enumerate() {
+        for i in self.slots.iter().map(|slot| *slot as usize) {
+            let hit = &self.shaded_hits[i];
             let (b, leaving, lane) = (&self.points[i / LANES], &self.leaving[i / LANES], i % LANES);
             let sample = hit.task.sample as usize;
             let (tree, pixel) = (&mut self.trees[sample], &mut out[sample]);

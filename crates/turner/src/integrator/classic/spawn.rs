@@ -6,7 +6,7 @@ use super::record::{CutReason, RayKind, Record, Seen};
 use super::{AtDepth, ClassicDesc, Combine, Miss};
 use crate::color::Spectrum;
 use crate::integrator::Radiance;
-use crate::light::Light;
+use crate::light::{BackgroundDesc, Light};
 use crate::material::{Classic, Fresnel};
 use crate::math::elementary::Exponent;
 use crate::math::{DVec3, Ray, refract};
@@ -68,6 +68,16 @@ impl ClassicDesc {
         if self.at_depth == AtDepth::Local && depth >= self.max_depth {
             return (Weights { local: 1.0, reflect: 0.0, refract: 0.0 }, None);
         }
+        let blend = |reflect: f64, refract: f64| {
+            let local = m.k_local.unwrap_or(match self.combine {
+                Combine::Add => 1.0,
+                Combine::Blend => (1.0 - reflect - refract).max(0.0),
+            });
+            Weights { local, reflect, refract }
+        };
+        if k_refract == 0.0 && m.fresnel == Fresnel::Off {
+            return (blend(k_reflect, 0.0), None);
+        }
         let d = get(&b.d, lane);
         let n = b.facing(&b.ns, lane);
         let eta = if b.entering >> lane & 1 == 1 { 1.0 / m.ior } else { m.ior };
@@ -82,11 +92,7 @@ impl ClassicDesc {
                 (k_reflect * f, k_refract * (1.0 - f))
             }
         };
-        let local = m.k_local.unwrap_or(match self.combine {
-            Combine::Add => 1.0,
-            Combine::Blend => (1.0 - reflect - refracted).max(0.0),
-        });
-        (Weights { local, reflect, refract: refracted }, direction)
+        (blend(reflect, refracted), direction)
     }
 
     /// Returns the task of a reflected or refracted ray. Beyond the depth limit it adds the replacement value and
@@ -136,6 +142,14 @@ impl ClassicDesc {
             ray.t_min = self.epsilon * length;
         }
         ray
+    }
+
+    /// What every ray sees that hits nothing, if it is one colour.
+    pub(super) fn plain_miss(&self, scene: &Scene) -> Option<Spectrum> {
+        let BackgroundDesc { color, zenith, environment, transparent, .. } = &scene.background;
+        let around = *environment && scene.lights.iter().any(|light| matches!(light, Light::Environment(_)));
+        let plain = self.miss == Miss::Background && !self.light_seen && !transparent;
+        (plain && zenith.is_none() && !around).then_some(*color)
     }
 
     pub(super) fn miss<R: Record>(
