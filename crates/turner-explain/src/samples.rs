@@ -153,8 +153,7 @@ fn chosen(pixel: &PixelRecord, order: &[usize], room: usize) -> Option<String> {
 
 /// Whether `film.clamp_sample` scales the sample down.
 fn is_clamped(p: &Prepared, s: &SampleRecord) -> bool {
-    let most = p.view.film.clamp_sample;
-    most > 0.0 && s.radiance.color.max_component() > most as f32
+    p.view.film.clamp_factor(s.radiance.color) < 1.0
 }
 
 /// How the samples are averaged.

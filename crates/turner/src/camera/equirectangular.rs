@@ -29,14 +29,15 @@ choice! {
 }
 
 params! {
-    /// A panorama of all directions around a point. Columns are longitudes and rows latitudes, evenly spaced. The
-    /// centre of the picture is the viewing direction, the left and right edges are behind the camera, the upper edge
-    /// is straight up. Use a picture twice as wide as high; other aspect ratios are stretched. With the camera
-    /// looking along −z and y up, the picture can be used unchanged as the environment map of another scene.
+    /// A panorama of all directions around a point. With the mapping "latitude-longitude" columns are longitudes and rows
+    /// latitudes, evenly spaced. The centre of the picture is the viewing direction, the left and right edges are behind
+    /// the camera, the upper edge is straight up. Use a picture twice as wide as high; other aspect ratios are stretched.
+    /// With the camera looking along −z and y up, the picture can be used unchanged as the environment map of another
+    /// scene.
     pub struct EquirectangularDesc as "equirectangular" {
         /// Position of the camera.
         position: DVec3 = DVec3::new(0.0, 0.0, 5.0);
-        /// The point at the centre of the picture.
+        /// A point in the viewing direction: the centre of the picture, or with "equal-area" the middle of its lower edge.
         look_at: DVec3 = DVec3::ZERO;
         /// Up direction in the picture. The poles are along its component perpendicular to the viewing direction.
         up: DVec3 = DVec3::Y;

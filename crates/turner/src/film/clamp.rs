@@ -21,7 +21,7 @@ const TO_XYZ: [[f32; 3]; 3] =
 impl FilmDesc {
     /// The factor by which `clamp_sample` scales a sample: 1 if it is not brighter than the limit.
     #[inline]
-    pub(crate) fn clamp_factor(&self, color: Spectrum) -> f32 {
+    pub fn clamp_factor(&self, color: Spectrum) -> f32 {
         let most = self.clamp_sample as f32;
         let max = match self.clamp_space {
             ClampSpace::Rgb => color.max_component(),

@@ -24,7 +24,7 @@ const PIXELS: f64 = 4.0;
 /// Shadow rays of a point: half in proportion to the luminance of the environment, half to the cosine.
 const RAYS: u32 = 8;
 
-/// Where more of the light than this arrives, little is gained.
+/// Where more of the light than this arrives, adaptive sampling gains little.
 const MOST_OPEN: f64 = 0.4;
 
 const SEED: u64 = 0x51de;
@@ -45,9 +45,23 @@ impl LitPoint {
     }
 }
 
-/// The environment of the scene with what is learned about it; `None` without an environment, or where nothing is
-/// gained.
-pub(super) fn learn(context: Context<'_>) -> Option<AdaptiveEnvironment> {
+/// What the pilot run finds.
+pub(super) enum Learned {
+    /// The environment is best sampled as it is.
+    Nothing,
+    /// What each part of the scene sees of the environment.
+    Adaptive(AdaptiveEnvironment),
+    /// A uniform environment is the only light, and much of it arrives. Directions that follow the BSDF then need no light
+    /// samples beside them: .75 to .85 of the time, .83 to 1.06 of the variance of balls and glass under a uniform sky.
+    BsdfAlone,
+}
+
+/// What is to be learned about the environment of the scene.
+pub(super) fn learn(context: Context<'_>) -> Learned {
+    found(context).unwrap_or(Learned::Nothing)
+}
+
+fn found(context: Context<'_>) -> Option<Learned> {
     let Context { scene, view, settings, .. } = context;
     let mut environments = scene.lights.iter().enumerate().filter_map(|(i, light)| match light {
         Light::Environment(light) => Some((i as u32, light)),
@@ -61,8 +75,10 @@ pub(super) fn learn(context: Context<'_>) -> Option<AdaptiveEnvironment> {
     }
     let side = side_of(view);
     let few = find_points(context, (side / 4).max(1));
-    if open_fraction(scene, light, &few) > MOST_OPEN {
-        return None;
+    let open = open_fraction(scene, light, &few);
+    if open > MOST_OPEN {
+        let alone = scene.emitters.len() == 1 && settings.light_sampling == LightSampling::Both;
+        return (alone && light.is_uniform()).then_some(Learned::BsdfAlone);
     }
     let points = find_points(context, side);
     let mut learning = EnvironmentLearning::new(light, points.iter().map(|point| point.p).collect())?;
@@ -81,7 +97,7 @@ pub(super) fn learn(context: Context<'_>) -> Option<AdaptiveEnvironment> {
             learning.add(p, direction, cos.max(0.0) * through);
         }
     }
-    learning.finish(index)
+    learning.finish(index).map(Learned::Adaptive)
 }
 
 /// Traces the shadow rays of points in directions given by the index of the point, that of the ray and the normal. Each

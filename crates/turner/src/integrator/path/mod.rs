@@ -62,6 +62,7 @@ pub use caustics::{Caustics, CausticsStrategy, Gathered, Photon, PhotonMap};
 
 use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 
+use learn_environment::Learned;
 use settings::Settings;
 
 use crate::integrator::{Capabilities, Integrator, LightTracer, PreparedIntegrator, Tracer};
@@ -222,6 +223,8 @@ struct Choice {
     shares_paths: bool,
     /// The environment that is sampled by what each part of the scene sees of it, if that reduces noise.
     adaptive: Option<AdaptiveEnvironment>,
+    /// Whether lights are found by BSDF sampling alone, because that has less noise for the time.
+    bsdf_alone: bool,
 }
 
 impl PathIntegrator {
@@ -239,10 +242,14 @@ impl PathIntegrator {
     }
 
     fn context<'a>(&'a self, scene: &'a Scene, view: &'a View) -> Context<'a> {
+        let mut settings = self.settings;
+        if self.choice.get().is_some_and(|choice| choice.bsdf_alone) {
+            settings.light_sampling = LightSampling::Bsdf;
+        }
         Context {
             scene,
             view,
-            settings: self.settings,
+            settings,
             strategy: self.caustics(),
             shares_paths: self.shares_paths(),
             adaptive: self.choice.get().and_then(|choice| choice.adaptive.as_ref()),
@@ -287,11 +294,20 @@ impl PreparedIntegrator for PathIntegrator {
                 let settings = self.settings;
                 let plain =
                     Context { scene, view, settings, strategy: None, shares_paths: false, adaptive: None };
-                let adaptive = learn_environment::learn(plain);
-                let context = Context { adaptive: adaptive.as_ref(), ..plain };
-                let strategy = CausticsStrategy::new(context, desc);
-                let (strategy, shares_paths) = shared_paths::decide(context, desc, strategy);
-                Choice { strategy, shares_paths, adaptive }
+                let (adaptive, bsdf_alone) = match learn_environment::learn(plain) {
+                    Learned::Nothing => (None, false),
+                    Learned::Adaptive(adaptive) => (Some(adaptive), false),
+                    Learned::BsdfAlone => (None, matches!(desc.caustics, Caustics::Auto | Caustics::Off)),
+                };
+                let mut desc = desc.clone();
+                let mut context = Context { adaptive: adaptive.as_ref(), ..plain };
+                if bsdf_alone {
+                    desc.light_sampling = LightSampling::Bsdf;
+                    context.settings.light_sampling = LightSampling::Bsdf;
+                }
+                let strategy = CausticsStrategy::new(context, &desc);
+                let (strategy, shares_paths) = shared_paths::decide(context, &desc, strategy);
+                Choice { strategy, shares_paths, adaptive, bsdf_alone }
             });
         }
     }

@@ -102,6 +102,19 @@ impl EnvironmentMap {
         Arc::ptr_eq(&self.image, image) && self.poles == poles
     }
 
+    /// Whether all pixels are the same.
+    pub(super) fn is_uniform(&self) -> bool {
+        fn all_same<T: PartialEq>(samples: &[T], channels: usize) -> bool {
+            samples.len() <= channels || samples[channels..] == samples[..samples.len() - channels]
+        }
+        let channels = usize::from(self.image.channels);
+        match &self.image.pixels {
+            Pixels::U8(samples) => all_same(samples, channels),
+            Pixels::U16(samples) => all_same(samples, channels),
+            Pixels::F32(samples) => self.invalid == 0 && all_same(samples, channels),
+        }
+    }
+
     /// The luminance of the image, scaled down to at most so many rows, and twice as many columns.
     pub(super) fn reduced(&self, rows: u32) -> EnvironmentMap {
         let (width, height) = self.size();

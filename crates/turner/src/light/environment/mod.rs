@@ -228,6 +228,11 @@ impl EnvironmentLight {
         EnvironmentLight { prepared: self.prepared.clone(), scale, rotation, tilt: self.tilt }
     }
 
+    /// Whether its radiance is the same in all directions.
+    pub(crate) fn is_uniform(&self) -> bool {
+        self.prepared.map.is_uniform()
+    }
+
     /// Radiance from a direction (a vector towards the light, of any non-zero length): bilinear between pixel
     /// centres, never negative, always finite.
     pub fn radiance(&self, direction: DVec3) -> Spectrum {

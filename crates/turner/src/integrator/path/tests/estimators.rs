@@ -1,11 +1,14 @@
 //! The same light by different estimators.
 
+use std::sync::Arc;
+
 use crate::description::SceneDesc;
+use crate::image::{Image, Pixels};
 use crate::integrator::{Caustics, LightSampling, PathDesc, SharedPathsMode};
 use crate::light::{EnvironmentDesc, LightDesc};
 use crate::material::PrincipledMaterial;
 use crate::math::DVec3;
-use crate::schema::{ColorSource, MeshData, PrepareOptions};
+use crate::schema::{Asset, ColorSource, ImageId, MeshData, PrepareOptions};
 use crate::shape::{PlaneDesc, ShapeDesc};
 use crate::testing::scenes::{
     Mean, cuboid, emissive, grey, matte, mean_of, path, plane, rectangle, rgb, sphere, v,
@@ -175,4 +178,29 @@ fn adaptive_sampling_is_chosen_for_rooms() {
     let sky = LightDesc::Environment(EnvironmentDesc::studio());
     let ball = path(PathDesc::default()).with(sphere(DVec3::ZERO, 1.0), matte(grey(0.5)));
     assert!(!chosen(&ball.lit(sky)));
+}
+
+/// Under a uniform sky, directions that follow the BSDF are enough: the mean is that of light samples.
+#[test]
+fn uniform_skies_are_left_to_the_bsdf() {
+    let scene = |light_sampling| {
+        let pixels = Pixels::F32([0.8, 0.9, 1.0].repeat(8));
+        let data = Arc::new(Image { width: 4, height: 2, channels: 3, pixels });
+        let sky = EnvironmentDesc { file: Some(ImageId(0)), ..EnvironmentDesc::studio() };
+        let desc = path(PathDesc { max_depth: 4, light_sampling, ..PathDesc::default() })
+            .seen_at(v(0.0, 1.5, 4.0), v(0.0, 0.5, 0.0), 45.0)
+            .with(plane(), matte(grey(0.5)))
+            .with(sphere(v(0.0, 0.6, 0.0), 0.6), metal(grey(0.9), 0.3))
+            .lit(LightDesc::Environment(sky));
+        SceneDesc { images: vec![Asset { uri: "sky.exr".into(), data }], ..desc }
+    };
+    let chosen = |desc: &SceneDesc| {
+        let prepared = desc.prepare(&PrepareOptions::default()).unwrap();
+        prepared.choose();
+        prepared.path().and_then(|path| path.choice.get()).is_some_and(|choice| choice.bsdf_alone)
+    };
+    let both = scene(LightSampling::Both);
+    assert!(chosen(&both));
+    assert!(!chosen(&both.clone().with(sphere(v(2.0, 2.0, 0.0), 0.1), emissive(5.0, grey(1.0)))));
+    estimate(64, both).agrees(&estimate(64, scene(LightSampling::Light)), 0.01);
 }
