@@ -20,7 +20,7 @@ use super::json::{Document, EnvironmentJson, Index};
 use super::nodes::from_parts;
 use super::report::Report;
 use crate::import::ImportOptions;
-use crate::scene_import::environment_light::resampled;
+use crate::scene_import::environment_light::{MAX_ROWS, resampled};
 
 /// The cube map of a scene.
 pub(super) struct Cube<'a> {
@@ -65,10 +65,14 @@ pub(super) fn light(
         return Ok(None);
     };
     // Few pixels are interpolated in more of them.
-    let rows = faces.iter().map(|f| f.width.max(f.height)).max().unwrap_or(1).saturating_mul(2).max(64);
+    let rows = faces.iter().map(|f| f.width.max(f.height)).max().unwrap_or(1).saturating_mul(2);
+    let rows = rows.clamp(64, MAX_ROWS);
     let memory = &options.limits.memory;
     let need = 24 * u64::from(rows) * u64::from(rows);
-    memory.need(need, || "its environment light".to_owned()).map_err(Fault::of_scene)?;
+    if let Err(error) = memory.need(need, || "an environment light".to_owned()) {
+        report.ignored(&error.message);
+        return Ok(None);
+    }
     let looks = faces.each_ref().map(|f| Face::new(f));
     let at = |d: DVec3| radiance(&looks, d);
     let size = [rows.saturating_mul(2), rows];

@@ -210,7 +210,7 @@ impl Maker<'_, '_> {
         let mapping = self.params.string("mapping").unwrap_or("uv").to_owned();
         let place = self.params.place_of("mapping");
         // From pbrt's axes to those of Turner's mappings, which go once around y.
-        let (mapping, rows, shift) = match mapping.as_str() {
+        let (kind, rows, shift) = match mapping.as_str() {
             "uv" => return None,
             "planar" => {
                 let [_, _, du, dv] = self.uv();
@@ -238,10 +238,11 @@ impl Maker<'_, '_> {
         let to_texture = DAffine3::from_mat3_translation(rows.transpose(), shift);
         let to_texture = to_texture * self.state.ctm[0].inverse();
         if !is_sound(&to_texture) {
-            self.scene.report.ignored(place, "a planar mapping with parallel axes");
+            let message = format!("a {mapping} mapping whose transform is not invertible");
+            self.scene.report.ignored(place, message);
             return None;
         }
-        Some((mapping, Transform(to_texture.inverse())))
+        Some((kind, Transform(to_texture.inverse())))
     }
 
     /// Reports mappings of patterns that have no counterpart.

@@ -4,6 +4,7 @@
 mod ahead;
 mod common_parts;
 pub(crate) mod environment_light;
+mod grid_box;
 mod layer;
 mod microfacets;
 mod open;
@@ -14,6 +15,7 @@ mod scene_files;
 mod values;
 
 pub(crate) use common_parts::{CommonParts, is_sound, load_image, push, read_file};
+pub(crate) use grid_box::{GridBox, ROTATED_GRID};
 pub(crate) use layer::inner_reflectance;
 pub(crate) use microfacets::{Microfacets, incoming, single_scattering};
 pub(crate) use open::fill_open;
