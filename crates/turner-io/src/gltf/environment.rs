@@ -149,6 +149,8 @@ fn radiance(faces: &[Face<'_>; 6], d: DVec3) -> [f64; 3] {
 #[cfg(test)]
 mod tests {
     use super::super::testing::{floats, glb};
+    use turner::schema::{Limits, Memory};
+
     use super::*;
     use crate::assets::MemoryAssets;
     use crate::gltf::import;
@@ -168,6 +170,13 @@ mod tests {
     }
 
     fn scene(light: &str) -> Result<turner::description::SceneDesc, turner::schema::SceneError> {
+        scene_within(light, Memory::default())
+    }
+
+    fn scene_within(
+        light: &str,
+        memory: Memory,
+    ) -> Result<turner::description::SceneDesc, turner::schema::SceneError> {
         let images: Vec<String> = (0..6).map(|i| format!("{{\"uri\":\"{i}.png\"}}")).collect();
         let json = format!(
             r#""extensionsUsed":["EXT_lights_image_based"],"scene":0,
@@ -190,7 +199,16 @@ mod tests {
             assets.files.insert(format!("{face}.png"), png(kind, &pixels));
         }
         let model = glb(&json, &floats(&[0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0]));
-        import(model, "a.glb", &assets, &ImportOptions::default())
+        let limits = Limits { memory: Arc::new(memory), ..Limits::default() };
+        import(model, "a.glb", &assets, &ImportOptions { limits, ..ImportOptions::default() })
+    }
+
+    #[test]
+    fn a_light_that_needs_too_much_memory_is_ignored() {
+        let scene = scene_within(FACES, Memory::new(90_000, || None)).unwrap();
+        assert!(!scene.lights.iter().any(|l| matches!(l.value, LightDesc::Environment(_))));
+        let said = |w: &turner::schema::Warning| w.message.contains("an environment light needs");
+        assert!(scene.warnings.iter().any(said), "{:?}", scene.warnings);
     }
 
     const FACES: &str = "\"specularImages\":[[0,1,2,3,4,5]],";

@@ -227,7 +227,15 @@ pub(super) fn on_one_grid(
 
 #[cfg(test)]
 mod tests {
+    use std::sync::Arc;
+
+    use turner::description::SceneDesc;
+    use turner::medium::MediumDesc;
+    use turner::schema::Limits;
+
     use super::*;
+    use crate::assets::MemoryAssets;
+    use crate::import::ImportOptions;
 
     fn file(size: [i32; 3], channels: i32, values: &[f32]) -> Vec<u8> {
         let mut out = b"VOL\x03".to_vec();
@@ -275,5 +283,68 @@ mod tests {
         let (density, albedo, _) =
             on_one_grid(thin([300, 1, 1]), thin([1, 300, 1]), &Memory::default()).unwrap();
         assert_eq!((density.size, albedo.size), ([300, 1, 1], [300, 1, 1]));
+    }
+
+    /// Where memory is short the cells are those of the densities.
+    #[test]
+    fn resampled_grids_need_memory() {
+        let read = |size: [i32; 3]| {
+            let count = size.iter().product::<i32>() as usize;
+            Cells::read(&file(size, 1, &vec![0.5; count])).unwrap().0
+        };
+        let made = |bytes: u64| {
+            let memory = Memory::new(bytes, || None);
+            on_one_grid(read([32, 32, 32]), read([16, 16, 64]), &memory).map(|(_, albedo, _)| albedo.size)
+        };
+        assert_eq!(made(1 << 21).unwrap(), [32, 32, 64]);
+        assert_eq!(made(600_000).unwrap(), [32, 32, 32]);
+        assert!(made(100_000).unwrap_err().message.contains("a grid of albedos needs"));
+    }
+
+    /// A medium in a grid of n × 1 × 1 cells.
+    fn medium(n: i32, to_world: &str, memory: Memory) -> Result<SceneDesc, SceneError> {
+        let values: Vec<f32> = (0..n).map(|i| 1.0 + i as f32).collect();
+        let text = format!(
+            "<scene version='3.0.0'><shape type='sphere'><bsdf type='null'/><medium name='interior' type='heterogeneous'>\
+             <volume name='sigma_t' type='gridvolume'><string name='filename' value='c.vol'/>\
+             <transform name='to_world'>{to_world}</transform></volume></medium></shape></scene>"
+        );
+        let mut assets = MemoryAssets::default();
+        assets.files.insert("c.vol".into(), file([n, 1, 1], 1, &values));
+        let limits = Limits { memory: Arc::new(memory), ..Limits::default() };
+        let options = ImportOptions { limits, ..ImportOptions::default() };
+        crate::mitsuba::import_from(text.into_bytes(), "a.xml", &assets, &options)
+    }
+
+    #[test]
+    fn rotated_grids_keep_their_cells_or_fill_the_box_around() {
+        let root = 0.5f64.sqrt();
+        for (to_world, size, density, min, max, warnings) in [
+            ("<rotate z='1' angle='90'/>", [1, 2, 1], [1.0, 2.0], DVec3::NEG_X, DVec3::new(0.0, 1.0, 1.0), 0),
+            ("<scale x='-2'/>", [2, 1, 1], [2.0, 1.0], DVec3::NEG_X * 2.0, DVec3::new(0.0, 1.0, 1.0), 0),
+            (
+                "<rotate z='1' angle='-45'/>",
+                [2, 1, 1],
+                [1.0, 2.0],
+                DVec3::NEG_Y * root,
+                DVec3::new(2.0 * root, root, 1.0),
+                1,
+            ),
+        ] {
+            let scene = medium(2, to_world, Memory::default()).unwrap();
+            let MediumDesc::Grid(grid) = &scene.media[0].value else { panic!() };
+            assert_eq!(grid.file.data.size(), size, "{to_world}");
+            assert_eq!(grid.file.data.density(), density, "{to_world}");
+            let [a, b] = grid.bounds();
+            assert!((a - min).length() < 1e-8 && (b - max).length() < 1e-8, "{to_world}: {a} {b}");
+            assert_eq!(scene.warnings.len(), warnings, "{:?}", scene.warnings);
+        }
+    }
+
+    #[test]
+    fn grids_need_memory() {
+        assert!(medium(40_000, "", Memory::new(400_000, || None)).is_ok());
+        let error = medium(40_000, "", Memory::new(300_000, || None)).unwrap_err();
+        assert!(error.message.contains("c.vol: reading it needs"), "{}", error.message);
     }
 }
