@@ -37,7 +37,10 @@ pub struct GridError {
 }
 
 /// Largest accepted file, in bytes.
-pub const MAX_GRID: u64 = 8 * MAX_VALUES + 4096;
+pub const MAX_GRID: u64 = 4 * MAX_FLOATS * MAX_VALUES + MAX_HEADING as u64;
+
+/// Most values of a cell: the extinction and the scattering of three colours, and the emission.
+const MAX_FLOATS: u64 = 3 + 3 + 1;
 
 /// Longest accepted header, in bytes.
 const MAX_HEADING: usize = 4096;
@@ -159,14 +162,10 @@ struct Found {
 
 impl Found {
     fn grid(self, size: [u32; 3]) -> Result<GridData, String> {
-        let density = match &self.extinction {
-            Some(colors) => vec![0.0; colors.len()],
-            None => self.density,
+        let data = match self.extinction {
+            Some(extinction) => GridData::of_extinction(size, extinction, self.emission)?,
+            None => GridData::new(size, self.density, self.emission)?,
         };
-        let mut data = GridData::new(size, density, self.emission)?;
-        if let Some(extinction) = self.extinction {
-            data = data.with_extinction(extinction)?;
-        }
         match self.scattering {
             Some(scattering) => data.with_scattering(scattering),
             None => Ok(data),

@@ -20,7 +20,7 @@ use super::json::{Document, EnvironmentJson, Index};
 use super::nodes::from_parts;
 use super::report::Report;
 use crate::import::ImportOptions;
-use crate::scene_import::environment_light::resampled;
+use crate::scene_import::environment_light::{MAX_ROWS, resampled};
 
 /// The cube map of a scene.
 pub(super) struct Cube<'a> {
@@ -65,10 +65,14 @@ pub(super) fn light(
         return Ok(None);
     };
     // Few pixels are interpolated in more of them.
-    let rows = faces.iter().map(|f| f.width.max(f.height)).max().unwrap_or(1).saturating_mul(2).max(64);
+    let rows = faces.iter().map(|f| f.width.max(f.height)).max().unwrap_or(1).saturating_mul(2);
+    let rows = rows.clamp(64, MAX_ROWS);
     let memory = &options.limits.memory;
     let need = 24 * u64::from(rows) * u64::from(rows);
-    memory.need(need, || "its environment light".to_owned()).map_err(Fault::of_scene)?;
+    if let Err(error) = memory.need(need, || "an environment light".to_owned()) {
+        report.ignored(&error.message);
+        return Ok(None);
+    }
     let looks = faces.each_ref().map(|f| Face::new(f));
     let at = |d: DVec3| radiance(&looks, d);
     let size = [rows.saturating_mul(2), rows];
@@ -145,6 +149,8 @@ fn radiance(faces: &[Face<'_>; 6], d: DVec3) -> [f64; 3] {
 #[cfg(test)]
 mod tests {
     use super::super::testing::{floats, glb};
+    use turner::schema::{Limits, Memory};
+
     use super::*;
     use crate::assets::MemoryAssets;
     use crate::gltf::import;
@@ -164,6 +170,13 @@ mod tests {
     }
 
     fn scene(light: &str) -> Result<turner::description::SceneDesc, turner::schema::SceneError> {
+        scene_within(light, Memory::default())
+    }
+
+    fn scene_within(
+        light: &str,
+        memory: Memory,
+    ) -> Result<turner::description::SceneDesc, turner::schema::SceneError> {
         let images: Vec<String> = (0..6).map(|i| format!("{{\"uri\":\"{i}.png\"}}")).collect();
         let json = format!(
             r#""extensionsUsed":["EXT_lights_image_based"],"scene":0,
@@ -186,7 +199,16 @@ mod tests {
             assets.files.insert(format!("{face}.png"), png(kind, &pixels));
         }
         let model = glb(&json, &floats(&[0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0]));
-        import(model, "a.glb", &assets, &ImportOptions::default())
+        let limits = Limits { memory: Arc::new(memory), ..Limits::default() };
+        import(model, "a.glb", &assets, &ImportOptions { limits, ..ImportOptions::default() })
+    }
+
+    #[test]
+    fn a_light_that_needs_too_much_memory_is_ignored() {
+        let scene = scene_within(FACES, Memory::new(90_000, || None)).unwrap();
+        assert!(!scene.lights.iter().any(|l| matches!(l.value, LightDesc::Environment(_))));
+        let said = |w: &turner::schema::Warning| w.message.contains("an environment light needs");
+        assert!(scene.warnings.iter().any(said), "{:?}", scene.warnings);
     }
 
     const FACES: &str = "\"specularImages\":[[0,1,2,3,4,5]],";

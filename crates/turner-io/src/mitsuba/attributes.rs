@@ -12,6 +12,7 @@ use super::params::Object;
 use crate::assets::printable;
 use crate::mesh::ply::attribute::{Of, read};
 use crate::scene_import::report::Fault;
+use crate::scene_import::{own_vertices_bytes, with_own_vertices};
 
 /// The attribute that every mesh has as its colours.
 const VERTEX_COLORS: &str = "vertex_color";
@@ -72,17 +73,23 @@ pub(super) fn paint(
             mesh.colors = colors.into_iter().map(opaque).collect();
             return Ok(());
         }
-        Ok(Some((Of::Faces, colors)))
-            if colors.len() == mesh.triangles.len() && colors.len() <= (u32::MAX / 3) as usize =>
-        {
-            /// Bytes of a vertex: position, normal, (u, v), colour.
-            const VERTEX: u64 = 12 + 12 + 8 + 16;
-            let memory = &scene.options.limits.memory;
-            memory.need(3 * VERTEX * colors.len() as u64, || format!("{}: its colours", printable(file)))?;
-            by_face(mesh, &colors);
-            return Ok(());
+        Ok(Some((Of::Vertices, colors))) => {
+            format!("{} colours for {} vertices", colors.len(), mesh.positions.len())
         }
-        Ok(Some(_)) => "polygons with attributes are not supported".to_owned(),
+        Ok(Some((Of::Faces, colors))) if colors.len() == mesh.triangles.len() => {
+            let memory = &scene.options.limits.memory;
+            let corners = colors.len().saturating_mul(3 * size_of::<[f32; 4]>()) as u64;
+            memory
+                .need(own_vertices_bytes(mesh) + corners, || format!("{}: its colours", printable(file)))?;
+            match by_face(mesh, &colors) {
+                Some(painted) => {
+                    *mesh = painted;
+                    return Ok(());
+                }
+                None => "not enough memory for vertices of each face".to_owned(),
+            }
+        }
+        Ok(Some((Of::Faces, _))) => "polygons with attributes are not supported".to_owned(),
         Ok(None) => "the file has no such attribute".to_owned(),
         Err(problem) => problem,
     };
@@ -96,22 +103,12 @@ fn opaque([r, g, b]: [f32; 3]) -> [f32; 4] {
     [r, g, b, 1.0]
 }
 
-/// Gives each triangle vertices of its own, in its colour.
-fn by_face(mesh: &mut MeshData, colors: &[[f32; 3]]) {
-    let corners: Vec<usize> = mesh.triangles.as_flattened().iter().map(|v| *v as usize).collect();
-    fn spread<T: Copy + Default>(list: &mut Vec<T>, corners: &[usize]) {
-        if !list.is_empty() {
-            *list = corners.iter().map(|v| list.get(*v).copied().unwrap_or_default()).collect();
-        }
-    }
-    spread(&mut mesh.positions, &corners);
-    spread(&mut mesh.normals, &corners);
-    spread(&mut mesh.uvs, &corners);
-    spread(&mut mesh.tangents, &corners);
-    mesh.more_uvs.iter_mut().for_each(|set| spread(set, &corners));
-    mesh.colors = colors.iter().flat_map(|c| [opaque(*c); 3]).collect();
-    let count = mesh.triangles.len() as u32;
-    mesh.triangles = (0..count).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]).collect();
+/// The mesh with vertices of its own for each triangle, in its colour. `None` if memory is short.
+fn by_face(mesh: &MeshData, colors: &[[f32; 3]]) -> Option<MeshData> {
+    let mut corners = Vec::new();
+    corners.try_reserve_exact(colors.len().checked_mul(3)?).ok()?;
+    corners.extend(colors.iter().flat_map(|c| [opaque(*c); 3]));
+    Some(MeshData { colors: corners, ..with_own_vertices(mesh)? })
 }
 
 #[cfg(test)]

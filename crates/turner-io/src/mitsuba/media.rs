@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use turner::color::Spectrum;
-use turner::math::{DAffine3, DVec3};
+use turner::math::{DAffine3, DMat3, DVec3};
 use turner::medium::{GridMedium, HomogeneousMedium, MediumDesc};
 use turner::schema::{ErrorCode, GridFile, MediumId, Named};
 
@@ -13,7 +13,7 @@ use super::spectra::{Role, color};
 use super::volumes::{self, Cells};
 use crate::assets::printable;
 use crate::scene_import::report::Fault;
-use crate::scene_import::unknown;
+use crate::scene_import::{GridBox, ROTATED_GRID, unknown};
 
 /// Largest grid file, bytes.
 const MAX_GRID: u64 = 2 << 30;
@@ -102,7 +102,9 @@ fn make(scene: &mut Assembly<'_>, object: &Object) -> Result<Option<MediumDesc>,
     let (data, albedo) = match albedo {
         Volume::Constant(albedo, _) => (sigma_t.into_grid(), albedo.map(|v| v.clamp(0.0, 1.0))),
         Volume::Grid(albedo) => {
-            let (sigma_t, albedo, is_exact) = volumes::on_one_grid(sigma_t, albedo);
+            let memory = &scene.options.limits.memory;
+            let (sigma_t, albedo, is_exact) = volumes::on_one_grid(sigma_t, albedo, memory)
+                .map_err(|e| Fault::from_scene(object.place_of("albedo"), e))?;
             if !is_exact {
                 let message = "a grid of albedos whose cells are not those of sigma_t: resampled";
                 scene.report.approximated(object.place_of("albedo"), message);
@@ -151,8 +153,11 @@ fn value(scene: &mut Assembly<'_>, object: &Object, name: &'static str, or: f64)
     let made = match volume.kind.as_str() {
         "constvolume" => {
             let to_world = volume.transform("to_world")?;
-            let (a, b) = (to_world.transform_point3(DVec3::ZERO), to_world.transform_point3(DVec3::ONE));
-            let bounds = Some([a.min(b), a.max(b)]).filter(|[min, max]| min.cmplt(*max).all());
+            let placed = GridBox::new(&to_world, [DVec3::ZERO, DVec3::ONE]);
+            if !placed.is_exact && object.kind == "heterogeneous" {
+                scene.report.approximated(volume.place, ROTATED_GRID);
+            }
+            let bounds = Some(placed.bounds).filter(|[min, max]| min.cmplt(*max).all());
             match volume.find("value") {
                 Some((node, _)) => Volume::Constant(color(scene, node, Role::Unbounded)?, bounds),
                 None => Volume::Constant(Spectrum::WHITE, bounds),
@@ -180,22 +185,36 @@ fn grid(scene: &mut Assembly<'_>, object: &Object) -> Result<Option<Volume>, Fau
     };
     let place = object.place_of("filename");
     let (_, bytes) = scene.read(&name, MAX_GRID, place)?;
+    let memory = &scene.options.limits.memory;
+    // Its values, and those that the grid of the medium keeps besides.
+    let what = || format!("{}: reading it", printable(&name));
+    memory.need(2 * bytes.len() as u64, what).map_err(|e| Fault::from_scene(place, e))?;
     match Cells::read(&bytes) {
-        Ok((mut cells, channels)) => {
+        Ok((cells, channels)) => {
             if channels != 1 && channels != 3 {
                 let message = format!("a grid of {channels} channels: their mean is used");
                 scene.report.approximated(place, message);
             }
-            let local = if own_box { cells.bounds } else { [DVec3::ZERO, DVec3::ONE] };
-            let (min, max) = (to_world.transform_point3(local[0]), to_world.transform_point3(local[1]));
-            let straight = DAffine3::from_scale(to_world.transform_vector3(DVec3::ONE)).matrix3;
-            if (straight - to_world.matrix3).to_cols_array().iter().any(|v| v.abs() > 1e-6)
-                || !min.cmplt(max).all()
-            {
-                let message = "a medium grid that is rotated or mirrored: aligned with the world axes";
-                scene.report.approximated(object.place, message);
+            // Its box as the image of the unit cube: corners in the opposite order mirror the grid.
+            let to_world = if own_box {
+                let [min, max] = cells.bounds;
+                let sides = DMat3::from_diagonal(max - min);
+                to_world * DAffine3::from_mat3_translation(sides, min)
+            } else {
+                to_world
+            };
+            let placed = GridBox::new(&to_world, [DVec3::ZERO, DVec3::ONE]);
+            if !placed.is_exact {
+                scene.report.approximated(object.place, ROTATED_GRID);
             }
-            cells.bounds = [min.min(max), max.max(min) + 1e-9];
+            if !placed.keeps_cells() {
+                let what = || format!("{}: turning it", printable(&name));
+                memory.need(cells.bytes(), what).map_err(|e| Fault::from_scene(place, e))?;
+            }
+            let Some(cells) = cells.placed(&placed) else {
+                let message = format!("{}: not enough memory to turn it", printable(&name));
+                return Err(Fault::at(place, ErrorCode::TooLarge, message));
+            };
             Ok(Some(Volume::Grid(cells)))
         }
         Err(problem) => {

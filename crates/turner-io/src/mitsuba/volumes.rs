@@ -1,7 +1,9 @@
 //! Grids of numbers and colours (.vol files).
 
 use turner::math::DVec3;
-use turner::schema::{GridData, GridScattering};
+use turner::schema::{ErrorCode, GridData, GridScattering, Memory, SceneError};
+
+use crate::scene_import::GridBox;
 
 /// Values at the centres of cells that fill a box.
 pub(super) struct Cells {
@@ -9,6 +11,17 @@ pub(super) struct Cells {
     values: Values,
     /// The box in space, from its smallest to its largest coordinates.
     pub(super) bounds: [DVec3; 2],
+}
+
+/// Bytes of a colour.
+const COLOR: u64 = 12;
+
+/// The list of `count` values. `None` if memory is short.
+fn listed<T>(count: usize, values: impl Iterator<Item = T>) -> Option<Vec<T>> {
+    let mut out = Vec::new();
+    out.try_reserve_exact(count).ok()?;
+    out.extend(values.take(count));
+    Some(out)
 }
 
 /// The values of all cells, x fastest, then y, then z.
@@ -58,11 +71,14 @@ impl Cells {
             if v.is_finite() { v.clamp(0.0, 1e30) } else { 0.0 }
         };
         let cells = values.get(..count).unwrap_or_default();
+        let short = || format!("not enough memory for {x} × {y} × {z} cells");
         let values = if channels == 3 {
-            Values::Colors(cells.as_chunks::<3>().0.iter().map(|cell| cell.each_ref().map(value)).collect())
+            let colors = cells.as_chunks::<3>().0.iter().map(|cell| cell.each_ref().map(value));
+            Values::Colors(listed(count / 3, colors).ok_or_else(short)?)
         } else {
             let mean = |cell: &[[u8; 4]]| cell.iter().map(|b| value(b) / channels as f32).sum();
-            Values::Numbers(cells.chunks_exact(channels).map(mean).collect())
+            let numbers = cells.chunks_exact(channels).map(mean);
+            Values::Numbers(listed(count / channels, numbers).ok_or_else(short)?)
         };
         Ok((Cells { size, values, bounds }, channels))
     }
@@ -71,13 +87,38 @@ impl Cells {
         self.size.iter().map(|s| u64::from(*s)).product()
     }
 
+    /// Bytes of a cell.
+    fn cell(&self) -> u64 {
+        match self.values {
+            Values::Numbers(_) => 4,
+            Values::Colors(_) => COLOR,
+        }
+    }
+
+    /// Bytes of all values.
+    pub(super) fn bytes(&self) -> u64 {
+        self.cell() * self.count()
+    }
+
+    /// The cells where a transform places them. `None` if memory is short.
+    pub(super) fn placed(self, place: &GridBox) -> Option<Cells> {
+        let [min, max] = place.bounds;
+        let bounds = [min, max + 1e-9];
+        if place.keeps_cells() {
+            return Some(Cells { bounds, ..self });
+        }
+        let values = match &self.values {
+            Values::Numbers(values) => Values::Numbers(place.values(self.size, values)?),
+            Values::Colors(values) => Values::Colors(place.values(self.size, values)?),
+        };
+        Some(Cells { size: place.size(self.size), values, bounds })
+    }
+
     /// The values as densities, by colour if they are colours.
     pub(super) fn into_grid(self) -> Result<GridData, String> {
         match self.values {
             Values::Numbers(values) => GridData::new(self.size, values, None),
-            Values::Colors(values) => {
-                GridData::new(self.size, vec![0.0; values.len()], None)?.with_extinction(values)
-            }
+            Values::Colors(values) => GridData::of_extinction(self.size, values, None),
         }
     }
 
@@ -85,13 +126,16 @@ impl Cells {
     pub(super) fn into_albedo(self) -> GridScattering {
         GridScattering::Albedo(match self.values {
             Values::Numbers(values) => values.iter().map(|v| [v.min(1.0); 3]).collect(),
-            Values::Colors(values) => values.iter().map(|c| c.map(|v| v.min(1.0))).collect(),
+            Values::Colors(mut values) => {
+                values.as_flattened_mut().iter_mut().for_each(|v| *v = v.min(1.0));
+                values
+            }
         })
     }
 
     /// The cells that another grid has, with this grid's values: between the centres of its cells they are
-    /// interpolated, beyond the outermost they are constant.
-    fn resampled(&self, size: [u32; 3], [min, max]: [DVec3; 2]) -> Cells {
+    /// interpolated, beyond the outermost they are constant. `None` if memory is short.
+    fn resampled(&self, size: [u32; 3], [min, max]: [DVec3; 2]) -> Option<Cells> {
         let [own_min, own_max] = self.bounds;
         let scale = DVec3::from(self.size.map(f64::from)) / (own_max - own_min);
         let step = (max - min) / DVec3::from(size.map(f64::from));
@@ -120,42 +164,78 @@ impl Cells {
             sum as f32
         };
         let number = |values: &[f32], i: usize| values.get(i).map_or(0.0, |v| f64::from(*v));
+        let count = (xs.len() * ys.len()).checked_mul(zs.len())?;
         let values = match &self.values {
-            Values::Numbers(v) => Values::Numbers(places().map(|p| of(p, &|i| number(v, i))).collect()),
+            Values::Numbers(v) => Values::Numbers(listed(count, places().map(|p| of(p, &|i| number(v, i))))?),
             Values::Colors(v) => {
                 let flat = v.as_flattened();
                 let color = |p| [0, 1, 2].map(|band| of(p, &|i| number(flat, 3 * i + band)));
-                Values::Colors(places().map(color).collect())
+                Values::Colors(listed(count, places().map(color))?)
             }
         };
-        Cells { size, values, bounds: [min, max] }
+        Some(Cells { size, values, bounds: [min, max] })
     }
 }
 
 /// Densities and albedos with the same cells in the box of the densities, and whether their interpolation is that of the
-/// two grids.
-pub(super) fn on_one_grid(density: Cells, albedo: Cells) -> (Cells, Cells, bool) {
+/// two grids. Where memory is short the cells are those of the densities.
+///
+/// Errors: not enough memory for these either.
+pub(super) fn on_one_grid(
+    density: Cells,
+    albedo: Cells,
+    memory: &Memory,
+) -> Result<(Cells, Cells, bool), SceneError> {
+    let what = || "a grid of albedos".to_owned();
+    // Albedos become colours.
+    let colors = |cells: u64| if albedo.cell() == COLOR { 0 } else { COLOR.saturating_mul(cells) };
     let is_near = |a: DVec3, b: DVec3| (a - b).abs().max_element() <= 1e-6 * (b.abs().max_element() + 1e-6);
     let is_one_box = density.bounds.iter().zip(albedo.bounds).all(|(a, b)| is_near(*a, b));
     if density.size == albedo.size && is_one_box {
-        return (density, albedo, true);
+        memory.need(colors(albedo.count()), what)?;
+        return Ok((density, albedo, true));
     }
+    let bounds = density.bounds;
+    let on = |size: [u32; 3]| -> Result<(Option<Cells>, Cells), SceneError> {
+        let cells = size.iter().fold(1u64, |n, s| n.saturating_mul(u64::from(*s)));
+        let moves = size != density.size;
+        let own = if moves { density.cell() } else { 0 };
+        memory.need(cells.saturating_mul(own + albedo.cell()).saturating_add(colors(cells)), what)?;
+        let short = || SceneError::new(ErrorCode::TooLarge, "not enough memory for a grid of albedos");
+        let made = if moves { Some(density.resampled(size, bounds).ok_or_else(short)?) } else { None };
+        Ok((made, albedo.resampled(size, bounds).ok_or_else(short)?))
+    };
     let mut size: [u32; 3] = std::array::from_fn(|a| density.size[a].max(albedo.size[a]));
     // Long and thin grids across one another would become a large one.
     let count = size.iter().try_fold(1u64, |n, s| n.checked_mul(u64::from(*s)));
-    if count.is_none_or(|n| n > 4 * (density.count() + albedo.count())) {
-        size = density.size;
+    let mut made = None;
+    if size != density.size && count.is_some_and(|n| n <= 4 * (density.count() + albedo.count())) {
+        made = on(size).ok();
     }
-    let bounds = density.bounds;
+    let (own, scattered) = match made {
+        Some(made) => made,
+        None => {
+            size = density.size;
+            on(size)?
+        }
+    };
     // Constant values stay what they are.
     let is_even = (is_one_box && density.count() == 1 && size == albedo.size)
         || (albedo.count() == 1 && size == density.size);
-    (density.resampled(size, bounds), albedo.resampled(size, bounds), is_even)
+    Ok((own.unwrap_or(density), scattered, is_even))
 }
 
 #[cfg(test)]
 mod tests {
+    use std::sync::Arc;
+
+    use turner::description::SceneDesc;
+    use turner::medium::MediumDesc;
+    use turner::schema::Limits;
+
     use super::*;
+    use crate::assets::MemoryAssets;
+    use crate::import::ImportOptions;
 
     fn file(size: [i32; 3], channels: i32, values: &[f32]) -> Vec<u8> {
         let mut out = b"VOL\x03".to_vec();
@@ -185,7 +265,7 @@ mod tests {
     fn albedos_are_resampled() {
         let line = |n: i32| (0..n).map(|i| (i as f32 + 0.5) / n as f32).collect::<Vec<f32>>();
         let read = |n| Cells::read(&file([n, 1, 1], 1, &line(n))).unwrap().0;
-        let (density, albedo, is_exact) = on_one_grid(read(8), read(4));
+        let (density, albedo, is_exact) = on_one_grid(read(8), read(4), &Memory::default()).unwrap();
         assert!(!is_exact);
         assert_eq!(density.into_grid().unwrap().density(), line(8));
         let GridScattering::Albedo(found) = albedo.into_albedo() else { panic!() };
@@ -195,12 +275,76 @@ mod tests {
             assert!((found[1] - expected).abs() < 1e-6, "{i}: {found:?}, not {expected}");
         }
         let bounds = read(3).bounds;
-        let (density, _, is_exact) = on_one_grid(Cells::even(bounds), read(3));
+        let (density, _, is_exact) = on_one_grid(Cells::even(bounds), read(3), &Memory::default()).unwrap();
         assert!(is_exact);
         assert_eq!(density.into_grid().unwrap().density(), [1.0; 3]);
         // Across one another.
         let thin = |size| Cells::read(&file(size, 1, &[0.5; 300])).unwrap().0;
-        let (density, albedo, _) = on_one_grid(thin([300, 1, 1]), thin([1, 300, 1]));
+        let (density, albedo, _) =
+            on_one_grid(thin([300, 1, 1]), thin([1, 300, 1]), &Memory::default()).unwrap();
         assert_eq!((density.size, albedo.size), ([300, 1, 1], [300, 1, 1]));
+    }
+
+    /// Where memory is short the cells are those of the densities.
+    #[test]
+    fn resampled_grids_need_memory() {
+        let read = |size: [i32; 3]| {
+            let count = size.iter().product::<i32>() as usize;
+            Cells::read(&file(size, 1, &vec![0.5; count])).unwrap().0
+        };
+        let made = |bytes: u64| {
+            let memory = Memory::new(bytes, || None);
+            on_one_grid(read([32, 32, 32]), read([16, 16, 64]), &memory).map(|(_, albedo, _)| albedo.size)
+        };
+        assert_eq!(made(1 << 21).unwrap(), [32, 32, 64]);
+        assert_eq!(made(600_000).unwrap(), [32, 32, 32]);
+        assert!(made(100_000).unwrap_err().message.contains("a grid of albedos needs"));
+    }
+
+    /// A medium in a grid of n × 1 × 1 cells.
+    fn medium(n: i32, to_world: &str, memory: Memory) -> Result<SceneDesc, SceneError> {
+        let values: Vec<f32> = (0..n).map(|i| 1.0 + i as f32).collect();
+        let text = format!(
+            "<scene version='3.0.0'><shape type='sphere'><bsdf type='null'/><medium name='interior' type='heterogeneous'>\
+             <volume name='sigma_t' type='gridvolume'><string name='filename' value='c.vol'/>\
+             <transform name='to_world'>{to_world}</transform></volume></medium></shape></scene>"
+        );
+        let mut assets = MemoryAssets::default();
+        assets.files.insert("c.vol".into(), file([n, 1, 1], 1, &values));
+        let limits = Limits { memory: Arc::new(memory), ..Limits::default() };
+        let options = ImportOptions { limits, ..ImportOptions::default() };
+        crate::mitsuba::import_from(text.into_bytes(), "a.xml", &assets, &options)
+    }
+
+    #[test]
+    fn rotated_grids_keep_their_cells_or_fill_the_box_around() {
+        let root = 0.5f64.sqrt();
+        for (to_world, size, density, min, max, warnings) in [
+            ("<rotate z='1' angle='90'/>", [1, 2, 1], [1.0, 2.0], DVec3::NEG_X, DVec3::new(0.0, 1.0, 1.0), 0),
+            ("<scale x='-2'/>", [2, 1, 1], [2.0, 1.0], DVec3::NEG_X * 2.0, DVec3::new(0.0, 1.0, 1.0), 0),
+            (
+                "<rotate z='1' angle='-45'/>",
+                [2, 1, 1],
+                [1.0, 2.0],
+                DVec3::NEG_Y * root,
+                DVec3::new(2.0 * root, root, 1.0),
+                1,
+            ),
+        ] {
+            let scene = medium(2, to_world, Memory::default()).unwrap();
+            let MediumDesc::Grid(grid) = &scene.media[0].value else { panic!() };
+            assert_eq!(grid.file.data.size(), size, "{to_world}");
+            assert_eq!(grid.file.data.density(), density, "{to_world}");
+            let [a, b] = grid.bounds();
+            assert!((a - min).length() < 1e-8 && (b - max).length() < 1e-8, "{to_world}: {a} {b}");
+            assert_eq!(scene.warnings.len(), warnings, "{:?}", scene.warnings);
+        }
+    }
+
+    #[test]
+    fn grids_need_memory() {
+        assert!(medium(40_000, "", Memory::new(400_000, || None)).is_ok());
+        let error = medium(40_000, "", Memory::new(300_000, || None)).unwrap_err();
+        assert!(error.message.contains("c.vol: reading it needs"), "{}", error.message);
     }
 }

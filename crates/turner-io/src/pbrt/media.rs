@@ -62,7 +62,7 @@ pub(super) fn define(
             let common = common(scene, state, &params)?;
             match kind.as_str() {
                 "homogeneous" => Some(homogeneous(&common)),
-                "uniformgrid" if params.has("density") => grids::uniform(scene, state, &params, &common),
+                "uniformgrid" if params.has("density") => grids::uniform(scene, state, &params, &common)?,
                 "nanovdb" => grids::nanovdb(scene, state, &params, &common)?,
                 other => {
                     params.pass(&["filename", "density", "wispiness", "frequency", "p0", "p1"]);

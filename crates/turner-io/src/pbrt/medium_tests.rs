@@ -118,3 +118,53 @@ fn grids_of_colors_shine() {
     let (_, warnings) = colored(TWO, "\"rgb sigma_a\" [1 1 1 1 1 1] \"rgb Le\" [1 0 0 0 1 0]");
     assert!(warnings[0].message.contains("mean colour"), "{warnings:?}");
 }
+
+#[test]
+fn grids_of_colors_have_colors_for_every_cell() {
+    for (parameters, expected) in [
+        ("\"rgb sigma_a\" [1 2 3] \"rgb sigma_s\" [1 2 3 4 5 6]", "1 colours of \"sigma_a\" for 2 cells"),
+        ("\"rgb sigma_a\" [1 2 3 4 5 6] \"rgb sigma_s\" [1 2 3]", "1 colours of \"sigma_s\" for 2 cells"),
+        ("\"rgb sigma_a\" [1 2 3 4 5 6] \"rgb Le\" [1 2 3]", "1 colours of \"Le\" for 2 cells"),
+        ("\"rgb sigma_s\" [1 2 3 4 5 6] \"rgb Le\" [1 2 3 4 5 6]", "without \"sigma_a\""),
+    ] {
+        let scene = read(&format!(
+            "MakeNamedMedium \"m\" \"string type\" \"rgbgrid\" {TWO} {parameters} WorldBegin Shape \"sphere\""
+        ));
+        let MediumDesc::Homogeneous(empty) = &scene.media[0].value else { panic!("{parameters}") };
+        assert_eq!(empty.density, 0.0);
+        assert!(scene.warnings[0].message.contains(expected), "{:?}", scene.warnings);
+    }
+}
+
+#[test]
+fn nanovdb_media_need_a_filename() {
+    let scene = read("MakeNamedMedium \"m\" \"string type\" \"nanovdb\" WorldBegin Shape \"sphere\"");
+    assert!(scene.warnings[0].message.contains("without a filename"), "{:?}", scene.warnings);
+}
+
+#[test]
+fn rotated_grids_keep_their_cells_or_fill_the_box_around() {
+    let load = |rotation: &str| {
+        let scene = read(&format!(
+            "{rotation} MakeNamedMedium \"m\" \"string type\" \"uniformgrid\" \"float density\" [1 2] {TWO}\n\
+             \"point3 p0\" [-1 -1 -1] \"point3 p1\" [1 1 1] WorldBegin Shape \"sphere\""
+        ));
+        let MediumDesc::Grid(grid) = scene.media[0].value.clone() else { panic!("{:?}", scene.warnings) };
+        (grid, scene.warnings)
+    };
+    for (rotation, size, density) in [
+        ("Rotate 90 0 0 1", [1, 2, 1], [1.0, 2.0]),
+        ("Rotate -90 0 0 1", [1, 2, 1], [2.0, 1.0]),
+        ("Rotate 90 0 1 0", [1, 1, 2], [2.0, 1.0]),
+        ("Scale -1 1 1", [2, 1, 1], [2.0, 1.0]),
+    ] {
+        let (grid, warnings) = load(rotation);
+        assert_eq!((grid.file.data.size(), grid.file.data.density()), (size, &density[..]), "{rotation}");
+        assert!((grid.min.unwrap() + 1.0).length() < 1e-6 && (grid.max.unwrap() - 1.0).length() < 1e-6);
+        assert!(warnings.is_empty(), "{warnings:?}");
+    }
+    let (grid, warnings) = load("Rotate 45 0 0 1");
+    let corner = DVec3::new(2f64.sqrt(), 2f64.sqrt(), 1.0);
+    assert!((grid.min.unwrap() + corner).length() < 1e-6 && (grid.max.unwrap() - corner).length() < 1e-6);
+    assert!(warnings[0].message.contains("rotated"), "{warnings:?}");
+}

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use turner::color::Spectrum;
-use turner::image::{Image, Pixels};
+use turner::image::Image;
 use turner::math::elementary::{atan2, tan};
 use turner::math::{DVec2, radians};
 use turner::schema::ImageId;
@@ -11,6 +11,7 @@ use turner::schema::ImageId;
 use super::assembly::Assembly;
 use super::environment::EncodedView;
 use super::source::Place;
+use crate::scene_import::rearranged;
 
 /// A picture at distance 1.
 pub(super) struct Slide {
@@ -59,36 +60,10 @@ impl Slide {
 /// The image with left and right exchanged; `None` if it cannot be read, which is reported.
 pub(super) fn mirrored(scene: &mut Assembly<'_>, name: &str, place: Place) -> Option<ImageId> {
     let id = scene.image(name, place)?;
-    let key = format!("{name}\0mirrored");
-    if let Some(known) = scene.image_ids.get(&key) {
-        return *known;
-    }
-    let old = scene.images.get(id.index())?.data.clone();
-    let made = if scene.may_copy(old.memory() as u64) { reversed(&old) } else { None };
-    let Some(made) = made else {
+    let reversed = |old: &Image| rearranged(old, [old.width, old.height], |x, y| (old.width - 1 - x, y));
+    let made = scene.derived_image((name, id), "mirrored", reversed);
+    if made.is_none() {
         scene.report.approximated(place, "the images of projection lights take too much memory: mirrored");
-        return Some(id);
-    };
-    let made = scene.add_image(name, made);
-    scene.image_ids.insert(key, Some(made));
-    Some(made)
-}
-
-/// Every row from right to left; `None` if memory is short.
-fn reversed(old: &Image) -> Option<Image> {
-    fn rows<T: Copy>(old: &[T], width: usize, channels: usize) -> Option<Vec<T>> {
-        let mut out = Vec::new();
-        out.try_reserve_exact(old.len()).ok()?;
-        for row in old.chunks_exact(width * channels) {
-            row.chunks_exact(channels).rev().for_each(|pixel| out.extend_from_slice(pixel));
-        }
-        Some(out)
     }
-    let (width, channels) = (old.width as usize, usize::from(old.channels));
-    let pixels = match &old.pixels {
-        Pixels::U8(p) => Pixels::U8(rows(p, width, channels)?),
-        Pixels::U16(p) => Pixels::U16(rows(p, width, channels)?),
-        Pixels::F32(p) => Pixels::F32(rows(p, width, channels)?),
-    };
-    Some(Image { pixels, ..*old })
+    made.or(Some(id))
 }

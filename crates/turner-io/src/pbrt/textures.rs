@@ -18,7 +18,7 @@ use super::spectra::{Role, color};
 use super::state::State;
 use super::transform::is_sound;
 use crate::assets::printable;
-use crate::scene_import::{mix, product};
+use crate::scene_import::{mix, product, rearranged};
 
 /// A texture by its name.
 pub(super) fn source_named(scene: &mut Assembly<'_>, name: &str, place: Place) -> Result<ColorSource, Fault> {
@@ -210,7 +210,7 @@ impl Maker<'_, '_> {
         let mapping = self.params.string("mapping").unwrap_or("uv").to_owned();
         let place = self.params.place_of("mapping");
         // From pbrt's axes to those of Turner's mappings, which go once around y.
-        let (mapping, rows, shift) = match mapping.as_str() {
+        let (kind, rows, shift) = match mapping.as_str() {
             "uv" => return None,
             "planar" => {
                 let [_, _, du, dv] = self.uv();
@@ -238,10 +238,11 @@ impl Maker<'_, '_> {
         let to_texture = DAffine3::from_mat3_translation(rows.transpose(), shift);
         let to_texture = to_texture * self.state.ctm[0].inverse();
         if !is_sound(&to_texture) {
-            self.scene.report.ignored(place, "a planar mapping with parallel axes");
+            let message = format!("a {mapping} mapping whose transform is not invertible");
+            self.scene.report.ignored(place, message);
             return None;
         }
-        Some((mapping, Transform(to_texture.inverse())))
+        Some((kind, Transform(to_texture.inverse())))
     }
 
     /// Reports mappings of patterns that have no counterpart.
@@ -323,20 +324,12 @@ impl Maker<'_, '_> {
     /// The picture of a spherical mapping. pbrt's goes from pole to pole from left to right, and around upwards; Turner's
     /// goes around from left to right, and from pole to pole downwards.
     fn turned(&mut self, name: &str, file: ImageId) -> ImageId {
-        let key = format!("{name}\0turned");
-        if let Some(Some(known)) = self.scene.image_ids.get(&key) {
-            return *known;
-        }
-        let Some(old) = self.scene.images.get(file.index()).map(|a| a.data.clone()) else { return file };
-        let made = if self.scene.may_copy(old.memory() as u64) { turned(&old) } else { None };
-        let Some(made) = made else {
+        let turned = |old: &Image| rearranged(old, [old.height, old.width], |x, y| (y, old.height - 1 - x));
+        self.scene.derived_image((name, file), "turned", turned).unwrap_or_else(|| {
             let message = "the images of spherical mappings take too much memory: shown as they are";
             self.scene.report.approximated(self.params.place, message);
-            return file;
-        };
-        let id = self.scene.add_image(name, made);
-        self.scene.image_ids.insert(key, Some(id));
-        id
+            file
+        })
     }
 
     fn checkerboard(&mut self) -> Result<ColorSource, Fault> {
@@ -385,29 +378,6 @@ impl Maker<'_, '_> {
             ImageDesc { wrap: Wrap::Clamp, uv_matrix: Some([su, 0.0, du, 0.0, sv, dv]), ..picture(file) };
         Ok(self.scene.texture(TextureDesc::Image(desc)))
     }
-}
-
-/// An image turned by a quarter: its left edge becomes the upper one. `None` if memory is short.
-fn turned(old: &Image) -> Option<Image> {
-    fn spread<T: Copy>(old: &[T], [w, h]: [usize; 2], channels: usize) -> Option<Vec<T>> {
-        let mut out = Vec::new();
-        out.try_reserve_exact(old.len()).ok()?;
-        for x in 0..w {
-            for y in (0..h).rev() {
-                let at = (y * w + x) * channels;
-                out.extend_from_slice(old.get(at..at + channels)?);
-            }
-        }
-        Some(out)
-    }
-    let size = [old.width as usize, old.height as usize];
-    let channels = usize::from(old.channels);
-    let pixels = match &old.pixels {
-        Pixels::U8(p) => Pixels::U8(spread(p, size, channels)?),
-        Pixels::U16(p) => Pixels::U16(spread(p, size, channels)?),
-        Pixels::F32(p) => Pixels::F32(spread(p, size, channels)?),
-    };
-    Some(Image { width: old.height, height: old.width, channels: old.channels, pixels })
 }
 
 fn grey(v: f64) -> ColorSource {

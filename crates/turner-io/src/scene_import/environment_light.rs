@@ -14,7 +14,7 @@ const LOOKS: u32 = 2;
 /// Most threads that resample.
 const MAX_THREADS: usize = 64;
 /// Most rows of a resampled map.
-const MAX_ROWS: u32 = 8192;
+pub(crate) const MAX_ROWS: u32 = 8192;
 
 /// The environment map of a constant light: white.
 pub(crate) fn white(stock: &mut CommonParts<'_>) -> ImageId {

@@ -115,7 +115,11 @@ pub(super) fn decode(bytes: &[u8], name: Option<&str>, budget: u64) -> Result<Gr
     let grid = unpack(stored, *codec, *size, budget).map_err(of_grid)?;
     let transform = transform(&grid)?;
     let (topology, values) = tree(&grid)?;
-    let frame = Frame::new(&topology, &transform, budget).map_err(of_grid)?;
+    let used = match &grid {
+        Cow::Owned(bytes) => bytes.len() as u64,
+        Cow::Borrowed(_) => 0,
+    };
+    let frame = Frame::new(&topology, &transform, budget.saturating_sub(used)).map_err(of_grid)?;
     let mut cells = frame.cells(&topology)?;
     for (leaf, at) in topology.leaves.iter().zip(values) {
         let mut cursor = Cursor::new(&grid, at);
@@ -222,18 +226,19 @@ fn unpack(stored: &[u8], codec: u16, size: u64, budget: u64) -> Result<Cow<'_, [
     }
     let size = usize::try_from(size).map_err(|_| format!("has {size} bytes: expected fewer"))?;
     let mut cursor = Cursor::new(stored, 0);
-    let chunk = |cursor: &mut Cursor<'_>| -> Result<Vec<u8>, String> {
+    let mut chunk = || {
         let length = as_size(cursor.i64()?)?;
-        cursor.take(usize::try_from(length).unwrap_or(usize::MAX)).map(<[u8]>::to_vec)
+        cursor.take(usize::try_from(length).unwrap_or(usize::MAX))
     };
     let bytes = match codec {
         0 => Cow::Borrowed(stored),
-        1 => Cow::Owned(decompress_zlib(&chunk(&mut cursor)?, size + 1)?),
+        1 => Cow::Owned(decompress_zlib(chunk()?, size.saturating_add(1))?),
         2 => {
             let mut out = Vec::new();
+            out.try_reserve_exact(size).map_err(|_| format!("needs {size} bytes of memory"))?;
             while out.len() < size {
                 let part = (size - out.len()).min(BLOSC_CHUNK);
-                out.extend(blosc::decompress(&chunk(&mut cursor)?, part)?);
+                out.extend(blosc::decompress(chunk()?, part)?);
             }
             Cow::Owned(out)
         }

@@ -110,6 +110,17 @@ fn what_cannot_be_read_says_so() {
     assert!(decode(FILE, None, 1000).unwrap_err().contains("at most 1000"));
 }
 
+/// What is decompressed counts as well as the cells.
+#[test]
+fn the_budget_is_for_the_bytes_and_the_cells() {
+    let (bytes, cells) = (alone().len() as u64, 4 * 62 * 13 * 39);
+    assert!(decode(FILE, None, bytes + cells).is_ok());
+    let found = decode(FILE, None, bytes + cells - 1).unwrap_err();
+    assert!(found.contains("cells around its active voxels"), "{found}");
+    // Stored plainly it is not copied.
+    assert!(decode(&stored(0, &alone()), None, bytes.max(cells)).is_ok());
+}
+
 /// The children of the root are one node: without a check, a file of any size holds as many voxels as it likes.
 #[test]
 fn nodes_that_share_bytes_are_refused() {

@@ -2879,7 +2879,7 @@ class GridMedium(Medium):
     """A medium whose density comes from a grid file: smoke, clouds, scans. The file is OpenVDB (`.vdb`), NanoVDB (`.nvdb`) or of the kind that docs/guides/fog-and-smoke.md describes. The grid fills the box from `min` to `max`; outside it the medium is empty. All coefficients are multiplied by the local density.
     
     Keys:
-        file ("grid file"): Path of the file, relative to the scene file. `smoke.vdb#flames` is the grid `flames` of an OpenVDB file; without a name it is `density` or the only grid of floats.
+        file ("grid file"): Path of the file, relative to the scene file. `smoke.vdb#flames` is the grid `flames` of an OpenVDB or NanoVDB file; without a name it is `density` or the only grid of floats.
         min ([x, y, z]): Corner of the grid's first cell, in scene units. If not given, where the file places it; (-1, -1, -1) if it does not.
         max ([x, y, z]): The opposite corner; (1, 1, 1) if neither it nor the file gives one.
         border ("extend" | "fade", default "extend"): The density in the outer half of the border cells.

@@ -22,8 +22,8 @@ params! {
     /// (`.nvdb`) or of the kind that docs/guides/fog-and-smoke.md describes. The grid fills the box from `min` to `max`;
     /// outside it the medium is empty. All coefficients are multiplied by the local density.
     pub struct GridMedium as "grid" {
-        /// Path of the file, relative to the scene file. `smoke.vdb#flames` is the grid `flames` of an OpenVDB file;
-        /// without a name it is `density` or the only grid of floats.
+        /// Path of the file, relative to the scene file. `smoke.vdb#flames` is the grid `flames` of an OpenVDB or
+        /// NanoVDB file; without a name it is `density` or the only grid of floats.
         file: GridFile, required, default GridFile::default();
         /// Corner of the grid's first cell, in scene units. If not given, where the file places it; (-1, -1, -1) if it
         /// does not.

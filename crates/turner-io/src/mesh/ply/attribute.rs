@@ -2,7 +2,7 @@
 //!
 //! An attribute is `vertex_` or `face_` and a name. `color` are the properties `r g b` or `red green blue`, `NAME_color`
 //! those with the postfixes `_r _g _b`, and `NAME` those with `_x _y _z`, `_0 _1 _2` or `_1 _2 _3`. One property
-//! alone, with the first postfix, is grey. Values are not decoded.
+//! alone, with the first postfix, is grey; two or four are no colour. Values are not decoded.
 
 use super::header::{self, Element};
 use super::values::Values;
@@ -52,28 +52,31 @@ fn all(bytes: &[u8], of: Of, name: &str) -> Result<Option<Vec<[f32; 3]>>, Fail> 
     Ok(None)
 }
 
-/// The properties of red, green and blue.
+/// The postfixes of properties that belong together, in the order in which they are looked up.
+const POSTFIXES: [[&str; 4]; 3] = [["x", "y", "z", "w"], ["0", "1", "2", "3"], ["1", "2", "3", "4"]];
+
+/// The properties of red, green and blue. `None` if there are none, or two or four that belong together.
 fn columns(element: &Element, name: &str) -> Option<[usize; 3]> {
     let of = |wanted: &str| element.properties.iter().position(|p| p.name == wanted && p.count.is_none());
-    let three = |names: [String; 3]| {
-        let [r, g, b] = names.map(|n| of(&n));
+    let three = |names: [&str; 3]| {
+        let [r, g, b] = names.map(of);
         Some([r?, g?, b?])
     };
-    let with = |prefix: &str, ends: [&str; 3]| three(ends.map(|end| format!("{prefix}_{end}")));
-    let one = |name: String| of(&name).map(|i| [i; 3]);
-    let plain = || {
-        let full = with(name, ["x", "y", "z"]).or_else(|| with(name, ["0", "1", "2"]));
-        let full = full.or_else(|| with(name, ["1", "2", "3"]));
-        full.or_else(|| one(format!("{name}_x"))).or_else(|| one(format!("{name}_0")))
+    let starts = |prefix: &str, ends: &[&str; 4]| of(&format!("{prefix}_{}", ends[0])).is_some();
+    let with = |prefix: &str, ends: &[&str; 4]| match ends.map(|end| of(&format!("{prefix}_{end}"))) {
+        [Some(r), Some(g), Some(b), None] => Some([r, g, b]),
+        [Some(grey), None, ..] => Some([grey; 3]),
+        _ => None,
     };
+    let plain = || with(name, POSTFIXES.iter().find(|ends| starts(name, ends))?);
     if name == "color" {
-        let short = three(["r", "g", "b"].map(str::to_owned));
-        let long = || three(["red", "green", "blue"].map(str::to_owned));
-        return short.or_else(long).or_else(plain);
+        let short = three(["r", "g", "b"]);
+        return short.or_else(|| three(["red", "green", "blue"])).or_else(plain);
     }
+    const COLOR: [&str; 4] = ["r", "g", "b", "a"];
     match name.strip_suffix("_color") {
-        Some(prefix) => with(prefix, ["r", "g", "b"]).or_else(|| one(format!("{prefix}_r"))).or_else(plain),
-        None => plain(),
+        Some(prefix) if starts(prefix, &COLOR) => with(prefix, &COLOR),
+        _ => plain(),
     }
 }
 
@@ -105,6 +108,35 @@ mod tests {
                         property float green\nproperty float blue\nproperty float id_0\nproperty float id_1\n\
                         property float id_2\nend_header\n0 0 0 1 2 3 9\n1 0 0 4 5 6 8\n0 1 0 7 8 nan -7\n\
                         3 0 1 2 0.5 0.25 0.125 5 6 7\n";
+
+    /// One and three properties are colours; two and four are not, except for `r g b a`.
+    #[test]
+    fn the_number_of_properties_counts() {
+        let found = |names: &str, wanted: &str| {
+            let properties: String =
+                names.split_whitespace().map(|name| format!("property float {name}\n")).collect();
+            let values: String = (1..=names.split_whitespace().count()).map(|i| format!("{i} ")).collect();
+            let file = format!("ply\nformat ascii 1.0\nelement vertex 1\n{properties}end_header\n{values}\n");
+            read(file.as_bytes(), Of::Vertices, wanted).unwrap().map(|colors| colors[0])
+        };
+        for (names, wanted, expected) in [
+            ("a_1", "a", Some([1.0; 3])),
+            ("a_0 a_1 a_2", "a", Some([1.0, 2.0, 3.0])),
+            ("a_1 a_2 a_3", "a", Some([1.0, 2.0, 3.0])),
+            ("a_0 a_1", "a", None),
+            ("a_0 a_1 a_2 a_3", "a", None),
+            ("a_1 a_2 a_3 a_4", "a", None),
+            ("a_x a_y", "a", None),
+            ("a_x a_y a_z a_w", "a", None),
+            ("a_r", "a_color", Some([1.0; 3])),
+            ("a_r a_g", "a_color", None),
+            ("a_r a_g a_b a_a", "a_color", None),
+            ("r g b a", "color", Some([1.0, 2.0, 3.0])),
+            ("color_0 color_1 color_2", "color", Some([1.0, 2.0, 3.0])),
+        ] {
+            assert_eq!(found(names, wanted), expected, "{names}");
+        }
+    }
 
     #[test]
     fn attributes_have_the_names_of_mitsuba() {

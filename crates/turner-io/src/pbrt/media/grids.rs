@@ -3,9 +3,9 @@
 use std::sync::Arc;
 
 use turner::color::Spectrum;
-use turner::math::{DMat3, DVec3};
+use turner::math::DVec3;
 use turner::medium::{GridBorder, GridMedium, MediumDesc};
-use turner::schema::{GridData, GridFile, GridScattering};
+use turner::schema::{ErrorCode, GridData, GridFile, GridScattering};
 
 use super::{Common, anisotropy_of, scale_of};
 use crate::assets::printable;
@@ -15,6 +15,7 @@ use crate::pbrt::params::Params;
 use crate::pbrt::report::Fault;
 use crate::pbrt::source::Place;
 use crate::pbrt::state::State;
+use crate::scene_import::{GridBox, ROTATED_GRID};
 use crate::vdb;
 
 /// Largest coefficient.
@@ -26,18 +27,19 @@ pub(super) fn uniform(
     state: &State,
     params: &Params,
     common: &Common,
-) -> Option<MediumDesc> {
+) -> Result<Option<MediumDesc>, Fault> {
     let values: Vec<f32> = params.floats("density").iter().map(|v| v.clamp(0.0, MOST) as f32).collect();
-    let data = checked(scene, params, GridData::new(size_of_grid(params), values, None))?;
-    Some(MediumDesc::Grid(GridMedium {
+    let data = checked(scene, params, GridData::new(size_of_grid(params), values, None));
+    let Some(data) = data else { return Ok(None) };
+    Ok(Some(MediumDesc::Grid(GridMedium {
         border: GridBorder::Fade,
         density: common.scale,
         absorption: Some(common.absorption),
         scattering: Some(common.scattering),
         anisotropy: common.anisotropy,
         emission: common.emission,
-        ..placed(scene, state, data, box_of(params), params.place)
-    }))
+        ..placed(scene, state, data, box_of(params), params.place)?
+    })))
 }
 
 /// A grid of colours; `None` if it is damaged, which is reported.
@@ -53,6 +55,17 @@ pub(super) fn colored(
     };
     params.pass(&["Le"]);
     let count = absorption.len().max(scattering.len());
+    for (name, list) in [("sigma_a", &absorption), ("sigma_s", &scattering), ("Le", &light)] {
+        if !list.is_empty() && list.len() != count {
+            let message = format!("{} colours of \"{name}\" for {count} cells", list.len());
+            scene.report.ignored(params.place_of(name), message);
+            return Ok(None);
+        }
+    }
+    if absorption.is_empty() && !light.is_empty() {
+        scene.report.ignored(params.place_of("Le"), "a grid that glows without \"sigma_a\"");
+        return Ok(None);
+    }
     // One that is not given is 1 everywhere.
     let filled = |c: Vec<[f32; 3]>| if c.is_empty() { vec![[1.0; 3]; count] } else { c };
     let (absorption, scattering) = (filled(absorption), filled(scattering));
@@ -73,8 +86,7 @@ pub(super) fn colored(
             scene.report.approximated(params.place_of("Le"), message);
         }
     }
-    let data = GridData::new(size_of_grid(params), vec![0.0; extinction.len()], emission)
-        .and_then(|data| data.with_extinction(extinction))
+    let data = GridData::of_extinction(size_of_grid(params), extinction, emission)
         .and_then(|data| data.with_scattering(GridScattering::Coefficient(scattering)));
     let Some(data) = checked(scene, params, data) else { return Ok(None) };
     let scale = params.float("Lescale").unwrap_or(1.0).clamp(0.0, 1e15) as f32;
@@ -83,7 +95,7 @@ pub(super) fn colored(
         density: scale_of(params),
         anisotropy: anisotropy_of(params),
         emission: (color * scale).map(|v| v.clamp(0.0, 1e15)),
-        ..placed(scene, state, data, box_of(params), params.place)
+        ..placed(scene, state, data, box_of(params), params.place)?
     })))
 }
 
@@ -136,28 +148,38 @@ fn placed(
     scene: &mut Assembly<'_>,
     state: &State,
     data: GridData,
-    [p0, p1]: [DVec3; 2],
+    [a, b]: [DVec3; 2],
     place: Place,
-) -> GridMedium {
-    let m = state.ctm[0];
-    let scales = DMat3::from_diagonal(DVec3::new(m.matrix3.x_axis.x, m.matrix3.y_axis.y, m.matrix3.z_axis.z));
-    let (min, max) = (m.transform_point3(p0), m.transform_point3(p1));
-    if scales != m.matrix3 || !min.cmplt(max).all() {
-        let message = "a medium grid that is rotated or mirrored: aligned with the world axes";
-        scene.report.approximated(place, message);
+) -> Result<GridMedium, Fault> {
+    // In pbrt the first cell lies at the smallest coordinates, whatever the order of the corners is.
+    let placed = GridBox::new(&state.ctm[0], [a.min(b), a.max(b)]);
+    if !placed.keeps_cells() {
+        let memory = &scene.options.limits.memory;
+        let need = memory.need(data.memory() as u64, || "turning a medium grid".to_owned());
+        need.map_err(|e| Fault::from_scene(place, e))?;
     }
+    let Some(data) = placed.grid(data) else {
+        return Err(Fault::at(place, ErrorCode::TooLarge, "not enough memory to turn a medium grid"));
+    };
+    if !placed.is_exact {
+        scene.report.approximated(place, ROTATED_GRID);
+    }
+    let [min, max] = placed.bounds;
     let file = GridFile { uri: String::new(), data: Arc::new(data) };
-    GridMedium { file, min: Some(min.min(max)), max: Some(min.max(max) + 1e-9), ..GridMedium::default() }
+    Ok(GridMedium { file, min: Some(min), max: Some(max + 1e-9), ..GridMedium::default() })
 }
 
-/// A NanoVDB file; `None` if it cannot be read, which is reported.
+/// A NanoVDB file; `None` if it has no name or is damaged, which is reported.
 pub(super) fn nanovdb(
     scene: &mut Assembly<'_>,
     state: &State,
     params: &Params,
     common: &Common,
 ) -> Result<Option<MediumDesc>, Fault> {
-    let name = params.string("filename").unwrap_or_default().to_owned();
+    let Some(name) = params.string("filename").map(str::to_owned) else {
+        scene.report.ignored(params.place, "a nanovdb medium without a filename");
+        return Ok(None);
+    };
     let grid = params.string("gridname").unwrap_or("density").to_owned();
     let heat = params.string("temperaturename").unwrap_or("temperature").to_owned();
     let glows = params.float("Lescale").unwrap_or(1.0) > 0.0;
@@ -180,7 +202,7 @@ pub(super) fn nanovdb(
                 absorption: Some(common.absorption),
                 scattering: Some(common.scattering),
                 anisotropy: common.anisotropy,
-                ..placed(scene, state, data, bounds, params.place)
+                ..placed(scene, state, data, bounds, params.place)?
             })))
         }
         Err(problem) => {

@@ -8,6 +8,7 @@ use turner::texture::{Mapping, TextureDesc};
 
 use super::super::assembly::Assembly;
 use super::super::state::State;
+use crate::scene_import::{own_vertices_bytes, with_own_vertices};
 
 /// Whether the material of a shape, as far as it is defined, its alpha or its area light looks up a texture at (u, v).
 pub(super) fn are_used(scene: &Assembly<'_>, state: &State, alpha: Option<ColorSource>) -> bool {
@@ -54,34 +55,16 @@ pub(super) fn are_used(scene: &Assembly<'_>, state: &State, alpha: Option<ColorS
     false
 }
 
-/// The mesh with vertices and (u, v) of its own for each triangle; `None` if memory is short.
-pub(super) fn with_own_vertices(data: &MeshData, left: u64) -> Option<MeshData> {
-    fn copied<T: Copy + Default>(list: &[T], triangles: &[[u32; 3]]) -> Option<Vec<T>> {
-        let mut out = Vec::new();
-        if !list.is_empty() {
-            out.try_reserve_exact(triangles.len().checked_mul(3)?).ok()?;
-            let of = |i: u32| list.get(i as usize).copied().unwrap_or_default();
-            out.extend(triangles.iter().flatten().map(|&i| of(i)));
-        }
-        Some(out)
-    }
+/// The mesh with vertices and (u, v) of its own for each triangle; `None` if it takes more than `left` bytes or memory is
+/// short.
+pub(super) fn with_default_uvs(data: &MeshData, left: u64) -> Option<MeshData> {
     const CORNERS: [[f32; 2]; 3] = [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0]];
-    // Positions, normals and (u, v) of three corners, and their indices.
-    const BYTES: u64 = 3 * (12 + 12 + 8) + 12;
-    let count = u32::try_from(data.triangles.len()).ok().filter(|n| *n <= u32::MAX / 3)?;
-    if u64::from(count) * BYTES > left {
+    let count = data.triangles.len();
+    if own_vertices_bytes(data) + size_of_val(&CORNERS) as u64 * count as u64 > left {
         return None;
     }
     let mut uvs = Vec::new();
-    uvs.try_reserve_exact(count as usize * 3).ok()?;
+    uvs.try_reserve_exact(count.checked_mul(3)?).ok()?;
     uvs.extend((0..count).flat_map(|_| CORNERS));
-    Some(MeshData {
-        positions: copied(&data.positions, &data.triangles)?,
-        normals: copied(&data.normals, &data.triangles)?,
-        uvs,
-        triangles: (0..count).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]).collect(),
-        face_materials: data.face_materials.clone(),
-        material_names: data.material_names.clone(),
-        ..MeshData::default()
-    })
+    Some(MeshData { uvs, polygons: Vec::new(), ..with_own_vertices(data)? })
 }

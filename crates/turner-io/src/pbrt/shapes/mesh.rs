@@ -90,7 +90,7 @@ pub(super) fn triangles(
 
 /// Gives a mesh the (u, v) of meshes that have none.
 fn add_uvs(scene: &mut Assembly<'_>, data: &mut MeshData, place: Place) {
-    match default_uvs::with_own_vertices(data, scene.options.limits.memory.left() / 2) {
+    match default_uvs::with_default_uvs(data, scene.options.limits.memory.left() / 2) {
         Some(with_uvs) => *data = with_uvs,
         None => scene.report.approximated(place, "a textured mesh without uv: too large for default ones"),
     }

@@ -62,23 +62,30 @@ impl GridData {
         Ok(GridData { size, density, emission, extinction: None, scattering: None, bounds: None })
     }
 
-    /// The same grid with an extinction for each cell and colour. The density becomes the greatest of the three.
+    /// A grid of `size` cells along x, y and z, with an extinction for each cell and colour and optionally a factor of the
+    /// emission. The density is the greatest of the three.
     ///
-    /// Errors: a list whose length differs from the number of cells, values that are negative or not finite.
-    pub fn with_extinction(self, extinction: Vec<[f32; 3]>) -> Result<GridData, String> {
+    /// Errors: lists whose length differs from the number of cells, values that are negative or not finite.
+    pub fn of_extinction(
+        size: [u32; 3],
+        extinction: Vec<[f32; 3]>,
+        emission: Option<Vec<f32>>,
+    ) -> Result<GridData, String> {
         let density = extinction.iter().map(|[r, g, b]| r.max(*g).max(*b)).collect();
         // Greatest values do not show NaN and negative ones.
         if let Some(cell) = extinction.iter().position(|c| c.iter().any(|v| !(0.0..=1e30).contains(v))) {
             let value = extinction.get(cell).copied().unwrap_or_default();
             return Err(format!("the extinction of cell {cell} is {value:?}: expected 0 to 1e30"));
         }
-        let made = GridData::new(self.size, density, self.emission)?;
-        Ok(GridData {
-            extinction: Some(extinction),
-            scattering: self.scattering,
-            bounds: self.bounds,
-            ..made
-        })
+        Ok(GridData { extinction: Some(extinction), ..GridData::new(size, density, emission)? })
+    }
+
+    /// The same grid with an extinction for each cell and colour. The density becomes the greatest of the three.
+    ///
+    /// Errors: a list whose length differs from the number of cells, values that are negative or not finite.
+    pub fn with_extinction(self, extinction: Vec<[f32; 3]>) -> Result<GridData, String> {
+        let made = GridData::of_extinction(self.size, extinction, self.emission)?;
+        Ok(GridData { scattering: self.scattering, bounds: self.bounds, ..made })
     }
 
     /// The same grid with what each cell scatters, after [`GridData::with_extinction`] if both are given.
