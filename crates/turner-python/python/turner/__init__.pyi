@@ -193,11 +193,11 @@ class ThinLensCamera(Camera):
     name: Any
 
 class EquirectangularCamera(Camera):
-    """A panorama of all directions around a point. Columns are longitudes and rows latitudes, evenly spaced. The centre of the picture is the viewing direction, the left and right edges are behind the camera, the upper edge is straight up. Use a picture twice as wide as high; other aspect ratios are stretched. With the camera looking along −z and y up, the picture can be used unchanged as the environment map of another scene.
+    """A panorama of all directions around a point. With the mapping "latitude-longitude" columns are longitudes and rows latitudes, evenly spaced. The centre of the picture is the viewing direction, the left and right edges are behind the camera, the upper edge is straight up. Use a picture twice as wide as high; other aspect ratios are stretched. With the camera looking along −z and y up, the picture can be used unchanged as the environment map of another scene.
     
     Keys:
         position ([x, y, z], default [0, 0, 5]): Position of the camera.
-        look_at ([x, y, z], default [0, 0, 0]): The point at the centre of the picture.
+        look_at ([x, y, z], default [0, 0, 0]): A point in the viewing direction: the centre of the picture, or with "equal-area" the middle of its lower edge.
         up ([x, y, z], default [0, 1, 0]): Up direction in the picture. The poles are along its component perpendicular to the viewing direction.
         handedness ("right" | "left", default "right"): Handedness of the axes.
             'right': right = forward × up: if the camera looks along −z with y up, x is to the right.
