@@ -299,11 +299,15 @@ impl OpenPbr {
     /// Radiance if constant.
     #[inline]
     pub fn constant_emission(&self) -> Option<Spectrum> {
-        match (self.desc.emission_color, self.desc.alpha_mode, self.desc.opacity) {
-            (ColorSource::Constant(c), AlphaMode::Opaque | AlphaMode::Mask, ColorSource::Constant(_)) => {
-                Some(c * self.desc.emission_luminance as f32)
+        let ColorSource::Constant(color) = self.desc.emission_color else { return None };
+        let all = color * self.desc.emission_luminance as f32;
+        match (self.desc.alpha_mode, self.desc.opacity) {
+            (AlphaMode::Opaque, _) => Some(all),
+            (AlphaMode::Mask, ColorSource::Constant(o)) => {
+                let is_seen = (o.r + o.g + o.b) / 3.0 >= self.desc.alpha_cutoff as f32;
+                Some(if is_seen { all } else { Spectrum::BLACK })
             }
-            _ => None,
+            (AlphaMode::Mask | AlphaMode::Blend, _) => None,
         }
     }
 

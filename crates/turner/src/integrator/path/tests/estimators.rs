@@ -6,13 +6,14 @@ use crate::description::SceneDesc;
 use crate::image::{Image, Pixels};
 use crate::integrator::{Caustics, LightSampling, PathDesc, SharedPathsMode};
 use crate::light::{EnvironmentDesc, LightDesc};
-use crate::material::PrincipledMaterial;
+use crate::material::{AlphaMode, PrincipledMaterial};
 use crate::math::DVec3;
-use crate::schema::{Asset, ColorSource, ImageId, MeshData, PrepareOptions};
+use crate::schema::{Asset, ColorSource, ImageId, MeshData, PrepareOptions, TextureId};
 use crate::shape::{PlaneDesc, ShapeDesc};
 use crate::testing::scenes::{
     Mean, cuboid, emissive, grey, matte, mean_of, path, plane, rectangle, rgb, sphere, v,
 };
+use crate::texture::{CheckerboardDesc, TextureDesc};
 
 fn metal(base_color: ColorSource, roughness: f64) -> PrincipledMaterial {
     PrincipledMaterial {
@@ -178,6 +179,41 @@ fn adaptive_sampling_is_chosen_for_rooms() {
     let sky = LightDesc::Environment(EnvironmentDesc::studio());
     let ball = path(PathDesc::default()).with(sphere(DVec3::ZERO, 1.0), matte(grey(0.5)));
     assert!(!chosen(&ball.lit(sky)));
+}
+
+/// Emission of surfaces that are partly or completely cut out or transparent, seen and found by every strategy; the
+/// texture's squares are smaller than the footprints of reflected rays.
+#[test]
+fn transparent_lamps_by_every_strategy() {
+    let half =
+        CheckerboardDesc { even: grey(1.0), odd: grey(0.0), density: 8.0, ..CheckerboardDesc::default() };
+    let by = |luminance, alpha_mode, opacity: Option<f64>, light_sampling| {
+        let opacity = opacity.map_or(ColorSource::Texture(TextureId(0)), grey);
+        let lamp = PrincipledMaterial { alpha_mode, opacity, ..emissive(luminance, grey(1.0)) };
+        let desc = PathDesc { max_depth: 1, light_sampling, ..PathDesc::default() };
+        let scene = path(desc)
+            .seen_at(v(0.0, 3.0, 6.0), v(0.0, 0.0, 0.0), 20.0)
+            .with(plane(), matte(grey(0.6)))
+            .with(rectangle(v(-1.0, 2.0, -1.0), v(2.0, 0.0, 0.0), v(0.0, 0.0, 2.0)), lamp);
+        SceneDesc { textures: vec![TextureDesc::Checkerboard(half.clone()).into()], ..scene }
+    };
+    for (alpha_mode, opacity, expected) in [
+        (AlphaMode::Mask, Some(0.0), 0.0),
+        (AlphaMode::Mask, Some(0.6), 1.0),
+        (AlphaMode::Mask, None, 0.5),
+        (AlphaMode::Blend, Some(0.25), 0.25),
+        (AlphaMode::Blend, None, 0.5),
+    ] {
+        for light_sampling in [LightSampling::Both, LightSampling::Bsdf, LightSampling::Light] {
+            let found = estimate(128, by(5.0, alpha_mode, opacity, light_sampling));
+            if expected == 0.0 {
+                found.is_grey(0.0, 0.0);
+            } else {
+                let opaque = by(5.0 * expected, AlphaMode::Opaque, Some(1.0), LightSampling::Light);
+                found.agrees(&estimate(128, opaque), 0.02);
+            }
+        }
+    }
 }
 
 /// Under a uniform sky, directions that follow the BSDF are enough: the mean is that of light samples.
