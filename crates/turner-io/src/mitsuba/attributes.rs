@@ -14,10 +14,11 @@ use crate::mesh::ply::attribute::{Of, read};
 use crate::scene_import::report::Fault;
 use crate::scene_import::{own_vertices_bytes, with_own_vertices};
 
-/// The attribute that every mesh has as its colours.
+/// The attribute that meshes are read with: their vertex colours.
 const VERTEX_COLORS: &str = "vertex_color";
 
-/// The attribute that the textures of a shape show, unless it is that of all meshes.
+/// The mesh attribute that the `mesh_attribute` textures of a shape read; `None` for none and for `vertex_color`, with
+/// which all meshes are read.
 pub(super) fn of_shape(scene: &mut Assembly<'_>, object: &Object) -> Result<Option<String>, Fault> {
     let names = names(&scene.document, object.node);
     if let [first, second, ..] = &names[..] {

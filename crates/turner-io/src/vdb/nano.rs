@@ -337,7 +337,8 @@ fn within(grid: &[u8], count: usize, bytes: usize) -> Result<(), String> {
     Ok(())
 }
 
-/// Reads the tiles of all nodes of a level, and returns their children: where they are, and their first voxels.
+/// Reads the tiles of all nodes of one level of the tree. Returns their child nodes: the offset of each in the file, and
+/// the coordinates of its first voxel.
 fn level(
     grid: &[u8],
     nodes: &[(usize, [i64; 3])],

@@ -121,7 +121,7 @@ fn the_budget_is_for_the_bytes_and_the_cells() {
     assert!(decode(&stored(0, &alone()), None, bytes.max(cells)).is_ok());
 }
 
-/// The children of the root are one node: without a check, a file of any size holds as many voxels as it likes.
+/// All children of the root are the same node. Without a check, a small file would hold any number of voxels.
 #[test]
 fn nodes_that_share_bytes_are_refused() {
     let grid = alone();

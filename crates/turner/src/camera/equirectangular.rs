@@ -128,7 +128,7 @@ impl Equirectangular {
 /// The direction along right, up and forward at a place in the square from −1 to 1, y upwards.
 fn of_square(at: DVec2) -> [f64; 3] {
     let mut at = DVec2::new(at.x, -at.y);
-    // The edges are glued to themselves, turned about their middles.
+    // Each edge of the octahedral square continues in its own other half.
     for axis in 0..2 {
         if at[axis].abs() > 1.0 {
             at[axis] = 2.0f64.copysign(at[axis]) - at[axis];
@@ -180,7 +180,8 @@ mod tests {
         is([1.0 - r / 2.0, r / 2.0 - 1.0], [h, -0.5, h]);
     }
 
-    /// Everywhere the same solid angle, continuous across the edges, and the inverse of its inverse.
+    /// Every pixel covers the same solid angle, directions are continuous across the edges, and projecting a direction
+    /// gives the place that it came from.
     #[test]
     fn the_square_keeps_areas() {
         const N: i32 = 40;

@@ -66,7 +66,7 @@ pub(crate) enum Emitter {
 /// A choice among the emitters outside the light tree and the tree.
 pub(crate) enum FirstChoice<'a> {
     Emitter(Chosen<'a>),
-    /// The tree, the probability of this choice, and the random number, rescaled to 0..1.
+    /// The light tree, the probability of choosing it, and the random number, rescaled to 0..1 for the choice of a light.
     Tree {
         placed: &'a PlacedEmitters,
         choice: f64,

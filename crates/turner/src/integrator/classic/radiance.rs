@@ -88,7 +88,7 @@ pub(super) struct TreeBatch<'a, R = Off> {
     pub(super) points: Vec<PointBlock>,
     pub(super) blocks: usize,
     pub(super) shaded_hits: Vec<ShadedHit<'a>>,
-    /// The indices of the hits: lane i of block b is 8 b + i. Not all lanes of a block need to be in use.
+    /// The indices of the hits in `shaded_hits`: lane i of block b has the index 8 b + i. A block may have unused lanes.
     pub(super) slots: Vec<u32>,
     /// The block that takes single hits, and how many it has.
     pub(super) open: (usize, usize),

@@ -133,7 +133,7 @@ fn colors_of_cells_are_those_of_a_homogeneous_medium() {
     }
 }
 
-/// Colours lie between those of the cells: the albedo itself, or both coefficients.
+/// Between cells colours are interpolated: the albedo itself, or extinction and scattering.
 #[test]
 fn colors_are_interpolated() {
     let ext = vec![[1.0, 2.0, 4.0], [3.0, 0.0, 4.0]];
