@@ -209,10 +209,9 @@ impl Output {
                 .map(|plan| ("turner:caustics", plan.to_string())),
         )
         .chain(
-            prepared
-                .integrator
-                .shares_paths()
-                .then(|| ("turner:sharedPaths", "groups of 16 pixels".to_owned())),
+            prepared.integrator.shares_paths().then(|| {
+                ("turner:sharedPaths", format!("clusters of {} pixels", prepared.integrator.cluster()))
+            }),
         )
         .chain(clamp.map(|most| ("turner:clampIndirect", most.to_string())))
         .chain(film.removes_fireflies().then(|| ("turner:fireflies", "removed".to_owned())))

@@ -67,7 +67,7 @@ pub fn written(
     format: Format,
 ) -> Result<(String, bool), SceneError> {
     let prepared = names.prepared;
-    prepared.choose();
+    prepared.choose(0);
     let (x, y) = wanted.pixel;
     let pixel = pixel(prepared, x, y)?;
     let many = matches!(format, Format::Json | Format::Html | Format::Fragment);

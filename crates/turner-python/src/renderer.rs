@@ -118,7 +118,7 @@ impl Renderer {
         let prepared = run.slice(|tracer, _| tracer.prepared().clone());
         if turner_cli::threads(self.threads) == 1 {
             // A pass of one thread makes the choices first, and cannot be interrupted meanwhile.
-            run.aside(|| prepared.choose());
+            run.aside(|| prepared.choose(1));
         }
         let mut pass = None;
         let mut patience = CHOICE;
@@ -312,7 +312,7 @@ impl Renderer {
         let result = py.detach(|| {
             let film = Film::from_bytes(&bytes, &Limits::default())?;
             self.tracer.change(|tracer| {
-                tracer.prepared().choose();
+                tracer.prepared().choose(1);
                 tracer.film.merge(&film)
             })
         });

@@ -66,7 +66,7 @@ pub(crate) fn doctor(py: Python<'_>, made: &Made, seconds: f64, threads: usize) 
     py.detach(|| {
         let start = Instant::now();
         let stop = || start.elapsed().as_secs_f64() > seconds;
-        made.prepared.choose();
+        made.prepared.choose(threads);
         let examination =
             examine(&made.prepared, &made.desc, &Options { threads, stop: &stop, ..Options::default() });
         Ok(turner_cli::doctor::json_of(&examination, &made.sources).to_string())

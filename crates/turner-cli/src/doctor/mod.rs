@@ -82,7 +82,7 @@ pub(crate) fn run(args: &DoctorArgs, control: &Control) -> u8 {
 fn doctor(args: &DoctorArgs, control: &Control) -> Result<u8, Failure> {
     let target = args.output.as_deref().map(maps::Target::new).transpose()?;
     let ready = args.scene.ready(&args.film, args.scene.studio.models(), args.threads, control)?;
-    ready.prepared.choose();
+    ready.prepared.choose(args.threads);
     if let Some(target) = &target {
         target.check_against(&args.scene.scene, &ready.desc)?;
     }

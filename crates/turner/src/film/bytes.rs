@@ -36,7 +36,7 @@ use crate::schema::{ErrorCode, Limits, SceneError};
 const MAGIC: &[u8; 8] = b"TURNFILM";
 
 /// The version that is written and read.
-const VERSION: u32 = 6;
+const VERSION: u32 = 7;
 
 /// Size of the hash in bytes.
 const HASH: usize = 8;
@@ -223,9 +223,9 @@ impl Writer {
         self.words(&[i.samples, i.seed]);
         self.u64(i.sampling);
         self.u64(i.light_paths);
-        let flags = [i.weighted, i.estimates_error, i.adaptive, i.removes_fireflies, i.shares_paths];
+        let flags = [i.weighted, i.estimates_error, i.adaptive, i.removes_fireflies, i.scene.is_some()];
         self.bytes.extend(flags.map(u8::from));
-        self.bytes.push(u8::from(i.scene.is_some()));
+        self.u32(i.cluster);
         if let Some(scene) = i.scene {
             self.u64(scene);
         }
@@ -341,11 +341,11 @@ impl<'a> Reader<'a> {
         let [samples, seed] = self.words()?;
         let (sampling, light_paths, weighted) = (self.u64()?, self.u64()?, self.flag()?);
         let (estimates_error, adaptive) = (self.flag()?, self.flag()?);
-        let (removes_fireflies, shares_paths) = (self.flag()?, self.flag()?);
-        if adaptive && !estimates_error {
-            return Err(damaged("it is adaptive without an error estimate"));
+        let (removes_fireflies, has_scene, cluster) = (self.flag()?, self.flag()?, self.u32()?);
+        if adaptive && !estimates_error || ![1, 4, 8, 16].contains(&cluster) {
+            return Err(damaged("its settings contradict one another"));
         }
-        let scene = if self.flag()? { Some(self.u64()?) } else { None };
+        let scene = if has_scene { Some(self.u64()?) } else { None };
         let within = |r: &PixelRect, [x, y, width, height]: [u32; 4]| {
             let fits = |from: u32, size: u32, begin: u32, all: u32| {
                 size > 0
@@ -381,7 +381,7 @@ impl<'a> Reader<'a> {
             adaptive,
             removes_fireflies,
             light_paths,
-            shares_paths,
+            cluster,
             scene,
         })
     }

@@ -35,7 +35,7 @@ fn full() -> Film {
     let mut film = Film::with_channels(&desc, vec![Channel::new("Z"), Channel::new("N.X")]).unwrap();
     film.estimate_error().unwrap();
     film.take_light(100).unwrap();
-    film.note_shared_paths(true);
+    film.note_cluster(8);
     film.set_scene(77);
     let (filter, mut sums) = (desc.filter(), TileSums::default());
     sums.reset(film.tiles().rect(1), 2, true);
@@ -191,7 +191,7 @@ fn errors_say_what_is_wrong() {
     let content = |bytes: Vec<u8>| bytes[..bytes.len() - 8].to_vec();
     let mut newer = content(full().to_bytes());
     newer[8] = 9;
-    assert_eq!(message(&resealed(newer)), "the film's bytes have version 9; expected 6");
+    assert_eq!(message(&resealed(newer)), "the film's bytes have version 9; expected 7");
     let mut damaged = full().to_bytes();
     damaged[40] ^= 4;
     assert_eq!(message(&damaged), "the film cannot be read: its checksum is wrong");

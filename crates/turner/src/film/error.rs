@@ -196,7 +196,7 @@ impl Film {
             let (x, y) = (i as u32 % width, i as u32 / width);
             self.spread(self.crop.x + x, self.crop.y + top + y)
         });
-        let shared = if self.identity.shares_paths { SHARED } else { 1.0 };
+        let shared = if self.identity.cluster > 1 { SHARED } else { 1.0 };
         let neighbours = NEIGHBOURS[usize::from(self.identity.weighted)];
         let smooth = smoothed(&spreads, width as usize, neighbours, threads, |s| s.variance);
         let light = smoothed(&spreads, width as usize, LIGHT_NEIGHBOURS, threads, |s| s.splats);

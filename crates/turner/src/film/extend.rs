@@ -83,7 +83,7 @@ impl Film {
         }
         out.splats.clone_from(&self.splats);
         out.identity.light_paths = self.identity.light_paths;
-        out.identity.shares_paths = self.identity.shares_paths;
+        out.identity.cluster = self.identity.cluster;
         out.count_non_finite();
         *self = out;
         Ok(())

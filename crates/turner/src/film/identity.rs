@@ -28,8 +28,8 @@ pub struct Identity {
     pub removes_fireflies: bool,
     /// Light paths per sample index of the picture.
     pub light_paths: u64,
-    /// Whether neighbouring pixels share paths.
-    pub shares_paths: bool,
+    /// Number of neighbouring pixels that share paths; 1 if they do not.
+    pub cluster: u32,
     /// Fingerprint of the scene, if the caller set one.
     pub scene: Option<u64>,
 }
@@ -90,7 +90,7 @@ impl Identity {
             adaptive: false,
             removes_fireflies: desc.removes_fireflies(),
             light_paths: 0,
-            shares_paths: false,
+            cluster: 1,
             scene: None,
         }
     }
@@ -124,7 +124,7 @@ impl Identity {
             .or_else(|| {
                 words("light paths per sample", self.light_paths.to_string(), other.light_paths.to_string())
             })
-            .or_else(|| words("shared paths", self.shares_paths.to_string(), other.shares_paths.to_string()))
+            .or_else(|| words("pixels that share paths", self.cluster.to_string(), other.cluster.to_string()))
             .or_else(|| words("scene", scene(self), scene(other)))
             .or_else(|| {
                 let differs = self.sampling != other.sampling;

@@ -204,9 +204,9 @@ impl Film {
         Ok(())
     }
 
-    /// Notes whether neighbouring pixels share paths: their errors are smaller than independent samples suggest.
-    pub fn note_shared_paths(&mut self, shared: bool) {
-        self.identity.shares_paths = shared;
+    /// Notes how many neighbouring pixels share paths (1: none): their errors are smaller than independent samples suggest.
+    pub fn note_cluster(&mut self, size: u32) {
+        self.identity.cluster = size;
     }
 
     /// The splats, if the film has room for them.

@@ -31,6 +31,7 @@ mod footprint;
 pub mod path;
 mod probing;
 mod ray_counts;
+mod tasks;
 
 pub use crate::view::CameraSamples;
 pub use classic::{AtDepth, ClassicDesc, Combine, Facing, Highlight, Miss};
@@ -284,8 +285,8 @@ pub trait PreparedIntegrator: std::any::Any + Send + Sync {
 
     /// Decides, by tracing some rays, what is efficient in this scene and view: whether pixels share paths, and
     /// how many light paths are traced. It is called before the first sample is traced. The choice is
-    /// deterministic. Later calls return at once.
-    fn choose(&self, _: &Scene, _: &View) {}
+    /// deterministic; it does not depend on the number of threads (0: all available). Later calls return at once.
+    fn choose(&self, _: &Scene, _: &View, _threads: usize) {}
 
     /// Whether all choices have been made.
     fn has_chosen(&self) -> bool {
@@ -302,9 +303,15 @@ pub trait PreparedIntegrator: std::any::Any + Send + Sync {
         None
     }
 
+    /// The number of pixels whose samples use one another's paths: 4, 8 or 16 in a cell of 8 x 8; 1 if samples are
+    /// independent.
+    fn cluster(&self) -> u32 {
+        1
+    }
+
     /// Whether samples also use the paths of neighbouring pixels.
     fn shares_paths(&self) -> bool {
-        false
+        self.cluster() > 1
     }
 
     /// The number of light paths per sample index of the image.
@@ -361,7 +368,7 @@ impl Prepared {
             view.film.antialias = Antialias::None;
         }
         let integrator = integrator.prepare(&self.scene, &view)?;
-        integrator.choose(&self.scene, &view);
+        integrator.choose(&self.scene, &view, 1);
         Ok(Prepared { integrator, view, ..self.clone() })
     }
 
@@ -384,13 +391,14 @@ impl Prepared {
         };
         let view = View::new(camera, self.view.film.clone(), sampling)?;
         let integrator = integrator.prepare(&self.scene, &view)?;
-        integrator.choose(&self.scene, &view);
+        integrator.choose(&self.scene, &view, 1);
         Ok(Prepared { integrator, view, ..self.clone() })
     }
 
-    /// Lets the integrator make its choices if it has not: see [`PreparedIntegrator::choose`].
-    pub fn choose(&self) {
-        self.integrator.choose(&self.scene, &self.view);
+    /// Lets the integrator make its choices on this number of threads (0: all available) if it has not: see
+    /// [`PreparedIntegrator::choose`].
+    pub fn choose(&self, threads: usize) {
+        self.integrator.choose(&self.scene, &self.view, threads);
     }
 
     /// Creates the tracer of one thread.
@@ -484,14 +492,4 @@ impl IntegratorDesc {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn integrators_go_by_their_names_in_a_scene() {
-        for entry in IntegratorDesc::DOC.entries {
-            let desc = IntegratorDesc::of_type(entry.name).unwrap_or_default();
-            assert_eq!(desc.integrator().name(), entry.name);
-        }
-    }
-}
+mod tests;

@@ -58,7 +58,7 @@ impl SceneDesc {
         options: &PrepareOptions,
     ) -> Result<Prepared, SceneError> {
         let prepared = self.prepare_unchosen(integrator, options)?;
-        prepared.choose();
+        prepared.choose(options.threads);
         Ok(prepared)
     }
 

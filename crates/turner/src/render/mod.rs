@@ -115,7 +115,7 @@ impl Renderer {
             film.sample_adaptively();
         }
         film.take_light(prepared.integrator.light_paths())?;
-        film.note_shared_paths(prepared.integrator.shares_paths());
+        film.note_cluster(prepared.integrator.cluster());
         let order = TileOrder::new(film.tiles().count());
         let (stats, fault) = (RayStats::default(), OnceLock::new());
         Ok(Renderer { prepared, film, stats, order, denoiser: None, fault, left: Mutex::default() })
@@ -126,7 +126,7 @@ impl Renderer {
     /// Errors: the film belongs to another picture ([`ErrorCode::Conflict`]). The fingerprint of the scene is not
     /// compared.
     pub fn resume(prepared: Prepared, film: Film) -> Result<Renderer, SceneError> {
-        prepared.choose();
+        prepared.choose(1);
         let mut renderer = Renderer::new(prepared)?;
         let mut own = renderer.film.identity().clone();
         own.scene = film.identity().scene;

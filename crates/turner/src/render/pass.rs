@@ -133,8 +133,8 @@ impl Renderer {
         Ok(true)
     }
 
-    /// Lets the integrator make its choices if it has not. Meanwhile the other threads trace a
-    /// [preview](Renderer::preview_pass) with independent camera paths. Returns false if it was cancelled before the
+    /// Lets the integrator make its choices if it has not. Beside that, and sharing the processor's cores with it, all
+    /// threads but one trace a [preview](Renderer::preview_pass) with independent camera paths. Returns false if it was cancelled before the
     /// choices were made; this is possible with several threads only.
     fn choose(&mut self, options: &PassOptions<'_>) -> Result<bool, SceneError> {
         if self.prepared.integrator.has_chosen() {
@@ -146,7 +146,7 @@ impl Renderer {
             let (prepared, at_end) = (self.prepared.clone(), EndOnDrop(Arc::clone(&end)));
             // Not scoped: a cancel does not wait for it.
             let chooser = turner_host::thread::Builder::new().spawn(move || {
-                prepared.choose();
+                prepared.choose(threads);
                 drop(at_end);
             });
             if self.film.first_missing() == 0 && !self.film.has_preview() {
@@ -160,7 +160,7 @@ impl Renderer {
                 }
             }
         }
-        self.prepared.choose();
+        self.prepared.choose(threads);
         self.take_choices()
     }
 
@@ -168,17 +168,17 @@ impl Renderer {
     /// same scene, or while this one was cancelled.
     fn take_choices(&mut self) -> Result<bool, SceneError> {
         let light_paths = self.prepared.integrator.light_paths();
-        let shares_paths = self.prepared.integrator.shares_paths();
+        let cluster = self.prepared.integrator.cluster();
         let own = self.film.identity();
-        if own.light_paths == light_paths && own.shares_paths == shares_paths {
+        if own.light_paths == light_paths && own.cluster == cluster {
             return Ok(true);
         }
-        if light_paths > 0 || shares_paths {
+        if light_paths > 0 || cluster > 1 {
             // The preview's samples differ from those of this choice.
             self.film.set_preview(None);
         }
         self.film.take_light(light_paths)?;
-        self.film.note_shared_paths(shares_paths);
+        self.film.note_cluster(cluster);
         Ok(true)
     }
 

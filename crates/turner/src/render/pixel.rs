@@ -107,7 +107,7 @@ impl Reach {
 ///
 /// Errors: a pixel outside the picture ([`crate::schema::ErrorCode::OutOfRange`]).
 pub fn pixel(p: &Prepared, x: u32, y: u32) -> Result<PixelRecord, SceneError> {
-    p.choose();
+    p.choose(1);
     let view = &p.view;
     check_pixel(view, x, y)?;
     let desc = FilmDesc { crop: Some([x, y, 1, 1]), auto_exposure: false, ..view.film.clone() };

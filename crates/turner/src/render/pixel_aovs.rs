@@ -50,7 +50,7 @@ pub fn pixel_aovs(
     samples: u32,
     cancel: &std::sync::atomic::AtomicBool,
 ) -> Result<Vec<PixelAov>, SceneError> {
-    p.choose();
+    p.choose(1);
     check_pixel(&p.view, x, y)?;
     let splits_light = p.integrator.capabilities().splits_light;
     let told: Vec<Aov> = Aov::all().filter(|aov| is_told(*aov, splits_light)).collect();

@@ -142,7 +142,7 @@ impl Renderer {
         if self.prepared.view.film.weights_samples() {
             return Some(buffers);
         }
-        self.prepared.choose();
+        self.prepared.choose(threads);
         let kinds = kinds(&buffers, threads);
         let mut left = SHARE * kinds.len() as f64;
         let mut refined = Vec::new();

@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use super::pixel::SampleRecord;
 use super::tile::TileBuffers;
-use crate::integrator::path::group;
+use crate::integrator::path::cluster;
 use crate::integrator::{Prepared, Radiance};
 use crate::schema::{ErrorCode, SceneError};
 use crate::view::{camera_point, place_of, sample_id, take_points};
@@ -31,7 +31,7 @@ pub fn pixel_samples(
     y: u32,
     indices: Range<u32>,
 ) -> Result<Vec<SampleRecord>, SceneError> {
-    p.choose();
+    p.choose(1);
     let view = &p.view;
     sample_id(view, x, y, indices.start)?;
     let last = indices.end.min(view.film.samples_per_pixel());
@@ -41,7 +41,7 @@ pub fn pixel_samples(
         let id = sample_id(view, x, y, index)?;
         let place = place_of(view, &id);
         if p.integrator.shares_paths() {
-            let points = group(view, id).map(|id| (id, place_of(view, &id).into()));
+            let points = cluster(view, id, p.integrator.cluster()).map(|id| (id, place_of(view, &id).into()));
             buffers.samples.clear();
             take_points(view, &mut buffers.samples, points);
         } else {

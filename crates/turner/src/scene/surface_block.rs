@@ -9,7 +9,7 @@ use crate::material::bent_normal::HEIGHT;
 use crate::math::block::{set_bit, set_vector, vector};
 use crate::math::elementary_x8::is_finite;
 use crate::math::frame_x8::FrameX8;
-use crate::math::{DVec3, Ray};
+use crate::math::{DVec3, Frame, Ray};
 use crate::scene::scene::NO_TRANSFORM;
 use crate::scene::{Hit, Scene};
 use crate::shape::{Shape, SurfacePoint};
@@ -246,6 +246,13 @@ impl SurfaceBlock {
     #[inline]
     pub(crate) fn frame_normal(&self, lane: usize) -> DVec3 {
         vector(&self.frame[2], lane)
+    }
+
+    /// The shading frame in a lane.
+    #[inline]
+    pub(crate) fn frame(&self, lane: usize) -> Frame {
+        let [x, y, z] = self.frame.each_ref().map(|axis| vector(axis, lane));
+        Frame { x, y, z }
     }
 
     /// The direction of the ray in a lane.

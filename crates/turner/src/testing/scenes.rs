@@ -10,7 +10,7 @@ use crate::camera::{
 use crate::color::{Spectrum, named};
 use crate::description::{ObjectDesc, SceneDesc};
 use crate::film::{Antialias, Picture};
-use crate::integrator::{IntegratorDesc, PathDesc, RayStats};
+use crate::integrator::{IntegratorDesc, PathDesc, Prepared, RayStats};
 use crate::light::{Attenuation, LightDesc, PointDesc};
 use crate::material::{
     ClassicMaterial, DielectricMaterial, InterfaceMaterial, MaterialDesc, MetalMaterial, MixMaterial,
@@ -289,7 +289,15 @@ pub(crate) fn render(desc: &SceneDesc) -> (Picture, RayStats) {
 
 /// Renders with this many threads and samples per pass.
 pub(crate) fn render_with(desc: &SceneDesc, threads: usize, pass: u32) -> (Picture, RayStats) {
-    let scene = desc.prepare(&PrepareOptions { threads, ..PrepareOptions::default() }).unwrap();
+    render_prepared(
+        desc.prepare(&PrepareOptions { threads, ..PrepareOptions::default() }).unwrap(),
+        threads,
+        pass,
+    )
+}
+
+/// The same for a prepared scene.
+pub(crate) fn render_prepared(scene: Prepared, threads: usize, pass: u32) -> (Picture, RayStats) {
     let mut renderer = Renderer::new(scene).unwrap();
     let cancel = AtomicBool::new(false);
     while !renderer.is_complete() {

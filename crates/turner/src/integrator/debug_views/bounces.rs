@@ -49,7 +49,7 @@ impl Integrator for BouncesDesc {
         };
         let paths = paths.prepare(scene, view)?;
         // With both switched off there is nothing to choose.
-        paths.choose(scene, view);
+        paths.choose(scene, view, 1);
         Ok(Arc::new(Bounces { paths, capabilities: self.capabilities() }))
     }
 }

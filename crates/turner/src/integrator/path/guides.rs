@@ -101,7 +101,7 @@ impl Guides {
 impl<'a, R: Record> PathBatch<'a, R> {
     /// A batch that finds nothing but the surfaces.
     pub(super) fn of_guides(context: Context<'a>, record: R) -> PathBatch<'a, R> {
-        let mut batch = PathBatch::new(Context { shares_paths: false, ..context }, record);
+        let mut batch = PathBatch::new(Context { cluster: 1, ..context }, record);
         (batch.guides.on, batch.guides.alone) = (true, true);
         batch
     }

@@ -9,7 +9,7 @@ use super::{Context, LightSampling};
 use crate::bsdf::sample_cosine;
 use crate::color::Spectrum;
 use crate::integrator::probing::is_cheap;
-use crate::integrator::{CameraSamples, RayStats, Tracer};
+use crate::integrator::{CameraSamples, RayStats, Tracer, tasks};
 use crate::light::{AdaptiveEnvironment, EnvironmentLearning, EnvironmentLight, Light};
 use crate::math::{DVec2, DVec3, Frame, Ray};
 use crate::sampler::SampleId;
@@ -82,34 +82,45 @@ fn found(context: Context<'_>) -> Option<Learned> {
     }
     let points = find_points(context, side);
     let mut learning = EnvironmentLearning::new(light, points.iter().map(|point| point.p).collect())?;
-    let mut seen = Vec::new();
-    for (chunk, points) in (0u32..).zip(points.chunks(256)) {
-        let direction = |i: u32, k: u32, n: DVec3| {
-            let u = SampleId { x: i, y: chunk, index: k, seed: SEED }.unit_square(0).to_array();
-            if k.is_multiple_of(2) {
-                learning.direction(u)
-            } else {
-                Some(Frame::from_z(n).to_world(sample_cosine(u)))
-            }
-        };
-        look(scene, points, direction, &mut seen);
-        for &(p, direction, cos, through) in &seen {
-            learning.add(p, direction, cos.max(0.0) * through);
-        }
+    let chunks: Vec<&[LitPoint]> = points.chunks(256).collect();
+    let seen = tasks::map(
+        chunks.len(),
+        context.threads,
+        || (),
+        |(), chunk| {
+            let direction = |i: u32, k: u32, n: DVec3| {
+                let u = SampleId { x: i, y: chunk as u32, index: k, seed: SEED }.unit_square(0).to_array();
+                if k.is_multiple_of(2) {
+                    learning.direction(u)
+                } else {
+                    Some(Frame::from_z(n).to_world(sample_cosine(u)))
+                }
+            };
+            look(scene, chunks[chunk], direction)
+        },
+    );
+    for Seen { p, direction, cos, through } in seen.into_iter().flatten() {
+        learning.add(p, direction, cos.max(0.0) * through);
     }
     learning.finish(index).map(Learned::Adaptive)
 }
 
-/// Traces the shadow rays of points in directions given by the index of the point, that of the ray and the normal. Each
-/// gives the point, the direction, the cosine and the transmittance; below the surface that is 0.
+/// What a shadow ray finds: the transmittance is 0 below the surface.
+struct Seen {
+    p: DVec3,
+    direction: DVec3,
+    cos: f32,
+    through: f32,
+}
+
+/// Traces the shadow rays of points in directions given by the index of the point, that of the ray and the normal.
 fn look(
     scene: &Scene,
     points: &[LitPoint],
     direction: impl Fn(u32, u32, DVec3) -> Option<DVec3>,
-    seen: &mut Vec<(DVec3, DVec3, f32, f32)>,
-) {
+) -> Vec<Seen> {
     let (mut rays, mut through, mut traced) = (RayBatch::default(), Vec::new(), Vec::new());
-    seen.clear();
+    let mut seen = Vec::new();
     for (i, point) in (0u32..).zip(points) {
         for direction in (0..RAYS).filter_map(|k| direction(i, k, point.n)) {
             let cos = direction.dot(point.n);
@@ -117,26 +128,26 @@ fn look(
                 rays.push_leaving(&Ray::new(point.origin, direction), point.from);
                 traced.push(seen.len());
             }
-            seen.push((point.p, direction, cos as f32, 0.0));
+            seen.push(Seen { p: point.p, direction, cos: cos as f32, through: 0.0 });
         }
     }
     scene.transmittance_batch(&mut rays, &mut through);
     for (i, place) in traced.into_iter().enumerate() {
         let left: Spectrum = through[i / LANES].get(i % LANES);
-        seen[place].3 = left.max_component();
+        seen[place].through = left.max_component();
     }
+    seen
 }
 
 /// The fraction of light above the surfaces at these points that arrives there.
 fn open_fraction(scene: &Scene, light: &EnvironmentLight, points: &[LitPoint]) -> f64 {
-    let mut seen = Vec::new();
     let direction = |i: u32, k: u32, _: DVec3| {
         let u = SampleId { x: i, y: 0, index: k, seed: SEED }.unit_square(0).to_array();
         light.sample(u).map(|s| s.direction)
     };
-    look(scene, points, direction, &mut seen);
-    let above = seen.iter().filter(|(_, _, cos, _)| *cos > 0.0);
-    let (sum, count) = above.fold((0.0, 0.0), |(sum, n), (.., through)| (sum + f64::from(*through), n + 1.0));
+    let seen = look(scene, points, direction);
+    let above = seen.iter().filter(|seen| seen.cos > 0.0);
+    let (sum, count) = above.fold((0.0, 0.0), |(sum, n), seen| (sum + f64::from(seen.through), n + 1.0));
     if count > 0.0 { sum / count } else { 1.0 }
 }
 
@@ -150,10 +161,10 @@ fn side_of(view: &View) -> u32 {
 fn find_points(context: Context<'_>, side: u32) -> Vec<LitPoint> {
     let view = context.view;
     let size = DVec2::new(f64::from(view.film.width), f64::from(view.film.height));
-    let mut batch = PathBatch::new(context, Off);
-    batch.lit_points = Some(Vec::new());
-    let mut out = Vec::new();
-    for y in 0..side {
+    let worker = || PathBatch::new(context, Off);
+    let rows = tasks::map(side as usize, context.threads, worker, |batch, y| {
+        batch.lit_points = Some(Vec::new());
+        let y = y as u32;
         let mut samples = CameraSamples::default();
         let points = (0..side).map(|x| {
             let id = SampleId { x, y, index: 0, seed: SEED };
@@ -161,7 +172,8 @@ fn find_points(context: Context<'_>, side: u32) -> Vec<LitPoint> {
             (id, place * size / f64::from(side))
         });
         take_points(view, &mut samples, points);
-        batch.radiance(&samples, &mut out, &mut RayStats::default());
-    }
-    batch.lit_points.take().unwrap_or_default()
+        batch.radiance(&samples, &mut Vec::new(), &mut RayStats::default());
+        batch.lit_points.take().unwrap_or_default()
+    });
+    rows.into_iter().flatten().collect()
 }

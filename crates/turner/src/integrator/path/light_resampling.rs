@@ -51,18 +51,18 @@ impl<R: Record> PathBatch<'_, R> {
         surface: &SurfaceInteraction,
         direction: DVec3,
     ) -> Receiver {
-        let at = self.in_cell(self.scene.receiver(surface, direction));
-        // Lights that are sampled for several first vertices must not depend on one of them.
-        if self.is_second(sample, number) { at.with_lobe(GlossyLobe::default()) } else { at }
+        self.of_vertex(sample, number, self.scene.receiver(surface, direction))
     }
 
-    /// A receiver in its cell of the adaptive environment.
+    /// A receiver at the `number`th vertex of a path, in its cell of the adaptive environment.
     #[inline]
-    pub(super) fn in_cell(&self, at: Receiver) -> Receiver {
-        match self.adaptive {
+    pub(super) fn of_vertex(&self, sample: u32, number: u32, at: Receiver) -> Receiver {
+        let at = match self.adaptive {
             Some(adaptive) => at.in_cell(adaptive.cell(at.p)),
             None => at,
-        }
+        };
+        // Lights that are sampled for several first vertices must not depend on one of them.
+        if self.is_second(sample, number) { at.with_lobe(GlossyLobe::default()) } else { at }
     }
 
     /// Requests light samples for a vertex; returns the index of the request.

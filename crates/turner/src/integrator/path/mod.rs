@@ -56,7 +56,7 @@ pub use record::{
     SharedRecord, VertexRecord,
 };
 pub use replay::{replay, replay_at};
-pub(crate) use shared_paths::{CELL, cluster as group};
+pub(crate) use shared_paths::{CELL, cluster};
 
 pub use caustics::{Caustics, CausticsStrategy, Gathered, Photon, PhotonMap};
 
@@ -215,12 +215,12 @@ pub struct PathIntegrator {
 }
 
 /// The strategies for a scene and a view.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug)]
 struct Choice {
     /// The light paths that complement camera paths, if they reduce noise.
     strategy: Option<CausticsStrategy>,
-    /// Whether neighbouring pixels share paths.
-    shares_paths: bool,
+    /// Number of neighbouring pixels that share paths; 1 if they do not.
+    cluster: u32,
     /// The environment that is sampled by what each part of the scene sees of it, if that reduces noise.
     adaptive: Option<AdaptiveEnvironment>,
     /// Whether lights are found by BSDF sampling alone, because that has less noise for the time.
@@ -231,7 +231,7 @@ impl PathIntegrator {
     fn new(settings: Settings, desc: Option<PathDesc>) -> PathIntegrator {
         let choice = OnceLock::new();
         if desc.is_none() {
-            let _ = choice.set(Choice::default());
+            let _ = choice.set(Choice { strategy: None, cluster: 1, adaptive: None, bsdf_alone: false });
         }
         PathIntegrator { settings, desc, choice, photons: Arc::default() }
     }
@@ -239,6 +239,12 @@ impl PathIntegrator {
     /// The light paths that complement camera paths; `None` without, and before [`PreparedIntegrator::choose`].
     pub fn caustics(&self) -> Option<&CausticsStrategy> {
         self.choice.get()?.strategy.as_ref()
+    }
+
+    /// Makes this number of pixels share paths, in place of all choices.
+    #[cfg(test)]
+    pub(crate) fn share_among(&self, cluster: u32) {
+        let _ = self.choice.set(Choice { strategy: None, cluster, adaptive: None, bsdf_alone: false });
     }
 
     fn context<'a>(&'a self, scene: &'a Scene, view: &'a View) -> Context<'a> {
@@ -251,8 +257,9 @@ impl PathIntegrator {
             view,
             settings,
             strategy: self.caustics(),
-            shares_paths: self.shares_paths(),
+            cluster: self.cluster(),
             adaptive: self.choice.get().and_then(|choice| choice.adaptive.as_ref()),
+            threads: 1,
         }
     }
 }
@@ -265,10 +272,12 @@ struct Context<'a> {
     settings: Settings,
     /// The light paths that the MIS weights of camera paths take into account.
     strategy: Option<&'a CausticsStrategy>,
-    /// Whether neighbouring pixels share paths.
-    shares_paths: bool,
+    /// Number of neighbouring pixels that share paths; 1 if they do not.
+    cluster: u32,
     /// The environment that is sampled adaptively, if any.
     adaptive: Option<&'a AdaptiveEnvironment>,
+    /// Number of threads of pilot runs.
+    threads: usize,
 }
 
 impl PreparedIntegrator for PathIntegrator {
@@ -288,12 +297,12 @@ impl PreparedIntegrator for PathIntegrator {
         Some(Box::new(path_batch::PathBatch::of_guides(self.context(scene, view), record::Off)))
     }
 
-    fn choose(&self, scene: &Scene, view: &View) {
+    fn choose(&self, scene: &Scene, view: &View, threads: usize) {
         if let Some(desc) = &self.desc {
             self.choice.get_or_init(|| {
                 let settings = self.settings;
                 let plain =
-                    Context { scene, view, settings, strategy: None, shares_paths: false, adaptive: None };
+                    Context { scene, view, settings, strategy: None, cluster: 1, adaptive: None, threads };
                 let (adaptive, bsdf_alone) = match learn_environment::learn(plain) {
                     Learned::Nothing => (None, false),
                     Learned::Adaptive(adaptive) => (Some(adaptive), false),
@@ -306,8 +315,8 @@ impl PreparedIntegrator for PathIntegrator {
                     context.settings.light_sampling = LightSampling::Bsdf;
                 }
                 let strategy = CausticsStrategy::new(context, &desc);
-                let (strategy, shares_paths) = shared_paths::decide(context, &desc, strategy);
-                Choice { strategy, shares_paths, adaptive, bsdf_alone }
+                let (strategy, cluster) = shared_paths::decide(context, &desc, strategy);
+                Choice { strategy, cluster, adaptive, bsdf_alone }
             });
         }
     }
@@ -316,8 +325,8 @@ impl PreparedIntegrator for PathIntegrator {
         self.choice.get().is_some()
     }
 
-    fn shares_paths(&self) -> bool {
-        self.choice.get().is_some_and(|choice| choice.shares_paths)
+    fn cluster(&self) -> u32 {
+        self.choice.get().map_or(1, |choice| choice.cluster)
     }
 
     fn light_paths(&self) -> u64 {

@@ -191,7 +191,7 @@ pub(super) struct PathBatch<'a, R = Off> {
 
 impl<'a, R> PathBatch<'a, R> {
     pub(super) fn new(context: Context<'a>, record: R) -> PathBatch<'a, R> {
-        let Context { scene, view, settings, strategy, shares_paths, adaptive } = context;
+        let Context { scene, view, settings, strategy, cluster, adaptive, .. } = context;
         PathBatch {
             settings,
             scene,
@@ -210,7 +210,7 @@ impl<'a, R> PathBatch<'a, R> {
             adaptive,
             strategy,
             reverse_pdfs: Vec::new(),
-            shared_paths: SharedPaths::new(shares_paths),
+            shared_paths: SharedPaths::new(cluster),
             photons: None,
             by_photons: 0.0,
             photon_variance: 0.0,

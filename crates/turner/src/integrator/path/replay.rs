@@ -43,7 +43,7 @@ fn integrator(p: &Prepared) -> Result<&PathIntegrator, SceneError> {
 ///
 /// Errors: an integrator other than "path" and "direct" ([`ErrorCode::Conflict`]).
 pub fn replay_at(p: &Prepared, id: SampleId, place: [f64; 2]) -> Result<PathRecord, SceneError> {
-    p.choose();
+    p.choose(1);
     let integrator = integrator(p)?;
     let (scene, view) = (&*p.scene, &p.view);
     let context = integrator.context(scene, view);
@@ -109,7 +109,11 @@ fn in_cluster(context: Context<'_>, id: SampleId) -> Option<InCluster> {
         return None;
     }
     let mut samples = CameraSamples::default();
-    take_points(view, &mut samples, cluster(view, id).map(|id| (id, place_of(view, &id).into())));
+    take_points(
+        view,
+        &mut samples,
+        cluster(view, id, context.cluster).map(|id| (id, place_of(view, &id).into())),
+    );
     let mut out = Vec::new();
     batch.radiance(&samples, &mut out, &mut RayStats::default());
     let own = samples.ids.iter().position(|other| *other == id)?;

@@ -37,6 +37,7 @@ mod light_path;
 mod light_path_batch;
 mod photons;
 mod pilot;
+mod pilot_light;
 mod probe;
 mod reverse_pdf;
 mod strategy;

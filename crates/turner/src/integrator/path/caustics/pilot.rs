@@ -7,15 +7,18 @@ use super::strategy::CausticsStrategy;
 use crate::integrator::path::Context;
 use crate::integrator::path::path_batch::PathBatch;
 use crate::integrator::path::record::Off;
-use crate::integrator::{CameraSamples, RayStats, Tracer};
+use crate::integrator::{CameraSamples, RayStats, Tracer, tasks};
 use crate::math::DVec2;
 use crate::sampler::SampleId;
-use crate::view::{View, take_points};
+use crate::view::take_points;
 
 /// Cells along each side of the image, pixels per cell, and samples per pixel.
 pub(super) const SIDE: u32 = 16;
 const PIXELS: u32 = 2;
 const SAMPLES: u32 = 2;
+
+/// Camera paths that are traced together.
+const TOGETHER: u32 = 256;
 
 /// In dark cells errors are relative to the mean luminance: this fraction of its square is added.
 const DARK: f64 = 0.1;
@@ -57,8 +60,7 @@ pub(super) struct PilotRun {
 
 impl PilotRun {
     pub(super) fn new(context: Context<'_>, strategy: Option<&CausticsStrategy>) -> PilotRun {
-        let mut batch = PathBatch::new(Context { strategy, ..context }, Off);
-        let (values, rays) = PilotRun::trace(context.view, &mut batch);
+        let Seen { values, rays, .. } = see(Context { strategy, ..context }, None);
         let each = (PIXELS * SAMPLES) as usize;
         let cells: Vec<f64> =
             values.chunks(each).map(|cell| cell.iter().sum::<f64>() / cell.len() as f64).collect();
@@ -80,28 +82,6 @@ impl PilotRun {
         self
     }
 
-    /// Luminance of each camera path, and their mean number of rays.
-    fn trace(view: &View, batch: &mut PathBatch<'_, Off>) -> (Vec<f64>, f64) {
-        let film = &view.film;
-        let (mut samples, mut out, mut stats) = (CameraSamples::default(), Vec::new(), RayStats::default());
-        let size = DVec2::new(f64::from(film.width), f64::from(film.height)) / f64::from(SIDE);
-        let points = (0..SIDE * SIDE * PIXELS * SAMPLES).map(|i| {
-            let pixel = i / SAMPLES;
-            let cell = pixel / PIXELS;
-            let of_pixel = SampleId { x: cell % SIDE, y: cell / SIDE, index: pixel % PIXELS, seed: 0x51de };
-            let id = SampleId { index: i % (PIXELS * SAMPLES), seed: 0x9e37_79b9, ..of_pixel };
-            let corner = DVec2::new(f64::from(id.x), f64::from(id.y));
-            let position = ((corner + of_pixel.unit_square(0)) * size).floor();
-            (id, position + id.unit_square(0))
-        });
-        take_points(view, &mut samples, points);
-        batch.radiance(&samples, &mut out, &mut stats);
-        let finite = |v: f64| if v.is_finite() { v } else { 0.0 };
-        let values: Vec<f64> = out.iter().map(|r| finite(f64::from(r.color.luminance()))).collect();
-        let rays = stats.total() as f64 / values.len().max(1) as f64;
-        (values, rays)
-    }
-
     /// What these photons of a few light paths contribute.
     pub(super) fn photons(
         &self,
@@ -120,21 +100,21 @@ impl PilotRun {
             first_radius: WIDER * strategy.first_radius,
             ..strategy.clone()
         };
-        let mut batch = PathBatch::new(Context { strategy: Some(&pilot_strategy), ..context }, Off);
-        batch.find_photons(Arc::new(PhotonMap::new(&pilot_strategy, 0, photons)));
-        let (values, _) = PilotRun::trace(context.view, &mut batch);
+        let photons = Arc::new(PhotonMap::new(&pilot_strategy, 0, photons));
+        let seen = see(Context { strategy: Some(&pilot_strategy), ..context }, Some(&photons));
+        let Seen { values, by_photons, photon_variance, .. } = seen;
         let (n, mean) = (values.len().max(1) as f64, self.mean.max(1e-30));
         let photons_ratio = strategy.paths as f64 / (paths * WIDER * WIDER * SHRUNK);
-        let by_photons = batch.by_photons / n;
+        let light = by_photons / n;
         // With photons camera paths omit what photons count.
         let found = self.cells.iter().sum::<f64>() / self.cells.len().max(1) as f64;
         let more = values.iter().sum::<f64>() / n - found;
-        let missed = (more / by_photons.max(1e-30)).clamp(0.0, 1.0);
+        let missed = (more / light.max(1e-30)).clamp(0.0, 1.0);
         PhotonLight {
-            light: by_photons / mean,
-            variance: batch.photon_variance / (n * mean * mean * photons_ratio),
+            light: light / mean,
+            variance: photon_variance / (n * mean * mean * photons_ratio),
             missed,
-            effective: batch.by_photons * batch.by_photons / batch.photon_variance.max(f64::MIN_POSITIVE),
+            effective: by_photons * by_photons / photon_variance.max(f64::MIN_POSITIVE),
         }
     }
 
@@ -163,6 +143,61 @@ impl PilotRun {
         let value = self.cells.get(cell).copied().unwrap_or(0.0);
         1.0 / (value * value + self.dark).max(f64::MIN_POSITIVE)
     }
+}
+
+/// What camera paths find: luminances, the mean number of rays of a path, and the light of photons with its approximate
+/// variance, each summed over all paths.
+#[derive(Default)]
+struct Seen {
+    values: Vec<f64>,
+    rays: f64,
+    by_photons: f64,
+    photon_variance: f64,
+}
+
+/// Traces the camera paths.
+fn see(context: Context<'_>, photons: Option<&Arc<PhotonMap>>) -> Seen {
+    let view = context.view;
+    let film = &view.film;
+    let size = DVec2::new(f64::from(film.width), f64::from(film.height)) / f64::from(SIDE);
+    let all = SIDE * SIDE * PIXELS * SAMPLES;
+    let point = |i: u32| {
+        let pixel = i / SAMPLES;
+        let cell = pixel / PIXELS;
+        let of_pixel = SampleId { x: cell % SIDE, y: cell / SIDE, index: pixel % PIXELS, seed: 0x51de };
+        let id = SampleId { index: i % (PIXELS * SAMPLES), seed: 0x9e37_79b9, ..of_pixel };
+        let corner = DVec2::new(f64::from(id.x), f64::from(id.y));
+        let position = ((corner + of_pixel.unit_square(0)) * size).floor();
+        (id, position + id.unit_square(0))
+    };
+    let parts = tasks::map(
+        (all / TOGETHER) as usize,
+        context.threads,
+        || (),
+        |(), part| {
+            let mut batch = PathBatch::new(context, Off);
+            if let Some(photons) = photons {
+                batch.find_photons(Arc::clone(photons));
+            }
+            let (mut samples, mut out, mut stats) =
+                (CameraSamples::default(), Vec::new(), RayStats::default());
+            let first = part as u32 * TOGETHER;
+            take_points(view, &mut samples, (first..first + TOGETHER).map(point));
+            batch.radiance(&samples, &mut out, &mut stats);
+            let finite = |v: f64| if v.is_finite() { v } else { 0.0 };
+            let (by_photons, photon_variance) = (batch.by_photons, batch.photon_variance);
+            let values = out.iter().map(|r| finite(f64::from(r.color.luminance()))).collect();
+            Seen { values, rays: stats.total() as f64, by_photons, photon_variance }
+        },
+    );
+    let mut seen = Seen::default();
+    for part in parts {
+        seen.values.extend(part.values);
+        seen.rays += part.rays / f64::from(all);
+        seen.by_photons += part.by_photons;
+        seen.photon_variance += part.photon_variance;
+    }
+    seen
 }
 
 /// The cell at a position of the image, given in 0..1.

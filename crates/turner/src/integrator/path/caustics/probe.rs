@@ -2,10 +2,10 @@
 //! and camera paths with fixed seeds measure both, so the result is the same on every run.
 
 use super::arrivals::{Arrival, Arrivals, FEW, STRATIFIED};
-use super::light_path_batch::LightPathBatch;
+use super::photons::Photon;
 use super::pilot::{PilotRun, UNKNOWN, cell_at};
+use super::pilot_light::PilotLight;
 use super::strategy::CausticsStrategy;
-use crate::integrator::RayStats;
 use crate::integrator::path::Context;
 use crate::math::DVec2;
 
@@ -72,11 +72,9 @@ pub(super) struct ProbeResult {
 fn price_of(context: Context<'_>, strategy: &CausticsStrategy, groups: &[f64]) -> f64 {
     let mut strategy = strategy.clone();
     let _ = strategy.caustic_targets.choose_by(groups);
-    let mut batch = LightPathBatch::new(context, &strategy);
-    let mut stats = RayStats::default();
-    batch.advance(u64::MAX / 4, PATHS, &mut stats, |_, _, _| {});
-    let (rays, n) = (stats.light as f64, f64::from(PATHS));
-    let scatterings = SCATTERING_COST * batch.scatterings as f64 + FILM_COST * batch.films as f64;
+    let light = PilotLight::trace(context, &strategy, u64::MAX / 4, PATHS);
+    let (rays, n) = (light.rays as f64, f64::from(PATHS));
+    let scatterings = SCATTERING_COST * light.scatterings as f64 + FILM_COST * light.films as f64;
     START_COST + (RAY_COST * rays + scatterings) / n
 }
 
@@ -85,32 +83,30 @@ pub(super) fn probe(context: Context<'_>, strategy: &CausticsStrategy) -> ProbeR
     let view = context.view;
     let pixels = f64::from(view.film.width) * f64::from(view.film.height);
     let size = DVec2::new(f64::from(view.film.width), f64::from(view.film.height));
-    let mut batch = LightPathBatch::new(context, strategy);
     let mut arrivals = Arrivals { paths_of_strategy: strategy.paths as f64, ..Arrivals::default() };
-    let mut stats = RayStats::default();
     // Indices that no render reaches.
     let mut first = u64::MAX / 2;
-    let mut trace = |count: u32, arrivals: &mut Arrivals, batch: &mut LightPathBatch<'_>| {
+    let mut photons = Vec::new();
+    let mut trace = |count: u32, arrivals: &mut Arrivals| {
         arrivals.paths += f64::from(count);
-        let mut photons = batch.take_photons();
-        batch.advance(first, count, &mut stats, |splat, weight, group| {
+        let light = PilotLight::trace(context, strategy, first, count);
+        for (splat, weight, group) in light.splats {
             let light = f64::from(splat.color.luminance());
             if light > 0.0 && light.is_finite() {
                 let cell = cell_at(splat.place / size);
                 arrivals.list.push(Arrival { light, weight, cell, group });
             }
-        });
-        photons.append(&mut batch.photons);
-        batch.photons = photons;
+        }
+        photons.extend(light.photons);
         first += u64::from(count);
     };
-    trace(PATHS, &mut arrivals, &mut batch);
+    trace(PATHS, &mut arrivals);
     let mut pilot = PilotRun::new(context, Some(strategy)).with_light(arrivals.usual_light(pixels));
     // Stop if there is little light, and little noise from it even if a rare bright path was missed.
     let is_little = arrivals.light(pixels) < MIN_FRACTION * pilot.mean.max(1e-30)
         && arrivals.noise_without(&pilot, pixels) < 0.01 * pilot.variance;
     if !is_little {
-        trace(MORE, &mut arrivals, &mut batch);
+        trace(MORE, &mut arrivals);
         pilot = pilot.with_light(arrivals.usual_light(pixels));
     }
     let groups: Vec<f64> = (0u32..)
@@ -121,8 +117,7 @@ pub(super) fn probe(context: Context<'_>, strategy: &CausticsStrategy) -> ProbeR
     let of_image = |light: f64| light / pilot.mean.max(1e-30);
     let light_paths_only = of_image(arrivals.light_paths_only(pixels));
     // Light of near-specular lobes is found by other strategies too, and is no reason for photons.
-    let mut photons = batch.take_photons();
-    photons.retain(|photon| photon.by_delta);
+    photons.retain(|photon: &Photon| photon.by_delta);
     let photons = pilot.photons(context, strategy, photons, arrivals.paths);
     let noise = arrivals.noise(&pilot);
     // Squared error times time per sample.

@@ -1,10 +1,9 @@
 //! The choice of strategy for caustics: the number of light paths, their targets, and whether photons are used.
 
 use super::Caustics;
-use super::light_path_batch::LightPathBatch;
 use super::photons::Photon;
+use super::pilot_light::PilotLight;
 use super::probe::probe;
-use crate::integrator::RayStats;
 use crate::integrator::path::{Context, LightSampling, PathDesc};
 use crate::integrator::probing::is_cheap;
 use crate::math::DVec2;
@@ -114,13 +113,12 @@ impl CausticsStrategy {
         /// Number of light paths traced for the estimate.
         const PATHS: u32 = 2048;
         let Context { scene, view, .. } = context;
-        let mut batch = LightPathBatch::new(context, self);
-        batch.advance(u64::MAX - u64::from(PATHS), PATHS, &mut RayStats::default(), |_, _, _| {});
+        let light = PilotLight::trace(context, self, u64::MAX - u64::from(PATHS), PATHS);
         let pixel = |photon: &Photon| {
             let seen = view.camera.project(&view.film, photon.p, DVec2::splat(0.5))?;
             Some(1.0 / seen.density.sqrt())
         };
-        let mut sizes: Vec<f64> = batch.photons.iter().filter_map(pixel).collect();
+        let mut sizes: Vec<f64> = light.photons.iter().filter_map(pixel).collect();
         sizes.sort_by(f64::total_cmp);
         radius_of(scene, sizes.get(sizes.len() / 2).copied())
     }

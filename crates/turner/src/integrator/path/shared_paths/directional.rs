@@ -18,10 +18,9 @@ use turner_bvh::lanes::{Block, Block32, F64x8, LANES, Mask8, Simd, Vec3x8};
 
 use super::terms::FirstVertices;
 use super::{BLOCKS, SharedPaths};
-use crate::bsdf::{BsdfBlock, MIN_COSINE, OpaqueBase, OpaqueBlock};
+use crate::bsdf::{BsdfBlock, MIN_COSINE, OpaqueBlock};
 use crate::color::Spectrum;
 use crate::integrator::path::path_batch::Path;
-use crate::material::vertex::Vertex;
 use crate::math::{DVec3, Frame};
 
 /// A second vertex that is an opaque base.
@@ -81,8 +80,13 @@ pub(super) fn color_at(f: &[[Block32; 3]; BLOCKS], member: usize) -> Spectrum {
 }
 
 impl SharedPaths {
-    /// Adds a vertex; returns its number.
-    pub(super) fn add_directional(&mut self, v: &Vertex<'_>, base: &OpaqueBase<'_>, path: &Path) -> u32 {
+    /// Adds a vertex; returns its number. The block has its base in this lane.
+    pub(in crate::integrator::path) fn add_directional(
+        &mut self,
+        frame: Frame,
+        path: &Path,
+        (block, lane): (&OpaqueBlock, usize),
+    ) -> u32 {
         if self.len == self.directional.len() {
             self.directional.push(DirectionalVertex {
                 base: OpaqueBlock::default(),
@@ -96,9 +100,8 @@ impl SharedPaths {
             });
         }
         let added = &mut self.directional[self.len];
-        self.base_scratch.set(0, base);
-        added.base.set_all(&self.base_scratch, 0);
-        (added.frame, added.light, added.next) = (v.frame, None, None);
+        added.base.set_all(block, lane);
+        (added.frame, added.light, added.next) = (frame, None, None);
         (added.beta, added.importance) = (path.beta, path.importance);
         self.len += 1;
         self.len as u32 - 1
@@ -140,11 +143,17 @@ impl DirectionalVertex {
 
     /// Evaluates the BSDF for the first vertices of a cluster.
     #[inline(always)]
-    pub(super) fn evaluate<S: Simd>(&mut self, simd: S, p: DVec3, first_vertices: &FirstVertices) {
+    pub(super) fn evaluate<S: Simd>(
+        &mut self,
+        simd: S,
+        p: DVec3,
+        first_vertices: &FirstVertices,
+        blocks: usize,
+    ) {
         let splat = |v: DVec3| Vec3x8::splat(simd, v.to_array());
         let (x, y, z) = (splat(self.frame.x), splat(self.frame.y), splat(self.frame.z));
         let least = F64x8::splat(simd, MIN_COSINE);
-        for block in 0..BLOCKS {
+        for block in 0..blocks.min(BLOCKS) {
             let offset = first_vertices.position(simd, block) - splat(p);
             let length = offset.dot(offset).sqrt();
             let wo = Vec3x8 { x: offset.x / length, y: offset.y / length, z: offset.z / length };

@@ -25,9 +25,9 @@
 //!
 //! Where y is not Lambertian, its BSDF belongs to the weights, and more densities are summed: see [`directional`].
 //!
-//! A cluster consists of one sample, with the same index, of each of sixteen pixels in a cell of 8 x 8 pixels. Cells
-//! are counted from the corner of the image, so a sample depends on its own ID and those of its neighbours, never on
-//! tiles, crops or threads.
+//! A cluster consists of one sample, with the same index, of each of sixteen pixels in a cell of 8 x 8 pixels, or of
+//! eight or four where fewer shadow rays pay better. Cells are counted from the corner of the image, so a sample depends
+//! on its own ID and those of its neighbours, never on tiles, crops or threads.
 
 mod directional;
 mod probe;
@@ -68,27 +68,36 @@ const SHADOW_END: f64 = 1.0 - 1.0 / 1024.0;
 /// No sample.
 const NONE: u32 = u32::MAX;
 
-/// The cluster that a pixel belongs to, as an index within its cell. Clusters change every sixteen sample indices, so
-/// that noise does not look like blocks; the first arrangement interleaves pixels. They stay the same for sixteen
-/// indices, because sixteen consecutive samples are well distributed over each pixel: clusters that change with every
-/// index have 12 % more noise in a Cornell box.
-fn cluster_in_cell(id: &SampleId) -> u32 {
+/// The cluster of `size` pixels that a pixel belongs to, as an index within its cell. Clusters change every sixteen sample
+/// indices, so that noise does not look like blocks; the first arrangement interleaves pixels. They stay the same for
+/// sixteen indices, because sixteen consecutive samples are well distributed over each pixel: clusters that change with
+/// every index have 12 % more noise in a Cornell box.
+fn cluster_in_cell(id: &SampleId, size: u32) -> u32 {
     let (x, y) = (id.x % CELL, id.y % CELL);
-    match id.index / 16 % 4 {
-        0 => 2 * (y % 2) + x % 2,
-        1 => 2 * (y / 4) + x / 4,
-        2 => y / 2,
-        _ => x / 2,
+    let interleaved = 2 * (y % 2) + x % 2;
+    match (id.index / 16 % 4, size) {
+        (0, 16..) => interleaved,
+        (0, 8..) => 4 * (x / 4) + interleaved,
+        (0, _) => 8 * (y / 4) + 4 * (x / 4) + interleaved,
+        (1, 16..) => 2 * (y / 4) + x / 4,
+        (1, 8..) => 2 * (y / 2) + x / 4,
+        (1, _) => 4 * (y / 2) + x / 2,
+        (2, 16..) => y / 2,
+        (2, 8..) => y,
+        (2, _) => 2 * y + x / 4,
+        (_, 16..) => x / 2,
+        (_, 8..) => x,
+        (..) => 2 * x + y / 4,
     }
 }
 
-/// The samples of a sample's cluster, including itself, row by row.
-pub(crate) fn cluster(view: &View, id: SampleId) -> impl Iterator<Item = SampleId> {
+/// The samples of a sample's cluster of `size` pixels, including itself, row by row.
+pub(crate) fn cluster(view: &View, id: SampleId, size: u32) -> impl Iterator<Item = SampleId> {
     let (left, top) = (id.x - id.x % CELL, id.y - id.y % CELL);
     let (right, bottom) = ((left + CELL).min(view.film.width), (top + CELL).min(view.film.height));
     (top..bottom)
         .flat_map(move |y| (left..right).map(move |x| SampleId { x, y, ..id }))
-        .filter(move |other| cluster_in_cell(other) == cluster_in_cell(&id))
+        .filter(move |other| cluster_in_cell(other, size) == cluster_in_cell(&id, size))
 }
 
 /// Where light goes that a path finds.
@@ -121,7 +130,8 @@ struct Donor {
 /// The clusters of a path batch.
 #[derive(Default)]
 pub(super) struct SharedPaths {
-    on: bool,
+    /// Number of pixels that share paths; 1 if they do not.
+    size: u32,
     /// The samples of each cluster, in the order of its pixels, and the cluster of each sample.
     clusters: Vec<[u32; CLUSTER]>,
     cluster_of: Vec<u32>,
@@ -163,14 +173,19 @@ pub(super) struct SharedPaths {
 }
 
 impl SharedPaths {
-    pub(super) fn new(on: bool) -> SharedPaths {
-        SharedPaths { on, ..SharedPaths::default() }
+    pub(super) fn new(size: u32) -> SharedPaths {
+        SharedPaths { size, ..SharedPaths::default() }
     }
 
     /// Whether paths are shared.
     #[inline]
     pub(super) fn is_on(&self) -> bool {
-        self.on
+        self.size > 1
+    }
+
+    /// SIMD blocks per cluster.
+    fn blocks(&self) -> usize {
+        (self.size as usize).div_ceil(LANES).min(BLOCKS)
     }
 
     /// Whether paths of a scene can be shared. Light paths exclude it too; the caller checks that.
@@ -186,14 +201,15 @@ impl SharedPaths {
         };
         let ((left, right), (top, _)) = (cells(|id| id.x), cells(|id| id.y));
         let across = right - left + 1;
+        let in_cell = CELL * CELL / self.size;
         self.clusters.clear();
         self.cluster_of.clear();
         self.member_of.clear();
         self.table.clear();
         self.counts.clear();
         for (i, id) in ids.iter().enumerate() {
-            let place =
-                (((id.y / CELL - top) * across + id.x / CELL - left) * 4 + cluster_in_cell(id)) as usize;
+            let place = (((id.y / CELL - top) * across + id.x / CELL - left) * in_cell
+                + cluster_in_cell(id, self.size)) as usize;
             if self.table.len() <= place {
                 self.table.resize(place + 1, NONE);
             }
@@ -261,7 +277,7 @@ impl SharedPaths {
 
 impl<R: Record> PathBatch<'_, R> {
     pub(super) fn begin_shared_paths(&mut self, ids: &[SampleId]) {
-        if self.shared_paths.on {
+        if self.shared_paths.is_on() {
             self.shared_paths.begin(ids);
         }
     }

@@ -6,7 +6,7 @@ use turner_bvh::lanes::{Block, LANES, dispatch};
 use super::directional::color_at;
 use super::terms::ReconnectionTerms;
 use super::vertices::FirstVertex;
-use super::{BLOCKS, CLUSTER, NONE, SHADOW_END};
+use super::{BLOCKS, NONE, SHADOW_END};
 use crate::color::Spectrum;
 use crate::integrator::path::path_batch::PathBatch;
 use crate::integrator::path::record::{DonorPart, Record};
@@ -20,6 +20,8 @@ impl<R: Record> PathBatch<'_, R> {
         if shared_paths.donors.is_empty() {
             return;
         }
+        let blocks = shared_paths.blocks();
+        let size = shared_paths.size as usize;
         shared_paths.rays.clear();
         shared_paths.reconnections_of_rays.clear();
         dispatch(
@@ -29,6 +31,7 @@ impl<R: Record> PathBatch<'_, R> {
                 reconnections: &shared_paths.reconnections,
                 clusters: &mut shared_paths.by_cluster,
                 directional: &mut shared_paths.directional,
+                blocks,
             },
         );
         for (number, (donor, second)) in
@@ -39,7 +42,7 @@ impl<R: Record> PathBatch<'_, R> {
             donor.finish(second, |m| first(m).map(|first| first.p));
             let kind = |first: &FirstVertex| (first.bounces, first.number);
             let own = shared_paths.first_vertices[donor.sample as usize].as_ref().map(kind);
-            for member in (0..CLUSTER).filter(|m| (donor.faces & !donor.visible) >> m & 1 == 1) {
+            for member in (0..size).filter(|m| (donor.faces & !donor.visible) >> m & 1 == 1) {
                 // Limits on bounces must end the paths of all members alike, and all first vertices must be known.
                 let Some(first) = first(member).filter(|first| Some(kind(first)) == own) else { continue };
                 let ray = Ray { t_max: SHADOW_END, ..Ray::new(first.origin, second.target - first.origin) };
@@ -58,7 +61,7 @@ impl<R: Record> PathBatch<'_, R> {
         for donor in &shared_paths.donors {
             let reaches = |member: usize| donor.visible >> member & 1 == 1;
             let of = |blocks: &[Block; BLOCKS], member: usize| blocks[member / LANES].0[member % LANES];
-            let sum: f64 = (0..CLUSTER).filter(|m| reaches(*m)).map(|m| of(&donor.pdf, m)).sum();
+            let sum: f64 = (0..size).filter(|m| reaches(*m)).map(|m| of(&donor.pdf, m)).sum();
             let members = &shared_paths.clusters[donor.cluster as usize];
             let weights = &mut shared_paths.weights[donor.sample as usize];
             for (member, &other) in members.iter().enumerate() {
@@ -73,7 +76,7 @@ impl<R: Record> PathBatch<'_, R> {
             }
             if let Some(v) = shared_paths.directional.get(donor.directional as usize) {
                 let mean = |pdf: &[Block; BLOCKS]| {
-                    let terms = (0..CLUSTER).filter(|m| reaches(*m)).map(|m| of(&donor.pdf, m) * of(pdf, m));
+                    let terms = (0..size).filter(|m| reaches(*m)).map(|m| of(&donor.pdf, m) * of(pdf, m));
                     terms.sum::<f64>() / sum
                 };
                 let direct_weights = &mut shared_paths.direct_weights[donor.sample as usize];
@@ -111,7 +114,7 @@ impl<R: Record> PathBatch<'_, R> {
 
     /// Ends a round: light that arrives later is not direct light of second vertices.
     pub(in crate::integrator::path) fn end_round_of_shared_paths(&mut self, samples: &[u32]) {
-        if self.shared_paths.on {
+        if self.shared_paths.is_on() {
             for &sample in samples {
                 self.shared_paths.directional_of[sample as usize] = NONE;
             }
@@ -141,7 +144,7 @@ impl<R: Record> PathBatch<'_, R> {
     /// Adds the radiance of all donors to the samples of their clusters.
     pub(in crate::integrator::path) fn distribute_shared(&mut self, out: &mut [Radiance]) {
         let PathBatch { shared_paths, groups, .. } = self;
-        if !shared_paths.on {
+        if !shared_paths.is_on() {
             return;
         }
         for members in &shared_paths.clusters {

@@ -70,9 +70,9 @@ impl FirstVertices {
 
     /// Computes what depends on the directions towards the camera alone.
     #[inline(always)]
-    fn see<S: Simd>(&mut self, simd: S) {
+    fn see<S: Simd>(&mut self, simd: S, blocks: usize) {
         let mut all = [[Block::default(); 5]; BLOCKS];
-        for (block, to) in all.iter_mut().enumerate() {
+        for (block, to) in all.iter_mut().enumerate().take(blocks) {
             let wo = Vec3x8::load(simd, &self.wo[block]);
             BsdfBlock::towards(&self.bases[block], simd, wo).store(to);
         }
@@ -97,6 +97,8 @@ pub(super) struct ReconnectionTerms<'a> {
     pub(super) reconnections: &'a [Reconnection],
     pub(super) clusters: &'a mut [FirstVertices],
     pub(super) directional: &'a mut [DirectionalVertex],
+    /// SIMD blocks per cluster.
+    pub(super) blocks: usize,
 }
 
 impl Work for ReconnectionTerms<'_> {
@@ -110,10 +112,10 @@ impl Work for ReconnectionTerms<'_> {
         for (donor, to) in self.donors.iter_mut().zip(self.reconnections) {
             let first_vertices = &mut self.clusters[donor.cluster as usize];
             if first_vertices.opaque != 0 && first_vertices.seen.is_none() {
-                first_vertices.see(simd);
+                first_vertices.see(simd, self.blocks);
             }
             let (p, n) = (Vec3x8::splat(simd, to.p.to_array()), Vec3x8::splat(simd, to.ng.to_array()));
-            for block in 0..BLOCKS {
+            for block in 0..self.blocks.min(BLOCKS) {
                 let offset = p - Vec3x8::load(simd, &first_vertices.p[block]);
                 let square = offset.dot(offset);
                 let length = square.sqrt();
@@ -150,7 +152,7 @@ impl Work for ReconnectionTerms<'_> {
                 donor.faces |= u16::from(faces.bits() & used) << (block * LANES);
             }
             if let Some(second) = self.directional.get_mut(donor.directional as usize) {
-                second.evaluate(simd, to.p, first_vertices);
+                second.evaluate(simd, to.p, first_vertices, self.blocks);
             }
         }
     }

@@ -67,7 +67,7 @@ impl<R: Record> PathBatch<'_, R> {
         // Russian roulette on the way to the second vertex would be part of the densities. A first vertex stays one if its
         // path continues by a delta lobe: it receives the light of its neighbours all the same. After dispersion a path
         // carries one colour band, which other pixels do not share.
-        self.shared_paths.on
+        self.shared_paths.is_on()
             && self.shared_paths.first(sample).is_none()
             && !path.any_nonspecular
             && path.bounces.total + 1 < self.settings.rr_start
@@ -75,25 +75,15 @@ impl<R: Record> PathBatch<'_, R> {
             && path.media.is_empty()
     }
 
-    /// Whether a path is at its second vertex, the `number`th of all, and may become a donor.
+    /// Whether the `number`th vertex of a path is its second one, where it may become a donor.
     #[inline]
     pub(in crate::integrator::path) fn is_second(&self, sample: u32, number: u32) -> bool {
         let path = &self.paths[sample as usize];
         let follows =
             |first: &FirstVertex| number == first.number + 1 && path.bounces.total == first.bounces.total + 1;
-        self.shared_paths.on && !path.specular_bounce && self.shared_paths.first(sample).is_some_and(follows)
-    }
-
-    /// Whether a path is at its second vertex.
-    #[inline]
-    pub(in crate::integrator::path) fn may_donate(&self, sample: u32) -> bool {
-        self.is_second(sample, self.paths[sample as usize].vertex)
-    }
-
-    /// Whether the vertex that a path arrives at may be the second one, where it becomes a donor.
-    #[inline]
-    pub(in crate::integrator::path) fn arrives_at_second(&self, sample: u32) -> bool {
-        self.is_second(sample, self.paths[sample as usize].vertex + 1)
+        self.shared_paths.is_on()
+            && !path.specular_bounce
+            && self.shared_paths.first(sample).is_some_and(follows)
     }
 
     /// Stores a first or second vertex, if its BSDF is Lambertian or an opaque base.
@@ -103,7 +93,8 @@ impl<R: Record> PathBatch<'_, R> {
         v: &Vertex<'_>,
         material: &OpenPbr,
     ) {
-        let (first, second) = (self.may_be_first(sample), self.may_donate(sample));
+        let second = self.is_second(sample, self.paths[sample as usize].vertex);
+        let first = self.may_be_first(sample);
         if !first && !second {
             return;
         }
@@ -131,14 +122,17 @@ impl<R: Record> PathBatch<'_, R> {
             let unbent = || side * material.frame(self.scene, v.surface).z;
             let bent = (v.frame.z != ng).then(|| [unbent(), v.frame.z]);
             let number = match base.filter(|_| f.is_none()) {
-                Some(base) => self.shared_paths.add_directional(v, &base, &self.paths[sample as usize]),
+                Some(base) => {
+                    let mut block = std::mem::take(&mut self.shared_paths.base_scratch);
+                    block.set(0, &base);
+                    let path = &self.paths[sample as usize];
+                    let number = self.shared_paths.add_directional(v.frame, path, (&block, 0));
+                    self.shared_paths.base_scratch = block;
+                    number
+                }
                 None => NONE,
             };
-            let to = Reconnection { p: v.surface.p, target: origin, ng, bent };
-            if self.donate(sample, to, number) && number != NONE {
-                self.shared_paths.directional_of[sample as usize] = number;
-                self.shared_paths.is_directional[sample as usize] = true;
-            }
+            self.donate(sample, Reconnection { p: v.surface.p, target: origin, ng, bent }, number);
         }
     }
 
@@ -160,6 +154,7 @@ impl<R: Record> PathBatch<'_, R> {
     }
 
     /// Makes a path a donor from its second vertex on, if BSDF sampling at its first vertex can find the second one.
+    /// `directional` is the number of that vertex if it is not Lambertian.
     pub(in crate::integrator::path) fn donate(
         &mut self,
         sample: u32,
@@ -192,6 +187,10 @@ impl<R: Record> PathBatch<'_, R> {
             directional,
         });
         self.shared_paths.reconnections.push(second);
+        if directional != NONE {
+            self.shared_paths.directional_of[sample as usize] = directional;
+            self.shared_paths.is_directional[sample as usize] = true;
+        }
         true
     }
 }

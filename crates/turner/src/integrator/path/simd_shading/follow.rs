@@ -6,6 +6,7 @@ use crate::integrator::path::caustics::NextVertex;
 use crate::integrator::path::lobe_split::Share;
 use crate::integrator::path::path_batch::PathBatch;
 use crate::integrator::path::record::Record;
+use crate::integrator::path::shared_paths::{SecondLight, SecondNext};
 use crate::integrator::{RayStats, footprint};
 use crate::math::Ray;
 use crate::math::block::vector;
@@ -20,6 +21,21 @@ impl<R: Record> PathBatch<'_, R> {
         let t_max = if shading.finite >> lane & 1 == 1 { 1.0 } else { f64::INFINITY };
         let ray =
             Ray { t_max, ..Ray::new(vector(&shading.shadow_origin, lane), vector(&shading.shadow, lane)) };
+        if shading.second >> lane & 1 == 1
+            && let Some(second) = self.shared_paths.directional_at(sample)
+        {
+            let wi = vector(&shading.local[0], lane);
+            let pdf = shading.light_pdf.0[lane];
+            second.set_light(SecondLight {
+                wi,
+                radiance: get32(&shading.radiance, lane),
+                k: wi.z.abs() / pdf,
+                softening: shading.softening[0].0[lane],
+                pdf,
+                weighed: shading.weighed >> lane & 1 == 1,
+                ray: self.shadows.light.len(),
+            });
+        }
         self.groups.push_shadow_ray(shading.groups[lane]);
         // Other BSDFs are not in blocks while lobes are told apart.
         self.lobes.push_shadow_ray(sample, || Share::lobe(true));
@@ -51,6 +67,14 @@ impl<R: Record> PathBatch<'_, R> {
         let path = &mut self.paths[sample as usize];
         self.lobes.leaves(sample, || Share::lobe(is_diffuse));
         path.beta = get32(&shading.beta_next, lane);
+        let is_second = is(shading.second);
+        if is_second
+            && is_delta
+            && let Some(second) = self.shared_paths.directional_at(sample)
+        {
+            second.take_back(path);
+            path.beta = path.beta * get32(&shading.f_next, lane) * shading.k_next.0[lane];
+        }
         path.bounces = bounces;
         path.from_camera = false;
         path.seen_through = false;
@@ -67,16 +91,26 @@ impl<R: Record> PathBatch<'_, R> {
         }
         stats.reflected += 1;
         path.begin_roulette();
+        let mut survived = 1.0;
         if let Some(survival) = self.settings.survival(path) {
             let [.., u] = path.numbers.second();
-            let survived = u < f64::from(survival);
-            if !survived {
+            let survives = u < f64::from(survival);
+            if !survives {
                 return;
             }
             path.beta *= 1.0 / survival;
+            survived = survival;
         }
         if path.beta.is_black() {
             return;
+        }
+        if is_second
+            && !is_delta
+            && let Some(second) = self.shared_paths.directional_at(sample)
+        {
+            let wi = vector(&shading.local[1], lane);
+            let softening = shading.softening[1].0[lane];
+            second.set_next(SecondNext { wi, k: wi.z.abs(), softening, survival: survived });
         }
         let ray = Ray::new(vector(&shading.origin, lane), vector(&shading.next, lane));
         self.next.push_ray(sample, &ray, block.from[lane]);

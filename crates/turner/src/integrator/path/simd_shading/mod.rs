@@ -144,6 +144,14 @@ struct Shading {
     next: [Block; 3],
     pdf: Block,
     beta_next: [Block32; 3],
+    /// Bit mask of second vertices of shared paths. For these: the local directions to the sampled lights and of the next
+    /// rays, the factors of diffuse reflection at the shadow terminators in both, and BRDF and cosine over density in the
+    /// latter.
+    second: u8,
+    local: [[Block; 3]; 2],
+    softening: [Block; 2],
+    f_next: [Block32; 3],
+    k_next: Block32,
 }
 
 impl<R: Record> PathBatch<'_, R> {
@@ -167,9 +175,10 @@ impl<R: Record> PathBatch<'_, R> {
                 let surfaces = &block.surfaces;
                 let (p, ng, ns) =
                     (surfaces.point(lane), surfaces.normal(lane), surfaces.shading_normal(lane));
-                let path = &self.paths[block.samples[lane] as usize];
+                let sample = block.samples[lane];
+                let path = &self.paths[sample as usize];
                 let receiver = self.scene.receiver_of(block.sides[lane], p, ng, ns, surfaces.direction(lane));
-                let receiver = self.in_cell(receiver);
+                let receiver = self.of_vertex(sample, path.vertex + 1, receiver);
                 let receiver = receiver.with_candidates(self.extra_light_candidates(path, &receiver));
                 block.receivers[lane] = Some(receiver);
                 block.lights[lane] = NONE;
@@ -199,7 +208,7 @@ impl<R: Record> PathBatch<'_, R> {
     ) {
         for (block, len) in vertices.used() {
             let (mut lanes, mut resampled) = (0, 0);
-            shading.lit = 0;
+            (shading.lit, shading.second) = (0, 0);
             shading.resampling_weight = Block32([1.0; LANES]);
             for lane in 0..len {
                 let path = &mut self.paths[block.samples[lane] as usize];
@@ -210,7 +219,8 @@ impl<R: Record> PathBatch<'_, R> {
                 }
                 lanes |= 1 << lane;
                 if self.shared_paths.is_on() {
-                    self.note_shared_vertex_in_block(block, lane);
+                    let is_second = self.note_shared_vertex_in_block(block, lane);
+                    shading.second |= u8::from(is_second) << lane;
                 }
                 let path = &self.paths[block.samples[lane] as usize];
                 set32(&mut shading.beta, lane, path.beta);
@@ -240,20 +250,21 @@ impl<R: Record> PathBatch<'_, R> {
         }
     }
 
-    /// As `note_shared_vertex`, for a lane.
-    fn note_shared_vertex_in_block<K: BsdfBlock>(&mut self, block: &VertexBlock<K>, lane: usize) {
+    /// As `note_shared_vertex`, for a lane. Returns whether the vertex is the second one of a shared path and not Lambertian.
+    fn note_shared_vertex_in_block<K: BsdfBlock>(&mut self, block: &VertexBlock<K>, lane: usize) -> bool {
         let sample = block.samples[lane];
-        let (first, second) = (self.may_be_first(sample), self.may_donate(sample));
+        let second = self.is_second(sample, self.paths[sample as usize].vertex);
+        let first = self.may_be_first(sample);
         if !first && !second {
-            return;
+            return false;
         }
         let f = block.kind.lambert(lane);
         let bases = block
             .kind
             .opaque()
-            .filter(|bases| first && self.settings.counts_only_bounces && bases.is_wide(lane, WIDE));
+            .filter(|bases| self.settings.counts_only_bounces && bases.is_wide(lane, WIDE));
         if f.is_none() && bases.is_none() {
-            return;
+            return false;
         }
         let surfaces = &block.surfaces;
         let (p, ng) = (surfaces.point(lane), surfaces.normal(lane));
@@ -270,10 +281,15 @@ impl<R: Record> PathBatch<'_, R> {
                     to.copy_lane(place, bases, lane);
                 }
             });
-        } else {
-            let bent = (z != ng).then(|| [side * surfaces.mapped_normal(lane), z]);
-            self.donate(sample, Reconnection { p, target: origin, ng, bent }, NONE);
+            return false;
         }
+        let bent = (z != ng).then(|| [side * surfaces.mapped_normal(lane), z]);
+        let number = bases.map(|bases| {
+            let path = &self.paths[sample as usize];
+            self.shared_paths.add_directional(surfaces.frame(lane), path, (bases, lane))
+        });
+        let second = Reconnection { p, target: origin, ng, bent };
+        self.donate(sample, second, number.unwrap_or(NONE)) && number.is_some()
     }
 
     /// Chooses one of several light candidates for lanes, as `choose_light` does.

@@ -37,6 +37,10 @@ impl<S: Simd, K: BsdfBlock> Seen<S, K> {
         let wi = Vec3x8 { x: to_light.x / distance, y: to_light.y / distance, z: to_light.z / distance };
         let local = self.surface.frame.to_local(wi);
         let softening = self.terminator.softening(simd, local);
+        if shading.second != 0 {
+            local.store(&mut shading.local[0]);
+            softening.store(&mut shading.softening[0]);
+        }
         let (f, pdf) = kind.eval_pdf(simd, self.wo, &self.bsdf, local, softening);
         let light_pdf = F64x8::load(simd, &shading.light_pdf);
         let r = pdf / light_pdf;
@@ -101,6 +105,12 @@ impl<K: BsdfBlock> Work for Shade<'_, K> {
         pdf.store(&mut shading.pdf);
         let k = (local.z / pdf).narrow();
         store(mul(mul(load(simd, &shading.beta), f), [k, k, k]), &mut shading.beta_next);
+        if shading.second != 0 {
+            local.store(&mut shading.local[1]);
+            terminator.softening(simd, local).store(&mut shading.softening[1]);
+            store(f, &mut shading.f_next);
+            k.store(&mut shading.k_next);
+        }
         shading.delta = is_delta.bits();
         shading.diffuse = is_diffuse.bits();
         let above = front & valid & local.z.gt(F64x8::splat(simd, 0.0));

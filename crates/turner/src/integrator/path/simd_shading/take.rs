@@ -31,9 +31,8 @@ impl<'a, R: Record> PathBatch<'a, R> {
     }
 
     /// Whether the light of this BSDF is told apart only by scalar code, or its light paths are.
-    fn is_scalar(&self, sample: u32, bsdf: &BlockBsdf<'_>) -> bool {
-        matches!(bsdf, BlockBsdf::Opaque(_))
-            && (self.strategy.is_some() || self.lobes.is_on() || self.arrives_at_second(sample))
+    fn is_scalar(&self, bsdf: &BlockBsdf<'_>) -> bool {
+        matches!(bsdf, BlockBsdf::Opaque(_)) && (self.strategy.is_some() || self.lobes.is_on())
     }
 
     #[inline]
@@ -55,7 +54,7 @@ impl<'a, R: Record> PathBatch<'a, R> {
         let Some(bsdf) = material.plain().or_else(|| self.plain_outside(ray, hit, material)) else {
             return false;
         };
-        if self.is_scalar(sample, &bsdf) {
+        if self.is_scalar(&bsdf) {
             return false;
         }
         // The densities of light paths at smooth normals are those of scalar code.
@@ -95,7 +94,7 @@ impl<'a, R: Record> PathBatch<'a, R> {
         let outside = ray.direction.dot(surface.ng) < 0.0;
         let mut made = None;
         let bsdf = material.block_bsdf(self.scene, surface, outside, &mut made);
-        let Some(bsdf) = bsdf.filter(|bsdf| !self.is_scalar(sample, bsdf)) else { return false };
+        let Some(bsdf) = bsdf.filter(|bsdf| !self.is_scalar(bsdf)) else { return false };
         let has_maps = material.desc.bump().is_some() || material.desc.normal_map.is_some();
         let mapped = if has_maps { material.frame(self.scene, surface).z } else { surface.ns };
         let place = self.place(sample, ray, &surface.hit, material);

@@ -170,7 +170,7 @@ fn adaptive_sampling_beside_light_paths() {
 fn adaptive_sampling_is_chosen_for_rooms() {
     let chosen = |desc: &SceneDesc| {
         let prepared = desc.prepare(&PrepareOptions::default()).unwrap();
-        prepared.choose();
+        prepared.choose(0);
         prepared.path().and_then(|path| path.choice.get()).is_some_and(|choice| choice.adaptive.is_some())
     };
     assert!(chosen(&windowed_room(PathDesc::default())));
@@ -232,7 +232,7 @@ fn uniform_skies_are_left_to_the_bsdf() {
     };
     let chosen = |desc: &SceneDesc| {
         let prepared = desc.prepare(&PrepareOptions::default()).unwrap();
-        prepared.choose();
+        prepared.choose(0);
         prepared.path().and_then(|path| path.choice.get()).is_some_and(|choice| choice.bsdf_alone)
     };
     let both = scene(LightSampling::Both);

@@ -91,7 +91,7 @@ fn photons_of_the_last_sample_are_kept() {
     let mut kept = 0;
     for (name, desc, _) in scenes() {
         let scene = prepared(&with_caustics(desc, Caustics::Full));
-        scene.choose();
+        scene.choose(1);
         let of = |index| scene.integrator.photons(&scene.scene, &scene.view, index);
         let (Some(first), Some(again)) = (of(1), of(1)) else { continue };
         assert!(std::sync::Arc::ptr_eq(&first, &again), "{name}");

@@ -12,8 +12,8 @@ use crate::medium::HomogeneousMedium;
 use crate::render::sample;
 use crate::schema::{MeshData, PrepareOptions, Transform};
 use crate::testing::scenes::{
-    called, cuboid, emissive, even, grey, matte, mean_of, path, rectangle, render, render_with, rgb, sphere,
-    v,
+    called, cuboid, emissive, even, grey, matte, mean_of, path, rectangle, render, render_prepared, rgb,
+    sphere, v,
 };
 use crate::texture::{CheckerboardDesc, TextureDesc};
 
@@ -78,8 +78,18 @@ fn glossy_room(shared_paths: SharedPathsMode) -> SceneDesc {
         .with(rectangle(v(0.3, 1.98, 0.5), v(0.4, 0.0, 0.0), v(0.0, 0.0, 0.4)), emissive(12.0, grey(1.0)))
 }
 
-/// Both rooms.
-const ROOMS: [fn(SharedPathsMode) -> SceneDesc; 2] = [room, glossy_room];
+type Room = fn(SharedPathsMode) -> SceneDesc;
+
+/// Rooms, and numbers of pixels that share paths.
+const CASES: [(Room, u32); 4] = [(room, 16), (glossy_room, 16), (room, 8), (glossy_room, 4)];
+
+/// A scene in which this number of pixels share paths.
+fn shared_among(desc: &SceneDesc, size: u32) -> Prepared {
+    let options = PrepareOptions { threads: 1, ..Default::default() };
+    let scene = desc.prepare_unchosen(desc.integrator.integrator(), &options).unwrap();
+    scene.path().unwrap().share_among(size);
+    scene
+}
 
 fn settings(desc: &mut SceneDesc) -> &mut PathDesc {
     let IntegratorDesc::Path(path) = &mut desc.integrator else { panic!("path") };
@@ -100,18 +110,19 @@ fn picture(desc: &SceneDesc) -> Picture {
 
 #[test]
 fn samples_are_sums_of_their_own_path_and_of_donors() {
-    let counts = ROOMS.map(sums_of_samples);
-    for [donated, kept, neighbours, _] in counts {
-        assert!(donated > 200 && kept > 60 && neighbours > 5 * donated, "{counts:?}");
+    let counts = CASES.map(|(room, size)| sums_of_samples(room, size));
+    for ([donated, kept, neighbours, _], (_, size)) in counts.iter().zip(CASES) {
+        let least = size as usize * donated / 3;
+        assert!(*donated > 200 && *kept > 60 && *neighbours > least, "{counts:?}");
     }
-    let [[.., without], [.., taken_back]] = counts;
+    let [[.., without], [.., taken_back], ..] = counts;
     assert!(without == 0 && taken_back > 3, "{counts:?}");
 }
 
 /// Numbers of paths that are donated and not, of parts from neighbours, and of paths that continue for their own pixel.
-fn sums_of_samples(room: fn(SharedPathsMode) -> SceneDesc) -> [usize; 4] {
-    let desc = room(SharedPathsMode::Always);
-    let (scene, picture) = (prepared(&desc), picture(&desc));
+fn sums_of_samples(room: Room, size: u32) -> [usize; 4] {
+    let scene = shared_among(&room(SharedPathsMode::Always), size);
+    let (picture, _) = render_prepared(scene.clone(), 2, u32::MAX);
     let (mut donated, mut kept, mut neighbours, mut taken_back) = (0, 0, 0, 0);
     for i in 0..160 {
         let (x, y) = (i * 17 % WIDTH, i * 5 % HEIGHT);
@@ -166,10 +177,10 @@ fn found_from(path: &PathRecord, from: usize, part: DonorPart) -> Spectrum {
 
 #[test]
 fn the_mean_is_that_of_separate_paths() {
-    ROOMS.into_iter().for_each(compare_means);
+    CASES.into_iter().for_each(|(room, size)| compare_means(room, size));
 }
 
-fn compare_means(room: fn(SharedPathsMode) -> SceneDesc) {
+fn compare_means(room: Room, size: u32) {
     const SEEDS: u32 = 48;
     // Sums over cells of 4 x 3 pixels, because the noise of pixels in a cell is correlated.
     let cells = |shared_paths: SharedPathsMode, first: u32| -> Vec<Vec<f64>> {
@@ -177,7 +188,8 @@ fn compare_means(room: fn(SharedPathsMode) -> SceneDesc) {
             .map(|seed| {
                 let mut desc = room(shared_paths);
                 (desc.film.samples, desc.film.seed) = (4, seed);
-                let picture = picture(&desc);
+                let size = if shared_paths == SharedPathsMode::Off { 1 } else { size };
+                let (picture, _) = render_prepared(shared_among(&desc, size), 2, u32::MAX);
                 let mut sums = vec![0.0; (11 * 9) as usize];
                 for (i, p) in picture.linear.iter().enumerate() {
                     let (x, y) = (i as u32 % WIDTH, i as u32 / WIDTH);
@@ -206,7 +218,9 @@ fn compare_means(room: fn(SharedPathsMode) -> SceneDesc) {
     // 99 values with mean square 1 and a variance of a little more than 2 (Student's t).
     let rms = (squares / 99.0f64).sqrt();
     assert!((0.75..1.3).contains(&rms) && largest < 4.8, "rms {rms}, largest {largest}");
-    assert!(variances[1] < 0.8 * variances[0], "{variances:?}");
+    // Sums over cells hide much of what small clusters gain.
+    let most = if size == 16 { 0.8 } else { 0.9 };
+    assert!(variances[1] < most * variances[0], "{variances:?}");
 }
 
 /// Whether a first vertex is one for its neighbours must not depend on its own path: that of smooth plastic often continues
@@ -258,14 +272,14 @@ fn pixels_have_less_noise() {
 
 #[test]
 fn the_same_bytes_for_threads_passes_and_crops() {
-    ROOMS.into_iter().for_each(compare_bytes);
+    CASES.into_iter().for_each(|(room, size)| compare_bytes(room, size));
 }
 
-fn compare_bytes(room: fn(SharedPathsMode) -> SceneDesc) {
+fn compare_bytes(room: Room, size: u32) {
     let desc = room(SharedPathsMode::Always);
-    let (whole, stats) = render_with(&desc, 1, u32::MAX);
+    let (whole, stats) = render_prepared(shared_among(&desc, size), 1, u32::MAX);
     for (threads, pass) in [(2, u32::MAX), (5, 1), (3, 2)] {
-        let (again, counted) = render_with(&desc, threads, pass);
+        let (again, counted) = render_prepared(shared_among(&desc, size), threads, pass);
         assert!(whole.linear == again.linear, "{threads} threads, passes of {pass}");
         assert_eq!(stats, counted);
     }
@@ -273,7 +287,7 @@ fn compare_bytes(room: fn(SharedPathsMode) -> SceneDesc) {
         let mut part = desc.clone();
         part.film.crop = Some(crop);
         let [left, top, width, height] = crop;
-        let part = picture(&part).linear;
+        let part = render_prepared(shared_among(&part, size), 2, u32::MAX).0.linear;
         assert_eq!(part.len() as u32, width * height);
         for (i, p) in part.iter().enumerate() {
             let (x, y) = (left + i as u32 % width, top + i as u32 / width);
