@@ -15,6 +15,7 @@
 //!
 //! The method is that of Atanasov et al. 2018, "Adaptive Environment Sampling on CPU and GPU".
 
+use std::ops::RangeInclusive;
 use std::sync::Arc;
 
 use super::cells::Cells;
@@ -37,8 +38,9 @@ const WEIGHT: f32 = 2.0;
 const NEIGHBOURS: f32 = 0.25;
 
 /// Rows of pixels of the image that directions are sampled from. Larger images are scaled down for that: the tables fit
-/// into caches, and radiance still comes from the full image.
-const MOST_ROWS: u32 = 256;
+/// into caches, and radiance still comes from the full image. Smaller ones, such as a sky of one colour, are enlarged, so
+/// that each tile has pixels.
+const IMAGE_ROWS: RangeInclusive<u32> = 64..=256;
 
 /// Part of the choices that follows luminance alone.
 const SAFE: f64 = 0.1;
@@ -185,7 +187,7 @@ impl EnvironmentLearning {
             return None;
         }
         // Not compensated: directions dimmer than the mean are sampled, too.
-        let distribution = Distribution::new(&light.prepared.map.reduced(MOST_ROWS), false).ok()?;
+        let distribution = Distribution::new(&light.prepared.map.scaled_to(IMAGE_ROWS), false).ok()?;
         if distribution.is_black() {
             return None;
         }

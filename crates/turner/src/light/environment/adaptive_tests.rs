@@ -32,8 +32,8 @@ fn learned(width: u32, height: u32) -> AdaptiveEnvironment {
 
 #[test]
 fn samples_follow_the_density() {
-    // Sizes that divide into tiles, and others; larger than the tables, and smaller than the tiles.
-    let sizes = [(64, 32), (24, 12), (45, 70), (1100, 530)];
+    // Sizes that divide into tiles, and others; larger than the tables, and smaller than the tiles: one colour, too.
+    let sizes = [(64, 32), (24, 12), (45, 70), (1100, 530), (1, 1)];
     for (w, h) in sizes {
         let adaptive = learned(w, h);
         assert_eq!(adaptive.light(), 3);
@@ -49,7 +49,7 @@ fn samples_follow_the_density() {
                 |w| adaptive.found(cell, back(w)).1,
                 || adaptive.sample(cell, random.units()).map(|s| turned(s.direction)),
             );
-            assert!(test.p_value > sidak_level(0.01, 8), "{w} {h}: {test:?}");
+            assert!(test.p_value > sidak_level(0.01, 10), "{w} {h}: {test:?}");
         }
     }
 }

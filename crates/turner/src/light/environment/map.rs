@@ -11,6 +11,7 @@
 //! ```
 
 use std::f64::consts::{PI, TAU};
+use std::ops::RangeInclusive;
 use std::sync::Arc;
 
 use super::MapPoles;
@@ -115,8 +116,27 @@ impl EnvironmentMap {
         }
     }
 
+    /// The luminance of the image, scaled to a number of rows in this range, and twice as many columns.
+    pub(super) fn scaled_to(&self, rows: RangeInclusive<u32>) -> EnvironmentMap {
+        let (width, height) = self.size();
+        let (least, most) = (*rows.start(), *rows.end());
+        if width < 2 * least || height < least {
+            return self.enlarged(width.clamp(2 * least, 2 * most), height.clamp(least, most));
+        }
+        self.reduced(most)
+    }
+
+    /// The luminance at the centres of this number of columns and rows.
+    fn enlarged(&self, columns: u32, rows: u32) -> EnvironmentMap {
+        let centre = |i: u32, of: u32| (f64::from(i) + 0.5) / f64::from(of);
+        let row = |y: u32| (0..columns).map(move |x| DVec2::new(centre(x, columns), centre(y, rows)));
+        let values = (0..rows).flat_map(row).map(|uv| self.at(uv).luminance().min(f32::MAX)).collect();
+        let image = Image { width: columns, height: rows, channels: 1, pixels: Pixels::F32(values) };
+        EnvironmentMap::new(Arc::new(image), self.poles)
+    }
+
     /// The luminance of the image, scaled down to at most so many rows, and twice as many columns.
-    pub(super) fn reduced(&self, rows: u32) -> EnvironmentMap {
+    fn reduced(&self, rows: u32) -> EnvironmentMap {
         let (width, height) = self.size();
         let (columns, rows) = (width.min(2 * rows), height.min(rows));
         let part = |i: u32, parts: u32, of: u32| (u64::from(i) * u64::from(parts) / u64::from(of)) as usize;
