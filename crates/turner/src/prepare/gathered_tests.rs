@@ -116,3 +116,25 @@ fn the_bvh_of_the_others_is_kept_unless_traversal_cost_is_shown() {
     }
     assert_eq!(changed(&desc), (true, false));
 }
+
+/// A wide floor under small meshes keeps its own BVH, not the small ones theirs; among wide meshes a small one does.
+#[test]
+fn few_meshes_keep_their_own_bvh() {
+    let triangles_gathered = |widths: [f32; 4]| {
+        let mut desc = squares();
+        desc.objects.truncate(3);
+        desc.meshes.truncate(widths.len());
+        for (i, width) in widths.into_iter().enumerate() {
+            let mut data = (*hills(1 + i as u32, 0)).clone();
+            data.positions.iter_mut().for_each(|p| *p = p.map(|v| v * width));
+            desc.meshes[i].data = Arc::new(data);
+            desc.objects.push(shown(i as u32, 0, [0.0; 3]));
+        }
+        let prepared = desc.prepare(&PrepareOptions::default()).unwrap();
+        prepared.scene.world_mesh.as_ref().map(|world| world.mesh().triangle_count())
+    };
+    // Meshes of 3, 8, 18 and 32 triangles.
+    assert_eq!(triangles_gathered([1.0, 1.0, 1.0, 1.0]), Some(61));
+    assert_eq!(triangles_gathered([4000.0, 1.0, 1.0, 1.0]), Some(58));
+    assert_eq!(triangles_gathered([4000.0, 4000.0, 1.0, 4000.0]), Some(43));
+}

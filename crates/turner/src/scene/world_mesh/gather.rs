@@ -14,8 +14,8 @@ use crate::schema::{ErrorCode, MeshData, PrepareOptions, SceneError};
 use crate::shape::extent::Extent;
 use crate::shape::{Shape, TriangleMesh};
 
-/// A mesh smaller than the extent of the world mesh by this factor, or larger than the median by it, keeps its own
-/// BVH.
+/// A mesh smaller than the extent of the world mesh by this factor keeps its own BVH: single precision would not show its
+/// form.
 const RATIO: f64 = 1024.0;
 
 /// Meshes of more triangles keep their own BVH: they gain little, and their positions would need memory twice.
@@ -57,17 +57,25 @@ pub(crate) fn choose(primitives: &[Primitive], bounds: &[Option<Bounds>]) -> (Ve
     if candidates.len() < 2 {
         return none;
     }
-    let mut sizes: Vec<f64> = candidates.iter().map(|(_, b)| b.size().length()).collect();
-    sizes.sort_by(f64::total_cmp);
-    let most = RATIO * sizes[sizes.len() / 2];
     // Closer to the origin an offset gains less than three bits.
     let all = candidates.iter().fold(Bounds::EMPTY, |a, (_, b)| a.union(b));
     let far = all.center().abs().max_element() > 4.0 * all.size().max_element();
     let offset = if far { all.center() } else { DVec3::ZERO };
     let reach = |b: &Bounds| (b.min - offset).abs().max((b.max - offset).abs()).max_element();
-    candidates.retain(|(_, b)| reach(b) <= most);
-    let extent = candidates.iter().map(|(_, b)| reach(b)).fold(0.0, f64::max);
-    candidates.retain(|(_, b)| b.size().length() * RATIO >= extent);
+    let sorted = |of: &dyn Fn(&Bounds) -> f64| {
+        let mut values: Vec<f64> = candidates.iter().map(|(_, b)| of(b)).collect();
+        values.sort_by(f64::total_cmp);
+        values
+    };
+    let (sizes, reaches) = (sorted(&|b| b.size().length()), sorted(&reach));
+    // The extent at which the fewest meshes keep their own BVH: a wide floor under small things, or the small things.
+    let own = |(i, extent): (usize, &f64)| {
+        let larger = reaches.len() - 1 - i;
+        (larger + sizes.partition_point(|size| size * RATIO < *extent), *extent)
+    };
+    let fewest = reaches.iter().enumerate().rev().map(own).min_by_key(|(count, _)| *count);
+    let extent = fewest.map_or(0.0, |(_, extent)| extent);
+    candidates.retain(|(_, b)| reach(b) <= extent && b.size().length() * RATIO >= extent);
     if candidates.len() < 2 {
         return none;
     }
