@@ -14,11 +14,11 @@ use crate::mesh::ply::attribute::{Of, read};
 use crate::scene_import::report::Fault;
 use crate::scene_import::{own_vertices_bytes, with_own_vertices};
 
-/// The attribute that meshes are read with: their vertex colours.
+/// The mesh attribute that the reader of meshes imports by itself: vertex colours.
 const VERTEX_COLORS: &str = "vertex_color";
 
-/// The mesh attribute that the `mesh_attribute` textures of a shape read; `None` for none and for `vertex_color`, with
-/// which all meshes are read.
+/// The name of the mesh attribute in the `mesh_attribute` textures of a shape; `None` if there are no such textures, or if
+/// they use `vertex_color`, which is imported in any case.
 pub(super) fn of_shape(scene: &mut Assembly<'_>, object: &Object) -> Result<Option<String>, Fault> {
     let names = names(&scene.document, object.node);
     if let [first, second, ..] = &names[..] {

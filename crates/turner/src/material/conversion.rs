@@ -50,8 +50,8 @@ impl PrincipledMaterial {
         through * opacity + Spectrum::grey(1.0 - opacity)
     }
 
-    /// Opacity in the mode "blend"; 1 in the others. Textures are not filtered: rays pass through points of opacity 0
-    /// before they get here, and light sampling does not filter either.
+    /// Opacity in the mode "blend"; 1 in the others. Textures are not filtered, because intersection has already let rays
+    /// pass where the unfiltered opacity is 0: a filtered one would count those holes twice.
     pub fn coverage(&self, scene: &impl MaterialEvalContext, surface: &SurfaceInteraction) -> f32 {
         match self.alpha_mode {
             super::AlphaMode::Blend => self.coverage_at(scene, &scene.texture_point(&surface.sharp())),

@@ -117,7 +117,7 @@ fn the_bvh_of_the_others_is_kept_unless_traversal_cost_is_shown() {
     assert_eq!(changed(&desc), (true, false));
 }
 
-/// A wide floor under small meshes keeps its own BVH, not the small ones theirs; among wide meshes a small one does.
+/// As few meshes as possible stay out of the world mesh: a wide floor under small meshes, a small mesh among wide ones.
 #[test]
 fn few_meshes_keep_their_own_bvh() {
     let triangles_gathered = |widths: [f32; 4]| {

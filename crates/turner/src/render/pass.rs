@@ -133,9 +133,9 @@ impl Renderer {
         Ok(true)
     }
 
-    /// Lets the integrator make its choices if it has not. Beside that, and sharing the processor's cores with it, all
-    /// threads but one trace a [preview](Renderer::preview_pass) with independent camera paths. Returns false if it was cancelled before the
-    /// choices were made; this is possible with several threads only.
+    /// Lets the integrator make its choices on all threads if it has not. At the same time all threads but one trace a
+    /// [preview](Renderer::preview_pass) with independent camera paths. Returns false if it was cancelled before the choices
+    /// were made; this is possible with several threads only.
     fn choose(&mut self, options: &PassOptions<'_>) -> Result<bool, SceneError> {
         if self.prepared.integrator.has_chosen() {
             return self.take_choices();

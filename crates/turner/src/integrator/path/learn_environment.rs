@@ -99,14 +99,15 @@ fn found(context: Context<'_>) -> Option<Learned> {
             look(scene, chunks[chunk], direction)
         },
     );
-    for Seen { p, direction, cos, through } in seen.into_iter().flatten() {
+    for TracedRay { p, direction, cos, through } in seen.into_iter().flatten() {
         learning.add(p, direction, cos.max(0.0) * through);
     }
     learning.finish(index).map(Learned::Adaptive)
 }
 
-/// What a shadow ray finds: the transmittance is 0 below the surface.
-struct Seen {
+/// A traced shadow ray: its origin, its direction, the cosine to the normal there, and its transmittance, which is 0 below
+/// the surface.
+struct TracedRay {
     p: DVec3,
     direction: DVec3,
     cos: f32,
@@ -118,7 +119,7 @@ fn look(
     scene: &Scene,
     points: &[LitPoint],
     direction: impl Fn(u32, u32, DVec3) -> Option<DVec3>,
-) -> Vec<Seen> {
+) -> Vec<TracedRay> {
     let (mut rays, mut through, mut traced) = (RayBatch::default(), Vec::new(), Vec::new());
     let mut seen = Vec::new();
     for (i, point) in (0u32..).zip(points) {
@@ -128,7 +129,7 @@ fn look(
                 rays.push_leaving(&Ray::new(point.origin, direction), point.from);
                 traced.push(seen.len());
             }
-            seen.push(Seen { p: point.p, direction, cos: cos as f32, through: 0.0 });
+            seen.push(TracedRay { p: point.p, direction, cos: cos as f32, through: 0.0 });
         }
     }
     scene.transmittance_batch(&mut rays, &mut through);

@@ -54,7 +54,7 @@ impl<R: Record> PathBatch<'_, R> {
         self.of_vertex(sample, number, self.scene.receiver(surface, direction))
     }
 
-    /// A receiver at the `number`th vertex of a path, in its cell of the adaptive environment.
+    /// Completes the receiver at the `number`th vertex of a path by its cell of the adaptive environment.
     #[inline]
     pub(super) fn of_vertex(&self, sample: u32, number: u32, at: Receiver) -> Receiver {
         let at = match self.adaptive {

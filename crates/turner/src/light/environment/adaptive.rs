@@ -38,8 +38,8 @@ const WEIGHT: f32 = 2.0;
 const NEIGHBOURS: f32 = 0.25;
 
 /// Rows of pixels of the image that directions are sampled from. Larger images are scaled down for that: the tables fit
-/// into caches, and radiance still comes from the full image. Smaller ones, such as a sky of one colour, are enlarged, so
-/// that each tile has pixels.
+/// into caches, and radiance still comes from the full image. Smaller ones, such as a uniform environment, are enlarged,
+/// so that each tile has pixels.
 const IMAGE_ROWS: RangeInclusive<u32> = 64..=256;
 
 /// Part of the choices that follows luminance alone.

@@ -116,7 +116,7 @@ impl EnvironmentMap {
         }
     }
 
-    /// The luminance of the image, scaled to a number of rows in this range, and twice as many columns.
+    /// The luminance of the image, resampled where it has more or fewer rows than this range, or columns than twice as many.
     pub(super) fn scaled_to(&self, rows: RangeInclusive<u32>) -> EnvironmentMap {
         let (width, height) = self.size();
         let (least, most) = (*rows.start(), *rows.end());
@@ -126,7 +126,7 @@ impl EnvironmentMap {
         self.reduced(most)
     }
 
-    /// The luminance at the centres of this number of columns and rows.
+    /// The luminance of the image, resampled to this number of columns and rows.
     fn enlarged(&self, columns: u32, rows: u32) -> EnvironmentMap {
         let centre = |i: u32, of: u32| (f64::from(i) + 0.5) / f64::from(of);
         let row = |y: u32| (0..columns).map(move |x| DVec2::new(centre(x, columns), centre(y, rows)));

@@ -60,7 +60,7 @@ pub(super) struct PilotRun {
 
 impl PilotRun {
     pub(super) fn new(context: Context<'_>, strategy: Option<&CausticsStrategy>) -> PilotRun {
-        let Seen { values, rays, .. } = see(Context { strategy, ..context }, None);
+        let CameraPaths { values, rays, .. } = trace_camera_paths(Context { strategy, ..context }, None);
         let each = (PIXELS * SAMPLES) as usize;
         let cells: Vec<f64> =
             values.chunks(each).map(|cell| cell.iter().sum::<f64>() / cell.len() as f64).collect();
@@ -101,8 +101,9 @@ impl PilotRun {
             ..strategy.clone()
         };
         let photons = Arc::new(PhotonMap::new(&pilot_strategy, 0, photons));
-        let seen = see(Context { strategy: Some(&pilot_strategy), ..context }, Some(&photons));
-        let Seen { values, by_photons, photon_variance, .. } = seen;
+        let traced =
+            trace_camera_paths(Context { strategy: Some(&pilot_strategy), ..context }, Some(&photons));
+        let CameraPaths { values, by_photons, photon_variance, .. } = traced;
         let (n, mean) = (values.len().max(1) as f64, self.mean.max(1e-30));
         let photons_ratio = strategy.paths as f64 / (paths * WIDER * WIDER * SHRUNK);
         let light = by_photons / n;
@@ -145,10 +146,10 @@ impl PilotRun {
     }
 }
 
-/// What camera paths find: luminances, the mean number of rays of a path, and the light of photons with its approximate
-/// variance, each summed over all paths.
+/// Camera paths of the pilot run: their luminances, the mean number of rays of a path, and the light of photons with its
+/// approximate variance, each summed over all paths.
 #[derive(Default)]
-struct Seen {
+struct CameraPaths {
     values: Vec<f64>,
     rays: f64,
     by_photons: f64,
@@ -156,7 +157,7 @@ struct Seen {
 }
 
 /// Traces the camera paths.
-fn see(context: Context<'_>, photons: Option<&Arc<PhotonMap>>) -> Seen {
+fn trace_camera_paths(context: Context<'_>, photons: Option<&Arc<PhotonMap>>) -> CameraPaths {
     let view = context.view;
     let film = &view.film;
     let size = DVec2::new(f64::from(film.width), f64::from(film.height)) / f64::from(SIDE);
@@ -187,17 +188,17 @@ fn see(context: Context<'_>, photons: Option<&Arc<PhotonMap>>) -> Seen {
             let finite = |v: f64| if v.is_finite() { v } else { 0.0 };
             let (by_photons, photon_variance) = (batch.by_photons, batch.photon_variance);
             let values = out.iter().map(|r| finite(f64::from(r.color.luminance()))).collect();
-            Seen { values, rays: stats.total() as f64, by_photons, photon_variance }
+            CameraPaths { values, rays: stats.total() as f64, by_photons, photon_variance }
         },
     );
-    let mut seen = Seen::default();
+    let mut all_paths = CameraPaths::default();
     for part in parts {
-        seen.values.extend(part.values);
-        seen.rays += part.rays / f64::from(all);
-        seen.by_photons += part.by_photons;
-        seen.photon_variance += part.photon_variance;
+        all_paths.values.extend(part.values);
+        all_paths.rays += part.rays / f64::from(all);
+        all_paths.by_photons += part.by_photons;
+        all_paths.photon_variance += part.photon_variance;
     }
-    seen
+    all_paths
 }
 
 /// The cell at a position of the image, given in 0..1.

@@ -10,7 +10,7 @@ use crate::integrator::{RayStats, tasks};
 /// Light paths that are traced together.
 const TOGETHER: u32 = 1024;
 
-/// What light paths bring.
+/// The contributions, photons and costs of light paths.
 #[derive(Default)]
 pub(super) struct PilotLight {
     /// Contributions: the splat, its MIS weight and the caustic target.

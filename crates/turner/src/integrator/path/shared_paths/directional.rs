@@ -80,7 +80,7 @@ pub(super) fn color_at(f: &[[Block32; 3]; BLOCKS], member: usize) -> Spectrum {
 }
 
 impl SharedPaths {
-    /// Adds a vertex; returns its number. The block has its base in this lane.
+    /// Adds a vertex whose base is in this lane of the block; returns its number.
     pub(in crate::integrator::path) fn add_directional(
         &mut self,
         frame: Frame,

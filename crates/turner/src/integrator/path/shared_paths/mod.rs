@@ -91,7 +91,7 @@ fn cluster_in_cell(id: &SampleId, size: u32) -> u32 {
     }
 }
 
-/// The samples of a sample's cluster of `size` pixels, including itself, row by row.
+/// The samples that share paths with a sample in a cluster of `size` pixels, and itself, row by row.
 pub(crate) fn cluster(view: &View, id: SampleId, size: u32) -> impl Iterator<Item = SampleId> {
     let (left, top) = (id.x - id.x % CELL, id.y - id.y % CELL);
     let (right, bottom) = ((left + CELL).min(view.film.width), (top + CELL).min(view.film.height));

@@ -250,7 +250,8 @@ impl<R: Record> PathBatch<'_, R> {
         }
     }
 
-    /// As `note_shared_vertex`, for a lane. Returns whether the vertex is the second one of a shared path and not Lambertian.
+    /// As `note_shared_vertex`, for the vertex in a lane. Returns whether it is the second vertex of a shared path and its BSDF
+    /// is not Lambertian.
     fn note_shared_vertex_in_block<K: BsdfBlock>(&mut self, block: &VertexBlock<K>, lane: usize) -> bool {
         let sample = block.samples[lane];
         let second = self.is_second(sample, self.paths[sample as usize].vertex);
