@@ -14,7 +14,7 @@ use crate::mesh::ply::attribute::{Of, read};
 use crate::scene_import::report::Fault;
 use crate::scene_import::{own_vertices_bytes, with_own_vertices};
 
-/// The mesh attribute that the reader of meshes imports by itself: vertex colours.
+/// The mesh attribute that every mesh is imported with: vertex colours.
 const VERTEX_COLORS: &str = "vertex_color";
 
 /// The name of the mesh attribute in the `mesh_attribute` textures of a shape; `None` if there are no such textures, or if
