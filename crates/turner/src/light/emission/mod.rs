@@ -54,6 +54,10 @@ pub struct EmitterSample {
 /// Farther away the two pdfs hardly differ, and area sampling is cheaper and loses no digits.
 const NEAR: f64 = 0.25;
 
+/// Most that a flat shape is sampled by solid angle. From a point on it, rounding decides whether it fills the hemisphere
+/// above, which would let it light itself; sampled by area, the cosine to its points is 0.
+const MAX_SOLID_ANGLE: f64 = std::f64::consts::TAU - 1e-6;
+
 /// Converts a pdf per area to one per solid angle; `None` for surfaces seen edge-on.
 #[inline]
 fn per_solid_angle(per_area: f64, p: DVec3, q: DVec3, n: DVec3) -> Option<f64> {
@@ -145,6 +149,30 @@ mod tests {
             let s = r.sample(POINTS[1], [0.2, 0.7]).unwrap();
             assert!((corner + s.u * u + s.v * v - s.q).length() < 1e-9);
         }
+    }
+
+    #[test]
+    fn flat_shapes_do_not_light_themselves() {
+        let [a, b, c] = [DVec3::new(-1.0, 0.3, -0.5), DVec3::new(1.0, 0.4, -0.2), DVec3::new(0.2, 0.1, 1.0)];
+        let up = (c - a).reject_from(b - a);
+        let rectangle = RectangleEmitter::new(a, b - a, up, 1.0).unwrap();
+        let triangle = TriangleEmitter::new([a, b, c], 1.0).unwrap();
+        let mut checked = 0;
+        for i in 0..300 {
+            let (at, u) = (random_pair(i), random_pair(1000 + i));
+            // Points on the shapes, with the rounding of their computation.
+            let on_rectangle = a + at[0] * (b - a) + at[1] * up;
+            let on_triangle = a + at[0] * (b - a) + at[1] * (1.0 - at[0]) * (c - a);
+            for (p, s) in [
+                (on_rectangle, rectangle.sample(on_rectangle, u)),
+                (on_triangle, triangle.sample(on_triangle, u)),
+            ] {
+                let Some(s) = s else { continue };
+                assert!((s.q - p).normalize().dot(s.n).abs() / s.pdf < 1e-9, "{p}: {s:?}");
+                checked += 1;
+            }
+        }
+        assert!(checked > 100, "{checked}");
     }
 
     #[test]

@@ -23,7 +23,7 @@ use turner_bvh::InstructionSet;
 use turner_bvh::lanes::{F64x8, LANES, Simd, Vec3x8, Work, dispatch};
 
 use super::block::{self, Eight, EmitterBlock};
-use super::{EmitterSample, NEAR, per_solid_angle};
+use super::{EmitterSample, MAX_SOLID_ANGLE, NEAR, per_solid_angle};
 use crate::light::LightBound;
 use crate::math::elementary::{arc_cosine, sin_cos_turns};
 use crate::math::{DVec3, elementary_x8 as x8};
@@ -116,7 +116,7 @@ impl RectangleEmitter {
         let g3 = arc_cosine((-n3 * n0).clamp(-1.0, 1.0));
         let k = 2.0 * PI - g2 - g3;
         let solid_angle = g0 + g1 - k;
-        (solid_angle > 1e-4 && solid_angle.is_finite()).then_some(Spherical {
+        (solid_angle > 1e-4 && solid_angle < MAX_SOLID_ANGLE).then_some(Spherical {
             x,
             y,
             z,
@@ -229,7 +229,7 @@ impl Work for SampleBlock<'_> {
         let (g2, g3) = (between(simd, n2, n3), between(simd, n3, n0));
         let k = splat(2.0 * PI) - g2 - g3;
         let solid_angle = g0 + g1 - k;
-        let spherical = near & solid_angle.gt(splat(1e-4)) & solid_angle.lt(splat(f64::INFINITY));
+        let spherical = near & solid_angle.gt(splat(1e-4)) & solid_angle.lt(splat(MAX_SOLID_ANGLE));
         let (sin, cos) = x8::sin_cos_turns(simd, (u0 * solid_angle + k) * splat(0.5 / PI));
         let fu = (cos * n0 - n2) / sin;
         let cu = x8::clamp(one.copysign(fu) / (fu * fu + n0 * n0).sqrt(), -one, one);

@@ -22,7 +22,7 @@ use turner_bvh::InstructionSet;
 use turner_bvh::lanes::{Block, F64x8, Mask8, Simd, Vec3x8, Work, dispatch};
 
 use super::block::{self, EmitterBlock};
-use super::{EmitterSample, NEAR, per_solid_angle};
+use super::{EmitterSample, MAX_SOLID_ANGLE, NEAR, per_solid_angle};
 use crate::light::LightBound;
 use crate::math::DVec3;
 use crate::math::elementary::{angle, sin_cos_turns};
@@ -92,7 +92,7 @@ impl TriangleEmitter {
         let volume = a.dot(b.cross(c)).abs();
         let solid_angle = 2.0 * angle(volume, 1.0 + a.dot(b) + b.dot(c) + c.dot(a));
         // Thin and tiny triangles lose too many digits.
-        (solid_angle > 1e-3 && solid_angle < std::f64::consts::TAU).then_some(Spherical {
+        (solid_angle > 1e-3 && solid_angle < MAX_SOLID_ANGLE).then_some(Spherical {
             a,
             b,
             c,
@@ -206,7 +206,7 @@ impl<S: Simd> Spherical8<S> {
         let volume = a.dot(b.cross(c)).abs();
         let angle = x8::angle(simd, volume, splat(1.0) + a.dot(b) + b.dot(c) + c.dot(a));
         let solid_angle = splat(2.0) * angle;
-        let near = near & solid_angle.gt(splat(1e-3)) & solid_angle.lt(splat(std::f64::consts::TAU));
+        let near = near & solid_angle.gt(splat(1e-3)) & solid_angle.lt(splat(MAX_SOLID_ANGLE));
         Spherical8 { corners: [a, b, c], solid_angle, near }
     }
 
