@@ -6,6 +6,7 @@ use turner::color::Spectrum;
 use turner::light::{Attenuation, DirectionalDesc, EnvironmentDesc, LightDesc, PointDesc, SkyDesc, SpotDesc};
 use turner::math::{DAffine3, DVec3};
 use turner::schema::{ColorSource, LightProfile, ProfileFile};
+use turner::texture::Wrap;
 
 use super::assembly::Assembly;
 use super::environment;
@@ -56,7 +57,11 @@ fn light_source(object: &Object, name: &'static str) -> Result<Option<usize>, Fa
     Ok(object.document.node(node).filter(|n| is_source(&n.tag)).map(|_| node))
 }
 
-fn light_color(scene: &mut Assembly<'_>, object: &Object, name: &'static str) -> Result<Spectrum, Fault> {
+pub(super) fn light_color(
+    scene: &mut Assembly<'_>,
+    object: &Object,
+    name: &'static str,
+) -> Result<Spectrum, Fault> {
     match light_source(object, name)? {
         Some(node) => match source(scene, node, Role::Light, Surface::Same)? {
             ColorSource::Constant(c) => Ok(c),
@@ -171,6 +176,7 @@ fn spot(scene: &mut Assembly<'_>, object: &Object) -> Result<Option<LightDesc>, 
         attenuation: INVERSE_SQUARE,
         ies: profile.map(|data| ProfileFile { uri: String::new(), data: Arc::new(data) }),
         image: slide.map(|slide| slide.image),
+        image_wrap: slide.map_or(Wrap::Clamp, |slide| slide.wrap),
         image_fov: Some((2.0 * cutoff).min(180.0)),
         image_aspect: Some(1.0),
         // Row 0 is at v = 0, where y is negative.

@@ -92,8 +92,6 @@ pub(super) fn surface(
             maker.scene.report.approximated(object.place, message);
             maker.plastic(true)
         }
-        "principled" => maker.principled(),
-        "principledthin" => maker.principled_thin(),
         kind if UNSUPPORTED.contains(&kind) => {
             let message = format!("{} is not supported: rendered as diffuse grey", object.title());
             maker.scene.report.ignored(object.place, message);
@@ -104,10 +102,6 @@ pub(super) fn surface(
         other => Err(unknown("bsdf", other, KNOWN).or_at(object.place)),
     }
 }
-
-/// Weight of OpenPBR's fuzz per unit of sheen: with it as much light returns near the silhouette of a sphere
-/// (white furnace: 0.019 there, against 0.214 of a full fuzz).
-const SHEEN: f64 = 0.09;
 
 /// The tint of a metal of which a part is reflected, by colour. F = F₀ + (1 − F₀)(1 − µ)⁵ − b µ (1 − µ)⁶, where b follows
 /// from the tint at µ = 1/7. The cosine-weighted mean, F₀ + (1 − F₀) / 21 − b / 126, becomes that part of the metal's if b
@@ -343,92 +337,6 @@ impl Maker<'_, '_> {
             Through::Scale(1.0) => color,
             through => map_values(&mut self.scene.stock, color, self.object.place, through),
         };
-        Ok(surface)
-    }
-
-    /// Burley's principled model (2012, 2015) as its counterparts in OpenPBR.
-    fn principled(&mut self) -> Result<PrincipledMaterial, Fault> {
-        let object = self.object;
-        let base = self.color("base_color", 0.5)?;
-        let mut surface = PrincipledMaterial {
-            base_color: base,
-            specular_roughness: self.number("roughness", 0.5)?,
-            base_metalness: self.number("metallic", 0.0)?,
-            transmission_weight: self.number("spec_trans", 0.0)?,
-            transmission_color: base,
-            ..PrincipledMaterial::default()
-        };
-        if object.has("eta") {
-            surface.specular_ior = index(object, "eta", 1.5)?;
-        } else {
-            let specular = object.float("specular")?.unwrap_or(0.5).clamp(0.0, 1.0);
-            surface.specular_ior = 2.0 / (1.0 - (0.08 * specular).sqrt()) - 1.0;
-        }
-        let anisotropic = self.constant("anisotropic", 0.0)?.clamp(0.0, 1.0);
-        if anisotropic > 0.0
-            && let ColorSource::Constant(r) = surface.specular_roughness
-        {
-            let (alpha, aspect) = (f64::from(r.g * r.g), (1.0 - 0.9 * anisotropic).sqrt());
-            stretched(alpha / aspect, alpha * aspect, &mut surface);
-        }
-        let coat = self.number("clearcoat", 0.0)?;
-        if coat != grey(0.0) {
-            surface.coat_weight = map_values(&mut self.scene.stock, coat, object.place, Through::Scale(0.25));
-            surface.coat_ior = 1.5;
-            surface.coat_darkening = 0.0;
-            let gloss = self.constant("clearcoat_gloss", 0.0)?.clamp(0.0, 1.0);
-            surface.coat_roughness = grey((0.1 + (0.001 - 0.1) * gloss).sqrt());
-        }
-        let sheen = self.number("sheen", 0.0)?;
-        if sheen != grey(0.0) {
-            surface.fuzz_weight =
-                map_values(&mut self.scene.stock, sheen, object.place, Through::Scale(SHEEN));
-            let message = "sheen: OpenPBR's fuzz replaces it";
-            self.scene.report.approximated(object.place_of("sheen"), message);
-        }
-        for name in ["flatness", "spec_tint", "sheen_tint"] {
-            if self.constant(name, 0.0)? != 0.0 && (name != "sheen_tint" || sheen != grey(0.0)) {
-                self.scene.report.ignored(object.place_of(name), format!("{name} of a principled BSDF"));
-            }
-        }
-        object.pass(&[
-            "clearcoat_gloss",
-            "main_specular_sampling_rate",
-            "clearcoat_sampling_rate",
-            "diffuse_reflectance_sampling_rate",
-        ]);
-        Ok(surface)
-    }
-
-    fn principled_thin(&mut self) -> Result<PrincipledMaterial, Fault> {
-        let object = self.object;
-        let base = self.color("base_color", 0.5)?;
-        // 2 means all light.
-        let through = self.number("diff_trans", 0.0)?;
-        let message = "principledthin: OpenPBR's thin-walled surface replaces it";
-        self.scene.report.approximated(object.place, message);
-        let surface = PrincipledMaterial {
-            base_color: base,
-            specular_roughness: self.number("roughness", 0.5)?,
-            transmission_weight: self.number("spec_trans", 0.0)?,
-            transmission_color: base,
-            subsurface_weight: map_values(&mut self.scene.stock, through, object.place, Through::Scale(0.5)),
-            subsurface_color: base,
-            specular_ior: index(object, "eta", 1.5)?,
-            thin_walled: true,
-            ..PrincipledMaterial::default()
-        };
-        object.pass(&[
-            "anisotropic",
-            "spec_tint",
-            "sheen",
-            "sheen_tint",
-            "flatness",
-            "diff_trans_sampling_rate",
-            "diffuse_reflectance_sampling_rate",
-            "specular_reflectance_sampling_rate",
-            "specular_transmittance_sampling_rate",
-        ]);
         Ok(surface)
     }
 }

@@ -18,7 +18,7 @@ use super::older::{self, Lobe};
 use super::params::Object;
 use super::rough_layer::RoughLayer;
 use super::spectra::Role;
-use super::textures::{Surface, is_source, numbers, shares, source};
+use super::textures::{Surface, is_source, numbers, scalars, shares, source};
 use crate::scene_import::report::Fault;
 use crate::scene_import::{Place, product};
 
@@ -179,6 +179,7 @@ pub(super) fn make(
             "mixturebsdf" => return older::mixture(scene, &object, usage),
             "phong" | "ward" => return older::two_lobes(scene, &object, usage),
             "coating" | "roughcoating" => return older::coat(scene, &object, usage),
+            "principled" | "principledthin" => return super::disney::material(scene, &object, usage),
             "hair" => return super::hair::material(scene, &object, &usage),
             "difftrans" => return older::translucent(scene, &object, usage),
             "null" => {
@@ -316,7 +317,7 @@ pub(super) fn number_of(
     surface: Surface,
 ) -> Result<ColorSource, Fault> {
     match value_of(object, name)? {
-        Some(node) => source(scene, node, Role::Albedo, surface),
+        Some(node) => scalars(scene, node, surface),
         None => Ok(grey(or)),
     }
 }

@@ -9,6 +9,7 @@
 mod ahead;
 mod assembly;
 mod attributes;
+mod disney;
 mod document;
 mod emitters;
 mod environment;

@@ -7,16 +7,19 @@ use turner::light::{LightDesc, SlideUnits, SpotDesc};
 use turner::math::elementary::{atan2, tan};
 use turner::math::{DVec2, DVec3, radians};
 use turner::schema::ImageId;
+use turner::texture::Wrap;
 
 use super::assembly::Assembly;
-use super::emitters::INVERSE_SQUARE;
+use super::emitters::{INVERSE_SQUARE, light_color};
 use super::params::Object;
+use crate::scene_import::environment_light;
 use crate::scene_import::report::Fault;
 
 /// The image of a bitmap.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Picture {
     pub(super) image: ImageId,
+    pub(super) wrap: Wrap,
     /// Width over height.
     aspect: f64,
 }
@@ -35,6 +38,11 @@ pub(super) fn slide(scene: &mut Assembly<'_>, object: &Object) -> Result<Option<
     if texture.has("to_uv") {
         scene.report.ignored(texture.place_of("to_uv"), "to_uv of the texture of an emitter");
     }
+    let wrap = match texture.string("wrap_mode")? {
+        Some("clamp") => Wrap::Clamp,
+        Some("mirror") => Wrap::Mirror,
+        _ => Wrap::Repeat,
+    };
     texture.pass(&["raw", "filter_type", "wrap_mode", "to_uv", "accel", "format"]);
     let place = texture.place_of("filename");
     let name = scene.picture_name(&name);
@@ -44,7 +52,7 @@ pub(super) fn slide(scene: &mut Assembly<'_>, object: &Object) -> Result<Option<
         .images
         .get(image.index())
         .map_or(1.0, |a| f64::from(a.data.width.max(1)) / f64::from(a.data.height.max(1)));
-    Ok(Some(Picture { image, aspect }))
+    Ok(Some(Picture { image, wrap, aspect }))
 }
 
 /// A projector: a spot light around its image. Its values are irradiances over π on a screen at distance 1.
@@ -54,12 +62,16 @@ pub(super) fn projector(scene: &mut Assembly<'_>, object: &Object) -> Result<Opt
     let fov = object.float("fov")?.unwrap_or(45.0).clamp(1e-3, 170.0);
     let axis =
         object.word("fov_axis", &["x", "y", "diagonal", "smaller", "larger"], &mut scene.stock.report)?;
-    let picture = slide(scene, object)?;
-    object.pass(&["irradiance"]);
-    let Some(picture) = picture else {
-        scene.report.ignored(object.place, "a projector without an image: it emits no light");
-        return Ok(None);
+    let (picture, color) = match slide(scene, object)? {
+        Some(picture) => (picture, Spectrum::WHITE),
+        // An even light on a square screen.
+        None => {
+            let color = light_color(scene, object, "irradiance")?;
+            let white = environment_light::white(scene);
+            (Picture { image: white, wrap: Wrap::Clamp, aspect: 1.0 }, color)
+        }
     };
+    object.pass(&["irradiance"]);
     let position = to_world.translation;
     let Some(forward) = to_world.transform_vector3(DVec3::Z).try_normalize() else {
         scene.report.doubtful(object.place, "a projector without a direction: omitted");
@@ -80,11 +92,13 @@ pub(super) fn projector(scene: &mut Assembly<'_>, object: &Object) -> Result<Opt
         // A margin, so that rounding does not cut the corners off.
         angle: (atan2(corner, 1.0).to_degrees() * 1.001).min(180.0),
         penumbra: 0.0,
-        color: Spectrum::WHITE,
+        color,
         intensity: PI * scale,
         attenuation: INVERSE_SQUARE,
         image: Some(picture.image),
         image_fov: Some(2.0 * atan2(across, 1.0).to_degrees()),
+        image_aspect: Some(picture.aspect),
+        image_wrap: picture.wrap,
         image_up: to_world.matrix3.y_axis,
         image_units: SlideUnits::Irradiance,
         ..SpotDesc::default()

@@ -73,9 +73,10 @@ fn add_to(scene: &mut Assembly<'_>, object: &Object, depth: u32) -> Result<(), F
             }
         },
         "disk" => {
-            let normal = if flip { DVec3::NEG_Z } else { DVec3::Z };
-            let disk = DiskDesc { normal, ..DiskDesc::default() };
-            (ShapeDesc::Disk(disk), DAffine3::IDENTITY, Surface::Other)
+            let (normal, surface) =
+                if flip { (DVec3::NEG_Z, Surface::PolarBehind) } else { (DVec3::Z, Surface::Polar) };
+            let disk = DiskDesc { normal, polar: true, ..DiskDesc::default() };
+            (ShapeDesc::Disk(disk), DAffine3::IDENTITY, surface)
         }
         "cylinder" => match cylinder(scene, object, flip)? {
             Some(made) => made,

@@ -16,7 +16,7 @@ use super::assembly::Assembly;
 use super::params::Object;
 use super::spectra::{COLORS, Role, color};
 use crate::scene_import::report::Fault;
-use crate::scene_import::{Place, is_sound, product, unknown};
+use crate::scene_import::{is_sound, product, unknown};
 
 /// Deepest nesting of textures.
 const MAX_DEPTH: u32 = 16;
@@ -29,8 +29,10 @@ pub(super) enum Surface {
     Same,
     /// Turner's v is 1 − v.
     Flipped,
-    /// The parametrizations differ.
-    Other,
+    /// A disk: Turner's are azimuth and 1 − radius, Mitsuba's radius and azimuth.
+    Polar,
+    /// The same for a disk that is seen from behind: Turner's azimuth is 1 − azimuth.
+    PolarBehind,
 }
 
 /// What the values of a texture are.
@@ -38,6 +40,8 @@ pub(super) enum Surface {
 pub(super) enum Values {
     /// Colours, or numbers derived from colours: decoded unless the file says otherwise.
     Colors,
+    /// Numbers of a BSDF: decoded as colours are.
+    Numbers,
     /// Opacities and weights: decoded as well, but without the image's own alpha.
     Shares,
     /// Normals and heights: not decoded unless the file says so.
@@ -70,6 +74,11 @@ pub(super) fn numbers(
 /// The same for opacities and the weights of blends.
 pub(super) fn shares(scene: &mut Assembly<'_>, node: usize, surface: Surface) -> Result<ColorSource, Fault> {
     of(scene, node, Role::Albedo, surface, Values::Shares, 0)
+}
+
+/// The same for other numbers of a BSDF.
+pub(super) fn scalars(scene: &mut Assembly<'_>, node: usize, surface: Surface) -> Result<ColorSource, Fault> {
+    of(scene, node, Role::Albedo, surface, Values::Numbers, 0)
 }
 
 /// Whether an element is a colour or a texture.
@@ -169,16 +178,10 @@ fn uv_rows(object: &Object) -> Result<Rows, Fault> {
 /// `rows` as a map of Turner's (u, v) on a surface.
 fn from_here([a, b, c, d, e, f]: Rows, surface: Surface) -> Rows {
     match surface {
+        Surface::Same => [a, b, c, d, e, f],
         Surface::Flipped => [a, -b, b + c, d, -e, e + f],
-        Surface::Same | Surface::Other => [a, b, c, d, e, f],
-    }
-}
-
-fn other_surface(scene: &mut Assembly<'_>, surface: Surface, place: Place) {
-    if surface == Surface::Other {
-        scene
-            .report
-            .approximated(place, "a texture on a disk: mapped in Cartesian, not in polar coordinates");
+        Surface::Polar => [b, -a, a + c, e, -d, d + f],
+        Surface::PolarBehind => [-b, -a, a + b + c, -e, -d, d + e + f],
     }
 }
 
@@ -218,7 +221,6 @@ fn picture(
         scene.report.ignored(object.place, "a bitmap without filename: grey replaces it");
         return Ok(grey(0.5));
     };
-    other_surface(scene, surface, object.place);
     let name = scene.picture_name(&name);
     let Some(mut file) = scene.image(&name, place) else { return Ok(grey(0.5)) };
     let mut raw = raw || gamma == Some(1.0);
@@ -280,9 +282,12 @@ fn checkerboard(
             *slot = of(scene, node, role, surface, values, depth + 1)?;
         }
     }
+    // Where a number is wanted, Mitsuba exchanges the two.
+    if matches!(values, Values::Numbers | Values::Shares) {
+        colors.reverse();
+    }
     let [even, odd] = colors;
     let [a, b, c, d, e, f] = from_here(uv_rows(object)?, surface);
-    other_surface(scene, surface, object.place);
     // Turner's texture coordinates are 2u − 1 with squares of size 1. Mitsuba's squares are half a unit of u
     // wide, the first colour at the corner.
     let to_squares = DAffine3::from_mat3_translation(

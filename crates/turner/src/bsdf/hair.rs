@@ -22,6 +22,7 @@ use std::f64::consts::{PI, TAU};
 
 use super::fresnel::dielectric;
 use super::mixture::MIN_COSINE;
+use super::unlayered::Unlayered;
 use super::{Bsdf, BsdfSample, Lobe, Rgb, spectrum};
 use crate::color::Spectrum;
 use crate::math::DVec3;
@@ -241,7 +242,7 @@ impl Bsdf {
     /// The scattering of a hair. Directions: x along the hair, z perpendicular to it on the side of wo.
     pub fn hair(p: &HairPoint) -> Bsdf {
         let mut bsdf = Bsdf::lambert(Spectrum::BLACK);
-        bsdf.hair = Some(Hair::new(p));
+        bsdf.unlayered = Some(Unlayered::Hair(Hair::new(p)));
         bsdf
     }
 }

@@ -139,7 +139,7 @@ impl Bsdf {
         if self.exits {
             return self.prepare_exit(wo);
         }
-        if self.hair.is_some() {
+        if self.unlayered.is_some() {
             return (self.prepare_exit(wo).0, [0.0; LOBES]);
         }
         let above = self.above_towards(DVec3 { z: wo.z.max(0.0), ..wo }, self.inside);
@@ -252,8 +252,8 @@ impl Bsdf {
             let f = self.softened_lambert(wi, terminator).to_array().map(f64::from);
             return (Rgb::from(f), wi.z / PI);
         }
-        if let Some(hair) = &self.hair {
-            return hair.eval(wo, wi);
+        if let Some(whole) = &self.unlayered {
+            return whole.eval(wo, wi);
         }
         if self.exits {
             let (f, pdf) = self.eval_exit(wi);
@@ -351,8 +351,8 @@ impl Bsdf {
             let f = self.softened_lambert(wi, terminator);
             return (wi.z > MIN_COSINE).then(|| BsdfSample { wi, f, pdf: wi.z / PI, lobe, eta: 1.0 });
         }
-        if let Some(hair) = &self.hair {
-            return hair.sample(wo, u);
+        if let Some(whole) = &self.unlayered {
+            return whole.sample(wo, u);
         }
         if self.exits {
             let sample = self.sample_exit([u[1], u[2]])?;
@@ -447,7 +447,7 @@ fn delta(wi: DVec3, color: Rgb, pdf: f64, is_transmission: bool, eta: f64) -> Op
 }
 
 /// The lobe that `u` selects, and `u` rescaled to 0..1 within it.
-pub(super) fn choose(p: &[f64; LOBES], u: f64) -> Option<(usize, f64)> {
+pub(super) fn choose<const N: usize>(p: &[f64; N], u: f64) -> Option<(usize, f64)> {
     let mut below = 0.0;
     let mut last = None;
     for (lobe, p) in p.iter().enumerate() {

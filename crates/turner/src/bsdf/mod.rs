@@ -37,7 +37,8 @@
 //! - The colours of metal, coat and fuzz absorb. Under a dielectric with a `specular_color`, all bands of the diffuse
 //!   lobe are attenuated by the reflection of the strongest band.
 //!
-//! A hair ([`Bsdf::hair`]) has none of these layers: module `hair`.
+//! Hair ([`Bsdf::hair`]) and Disney's principled BSDF ([`Bsdf::disney`]) have none of these layers: modules `hair` and
+//! `disney`.
 //!
 //! Sampling chooses one lobe in proportion to its approximate albedo seen from wo, then a direction: cosine-weighted
 //! (diffuse), visible normals (coat, interface), uniform (fuzz), near grazing (multiple scattering between facets).
@@ -49,6 +50,7 @@ mod beckmann_x8;
 mod block;
 mod coat;
 mod diffuse;
+mod disney;
 mod facets;
 mod facets_x8;
 mod film;
@@ -66,9 +68,11 @@ mod point;
 mod specular;
 mod subsurface;
 mod terminator;
+mod unlayered;
 
 pub(crate) use block::{Bands, BsdfBlock, LambertBlock, Sampled};
 pub(crate) use diffuse::sample_cosine;
+pub use disney::DisneyPoint;
 pub use facets::{FacetDistribution, FacetMasking};
 pub use hair::{HairPoint, color_of_sigma_a, sigma_a_of_color, sigma_a_of_melanin};
 pub(crate) use mixture::MIN_COSINE;
@@ -81,8 +85,8 @@ pub(crate) use terminator::{Terminator, TerminatorX8};
 use albedo::AlbedoDirection;
 use coat::Coat;
 use fuzz::Charlie;
-use hair::Hair;
 use interface::Interface;
+use unlayered::Unlayered;
 
 use crate::color::Spectrum;
 use crate::math::DVec3;
@@ -136,8 +140,8 @@ pub struct Bsdf {
     lambert: bool,
     /// Light that leaves the interior after a subsurface random walk: see [`Bsdf::leaving`].
     exits: bool,
-    /// The scattering of a hair, instead of all layers.
-    hair: Option<Hair>,
+    /// Another model, instead of all layers.
+    unlayered: Option<Unlayered>,
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -208,7 +212,7 @@ impl Bsdf {
             },
             lambert: false,
             exits: false,
-            hair: None,
+            unlayered: None,
         };
         bsdf.diffuse.normalisation = bsdf.diffuse_normalisation();
         bsdf.lambert = bsdf.is_lambert();
@@ -242,7 +246,7 @@ impl Bsdf {
             },
             lambert: false,
             exits: false,
-            hair: None,
+            unlayered: None,
         };
         bsdf.lambert = bsdf.is_lambert();
         bsdf
@@ -303,7 +307,7 @@ impl Bsdf {
 
     /// Whether any lobe is not a delta lobe, so that lights can be sampled.
     pub fn has_smooth(&self) -> bool {
-        self.hair.is_some()
+        self.unlayered.is_some()
             || self.fuzz.is_some()
             || self.coat.as_ref().is_some_and(|c| !c.smooth)
             || self.interface.as_ref().is_some_and(|i| !i.smooth)
@@ -313,8 +317,8 @@ impl Bsdf {
 
     /// Mean roughness, weighted by albedo: 0 is a mirror or clear glass, 1 is diffuse.
     pub fn roughness_hint(&self) -> f64 {
-        if let Some(hair) = &self.hair {
-            return hair.roughness();
+        if let Some(whole) = &self.unlayered {
+            return whole.roughness();
         }
         let rough = |smooth: bool, alpha: f64| if smooth { 0.0 } else { alpha.sqrt() };
         // All other lobes are diffuse, or nearly.
@@ -335,8 +339,8 @@ impl Bsdf {
 
     /// Approximate fraction of light at normal incidence that is reflected or transmitted, each band within 0..=1.
     pub fn albedo_hint(&self) -> Spectrum {
-        if let Some(hair) = &self.hair {
-            return spectrum(hair.albedo().clamp(Rgb::ZERO, Rgb::ONE));
+        if let Some(whole) = &self.unlayered {
+            return spectrum(whole.albedo().clamp(Rgb::ZERO, Rgb::ONE));
         }
         let sum: Rgb = self.albedos(self.above(AlbedoDirection::all(1.0))).into_iter().sum();
         spectrum(sum.clamp(Rgb::ZERO, Rgb::ONE))
@@ -379,7 +383,8 @@ impl<'a> BsdfFromWo<'a> {
     /// The BSDF for any direction on the same side; `None` if its coat has a normal of its own, which depends on wo, or if
     /// it is a hair, whose offset depends on wo.
     pub(crate) fn at_any_wo(&self) -> Option<&'a Bsdf> {
-        (self.bsdf.coat_normal.is_none() && self.bsdf.hair.is_none()).then_some(self.bsdf)
+        let is_for_any = self.bsdf.unlayered.as_ref().is_none_or(Unlayered::is_for_any_wo);
+        (self.bsdf.coat_normal.is_none() && is_for_any).then_some(self.bsdf)
     }
 }
 

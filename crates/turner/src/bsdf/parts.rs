@@ -27,7 +27,7 @@ impl Bsdf {
 
     /// Whether any lobe is neither diffuse nor a delta lobe.
     pub(crate) fn has_gloss(&self) -> bool {
-        self.hair.is_some()
+        self.unlayered.is_some()
             || self.fuzz.is_some()
             || self.coat.as_ref().is_some_and(|c| !c.smooth)
             || self.interface.as_ref().is_some_and(|i| !i.smooth)
@@ -35,8 +35,8 @@ impl Bsdf {
 
     /// Roughness of the sharpest lobe that is neither diffuse nor a delta lobe; 1 without one.
     pub(crate) fn gloss_roughness(&self) -> f64 {
-        if let Some(hair) = &self.hair {
-            return hair.roughness();
+        if let Some(whole) = &self.unlayered {
+            return whole.roughness();
         }
         let coat = self.coat.as_ref().filter(|c| !c.smooth).map_or(1.0, |c| c.facets.ax.min(c.facets.ay));
         let interface =
@@ -108,7 +108,7 @@ impl BsdfFromWo<'_> {
     /// Samples a lobe that is neither a delta lobe nor one of the diffuse base; `None` if there is none. The sample's pdf
     /// and f are those of all lobes.
     pub(crate) fn sample_gloss(&self, u: [f64; 3]) -> Option<BsdfSample> {
-        if self.bsdf.hair.is_some() {
+        if self.bsdf.unlayered.is_some() {
             return self.sample(u);
         }
         let is_gloss = |lobe: usize| match lobe {

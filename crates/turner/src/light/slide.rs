@@ -14,6 +14,7 @@ use crate::math::elementary::tan;
 use crate::math::{DVec2, DVec3, radians};
 use crate::schema::error::escape;
 use crate::schema::{Asset, ErrorCode, ImageId, SceneError, choice};
+use crate::texture::Wrap;
 
 choice! {
     /// What the values of a projected image are.
@@ -42,18 +43,31 @@ pub(super) struct Slide {
     /// Half of the sides at distance 1.
     half: DVec2,
     units: SlideUnits,
+    wrap: Wrap,
+}
+
+/// How an image is projected.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Projection {
+    /// Where the upper edge is.
+    pub(super) up: DVec3,
+    /// The angle that the image fills from left to right, degrees.
+    pub(super) fov: f64,
+    /// Width over height; that of the image with square pixels if not given.
+    pub(super) aspect: Option<f64>,
+    pub(super) units: SlideUnits,
+    /// What is beside the outermost pixel centres.
+    pub(super) wrap: Wrap,
 }
 
 impl Slide {
-    /// `fov` is the angle that the image fills from left to right, in degrees, `aspect` its width over its height if pixels
-    /// are not square; `axis` is a unit vector.
+    /// `axis` is a unit vector.
     pub(super) fn new(
         asset: &Asset<Image>,
         axis: DVec3,
-        up: DVec3,
-        (fov, aspect): (f64, Option<f64>),
-        units: SlideUnits,
+        projection: &Projection,
     ) -> Result<Slide, SceneError> {
+        let Projection { up, fov, aspect, units, wrap } = *projection;
         let image = &*asset.data;
         if !image.is_consistent() || image.width == 0 || image.height == 0 {
             let message = format!("the samples of {} do not fit its size", escape(&asset.uri));
@@ -79,7 +93,7 @@ impl Slide {
         let aspect = aspect.unwrap_or(f64::from(image.width) / f64::from(image.height));
         let half = DVec2::new(half, half / aspect);
         let (width, height) = (image.width, image.height);
-        Ok(Slide { width, height, pixels, axis, right, down: axis.cross(right), half, units })
+        Ok(Slide { width, height, pixels, axis, right, down: axis.cross(right), half, units, wrap })
     }
 
     /// The largest factor of the intensity, on average over the colours.
@@ -110,12 +124,8 @@ impl Slide {
 
     /// The colour at (u, v), bilinear between pixel centres.
     fn at(&self, u: f64, v: f64) -> Spectrum {
-        let place = |t: f64, n: u32| {
-            let t = (t * f64::from(n) - 0.5).clamp(0.0, f64::from(n - 1));
-            let low = (t.floor() as u32).min(n - 1);
-            (low, (low + 1).min(n - 1), (t - f64::from(low)) as f32)
-        };
-        let ((x0, x1, fx), (y0, y1, fy)) = (place(u, self.width), place(v, self.height));
+        let (x0, x1, fx) = self.wrap.neighbours(u, self.width);
+        let (y0, y1, fy) = self.wrap.neighbours(v, self.height);
         let pixel = |x: u32, y: u32| {
             let i = y as usize * self.width as usize + x as usize;
             self.pixels.get(i).map_or(Spectrum::BLACK, |p| Spectrum::from(*p))
@@ -130,12 +140,12 @@ pub(super) fn slide_of(
     id: ImageId,
     images: &[Asset<Image>],
     axis: DVec3,
-    (up, fov, units): (DVec3, (f64, Option<f64>), SlideUnits),
+    projection: &Projection,
 ) -> Result<Slide, SceneError> {
     let asset = images.get(id.index()).ok_or_else(|| {
         SceneError::new(ErrorCode::Internal, "a spot light refers to an image that the scene does not have")
     })?;
-    Slide::new(asset, axis, up, fov, units)
+    Slide::new(asset, axis, projection)
 }
 
 #[cfg(test)]
@@ -148,7 +158,19 @@ mod tests {
         let pixels = Pixels::F32((0..4 * 2).map(|i| i as f32).collect());
         let image = Image { width: 4, height: 2, channels: 1, pixels };
         let asset = Asset { uri: String::new(), data: Arc::new(image) };
-        Slide::new(&asset, DVec3::NEG_Z, DVec3::Y, (90.0, None), units).unwrap()
+        let wrap = Wrap::Clamp;
+        let projection = Projection { up: DVec3::Y, fov: 90.0, aspect: None, units, wrap };
+        Slide::new(&asset, DVec3::NEG_Z, &projection).unwrap()
+    }
+
+    /// At the left edge an image that repeats is the mean of its first and last column.
+    #[test]
+    fn edges_fade_to_what_the_image_continues_with() {
+        let edge = DVec3::new(-1.0, 0.25, -1.0);
+        let clamped = slide(SlideUnits::Intensity);
+        assert!(clamped.factor(edge).g.abs() < 1e-5, "{:?}", clamped.factor(edge));
+        let repeated = Slide { wrap: Wrap::Repeat, ..clamped };
+        assert!((repeated.factor(edge).g - 1.5).abs() < 1e-5, "{:?}", repeated.factor(edge));
     }
 
     /// At distance 1 the image of 4 x 2 pixels spans x of −1 to 1 and y of −0.5 to 0.5.

@@ -4,13 +4,14 @@ use std::sync::Arc;
 
 use super::point::from_point;
 use super::profile::OrientedProfile;
-use super::slide::{Slide, SlideUnits, slide_of};
+use super::slide::{Projection, Slide, SlideUnits, slide_of};
 use super::{Attenuation, DEFAULT_POSITION, Illumination, LightBound, ProfileUnits};
 use crate::color::Spectrum;
 use crate::image::Image;
 use crate::math::elementary::cos;
 use crate::math::{DVec3, radians};
 use crate::schema::{Asset, ErrorCode, ImageId, ProfileFile, Range, SceneError, params};
+use crate::texture::Wrap;
 
 params! {
     /// Light from one point into a cone with a soft edge.
@@ -46,6 +47,8 @@ params! {
         image_up: DVec3 = DVec3::Y;
         /// What the values of the image are.
         image_units: SlideUnits = SlideUnits::Intensity;
+        /// What the outermost half of the image's pixels fades to: "repeat" is the opposite edge.
+        image_wrap: Wrap = Wrap::Clamp;
     }
     example r#"[[light]]
 type = "spot"
@@ -81,8 +84,14 @@ impl SpotDesc {
         let orient = |file| OrientedProfile::new(file, axis, self.ies_rotation, self.ies_units);
         let profile = self.ies.as_ref().map(orient).transpose()?;
         let fov = self.image_fov.unwrap_or(2.0 * self.angle);
-        let shape = (self.image_up, (fov, self.image_aspect), self.image_units);
-        let slide = self.image.map(|id| slide_of(id, images, axis, shape)).transpose()?.map(Arc::new);
+        let projection = Projection {
+            up: self.image_up,
+            fov,
+            aspect: self.image_aspect,
+            units: self.image_units,
+            wrap: self.image_wrap,
+        };
+        let slide = self.image.map(|id| slide_of(id, images, axis, &projection)).transpose()?.map(Arc::new);
         Ok(Spot {
             position: self.position,
             axis,

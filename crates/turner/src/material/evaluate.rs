@@ -1,5 +1,6 @@
 //! The OpenPBR material at a point: textures evaluated into the parameters of the layered BSDF.
 
+use super::open_pbr::Unlayered;
 use super::{OpenPbr, PrincipledMaterial, SpecularModel};
 use crate::bsdf::{Bsdf, PrincipledPoint};
 use crate::color::Spectrum;
@@ -122,8 +123,12 @@ impl OpenPbr {
         entering: bool,
         ior: f64,
     ) -> Bsdf {
-        if let Some(hair) = &self.hair {
-            return hair.bsdf(scene, surface);
+        match &self.unlayered {
+            Some(Unlayered::Hair(hair)) => return hair.bsdf(scene, surface),
+            Some(Unlayered::Disney(disney)) => {
+                return disney.bsdf(scene, surface, entering, self.desc.is_transmissive());
+            }
+            None => {}
         }
         let at = scene.texture_point(surface);
         let mut point = self.desc.point_by(|source| scene.textures().color(source, &at));

@@ -1,5 +1,6 @@
 //! Hair and fur.
 
+use super::open_pbr::Unlayered;
 use super::{MaterialEvalContext, OpenPbr, PrincipledMaterial};
 use crate::bsdf::{Bsdf, HairPoint, sigma_a_of_color, sigma_a_of_melanin};
 use crate::color::Spectrum;
@@ -99,7 +100,7 @@ impl OpenPbr {
     /// Hair.
     pub(crate) fn hair(desc: &HairMaterial) -> OpenPbr {
         let mut made = OpenPbr::new(desc.principled());
-        made.hair = Some(Box::new(desc.clone()));
+        made.unlayered = Some(Unlayered::Hair(Box::new(desc.clone())));
         (made.casts_caustics, made.near_specular) = (false, false);
         // Its BSDF depends on where the fibre is hit.
         (made.constant, made.textured_base) = (None, None);

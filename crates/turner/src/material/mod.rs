@@ -26,6 +26,7 @@ mod block_bsdf;
 mod classic;
 mod conversion;
 mod dielectric;
+mod disney;
 mod dispersion;
 mod emission;
 mod emissive;
@@ -51,6 +52,7 @@ pub(crate) mod vertex;
 pub(crate) use block_bsdf::BlockBsdf;
 pub use classic::{Classic, ClassicMaterial, Fresnel, ShadowKind};
 pub use dielectric::DielectricMaterial;
+pub use disney::DisneyMaterial;
 pub use emissive::EmissiveMaterial;
 pub(crate) use gloss::Gloss;
 pub use gloss::GlossyLobe;
@@ -84,6 +86,7 @@ family! {
         Mix(MixMaterial),
         Interface(InterfaceMaterial),
         Hair(HairMaterial),
+        Disney(DisneyMaterial),
     }
 }
 
@@ -134,6 +137,7 @@ impl MaterialDesc {
             (MaterialDesc::Mix(m), _) => Material::Mix(Box::new(m.prepare(physical, descs))),
             (MaterialDesc::Interface(m), _) if physical => Material::OpenPbr(Box::new(OpenPbr::boundary(m))),
             (MaterialDesc::Hair(m), _) if physical => Material::OpenPbr(Box::new(OpenPbr::hair(m))),
+            (MaterialDesc::Disney(m), _) if physical => Material::OpenPbr(Box::new(OpenPbr::disney(m))),
             (_, Some(m)) if physical => Material::OpenPbr(Box::new(OpenPbr::new(m))),
             (_, m) => {
                 let m = m.unwrap_or_default();
@@ -155,6 +159,7 @@ impl MaterialDesc {
             MaterialDesc::Emissive(m) => m.principled(),
             MaterialDesc::Interface(m) => m.principled(),
             MaterialDesc::Hair(m) => m.principled(),
+            MaterialDesc::Disney(m) => m.principled(),
             MaterialDesc::Mix(_) => return None,
         })
     }
@@ -165,6 +170,7 @@ impl MaterialDesc {
     pub fn cutout(&self, physical: bool) -> Option<Cutout> {
         let (opacity, cutoff, one_sided) = match self {
             MaterialDesc::Classic(m) => (m.opacity, m.alpha_cutoff as f32, false),
+            MaterialDesc::Disney(m) => return MaterialDesc::Principled(m.principled()).cutout(physical),
             MaterialDesc::Principled(m) => {
                 let cutoff = match m.alpha_mode {
                     AlphaMode::Mask => m.alpha_cutoff as f32,

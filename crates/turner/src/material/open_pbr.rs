@@ -13,7 +13,8 @@
 use super::block_bsdf::TexturedBase;
 use super::gloss::Gloss;
 use super::{
-    AlphaMode, ClassicMaterial, Fresnel, HairMaterial, InterfaceMaterial, PrincipledMaterial, ShadowKind,
+    AlphaMode, ClassicMaterial, DisneyMaterial, Fresnel, HairMaterial, InterfaceMaterial, PrincipledMaterial,
+    ShadowKind,
 };
 use crate::bsdf::Bsdf;
 use crate::color::Spectrum;
@@ -51,8 +52,17 @@ pub struct OpenPbr {
     pub(super) is_plain_outside: bool,
     /// The rest of that BSDF, if only its base colour is textured.
     pub(super) textured_base: Option<Box<TexturedBase>>,
-    /// The parameters of hair, which replace those of `desc`.
-    pub(super) hair: Option<Box<HairMaterial>>,
+    /// A material without OpenPBR's layers: its BSDF replaces that of `desc`.
+    pub(super) unlayered: Option<Unlayered>,
+}
+
+/// Materials whose BSDFs are not made of OpenPBR's layers.
+#[derive(Clone, Debug)]
+pub(super) enum Unlayered {
+    /// Hair.
+    Hair(Box<HairMaterial>),
+    /// Disney's principled material.
+    Disney(Box<DisneyMaterial>),
 }
 
 /// A constant grey.
@@ -200,7 +210,7 @@ impl OpenPbr {
             is_plain: false,
             is_plain_outside: false,
             textured_base: None,
-            hair: None,
+            unlayered: None,
         };
         made.prepare_blocks();
         made
@@ -225,6 +235,12 @@ impl OpenPbr {
     #[inline]
     pub fn constant_bsdf(&self, entering: bool) -> Option<&Bsdf> {
         self.constant.as_ref().map(|[outer, inner]| if entering { outer } else { inner })
+    }
+
+    /// Whether it is hair, whose frame is that of the fibre.
+    #[inline]
+    pub(super) fn is_hair(&self) -> bool {
+        matches!(self.unlayered, Some(Unlayered::Hair(_)))
     }
 
     /// Whether light is transmitted into what it encloses.

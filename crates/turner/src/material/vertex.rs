@@ -114,7 +114,7 @@ pub(crate) fn prepare<'a>(
     outside: bool,
 ) -> Vertex<'a> {
     let wo = -ray.direction;
-    if material.hair.is_some() {
+    if material.is_hair() {
         // A fibre scatters into the whole sphere: the sides are those of the frame.
         let frame = OpenPbr::hair_frame(scene, surface, wo);
         let wo_local = frame.to_local(wo);

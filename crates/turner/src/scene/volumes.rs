@@ -87,6 +87,7 @@ fn interior(materials: &[Named<MaterialDesc>], material: usize) -> Option<u32> {
         match &materials.get(stack.pop()?)?.value {
             MaterialDesc::Interface(m) => return m.interior.map(|id| id.0),
             MaterialDesc::Principled(m) if m.interior.is_some() => return m.interior.map(|id| id.0),
+            MaterialDesc::Disney(m) if m.interior.is_some() => return m.interior.map(|id| id.0),
             MaterialDesc::Dielectric(m) if m.interior.is_some() => return m.interior.map(|id| id.0),
             MaterialDesc::Mix(m) => stack.extend(m.materials.iter().rev().map(|m| m.index())),
             MaterialDesc::Principled(_)
@@ -96,6 +97,7 @@ fn interior(materials: &[Named<MaterialDesc>], material: usize) -> Option<u32> {
             | MaterialDesc::Metal(_)
             | MaterialDesc::Plastic(_)
             | MaterialDesc::Emissive(_)
+            | MaterialDesc::Disney(_)
             | MaterialDesc::Hair(_) => {}
         }
     }

@@ -39,7 +39,7 @@ impl Wrap {
 
     /// The texels with the nearest centres before and after a coordinate, and the interpolation weight of the second.
     #[inline]
-    pub(super) fn neighbours(self, v: f64, n: u32) -> (u32, u32, f32) {
+    pub(crate) fn neighbours(self, v: f64, n: u32) -> (u32, u32, f32) {
         let x = self.fold(v) * f64::from(n) - 0.5;
         let first = floor(x);
         let weight = (x - first as f64) as f32;
