@@ -4,7 +4,7 @@ use turner::material::{AlphaMode, BumpUnit, DisneyMaterial, MaterialDesc};
 use turner::schema::ColorSource;
 
 use super::assembly::Assembly;
-use super::materials::{Use, color_of, grey, number_of};
+use super::materials::{Use, color_of, grey, number_of, unbounded_number};
 use super::params::Object;
 use super::spectra::index;
 use crate::scene_import::report::Fault;
@@ -28,7 +28,7 @@ pub(super) fn material(scene: &mut Assembly<'_>, object: &Object, usage: Use) ->
     };
     if thin_walled {
         // 2 is all light.
-        let through = number("diff_trans", 0.0)?;
+        let through = unbounded_number(scene, object, "diff_trans", 0.0, on)?;
         made.diff_trans = map_values(&mut scene.stock, through, object.place, Through::Scale(0.5));
         made.ior = index(object, "eta", 1.5)?;
     } else {

@@ -3,7 +3,7 @@
 use turner::bsdf::{FacetDistribution, FacetMasking};
 use turner::color::Spectrum;
 use turner::material::PrincipledMaterial;
-use turner::material::metals::{MetalColors, colors_of_index};
+use turner::material::metals::{MAX_INDEX, colors_of_index, index_of_reflectances};
 use turner::schema::ColorSource;
 
 use super::assembly::Assembly;
@@ -14,8 +14,8 @@ use super::rough_layer::RoughLayer;
 use super::spectra::{Role, color, index, sampled};
 use super::textures::Surface;
 use crate::scene_import::report::Fault;
-use crate::scene_import::{Through, inner_reflectance, map_colors, map_values, product, unknown};
-use crate::spectral::metal_of_index;
+use crate::scene_import::{Through, inner_reflectance, map_values, product, unknown};
+use crate::spectral::metal_reflectances;
 
 /// Known BSDFs that are not supported.
 const UNSUPPORTED: &[&str] =
@@ -103,20 +103,19 @@ pub(super) fn surface(
     }
 }
 
-/// The tint of a metal of which a part is reflected, by colour. F = F₀ + (1 − F₀)(1 − µ)⁵ − b µ (1 − µ)⁶, where b follows
-/// from the tint at µ = 1/7. The cosine-weighted mean, F₀ + (1 − F₀) / 21 − b / 126, becomes that part of the metal's if b
-/// becomes f b + 6 (1 − f).
-fn tint_times(metal: &MetalColors, factor: [f64; 3]) -> [f64; 3] {
-    /// (1 − µ)⁵ and µ (1 − µ)⁶.
-    const GRAZING: f64 = 7776.0 / 16807.0;
-    const BEND: f64 = 46656.0 / 823543.0;
-    let schlick = |f0: f64| f0 + (1.0 - f0) * GRAZING;
-    let (f0, tint) = (metal.f0.to_array().map(f64::from), metal.tint.to_array().map(f64::from));
-    [0, 1, 2].map(|i| {
-        let f = factor[i];
-        let b = schlick(f0[i]) * (1.0 - tint[i]) / BEND;
-        (1.0 - BEND * (f * b + 6.0 * (1.0 - f)) / schlick(f * f0[i])).clamp(0.0, 1.0)
-    })
+/// A metal.
+struct Conductor {
+    /// Reflectance at normal incidence.
+    f0: Spectrum,
+    eta: Spectrum,
+    k: Spectrum,
+}
+
+impl Conductor {
+    fn of_index(eta: Spectrum, k: Spectrum) -> Conductor {
+        let within = |c: Spectrum| c.map(|v| v.clamp(0.0, MAX_INDEX));
+        Conductor { f0: colors_of_index(eta, k).f0, eta: within(eta), k: within(k) }
+    }
 }
 
 struct Maker<'a, 'b> {
@@ -132,18 +131,6 @@ impl Maker<'_, '_> {
 
     fn number(&mut self, name: &'static str, or: f64) -> Result<ColorSource, Fault> {
         number_of(self.scene, self.object, name, or, self.on)
-    }
-
-    /// A number that must be constant; for a texture it is `or`, with a report.
-    fn constant(&mut self, name: &'static str, or: f64) -> Result<f64, Fault> {
-        match self.number(name, or)? {
-            ColorSource::Constant(c) => Ok(f64::from(c.g)),
-            ColorSource::Texture(_) => {
-                let message = format!("a texture of {name}: {or} replaces it");
-                self.scene.report.approximated(self.object.place_of(name), message);
-                Ok(or)
-            }
-        }
     }
 
     /// A colour factor, 1 by default.
@@ -217,8 +204,8 @@ impl Maker<'_, '_> {
         Ok(glass)
     }
 
-    /// The colours of the conductor; `None` for a perfect mirror.
-    fn metal(&mut self) -> Result<Option<MetalColors>, Fault> {
+    /// The conductor; `None` for a perfect mirror.
+    fn metal(&mut self) -> Result<Option<Conductor>, Fault> {
         let object = self.object;
         if let Some(name) = object.string("material")? {
             object.pass(&["eta", "k", "ext_eta"]);
@@ -228,7 +215,7 @@ impl Maker<'_, '_> {
             let Some((eta, k)) = metals::index_of(name) else {
                 return Err(unknown("material", name, &metals::names()).or_at(object.place_of("material")));
             };
-            return Ok(Some(colors_of_index(eta, k)));
+            return Ok(Some(Conductor::of_index(eta, k)));
         }
         let outer = index(object, "ext_eta", 1.0)?;
         let mut found = [None, None];
@@ -246,7 +233,11 @@ impl Maker<'_, '_> {
         Ok(match found {
             // As in Mitsuba: η = 0 and k = 1 reflect all light.
             [None, None] => None,
-            [Some((_, Some(eta))), Some((_, Some(k)))] => Some(metal_of_index(&eta, &k, outer)),
+            [Some((_, Some(eta))), Some((_, Some(k)))] => {
+                let [f0, grazing] = metal_reflectances(&eta, &k, outer);
+                let (eta, k) = index_of_reflectances(f0, grazing);
+                Some(Conductor::of_index(eta, k))
+            }
             [eta, k] => {
                 let eta = eta.map_or(Spectrum::BLACK, |c| c.0);
                 let k = k.map_or(Spectrum::WHITE, |c| c.0);
@@ -254,7 +245,7 @@ impl Maker<'_, '_> {
                     return Ok(None);
                 }
                 let by = (1.0 / outer) as f32;
-                Some(colors_of_index(eta * by, k * by))
+                Some(Conductor::of_index(eta * by, k * by))
             }
         })
     }
@@ -270,29 +261,16 @@ impl Maker<'_, '_> {
                 ..PrincipledMaterial::default()
             },
             Some(metal) => {
-                let mut surface = PrincipledMaterial {
-                    base_color: product(&mut self.scene.stock, ColorSource::Constant(metal.f0), factor),
+                let Conductor { f0, eta, k } = metal;
+                PrincipledMaterial {
+                    metal_eta: Some(eta),
+                    metal_k: Some(k),
+                    base_color: product(&mut self.scene.stock, ColorSource::Constant(f0), factor),
                     base_metalness: grey(1.0),
-                    specular_color: ColorSource::Constant(metal.tint),
+                    specular_color: factor,
                     specular_roughness: grey(0.0),
                     ..PrincipledMaterial::default()
-                };
-                match factor {
-                    // A grey factor applies at all angles.
-                    ColorSource::Constant(c) if c.r == c.g && c.g == c.b => {
-                        surface.base_color = ColorSource::Constant(metal.f0);
-                        surface.specular_weight = factor;
-                    }
-                    // Others at normal incidence, and on average.
-                    _ => {
-                        let place = self.object.place_of("specular_reflectance");
-                        let name = format!("tint of {metal:?}");
-                        let tint = |factor| tint_times(&metal, factor);
-                        surface.specular_color =
-                            map_colors(&mut self.scene.stock, factor, place, &name, &tint);
-                    }
                 }
-                surface
             }
         };
         if is_rough {

@@ -317,7 +317,21 @@ pub(super) fn number_of(
     surface: Surface,
 ) -> Result<ColorSource, Fault> {
     match value_of(object, name)? {
-        Some(node) => scalars(scene, node, surface),
+        Some(node) => scalars(scene, node, Role::Albedo, surface),
+        None => Ok(grey(or)),
+    }
+}
+
+/// The same for numbers that may exceed 1.
+pub(super) fn unbounded_number(
+    scene: &mut Assembly<'_>,
+    object: &Object,
+    name: &'static str,
+    or: f64,
+    surface: Surface,
+) -> Result<ColorSource, Fault> {
+    match value_of(object, name)? {
+        Some(node) => scalars(scene, node, Role::Unbounded, surface),
         None => Ok(grey(or)),
     }
 }

@@ -77,8 +77,13 @@ pub(super) fn shares(scene: &mut Assembly<'_>, node: usize, surface: Surface) ->
 }
 
 /// The same for other numbers of a BSDF.
-pub(super) fn scalars(scene: &mut Assembly<'_>, node: usize, surface: Surface) -> Result<ColorSource, Fault> {
-    of(scene, node, Role::Albedo, surface, Values::Numbers, 0)
+pub(super) fn scalars(
+    scene: &mut Assembly<'_>,
+    node: usize,
+    role: Role,
+    surface: Surface,
+) -> Result<ColorSource, Fault> {
+    of(scene, node, role, surface, Values::Numbers, 0)
 }
 
 /// Whether an element is a colour or a texture.

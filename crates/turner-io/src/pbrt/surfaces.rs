@@ -1,7 +1,7 @@
 //! pbrt's material types as Turner's principled material (OpenPBR).
 
 use turner::color::Spectrum;
-use turner::material::metals::{MetalColors, colors_of_index};
+use turner::material::metals::{MAX_INDEX, MetalColors, colors_of_index, index_of_reflectances};
 use turner::material::{BumpUnit, MaterialDesc, MixMaterial, PrincipledMaterial};
 use turner::math::elementary::exp;
 use turner::schema::{ColorSource, ErrorCode};
@@ -17,7 +17,7 @@ use super::state::ColorSpace;
 use super::textures::{normal_picture, source_named};
 use crate::assets::printable;
 use crate::scene_import::{Through, inner_reflectance, map_colors, map_values, product};
-use crate::spectral::{at_each_wavelength, metal_at, metal_of_index, seen_in_daylight};
+use crate::spectral::{at_each_wavelength, metal_at, metal_of_index, metal_reflectances, seen_in_daylight};
 
 /// A grey colour.
 pub(super) fn grey(v: f64) -> ColorSource {
@@ -27,15 +27,20 @@ pub(super) fn grey(v: f64) -> ColorSource {
 /// The reflectance of a conductor.
 #[derive(Clone)]
 enum Metal {
-    /// Its colours, and its reflectance by wavelength or colour.
-    Constant(MetalColors, Conductor),
+    Constant {
+        colors: MetalColors,
+        /// η and k by colour band.
+        index: (Spectrum, Spectrum),
+        /// Reflectance by wavelength or colour.
+        conductor: Conductor,
+    },
     Texture(ColorSource),
 }
 
 impl Metal {
     fn surface(&self) -> PrincipledMaterial {
         let (color, tint) = match self {
-            Metal::Constant(colors, _) => (ColorSource::Constant(colors.f0), colors.tint),
+            Metal::Constant { colors, .. } => (ColorSource::Constant(colors.f0), colors.tint),
             Metal::Texture(color) => (*color, Spectrum::WHITE),
         };
         PrincipledMaterial {
@@ -164,14 +169,15 @@ impl Maker<'_, '_> {
                 let r = r.clamp(0.0, 0.9999);
                 2.0 * r.sqrt() / (1.0 - r).sqrt()
             };
-            let colors = colors_of_index(Spectrum::grey(by), f0.map(|r| index(f64::from(r)) as f32) * by);
+            let relative = (Spectrum::grey(by), f0.map(|r| index(f64::from(r)) as f32) * by);
+            let colors = colors_of_index(relative.0, relative.1);
             let conductor = match self.scene.layers.colors.smooth(f0) {
                 Some(smooth) => Conductor::new(at_each_wavelength(|nm| {
                     metal_at(1.0 / outer, index(smooth.at(nm)) / outer)
                 })),
                 None => Conductor::of_colors(colors),
             };
-            return Ok(Metal::Constant(colors, conductor));
+            return Ok(Metal::Constant { colors, index: relative, conductor });
         }
         let mut curves = [None, None];
         for ((slot, name), copper) in curves.iter_mut().zip([eta, k]).zip(["metal-Cu-eta", "metal-Cu-k"]) {
@@ -189,20 +195,32 @@ impl Maker<'_, '_> {
         Ok(match curves {
             [Some(Curve::Sampled(eta)), Some(Curve::Sampled(k))] => {
                 let at = |nm: f64| metal_at(eta.at(nm, false) / outer, k.at(nm, false) / outer);
-                Metal::Constant(metal_of_index(&eta, &k, outer), Conductor::new(at_each_wavelength(at)))
+                let [f0, grazing] = metal_reflectances(&eta, &k, outer);
+                Metal::Constant {
+                    colors: metal_of_index(&eta, &k, outer),
+                    index: index_of_reflectances(f0, grazing),
+                    conductor: Conductor::new(at_each_wavelength(at)),
+                }
             }
             [eta, k] => {
                 let or = |c: Option<Curve>, or: f32| {
                     c.map_or(Ok(Spectrum::grey(or)), |c| to_color(&c, Role::Unbounded))
                 };
-                let colors = colors_of_index(or(eta, 1.0)? * by, or(k, 0.0)? * by);
-                Metal::Constant(colors, Conductor::of_colors(colors))
+                let index = (or(eta, 1.0)? * by, or(k, 0.0)? * by);
+                let colors = colors_of_index(index.0, index.1);
+                Metal::Constant { colors, index, conductor: Conductor::of_colors(colors) }
             }
         })
     }
 
     pub(super) fn conductor(&mut self) -> Result<PrincipledMaterial, Fault> {
-        let mut surface = self.metal(["eta", "k", "reflectance"], 1.0)?.surface();
+        let metal = self.metal(["eta", "k", "reflectance"], 1.0)?;
+        let mut surface = metal.surface();
+        if let Metal::Constant { index: (eta, k), .. } = &metal {
+            let within = |c: &Spectrum| Some(c.map(|v| v.clamp(0.0, MAX_INDEX)));
+            (surface.metal_eta, surface.metal_k) = (within(eta), within(k));
+            surface.specular_color = grey(1.0);
+        }
         self.roughness(["roughness", "uroughness", "vroughness"], &mut surface)?;
         Ok(surface)
     }
@@ -317,8 +335,8 @@ impl Maker<'_, '_> {
         surface.coat_ior = ior;
         if let Some(layer) = layer {
             let known = match (&metal, surface.specular_roughness) {
-                (Metal::Constant(metal, conductor), ColorSource::Constant(r)) => {
-                    self.scene.layers.over_metal(layer, *metal, conductor, f64::from(r.g * r.g))
+                (Metal::Constant { colors, conductor, .. }, ColorSource::Constant(r)) => {
+                    self.scene.layers.over_metal(layer, *colors, conductor, f64::from(r.g * r.g))
                 }
                 _ => None,
             };

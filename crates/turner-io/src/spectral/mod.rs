@@ -24,7 +24,7 @@ pub(crate) use upsample::{Smooth, Upsampling};
 
 use cie::{D65, FIRST, LAST, OBSERVER, STEP};
 use turner::color::Spectrum;
-use turner::material::metals::{MetalColors, colors_of_index};
+use turner::material::metals::{MetalColors, colors_of_index, conductor};
 use turner::math::elementary::{exp, pow_int};
 
 /// A sampled spectrum: linear between ascending wavelengths in nm. Beyond both ends lights are 0, other spectra
@@ -139,20 +139,19 @@ pub(crate) fn metal_at(eta: f64, k: f64) -> (f64, f64) {
 
 /// The colours of a metal with the complex IOR `eta` + i·`k`, below a medium with the IOR `outer`.
 pub(crate) fn metal_of_index(eta: &Sampled, k: &Sampled, outer: f64) -> MetalColors {
-    // Fresnel's equations per wavelength at normal incidence and at 82° (cos θ = 1/7).
-    let at = |nm: f64| {
-        let (head_on, tint) = metal_at(eta.at(nm, false) / outer, k.at(nm, false) / outer);
-        let schlick = head_on + (1.0 - head_on) * pow_int(6.0 / 7.0, 5);
-        (head_on, schlick * tint)
-    };
-    let f0 = seen_in_daylight(|nm| at(nm).0);
-    let grazing = seen_in_daylight(|nm| at(nm).1);
+    let [f0, grazing] = metal_reflectances(eta, k, outer);
     let tint = |f0: f32, grazing: f32| {
         let schlick = f0 + (1.0 - f0) * pow_int(6.0 / 7.0, 5) as f32;
         if schlick > 0.0 { (grazing / schlick).clamp(0.0, 1.0) } else { 1.0 }
     };
     let tint = Spectrum::new(tint(f0.r, grazing.r), tint(f0.g, grazing.g), tint(f0.b, grazing.b));
     MetalColors { f0: f0.map(|v| v.clamp(0.0, 1.0)), tint }
+}
+
+/// The reflectances of a metal at normal incidence and at 82° (cos θ = 1/7), by Fresnel's equations for each wavelength.
+pub(crate) fn metal_reflectances(eta: &Sampled, k: &Sampled, outer: f64) -> [Spectrum; 2] {
+    [1.0, 1.0 / 7.0]
+        .map(|cos| seen_in_daylight(|nm| conductor(cos, eta.at(nm, false) / outer, k.at(nm, false) / outer)))
 }
 
 /// The colour of a black body at `kelvin`, with luminance 1.

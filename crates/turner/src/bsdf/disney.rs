@@ -338,11 +338,12 @@ impl Disney {
                 reflect(-wo, DVec3::new(across * cos, across * sin, cos2.sqrt()))
             }
             THROUGH => {
-                let wi = reflect(-wo, self.narrow.sample_visible(wo, u12));
-                if wi.z <= 0.0 {
+                let h = self.narrow.sample_visible(wo, u12);
+                let wi = flipped(reflect(-wo, h));
+                if wi.z >= 0.0 || wi.dot(h) >= 0.0 {
                     return None;
                 }
-                flipped(wi)
+                wi
             }
             _ => {
                 let h = self.facets.sample_visible(wo, u12);

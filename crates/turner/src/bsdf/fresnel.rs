@@ -9,6 +9,8 @@
 //! ```
 
 use super::Rgb;
+use super::mixture::GAUSS;
+use crate::color::Spectrum;
 use crate::math::elementary::ln;
 
 /// Unpolarised reflectance of an interface between dielectrics; `eta` is the index behind it over that in front. 1
@@ -76,8 +78,55 @@ pub(super) fn scaled_index(eta: f64, scale: f64) -> f64 {
     (1.0 + r) / (1.0 - r)
 }
 
+/// Unpolarised reflectance of a metal in air, by its index of refraction `eta` + i `k`, at a cosine greater than 0; 1
+/// where the equations have no value.
+#[inline]
+pub fn conductor(cos: f64, eta: f64, k: f64) -> f64 {
+    let cos2 = cos * cos;
+    let sin2 = 1.0 - cos2;
+    let real = eta * eta - k * k - sin2;
+    let a2b2 = (real * real + 4.0 * (eta * eta) * (k * k)).sqrt();
+    let a = (0.5 * (a2b2 + real)).max(0.0).sqrt();
+    let (sum, cross) = (a2b2 + cos2, 2.0 * a * cos);
+    let s = (sum - cross) / (sum + cross);
+    let (sum, cross) = (cos2 * a2b2 + sin2 * sin2, cross * sin2);
+    let p = s * (sum - cross) / (sum + cross);
+    let f = 0.5 * (s + p);
+    if f.is_finite() { f.clamp(0.0, 1.0) } else { 1.0 }
+}
+
+/// The index of refraction of a metal by colour band.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct MetalIndex {
+    /// Real part, η.
+    pub(super) eta: Rgb,
+    /// Imaginary part.
+    pub(super) k: Rgb,
+    /// Cosine-weighted mean reflectance.
+    average: Rgb,
+}
+
+impl MetalIndex {
+    /// Values that are no numbers or out of 0 to 100 are clamped.
+    pub fn new(eta: Spectrum, k: Spectrum) -> MetalIndex {
+        let sound = |v: f32| if v > 0.0 { f64::from(v).min(100.0) } else { 0.0 };
+        let (eta, k) = (Rgb::from(eta.to_array().map(sound)), Rgb::from(k.to_array().map(sound)));
+        let band = |i: usize| -> f64 {
+            GAUSS.iter().map(|(mu, w)| 2.0 * mu * w * conductor(*mu, eta[i], k[i])).sum()
+        };
+        MetalIndex { eta, k, average: Rgb::new(band(0), band(1), band(2)).min(Rgb::ONE) }
+    }
+
+    /// Reflectance at a cosine.
+    fn at(&self, cos: f64) -> Rgb {
+        let band = |i: usize| conductor(cos, self.eta[i], self.k[i]);
+        Rgb::new(band(0), band(1), band(2))
+    }
+}
+
 /// A metal by its F₀ and its tint at 82° (Kutz, Hašan and Edmondson 2021, "Novel aspects of the Adobe Standard
-/// Material": F82-tint): F(µ) = F₀ + (1 − F₀)(1 − µ)⁵ − b µ (1 − µ)⁶, multiplied by a weight.
+/// Material": F82-tint): F(µ) = F₀ + (1 − F₀)(1 − µ)⁵ − b µ (1 − µ)⁶, multiplied by a weight. Or by its index of refraction,
+/// multiplied by a colour.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Metal {
     /// Reflectance at normal incidence.
@@ -86,6 +135,8 @@ pub(super) struct Metal {
     pub(super) dip: Rgb,
     /// Factor of the result.
     pub(super) weight: f64,
+    /// The index of refraction and the colour, which replace F₀ and the tint.
+    pub(super) index: Option<(MetalIndex, Rgb)>,
 }
 
 /// The cosine of the tint, at 82°.
@@ -97,7 +148,13 @@ impl Metal {
         let one = 1.0 - MU_TINT;
         let five = one * one * one * one * one;
         let schlick = f0 + (Rgb::ONE - f0) * five;
-        Metal { f0, dip: schlick * (Rgb::ONE - tint) / (MU_TINT * five * one), weight }
+        Metal { f0, dip: schlick * (Rgb::ONE - tint) / (MU_TINT * five * one), weight, index: None }
+    }
+
+    /// From an index of refraction and a colour within 0..=1, the factor of reflectance at all angles.
+    pub(super) fn of_index(index: MetalIndex, color: Rgb, weight: f64) -> Metal {
+        let f0 = index.at(1.0) * color;
+        Metal { f0, dip: Rgb::ZERO, weight, index: Some((index, color)) }
     }
 
     /// Reflectance at a cosine.
@@ -107,6 +164,9 @@ impl Metal {
 
     /// Reflectance without the weight.
     pub(super) fn colour(&self, cos: f64) -> Rgb {
+        if let Some((index, color)) = &self.index {
+            return index.at(cos) * *color;
+        }
         let c = (1.0 - cos).clamp(0.0, 1.0);
         let c5 = c * c * c * c * c;
         let f = self.f0 + (Rgb::ONE - self.f0) * c5 - self.dip * (cos.clamp(0.0, 1.0) * c5 * c);
@@ -115,6 +175,9 @@ impl Metal {
 
     /// Cosine-weighted mean reflectance.
     pub(super) fn average(&self) -> Rgb {
+        if let Some((index, color)) = &self.index {
+            return index.average * *color * self.weight;
+        }
         let f = self.f0 + (Rgb::ONE - self.f0) / 21.0 - self.dip / 126.0;
         f.clamp(Rgb::ZERO, Rgb::ONE) * self.weight
     }
@@ -161,6 +224,27 @@ mod tests {
         assert!((metal.at(1.0) - f0).length() < 1e-12);
         assert!((metal.at(MU_TINT) - plain.at(MU_TINT) * tint).length() < 1e-12);
         assert!((metal.at(0.0) - Rgb::ONE).length() < 1e-12);
+    }
+
+    #[test]
+    fn conductors_follow_the_fresnel_equations() {
+        // Without absorption they are dielectrics.
+        for cos in [0.05, 0.3, 0.6, 1.0] {
+            assert!((conductor(cos, 1.5, 0.0) - dielectric(cos, 1.5)).abs() < 1e-12, "{cos}");
+        }
+        // F₀ = ((η − 1)² + k²) / ((η + 1)² + k²).
+        let (eta, k) = (0.9, 6.0);
+        let expected = ((eta - 1.0f64) * (eta - 1.0) + k * k) / ((eta + 1.0) * (eta + 1.0) + k * k);
+        assert!((conductor(1.0, eta, k) - expected).abs() < 1e-12);
+        let index = MetalIndex::new(Spectrum::new(0.2, 1.4, 3.0), Spectrum::new(4.0, 1.6, 0.5));
+        let color = Rgb::new(1.0, 0.5, 0.8);
+        let metal = Metal::of_index(index, color, 0.9);
+        for band in 0..3 {
+            assert!((metal.average()[band] - average(|mu| metal.at(mu)[band])).abs() < 1e-4, "{band}");
+        }
+        assert!(
+            (metal.at(0.4).y - 0.45 * conductor(0.4, f64::from(1.4f32), f64::from(1.6f32))).abs() < 1e-12
+        );
     }
 
     #[test]

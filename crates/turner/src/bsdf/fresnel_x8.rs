@@ -1,4 +1,4 @@
-//! Fresnel reflectance of dielectrics for eight lanes, with the bits of the scalar function.
+//! Fresnel reflectance for eight lanes, with the bits of the scalar functions.
 
 use turner_bvh::lanes::{F64x8, Simd};
 
@@ -18,4 +18,22 @@ pub(super) fn dielectric<S: Simd>(simd: S, cos: F64x8<S>, eta: F64x8<S>) -> F64x
     let reflected = partial.select(splat(0.5) * (s * s + p * p), one);
     let reflected = eta.eq(splat(f64::INFINITY)).select(one, reflected);
     eta.eq(one).select(zero, reflected)
+}
+
+/// As [`conductor`](super::fresnel::conductor).
+#[inline(always)]
+pub(super) fn conductor<S: Simd>(simd: S, cos: F64x8<S>, eta: F64x8<S>, k: F64x8<S>) -> F64x8<S> {
+    let splat = |v: f64| F64x8::splat(simd, v);
+    let (zero, one, half, two, four) = (splat(0.0), splat(1.0), splat(0.5), splat(2.0), splat(4.0));
+    let cos2 = cos * cos;
+    let sin2 = one - cos2;
+    let real = eta * eta - k * k - sin2;
+    let a2b2 = (real * real + four * (eta * eta) * (k * k)).sqrt();
+    let a = (half * (a2b2 + real)).or_larger(zero).sqrt();
+    let (sum, cross) = (a2b2 + cos2, two * a * cos);
+    let s = (sum - cross) / (sum + cross);
+    let (sum, cross) = (cos2 * a2b2 + sin2 * sin2, cross * sin2);
+    let p = s * (sum - cross) / (sum + cross);
+    let f = half * (s + p);
+    is_finite(simd, f).select(clamp(f, zero, one), one)
 }

@@ -164,7 +164,10 @@ impl Interface {
         let facets = Facets { ax: ax.max(MIN_ALPHA), ay: ay.max(MIN_ALPHA), kind };
         let base = color(p.base_color) * unit(p.base_weight);
         let edge = if p.gltf_specular { Rgb::ONE } else { specular.tint };
-        let metal_fresnel = Metal::new(base, edge, weight.min(1.0));
+        let metal_fresnel = match p.metal_index {
+            Some(index) => Metal::of_index(index, edge, weight.min(1.0)),
+            None => Metal::new(base, edge, weight.min(1.0)),
+        };
         let film = has_film.then(|| {
             let thickness = p.thin_film_thickness.min(1e3) * 1e-6;
             let film = Film { ior: p.thin_film_ior.clamp(1.0, 10.0), thickness };

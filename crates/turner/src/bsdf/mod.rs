@@ -74,6 +74,8 @@ pub(crate) use block::{Bands, BsdfBlock, LambertBlock, Sampled};
 pub(crate) use diffuse::sample_cosine;
 pub use disney::DisneyPoint;
 pub use facets::{FacetDistribution, FacetMasking};
+pub use fresnel::MetalIndex;
+pub use fresnel::conductor;
 pub use hair::{HairPoint, color_of_sigma_a, sigma_a_of_color, sigma_a_of_melanin};
 pub(crate) use mixture::MIN_COSINE;
 pub(crate) use opaque_base::{OpaqueBase, OpaqueBlock, OpaqueSeen};

@@ -17,7 +17,7 @@ use super::albedo::AlbedoCurveBlock;
 use super::block::{Sampled, cosine};
 use super::facets_x8::FacetBlock;
 use super::fresnel::Metal;
-use super::fresnel_x8::dielectric;
+use super::fresnel_x8::{conductor, dielectric};
 use super::interface::{Interface, Spread};
 use super::mixture::MIN_COSINE;
 use super::{Bsdf, Rgb, diffuse};
@@ -62,7 +62,7 @@ impl OpaqueBase<'_> {
     /// Whether another base has the same parameters.
     pub(crate) fn is_same(&self, other: &OpaqueBase<'_>) -> bool {
         let (a, b) = (self.interface, other.interface);
-        let metal = |m: &Metal| (m.f0, m.dip, m.weight);
+        let metal = |m: &Metal| (m.f0, m.dip, m.weight, m.index);
         (a.facets, a.smooth, a.metal, a.opaque, a.specular, a.opaque_index)
             == (b.facets, b.smooth, b.metal, b.opaque, b.specular, b.opaque_index)
             && metal(&a.metal_fresnel) == metal(&b.metal_fresnel)
@@ -92,10 +92,11 @@ impl OpaqueBase<'_> {
 #[derive(Clone, Debug, Default)]
 pub(crate) struct OpaqueBlock {
     facets: FacetBlock,
-    /// Masks: delta lobes; any metal; multiple scattering; any diffuse reflection; albedos from a table; reflectances
+    /// Masks: delta lobes; any metal; metal by its index; multiple scattering; any diffuse reflection; albedos from a table; reflectances
     /// that are more than tinted; light that the interface of the dielectric loses.
     smooth: u8,
     metals: u8,
+    indexed: u8,
     multiple: u8,
     diffuse: u8,
     rough: u8,
@@ -103,8 +104,11 @@ pub(crate) struct OpaqueBlock {
     loses: u8,
     metal: Block,
     metal_weight: Block,
+    /// F₀ and dip of metal, or η and k.
     f0: [Block; 3],
     dip: [Block; 3],
+    /// The colour of metal by its index.
+    metal_color: [Block; 3],
     opaque: Block,
     tint: [Block; 3],
     lift: [Block; 3],
@@ -161,9 +165,13 @@ impl OpaqueBlock {
         self.metal.0[lane] = i.metal;
         if i.metal > 0.0 {
             self.metal_weight.0[lane] = i.metal_fresnel.weight;
-            set_vector(&mut self.f0, lane, i.metal_fresnel.f0);
-            set_vector(&mut self.dip, lane, i.metal_fresnel.dip);
+            let metal = &i.metal_fresnel;
+            let (f0, dip) = metal.index.map_or((metal.f0, metal.dip), |(index, _)| (index.eta, index.k));
+            set_vector(&mut self.f0, lane, f0);
+            set_vector(&mut self.dip, lane, dip);
+            set_vector(&mut self.metal_color, lane, metal.index.map_or(Rgb::ONE, |(_, color)| color));
         }
+        set_bit(&mut self.indexed, lane, i.metal > 0.0 && i.metal_fresnel.index.is_some());
         self.opaque.0[lane] = i.opaque;
         set_vector(&mut self.tint, lane, i.specular.tint);
         set_vector(&mut self.lift, lane, i.specular.lift);
@@ -227,6 +235,7 @@ impl OpaqueBlock {
     ) {
         mask(&mut self.smooth, other.smooth);
         mask(&mut self.metals, other.metals);
+        mask(&mut self.indexed, other.indexed);
         mask(&mut self.multiple, other.multiple);
         mask(&mut self.diffuse, other.diffuse);
         mask(&mut self.rough, other.rough);
@@ -235,6 +244,7 @@ impl OpaqueBlock {
         let vectors = [
             (&mut self.f0, &other.f0),
             (&mut self.dip, &other.dip),
+            (&mut self.metal_color, &other.metal_color),
             (&mut self.tint, &other.tint),
             (&mut self.lift, &other.lift),
             (&mut self.reflect, &other.reflect),
@@ -346,8 +356,23 @@ impl OpaqueBlock {
         let (f0, dip) = (Vec3x8::load(simd, &self.f0), Vec3x8::load(simd, &self.dip));
         let f = f0 + (Vec3x8 { x: one, y: one, z: one } - f0) * c5 - dip * (clamp(mu, zero, one) * c5 * c);
         let f = Vec3x8 { x: clamp(f.x, zero, one), y: clamp(f.y, zero, one), z: clamp(f.z, zero, one) };
+        let f = if self.indexed == 0 { f } else { self.conductor(simd, mu, f) };
         let metal = f * F64x8::load(simd, &self.metal_weight) * F64x8::load(simd, &self.metal);
         Vec3x8::select(Mask8::new(simd, self.metals), metal + opaque, opaque)
+    }
+
+    /// `tinted`, and the reflectance of metal by its index where it has one; see [`Metal`].
+    #[inline(always)]
+    fn conductor<S: Simd>(&self, simd: S, mu: F64x8<S>, tinted: Vec3x8<S>) -> Vec3x8<S> {
+        let (eta, k) = (Vec3x8::load(simd, &self.f0), Vec3x8::load(simd, &self.dip));
+        let exact = Vec3x8 {
+            x: conductor(simd, mu, eta.x, k.x),
+            y: conductor(simd, mu, eta.y, k.y),
+            z: conductor(simd, mu, eta.z, k.z),
+        };
+        let color = Vec3x8::load(simd, &self.metal_color);
+        let exact = Vec3x8 { x: exact.x * color.x, y: exact.y * color.y, z: exact.z * color.z };
+        Vec3x8::select(Mask8::new(simd, self.indexed), exact, tinted)
     }
 
     /// BRDF and density of `wi` above the surface; see `Bsdf::mixture`. `softening` is the factor of diffuse reflection.

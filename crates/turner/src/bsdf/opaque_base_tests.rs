@@ -2,7 +2,9 @@ use turner_bvh::InstructionSet;
 use turner_bvh::lanes::{Block32, LANES, Work, dispatch};
 
 use super::*;
-use crate::bsdf::{Bsdf, FacetDistribution, FacetMasking, PrincipledPoint, Terminator, TerminatorX8};
+use crate::bsdf::{
+    Bsdf, FacetDistribution, FacetMasking, MetalIndex, PrincipledPoint, Terminator, TerminatorX8,
+};
 use crate::color::Spectrum;
 use crate::math::DVec3;
 use crate::math::block::vector;
@@ -64,6 +66,8 @@ fn point(random: &mut Random) -> PrincipledPoint {
     PrincipledPoint {
         base_color: color(r, g, b),
         base_weight: if kind < 0.1 { 0.0 } else { 1.0 },
+        metal_index: ((10.0 * kind).fract() < 0.4)
+            .then(|| MetalIndex::new(color(3.0 * r, g, 2.0 * b), color(g, 8.0 * b, r))),
         base_metalness: if kind < 0.5 { 0.0 } else { (2.0 * share).min(1.0) },
         specular_color: match tint_r {
             r if r < 0.5 => Spectrum::WHITE,

@@ -2,6 +2,7 @@
 //! its textures evaluated.
 
 use super::facets::{FacetDistribution, FacetMasking};
+use super::fresnel::MetalIndex;
 use crate::color::Spectrum;
 
 /// The parameters of a [`PrincipledMaterial`](crate::material::PrincipledMaterial) at one point, under the same names.
@@ -17,6 +18,9 @@ pub struct PrincipledPoint {
     pub base_diffuse_roughness: f64,
     /// 0 is a dielectric, 1 a metal.
     pub base_metalness: f64,
+    /// The index of refraction of metal, instead of base colour and tint; `specular_color` is then a factor of its
+    /// reflectance at all angles.
+    pub metal_index: Option<MetalIndex>,
     /// Strength of specular reflection.
     pub specular_weight: f64,
     /// Colour of a dielectric's reflection from outside, and of a metal's towards grazing angles.
@@ -93,6 +97,7 @@ impl Default for PrincipledPoint {
             base_color: Spectrum::grey(0.8),
             base_diffuse_roughness: 0.0,
             base_metalness: 0.0,
+            metal_index: None,
             specular_weight: 1.0,
             specular_color: Spectrum::WHITE,
             gltf_specular: false,

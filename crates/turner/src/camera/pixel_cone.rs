@@ -1,7 +1,7 @@
 //! The ray cone of a camera ray: as wide as the part of a pixel that one sample represents.
 //!
 //! With n samples per pixel a sample represents 1/n of the pixel's area, so its cone is 1/√n of a pixel wide, but at
-//! least 1/8. On a flat screen the corners are farther from the camera than the centre: the same pixel width then is
+//! least 1/64. On a flat screen the corners are farther from the camera than the centre: the same pixel width then is
 //! a smaller angle.
 
 use super::Camera;
@@ -17,16 +17,16 @@ pub struct PixelCone {
     spread: f64,
     /// Whether the screen is flat.
     flat: bool,
-    /// Width of a sample's cone as a fraction of a pixel, 1/8 to 1.
+    /// Width of a sample's cone as a fraction of a pixel, 1/64 to 1.
     pub share: f32,
 }
 
 /// Least width in pixels for any number of samples: textures keep some filtering.
-const MIN_FRACTION: f64 = 0.125;
+const MIN_FRACTION: f64 = 1.0 / 64.0;
 
 impl PixelCone {
     /// The ray cones for a camera and a film: one pixel wide with one sample per pixel, narrower by the square root
-    /// of the number of samples, at least an eighth.
+    /// of the number of samples, at least a 64th.
     pub fn new(camera: &Camera, film: &FilmDesc) -> PixelCone {
         let share = (1.0 / f64::from(film.samples_per_pixel().max(1)).sqrt()).max(MIN_FRACTION);
         let size = DVec2::new(f64::from(film.width.max(1)), f64::from(film.height.max(1)));
@@ -128,6 +128,6 @@ mod tests {
             let film = FilmDesc { samples, antialias: Antialias::MonteCarlo, ..film.clone() };
             PixelCone::new(&camera, &film).share
         };
-        assert_eq!([1, 16, 64, 1000].map(share), [1.0, 0.25, 0.125, 0.125]);
+        assert_eq!([1, 16, 64, 10_000].map(share), [1.0, 0.25, 0.125, 1.0 / 64.0]);
     }
 }

@@ -24,7 +24,7 @@ impl PrincipledMaterial {
                 Spectrum::BLACK
             }
         });
-        all.then_some(point)
+        all.then(|| PrincipledPoint { metal_index: self.metal_index(), ..point })
     }
 
     /// The parameters as seen from outside (`entering`) or inside.
@@ -59,6 +59,8 @@ impl PrincipledMaterial {
             base_color: at(self.base_color),
             base_diffuse_roughness: mean(at(self.base_diffuse_roughness)),
             base_metalness: mean(at(self.base_metalness)),
+            // Computed once for each material.
+            metal_index: None,
             specular_weight: mean(at(self.specular_weight)),
             specular_color: at(self.specular_color),
             gltf_specular: self.specular_model == SpecularModel::Gltf,
@@ -132,6 +134,7 @@ impl OpenPbr {
         }
         let at = scene.texture_point(surface);
         let mut point = self.desc.point_by(|source| scene.textures().color(source, &at));
+        point.metal_index = self.metal_index;
         point.specular_ior = ior;
         point.exterior_ior = exterior_ior;
         Bsdf::new(&self.desc.on_side(point, entering))

@@ -44,6 +44,7 @@ material = "ring"
 impl MetalMaterial {
     /// The equivalent OpenPBR material.
     pub fn principled(&self) -> PrincipledMaterial {
+        let has_index = self.color.is_none();
         let (color, tint) = match (self.color, self.eta, self.k) {
             (Some(color), _, _) => (color, Spectrum::WHITE),
             (None, None, None) => {
@@ -52,10 +53,13 @@ impl MetalMaterial {
             }
             (None, eta, k) => {
                 let c = colors_of_index(eta.unwrap_or(Spectrum::WHITE), k.unwrap_or(Spectrum::BLACK));
-                (ColorSource::Constant(c.f0), c.tint)
+                // The colour for what knows no index.
+                (ColorSource::Constant(c.f0), Spectrum::WHITE)
             }
         };
         PrincipledMaterial {
+            metal_eta: self.eta.filter(|_| has_index),
+            metal_k: self.k.filter(|_| has_index),
             base_color: color,
             base_metalness: ColorSource::Constant(Spectrum::WHITE),
             specular_color: ColorSource::Constant(tint),

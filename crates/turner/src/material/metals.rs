@@ -5,6 +5,7 @@
 //! white reflects all light. The tint is the factor that turns Schlick's approximation into the second (F82-tint, Kutz,
 //! Hašan and Edmondson 2021). Bands above 1, colours outside Rec. 709, are set to 1.
 
+pub use crate::bsdf::conductor;
 use crate::color::Spectrum;
 use crate::math::elementary::pow_int;
 use crate::schema::choice;
@@ -46,6 +47,9 @@ choice! {
         Zinc = "zinc",
     }
 }
+
+/// Largest part of an index of refraction that a material takes.
+pub const MAX_INDEX: f32 = 100.0;
 
 /// The colours of a metal.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -98,18 +102,30 @@ pub fn colors_of_index(eta: Spectrum, k: Spectrum) -> MetalColors {
     MetalColors { f0: f0.into(), tint: tint.into() }
 }
 
-/// Unpolarised reflectance of a metal in air at a cosine greater than 0.
-fn conductor(cos: f64, eta: f64, k: f64) -> f64 {
-    let sin2 = 1.0 - cos * cos;
-    let real = eta * eta - k * k - sin2;
-    let a2b2 = (real * real + 4.0 * eta * eta * k * k).sqrt();
-    let a = (0.5 * (a2b2 + real)).max(0.0).sqrt();
-    let (sum, cross) = (a2b2 + cos * cos, 2.0 * a * cos);
-    let s = (sum - cross) / (sum + cross);
-    let (sum, cross) = (cos * cos * a2b2 + sin2 * sin2, cross * sin2);
-    let p = s * (sum - cross) / (sum + cross);
-    let f = 0.5 * (s + p);
-    if f.is_finite() { f.clamp(0.0, 1.0) } else { 1.0 }
+/// The index of refraction, η and k by band, of a metal with the reflectance `f0` at normal incidence and `grazing` at 82°
+/// (cosine 1/7).
+pub fn index_of_reflectances(f0: Spectrum, grazing: Spectrum) -> (Spectrum, Spectrum) {
+    let (mut eta, mut k) = ([0.0; 3], [0.0; 3]);
+    let bands = f0.to_array().into_iter().zip(grazing.to_array());
+    for ((f0, grazing), (eta, k)) in bands.zip(eta.iter_mut().zip(&mut k)) {
+        let f0 = f64::from(f0).clamp(1e-4, 0.9999);
+        let root = f0.sqrt();
+        // η is within these bounds; k follows from F₀, and the reflectance at 82° falls with η.
+        let (mut low, mut high) = ((1.0 - root) / (1.0 + root), (1.0 + root) / (1.0 - root));
+        let k_of = |eta: f64| {
+            ((f0 * (eta + 1.0) * (eta + 1.0) - (eta - 1.0) * (eta - 1.0)) / (1.0 - f0)).max(0.0).sqrt()
+        };
+        for _ in 0..60 {
+            let middle = 0.5 * (low + high);
+            if conductor(1.0 / 7.0, middle, k_of(middle)) > f64::from(grazing) {
+                low = middle;
+            } else {
+                high = middle;
+            }
+        }
+        (*eta, *k) = (low as f32, k_of(low) as f32);
+    }
+    (eta.into(), k.into())
 }
 
 #[cfg(test)]
@@ -126,6 +142,23 @@ mod tests {
         for (eta, k) in [(0.0, 0.0), (1e30, 0.0), (0.0, 1e30), (1.0, 0.0)] {
             let c = colors_of_index(Spectrum::grey(eta), Spectrum::grey(k));
             assert!(c.f0.is_finite() && c.tint.is_finite() && c.f0.r <= 1.0, "{eta} {k}: {c:?}");
+        }
+    }
+
+    #[test]
+    fn reflectances_give_the_index_that_gives_them() {
+        let at = |cos: f64, eta: f64, k: f64| Spectrum::grey(conductor(cos, eta, k) as f32);
+        for (eta, k) in [(0.143, 3.98), (0.375, 2.39), (1.44, 1.6), (2.2, 0.8), (4.4, 5.2), (1.66, 9.2)] {
+            let (e, found) = index_of_reflectances(at(1.0, eta, k), at(1.0 / 7.0, eta, k));
+            let (e, found) = (f64::from(e.g), f64::from(found.g));
+            assert!((e / eta - 1.0).abs() < 2e-3 && (found / k - 1.0).abs() < 2e-3, "{eta} {k}: {e} {found}");
+        }
+        // Black, white and values that no metal has.
+        for (f0, grazing) in [(0.0, 0.5), (1.0, 1.0), (0.5, 0.0), (0.04, 0.9), (1.0, 0.0), (0.3, f32::NAN)] {
+            let (eta, k) = index_of_reflectances(Spectrum::grey(f0), Spectrum::grey(grazing));
+            assert!(eta.is_finite() && k.is_finite() && eta.g > 0.0, "{f0} {grazing}: {eta:?} {k:?}");
+            let back = conductor(1.0, f64::from(eta.g), f64::from(k.g));
+            assert!((back - f64::from(f0)).abs() < 1e-3, "{f0} {grazing}: {back}");
         }
     }
 

@@ -16,7 +16,7 @@ use super::{
     AlphaMode, ClassicMaterial, DisneyMaterial, Fresnel, HairMaterial, InterfaceMaterial, PrincipledMaterial,
     ShadowKind,
 };
-use crate::bsdf::Bsdf;
+use crate::bsdf::{Bsdf, MetalIndex};
 use crate::color::Spectrum;
 use crate::material::MaterialEvalContext;
 use crate::schema::ColorSource;
@@ -39,6 +39,8 @@ pub struct OpenPbr {
     pub(crate) boundary: bool,
     /// Whether light is scattered inside by a subsurface random walk.
     pub(crate) walks: bool,
+    /// The index of refraction of its metal, if it is given.
+    pub(super) metal_index: Option<MetalIndex>,
     /// Indices of refraction by colour band, if they differ.
     pub(crate) dispersion: Option<[f64; 3]>,
     /// The BSDF from outside and from inside, if it is constant and the exterior is empty.
@@ -195,7 +197,9 @@ impl OpenPbr {
         let gloss = Gloss::of(&desc);
         let near_specular = casts_caustics && desc.is_near_specular();
         let walks = desc.has_subsurface();
+        let metal_index = desc.metal_index();
         let mut made = OpenPbr {
+            metal_index,
             desc,
             shadow,
             pane,

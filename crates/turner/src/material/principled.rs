@@ -1,7 +1,7 @@
 //! The principled material: one layered surface for plastic, metal, glass, cloth, lacquer and skin, with the names and
 //! layers of OpenPBR 1.1 (Academy Software Foundation, 2024). Every glTF and MTL material converts to it.
 
-use crate::bsdf::{FacetDistribution, FacetMasking};
+use crate::bsdf::{FacetDistribution, FacetMasking, MetalIndex};
 use crate::color::Spectrum;
 use crate::schema::{ColorSource, MediumId, Range, choice, params};
 
@@ -82,6 +82,11 @@ params! {
         base_diffuse_roughness: ColorSource = grey(0.0), in Range::UNIT;
         /// 0 is a dielectric, 1 a metal; values between mix the two.
         base_metalness: ColorSource = grey(0.0), in Range::UNIT;
+        /// Index of refraction of a metal by colour band, with `metal_k`: its reflectance follows from the Fresnel
+        /// equations, `base_color` does not count, and `specular_color` is a factor at all angles.
+        metal_eta: Option<Spectrum> = None, in Range::closed(0.0, 100.0);
+        /// The imaginary part of that index: how strongly the metal absorbs.
+        metal_k: Option<Spectrum> = None, in Range::closed(0.0, 100.0);
         /// Strength of specular reflection: 0 none, 1 as the index of refraction gives it. Above 1 increases the
         /// reflectance.
         specular_weight: ColorSource = grey(1.0), in Range::NON_NEGATIVE;
@@ -231,6 +236,13 @@ impl PrincipledMaterial {
     #[inline]
     pub fn bump(&self) -> Option<Bump> {
         Bump::new(self.bump_map, self.bump_scale, self.bump_unit)
+    }
+
+    /// The index of refraction of its metal.
+    pub(super) fn metal_index(&self) -> Option<MetalIndex> {
+        let given = self.metal_eta.is_some() || self.metal_k.is_some();
+        let (eta, k) = (self.metal_eta.unwrap_or(Spectrum::WHITE), self.metal_k.unwrap_or(Spectrum::BLACK));
+        given.then(|| MetalIndex::new(eta, k))
     }
 
     /// A diffuse surface without specular reflection.

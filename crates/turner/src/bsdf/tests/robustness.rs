@@ -2,7 +2,7 @@
 
 use proptest::prelude::*;
 
-use crate::bsdf::{Bsdf, FacetDistribution, FacetMasking, PrincipledPoint};
+use crate::bsdf::{Bsdf, FacetDistribution, FacetMasking, MetalIndex, PrincipledPoint};
 use crate::color::Spectrum;
 use crate::math::DVec3;
 use crate::testing::{direction, materials, spread};
@@ -55,6 +55,7 @@ fn point() -> impl Strategy<Value = PrincipledPoint> {
         base_color: b.1,
         base_diffuse_roughness: b.2,
         base_metalness: b.3,
+        metal_index: f.6.then(|| MetalIndex::new(b.1 * 3.0, c.1 * 5.0)),
         specular_weight: b.4,
         specular_color: b.5,
         gltf_specular: f.9,
