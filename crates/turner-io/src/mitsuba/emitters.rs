@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use turner::color::Spectrum;
 use turner::light::{Attenuation, DirectionalDesc, EnvironmentDesc, LightDesc, PointDesc, SkyDesc, SpotDesc};
-use turner::math::{DAffine3, DVec3};
+use turner::math::DVec3;
 use turner::schema::{ColorSource, LightProfile, ProfileFile};
 use turner::texture::Wrap;
 
@@ -13,6 +13,7 @@ use super::environment;
 use super::params::Object;
 use super::projected;
 use super::spectra::Role;
+use super::sun;
 use super::textures::{Surface, is_source, source};
 use crate::scene_import::report::Fault;
 use crate::scene_import::{environment_light, unknown};
@@ -216,12 +217,18 @@ fn sky(scene: &mut Assembly<'_>, object: &Object) -> Result<LightDesc, Fault> {
         },
         None => Spectrum::grey(0.3),
     };
-    let own = object.vector("sun_direction")?;
-    let dated = ["latitude", "longitude", "hour", "day"].iter().any(|n| object.has(n));
-    if own.is_none() && dated {
-        let message = "a sun by location and time: its elevation is 35°; use sun_direction";
-        scene.report.ignored(object.place, message);
-    }
+    let is_old = scene.document.is_old;
+    let own = match object.vector("sun_direction")? {
+        Some(own) => own,
+        None => {
+            let by_time = sun::direction(object, is_old)?;
+            if (if is_old { by_time.y } else { by_time.z }) < 0.0 {
+                let message = "the sun is below the horizon at this place and time";
+                scene.report.doubtful(object.place, message);
+            }
+            by_time
+        }
+    };
     let scale = |name| object.float(name).map(|v| v.unwrap_or(1.0).clamp(0.0, 1e6));
     let (sky_scale, sun_scale) = (scale("sky_scale")?, scale("sun_scale")?);
     let all = scale("scale")?;
@@ -243,19 +250,11 @@ fn sky(scene: &mut Assembly<'_>, object: &Object) -> Result<LightDesc, Fault> {
     ]);
     scene.report.approximated(object.place, "the sky of Mitsuba: Turner's sky model replaces it");
     // In Mitsuba 0.6 y is up and the direction is in world space; later versions have z up before the transform.
-    let is_old = scene.document.is_old;
-    let up = DAffine3::from_mat3(turner::math::DMat3::from_cols(DVec3::X, DVec3::NEG_Z, DVec3::Y));
     let zenith = if is_old { DVec3::Y } else { DVec3::Z };
-    let turned = (to_world.matrix3 * zenith).dot(DVec3::Y) > 0.9;
-    if !turned {
-        let message = "a sky whose zenith is not +y: +y replaces it";
-        scene.report.approximated(object.place, message);
-    }
-    let direction = own.map(|d| match (is_old, turned) {
-        (true, _) => d,
-        (false, true) => to_world.transform_vector3(d),
-        (false, false) => up.transform_vector3(d),
-    });
+    let up = (to_world.matrix3 * zenith).try_normalize().unwrap_or(DVec3::Y);
+    // Rounding must not tilt it.
+    let up = if (up - DVec3::Y).length() < 1e-9 { DVec3::Y } else { up };
+    let direction = if is_old { own } else { to_world.transform_vector3(own) };
     let is_sun_alone = object.kind == "sun";
     let has_sun = object.kind != "sky" && sun_scale > 0.0;
     let strength = if is_sun_alone { sun_scale } else { sky_scale } * all;
@@ -263,7 +262,8 @@ fn sky(scene: &mut Assembly<'_>, object: &Object) -> Result<LightDesc, Fault> {
         scene.report.approximated(object.place, "a sun without a sky: the sky is added");
     }
     Ok(LightDesc::Sky(SkyDesc {
-        direction: direction.filter(|d| d.length() > 0.0),
+        direction: Some(direction).filter(|d| d.length() > 0.0),
+        up,
         dust: (turbidity - 1.0).max(0.0) / 2.0,
         ground_albedo: albedo,
         sun: has_sun,

@@ -28,6 +28,7 @@ mod rough_layer;
 mod serialized;
 mod shapes;
 mod spectra;
+mod sun;
 #[cfg(test)]
 mod tests;
 mod textures;

@@ -97,6 +97,14 @@ impl Checkerboard {
 
 /// The fraction of odd squares in a footprint with these axes around `c`, 0..=1.
 fn odd_fraction(c: DVec3, [a, b]: [DVec3; 2]) -> f64 {
+    // Most footprints lie within one square.
+    let half = 0.5 * (a.abs() + b.abs());
+    let (low, high) = (c - half, c + half);
+    let cells = |p: DVec3| [floor(p.x), floor(p.y), floor(p.z)];
+    if cells(low) == cells(high) {
+        let [x, y, z] = cells(c);
+        return if (x ^ y ^ z) & 1 == 1 { 1.0 } else { 0.0 };
+    }
     let (long, short) = if a.length_squared() >= b.length_squared() { (a, b) } else { (b, a) };
     // The second largest extent of the longer axis: one box is exact where it is 0.
     let reach = long.abs();

@@ -195,16 +195,18 @@ impl EnvironmentLight {
         Ok(EnvironmentLight { prepared, scale, rotation, tilt: None })
     }
 
-    /// A sky from its computed image, multiplied by `scale` and rotated by an angle given as sine and cosine.
+    /// A sky from its computed image, multiplied by `scale`, rotated by an angle given as sine and cosine, and turned so that
+    /// its zenith is `up`.
     pub(super) fn of_day(
         day: Day,
         image: Arc<Image>,
         scale: Spectrum,
         rotation: (f64, f64),
+        up: DVec3,
         compensated: bool,
     ) -> Result<EnvironmentLight, SceneError> {
         let prepared = Prepared { day: Some(day), ..Prepared::new(image, MapPoles::Edges, compensated)? };
-        Ok(EnvironmentLight { prepared: Arc::new(prepared), scale, rotation, tilt: None })
+        Ok(EnvironmentLight { prepared: Arc::new(prepared), scale, rotation, tilt: tilt(up) })
     }
 
     /// Whether both have the same prepared image.
@@ -223,9 +225,9 @@ impl EnvironmentLight {
         self.prepared.compensated
     }
 
-    /// The same environment with another scale and rotation.
-    pub(super) fn with(&self, scale: Spectrum, rotation: (f64, f64)) -> EnvironmentLight {
-        EnvironmentLight { prepared: self.prepared.clone(), scale, rotation, tilt: self.tilt }
+    /// The same environment with another scale, rotation and zenith.
+    pub(super) fn with(&self, scale: Spectrum, rotation: (f64, f64), up: DVec3) -> EnvironmentLight {
+        EnvironmentLight { prepared: self.prepared.clone(), scale, rotation, tilt: tilt(up) }
     }
 
     /// Whether its radiance is the same in all directions.
@@ -355,7 +357,7 @@ impl EnvironmentLight {
 }
 
 /// The shortest turn from +y to the zenith; `None` if there is none.
-fn tilt(up: DVec3) -> Option<DMat3> {
+pub(super) fn tilt(up: DVec3) -> Option<DMat3> {
     let up = up.try_normalize().filter(|up| *up != DVec3::Y)?;
     if up.y < -1.0 + 1e-12 {
         return Some(DMat3::from_diagonal(DVec3::new(1.0, -1.0, -1.0)));

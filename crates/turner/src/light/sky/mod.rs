@@ -37,7 +37,7 @@ use spectrum::{Colors, Depths};
 
 use super::LightSetting;
 use super::directional::{Directional, DirectionalDesc};
-use super::environment::EnvironmentLight;
+use super::environment::{EnvironmentLight, tilt};
 use crate::color::Spectrum;
 use crate::image::{Image, Pixels};
 use crate::math::elementary::{asin, atan2, cos, sin_cos};
@@ -56,6 +56,9 @@ params! {
         azimuth: f64 = 225.0;
         /// The direction towards the sun, of any length; replaces `elevation` and `azimuth`.
         direction: Option<DVec3> = None;
+        /// The direction towards the zenith, of any length. Another one than +y turns sky, ground and the other directions
+        /// the shortest way.
+        up: DVec3 = DVec3::Y;
         /// Amount of air: 1 is that at sea level, 0.5 that of high mountains.
         air: f64 = 1.0, in Range::closed(0.0, 10.0);
         /// Amount of dust and haze: 1 is a clear day in the country, 5 a hazy one.
@@ -91,13 +94,21 @@ impl SkyDesc {
     /// Rotates sun and sky about +y by degrees, in the sense of an environment's `rotation`: 90 moves what was in the
     /// north (−z) to the west.
     pub fn turn(&mut self, degrees: f64) {
-        self.azimuth -= degrees;
         let (sin, cos) = sin_cos(radians(degrees));
-        self.direction =
-            self.direction.map(|d| DVec3::new(cos * d.x + sin * d.z, d.y, cos * d.z - sin * d.x));
+        let turned = |d: DVec3| DVec3::new(cos * d.x + sin * d.z, d.y, cos * d.z - sin * d.x);
+        match tilt(self.up) {
+            None => self.azimuth -= degrees,
+            // The sun turns with the zenith.
+            Some(tilt) if self.direction.is_none() => {
+                self.direction = Some(tilt * towards(radians(self.elevation), radians(self.azimuth)));
+            }
+            Some(_) => {}
+        }
+        self.direction = self.direction.map(turned);
+        self.up = turned(self.up);
     }
 
-    /// Elevation of the sun and azimuth from north towards east, radians.
+    /// Elevation of the sun and azimuth from north towards east, radians, where the zenith is +y.
     fn sun_angles(&self) -> Result<(f64, f64), SceneError> {
         let Some(direction) = self.direction else {
             return Ok((radians(self.elevation), radians(self.azimuth)));
@@ -105,6 +116,7 @@ impl SkyDesc {
         let d = direction.try_normalize().ok_or_else(|| {
             SceneError::new(ErrorCode::OutOfRange, "the `direction` of the sun must not be zero")
         })?;
+        let d = tilt(self.up).map_or(d, |tilt| tilt.transpose() * d);
         let azimuth = if d.x == 0.0 && d.z == 0.0 { 0.0 } else { atan2(d.x, -d.z) };
         Ok((asin(d.y), azimuth))
     }
@@ -131,10 +143,10 @@ impl SkyDesc {
             light.is_compensated() == compensated && light.day().is_some_and(|day| day.key == key)
         };
         let environment = match setting.environments().find(same) {
-            Some(light) => light.with(scale, rotation),
+            Some(light) => light.with(scale, rotation, self.up),
             None => {
                 let (day, image) = key.compute(setting.threads);
-                EnvironmentLight::of_day(day, Arc::new(image), scale, rotation, compensated)?
+                EnvironmentLight::of_day(day, Arc::new(image), scale, rotation, self.up, compensated)?
             }
         };
         let sunlight = environment.day().map_or(Spectrum::BLACK, |day| day.sunlight);
@@ -143,9 +155,9 @@ impl SkyDesc {
         if !self.sun || light.is_black() {
             return Ok((environment, None));
         }
-        let ((sin_e, cos_e), (sin_a, cos_a)) = (sin_cos(elevation), sin_cos(azimuth));
+        let upright = towards(elevation, azimuth);
         let sun = DirectionalDesc {
-            from: Some(DVec3::new(sin_a * cos_e, sin_e, -cos_a * cos_e)),
+            from: Some(tilt(self.up).map_or(upright, |tilt| tilt * upright)),
             color: light,
             angle: self.sun_angle,
             seen_angle: 0.5 * self.sun_angle,
@@ -153,6 +165,12 @@ impl SkyDesc {
         };
         Ok((environment, Some(sun.prepare()?)))
     }
+}
+
+/// The direction of an elevation and an azimuth from north (−z) towards east (+x), where the zenith is +y.
+fn towards(elevation: f64, azimuth: f64) -> DVec3 {
+    let ((sin_e, cos_e), (sin_a, cos_a)) = (sin_cos(elevation), sin_cos(azimuth));
+    DVec3::new(sin_a * cos_e, sin_e, -cos_a * cos_e)
 }
 
 /// The parameters that the image of a sky depends on.

@@ -201,3 +201,31 @@ fn an_edit_that_keeps_the_day_keeps_its_image() {
     assert!(!again(SkyDesc { dust: 2.0, ..desc() }, true));
     assert!(!again(desc(), false));
 }
+
+#[test]
+fn another_zenith_turns_everything() {
+    let up = DVec3::new(0.3, 0.2, 0.9).normalize();
+    let to_sky = crate::light::environment::tilt(up).unwrap();
+    let level = desc();
+    let sun = |desc: &SkyDesc| {
+        let (sky, sun) = desc.prepare(&setting(false, true)).unwrap();
+        (sky, sun.unwrap().illuminate().to_light.normalize())
+    };
+    let (upright, sun_upright) = sun(&level);
+    let (tilted, sun_tilted) = sun(&SkyDesc { up, ..level.clone() });
+    assert!((to_sky * sun_upright - sun_tilted).length() < 0.02, "{sun_tilted}");
+    for d in [DVec3::Y, DVec3::new(0.5, 0.3, -0.2), DVec3::new(-1.0, -0.4, 0.6)] {
+        let (a, b) = (upright.radiance(d), tilted.radiance(to_sky * d));
+        assert!((a - b).map(f32::abs).max_component() < 1e-4 * a.max_component(), "{d}: {a:?} {b:?}");
+    }
+    // A direction is one in the world, whatever the zenith.
+    let direction = Some(DVec3::new(0.1, 0.5, 0.8));
+    let (_, towards) = sun(&SkyDesc { up, direction, ..level.clone() });
+    assert!((towards - direction.unwrap().normalize()).length() < 0.02, "{towards}");
+    // Turning the whole sky turns the sun with it.
+    let mut turned = SkyDesc { up, ..level };
+    turned.turn(90.0);
+    let (_, after) = sun(&turned);
+    let expected = DVec3::new(sun_tilted.z, sun_tilted.y, -sun_tilted.x);
+    assert!((after - expected).length() < 0.02, "{after} {expected}");
+}
