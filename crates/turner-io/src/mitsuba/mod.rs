@@ -9,6 +9,7 @@
 mod ahead;
 mod assembly;
 mod attributes;
+mod distance_grids;
 mod document;
 mod emitters;
 mod environment;
