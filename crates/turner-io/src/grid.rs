@@ -299,6 +299,11 @@ mod tests {
                 assert!(decode(&bytes[..bytes.len() - 4], "a").is_err());
             }
         }
+        let distances: Vec<f32> = (0..24).map(|i| 0.5 * i as f32 - 7.25).collect();
+        let distances = GridData::of_distances([2, 3, 4], distances).unwrap();
+        let mut bytes = Vec::new();
+        write(&distances, &mut bytes).unwrap();
+        assert_eq!(decode(&bytes, "a"), Ok(distances));
         let placed = alone.with_bounds([DVec3::new(-0.1, 0.0, 1e-3), DVec3::new(1.0, 2.5, 1e9)]).unwrap();
         let mut bytes = Vec::new();
         write(&placed, &mut bytes).unwrap();
@@ -330,10 +335,13 @@ mod tests {
         assert!(with(one, &(-1.0f32).to_le_bytes()).contains("-1"));
         assert!(with("turner-grid 2\n", &[]).contains("turner-grid 1"));
         assert!(with("turner-grid 1\nsize 1 -1 1\n", &[]).contains("size"));
-        for channels in ["heat", "emission density", "density extinction", "density albedo scattering", ""] {
+        for channels in ["heat", "emission density", "density extinction", "density albedo scattering", "density distance", "distance emission", ""] {
             let text = format!("turner-grid 1\nsize 1 1 1\nchannels {channels}\n");
             assert!(with(&text, &[]).contains("channels"), "{channels}");
         }
+        let one = "turner-grid 1\nsize 1 1 1\nchannels distance\ndata\n";
+        assert!(with(one, &f32::NAN.to_le_bytes()).contains("NaN"));
+        assert!(decode(&[one.as_bytes(), &(-1.0f32).to_le_bytes()].concat(), "a").is_ok());
         let ones = [1.0f32.to_le_bytes(); 4].concat();
         let bright = [&[0; 4][..], &ones[..12]].concat();
         let bright = with("turner-grid 1\nsize 1 1 1\nchannels density scattering\ndata\n", &bright);

@@ -245,13 +245,17 @@ impl Arrays {
         Ok(name)
     }
 
-    /// A density grid: (z, y, x).
+    /// A grid, (z, y, x): densities, or distances if some are negative.
     pub(crate) fn grid(&mut self, array: &Bound<'_, PyUntypedArray>, path: &str) -> PyResult<String> {
         let &[z, y, x] = array.shape() else {
             return Err(PyValueError::new_err(format!("{path}: expected a grid of shape (z, y, x)")));
         };
         let size = |v: usize| u32::try_from(v).unwrap_or(u32::MAX);
-        let grid = GridData::new([size(x), size(y), size(z)], in_order(array, "float32")?, None)
+        let (size, values) = ([size(x), size(y), size(z)], in_order::<f32>(array, "float32")?);
+        let has_distances = values.iter().any(|v| *v < 0.0);
+        let grid =
+            if has_distances { GridData::of_distances(size, values) } else { GridData::new(size, values, None) };
+        let grid = grid
             .map_err(|e| PyValueError::new_err(format!("{path}: {e}")))?;
         let name = self.name("grid");
         self.grids.insert(name.clone(), Arc::new(grid));
