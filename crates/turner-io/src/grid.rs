@@ -335,7 +335,15 @@ mod tests {
         assert!(with(one, &(-1.0f32).to_le_bytes()).contains("-1"));
         assert!(with("turner-grid 2\n", &[]).contains("turner-grid 1"));
         assert!(with("turner-grid 1\nsize 1 -1 1\n", &[]).contains("size"));
-        for channels in ["heat", "emission density", "density extinction", "density albedo scattering", "density distance", "distance emission", ""] {
+        for channels in [
+            "heat",
+            "emission density",
+            "density extinction",
+            "density albedo scattering",
+            "density distance",
+            "distance emission",
+            "",
+        ] {
             let text = format!("turner-grid 1\nsize 1 1 1\nchannels {channels}\n");
             assert!(with(&text, &[]).contains("channels"), "{channels}");
         }

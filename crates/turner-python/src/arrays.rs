@@ -253,10 +253,12 @@ impl Arrays {
         let size = |v: usize| u32::try_from(v).unwrap_or(u32::MAX);
         let (size, values) = ([size(x), size(y), size(z)], in_order::<f32>(array, "float32")?);
         let has_distances = values.iter().any(|v| *v < 0.0);
-        let grid =
-            if has_distances { GridData::of_distances(size, values) } else { GridData::new(size, values, None) };
-        let grid = grid
-            .map_err(|e| PyValueError::new_err(format!("{path}: {e}")))?;
+        let grid = if has_distances {
+            GridData::of_distances(size, values)
+        } else {
+            GridData::new(size, values, None)
+        };
+        let grid = grid.map_err(|e| PyValueError::new_err(format!("{path}: {e}")))?;
         let name = self.name("grid");
         self.grids.insert(name.clone(), Arc::new(grid));
         Ok(name)

@@ -92,12 +92,7 @@ impl TriangleEmitter {
         let volume = a.dot(b.cross(c)).abs();
         let solid_angle = 2.0 * angle(volume, 1.0 + a.dot(b) + b.dot(c) + c.dot(a));
         // Thin and tiny triangles lose too many digits.
-        (solid_angle > 1e-3 && solid_angle < MAX_SOLID_ANGLE).then_some(Spherical {
-            a,
-            b,
-            c,
-            solid_angle,
-        })
+        (solid_angle > 1e-3 && solid_angle < MAX_SOLID_ANGLE).then_some(Spherical { a, b, c, solid_angle })
     }
 
     /// The point that `u` chooses, seen from `p`.

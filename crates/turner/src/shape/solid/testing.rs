@@ -70,7 +70,9 @@ fn distance_like(f: impl Fn(DVec3) -> f64 + Clone + 'static) -> impl Fn(DVec3) -
 /// A bent egg that leaves the box. The oracle interpolates in its own way.
 fn distance_grid(min: DVec3, max: DVec3) -> Case {
     const N: usize = 8;
-    let at = |i: usize| min + (max - min) * DVec3::new((i % N) as f64, (i / N % N) as f64, (i / N / N) as f64) / 7.0;
+    let at = |i: usize| {
+        min + (max - min) * DVec3::new((i % N) as f64, (i / N % N) as f64, (i / N / N) as f64) / 7.0
+    };
     let bent = |p: DVec3| p.distance(DVec3::new(0.4, 0.1, 0.0)) - 0.7 + 0.3 * p.x * p.y - 0.2 * p.z * p.z;
     let values: Vec<f32> = (0..N * N * N).map(|i| bent(at(i)) as f32).collect();
     let data = GridData::of_distances([N as u32; 3], values.clone()).unwrap();

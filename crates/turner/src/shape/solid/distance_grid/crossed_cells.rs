@@ -68,9 +68,10 @@ impl CrossedCells {
                 let [a, b] = [lattice.row(y, z), lattice.row(y + 1, z)];
                 let [c, d] = [lattice.row(y, z + 1), lattice.row(y + 1, z + 1)];
                 // Values below the level among the four of each x.
-                let below = a.zip(b).zip(c.zip(d)).map(|((a, b), (c, d))| {
-                    u32::from(a) + u32::from(b) + u32::from(c) + u32::from(d)
-                });
+                let below = a
+                    .zip(b)
+                    .zip(c.zip(d))
+                    .map(|((a, b), (c, d))| u32::from(a) + u32::from(b) + u32::from(c) + u32::from(d));
                 let mut before = None;
                 for (x, count) in below.enumerate() {
                     if before.is_some_and(|before: u32| !matches!(before + count, 0 | 8)) {

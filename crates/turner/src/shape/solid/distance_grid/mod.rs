@@ -69,7 +69,8 @@ impl PrepareSolid for DistanceGridDesc {
         let data = &self.file.data;
         let [x, y, z] = data.size();
         if [x, y, z].iter().any(|n| *n < 2) {
-            let message = format!("a distance grid needs at least 2 values along each axis, found {x} × {y} × {z}");
+            let message =
+                format!("a distance grid needs at least 2 values along each axis, found {x} × {y} × {z}");
             return Err(SceneError::new(ErrorCode::Volume, message).help("resample the grid"));
         }
         let [min, max] = self.bounds();

@@ -88,7 +88,8 @@ fn a_sphere_is_as_exact_as_its_grid() {
         let ray = Ray::new(origin, 0.5 * random.in_cube() - origin);
         let found = hits(&shape, &ray);
         // The hull of the interpolation is within its error.
-        let nearest = ray.origin - ray.direction * (ray.origin.dot(ray.direction) / ray.direction.length_squared());
+        let nearest =
+            ray.origin - ray.direction * (ray.origin.dot(ray.direction) / ray.direction.length_squared());
         assert!(found.len() == 2 || nearest.length() > radius - most, "{found:?} {ray:?}");
         let Some(hit) = shape.intersect(&ray) else { continue };
         let s = shape.surface(&ray, &hit);
@@ -172,12 +173,15 @@ fn surfaces_in_planes_of_vertices_have_one_crossing() {
             let shape = prepared(&desc);
             for (x, y) in [(0.0, 0.0), (0.5, 0.0), (0.25, 0.1), (0.5, -0.5), (1.0, 0.3), (-1.0, -1.0)] {
                 for slope in [DVec3::ZERO, DVec3::new(0.25, 0.5, 0.0), DVec3::splat(0.5)] {
+                    if x.abs() == 1.0 && slope != DVec3::ZERO {
+                        // It would leave the box at the surface.
+                        continue;
+                    }
                     let mut target = DVec3::ZERO;
                     (target[(axis + 1) % 3], target[(axis + 2) % 3]) = (x, y);
                     let mut direction = slope;
                     direction[axis] = -1.0;
                     let ray = Ray::new(target - 2.0 * direction, direction);
-                    // Rays along a face of the box from outside may miss it.
                     let found = hits(&shape, &ray);
                     assert_eq!(found, [2.0], "{ray:?}");
                     let s = shape.surface(&ray, &shape.intersect(&ray).unwrap());
@@ -231,8 +235,8 @@ fn grids_that_are_none_are_refused() {
     assert!(meshes.warnings()[0].contains("has no surface"), "{:?}", meshes.warnings());
     let limits = Limits { memory: Arc::new(Memory::new(1000, || None)), ..Limits::default() };
     let options = PrepareOptions { limits, ..PrepareOptions::default() };
-    let large = sampled([64; 3], |p| p.length() - 0.5);
-    let error = large.prepare_solid(&mut MeshCache::with_options(&[], &options)).unwrap_err();
+    let large = sampled([128; 3], |p| p.length() - 0.5);
+    let error = large.prepare_solid(&mut MeshCache::with_options(&[], &options)).err().unwrap();
     assert!(error.message.contains("the cells of a distance grid needs"), "{}", error.message);
 }
 
