@@ -21,6 +21,24 @@ use crate::scene_import::{ALONG, AROUND, Surface as Round, orient, unknown, upri
 /// Known shapes that are not supported.
 const UNSUPPORTED: &[&str] = &["ellipsoids", "ellipsoidsmesh", "heightfield", "hair", "deformable"];
 
+/// Shapes that are supported, for messages.
+const KNOWN: &[&str] = &[
+    "sphere",
+    "rectangle",
+    "disk",
+    "cube",
+    "cylinder",
+    "obj",
+    "ply",
+    "serialized",
+    "shapegroup",
+    "instance",
+    "merge",
+    "bsplinecurve",
+    "linearcurve",
+    "sdfgrid",
+];
+
 /// Deepest nesting of groups.
 const MAX_NESTING: u32 = 16;
 
@@ -102,25 +120,7 @@ fn add_to(scene: &mut Assembly<'_>, object: &Object, depth: u32) -> Result<(), F
                 Made::Mesh(id, surface) => (mesh_of(id), DAffine3::IDENTITY, surface),
             }
         }
-        other => {
-            let all = [
-                "sphere",
-                "rectangle",
-                "disk",
-                "cube",
-                "cylinder",
-                "obj",
-                "ply",
-                "serialized",
-                "shapegroup",
-                "instance",
-                "merge",
-                "bsplinecurve",
-                "linearcurve",
-                "sdfgrid",
-            ];
-            return Err(unknown("shape", other, &all).or_at(place));
-        }
+        other => return Err(unknown("shape", other, KNOWN).or_at(place)),
     };
     let material = material(scene, object, surface)?;
     scene.finish(object);

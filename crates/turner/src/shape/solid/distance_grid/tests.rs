@@ -171,7 +171,7 @@ fn surfaces_in_planes_of_vertices_have_one_crossing() {
         for sign in [1.0, -1.0] {
             let desc = DistanceGridDesc { capped: false, ..sampled([5; 3], |p| sign * p[axis]) };
             let shape = prepared(&desc);
-            for (x, y) in [(0.0, 0.0), (0.5, 0.0), (0.25, 0.1), (0.5, -0.5), (1.0, 0.3), (-1.0, -1.0)] {
+            for (x, y) in [(0.0f64, 0.0), (0.5, 0.0), (0.25, 0.1), (0.5, -0.5), (1.0, 0.3), (-1.0, -1.0)] {
                 for slope in [DVec3::ZERO, DVec3::new(0.25, 0.5, 0.0), DVec3::splat(0.5)] {
                     if x.abs() == 1.0 && slope != DVec3::ZERO {
                         // It would leave the box at the surface.
