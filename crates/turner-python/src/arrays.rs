@@ -11,8 +11,8 @@ use turner::color::srgb_decode;
 use turner::image::{Image, Pixels};
 use turner::schema::{GridData, MeshData};
 
-/// The types of media whose `file` is a grid.
-pub(crate) const GRIDS: [&str; 1] = ["grid"];
+/// The types of media and shapes whose `file` is a grid.
+pub(crate) const GRIDS: [&str; 2] = ["grid", "distance_grid"];
 
 /// Keys of a mesh that hold arrays. The first ones tell that a table is a mesh of arrays.
 const LISTS: [&str; 10] = [
