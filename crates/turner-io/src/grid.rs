@@ -1,4 +1,4 @@
-//! Density grids of heterogeneous media: OpenVDB and NanoVDB files, and a text header followed by binary values.
+//! Grids of densities and signed distances: OpenVDB and NanoVDB files, and a text header followed by binary values.
 //!
 //! ```text
 //! turner-grid 1
@@ -10,8 +10,8 @@
 //!
 //! Each header line ends with a line feed. `size` is the number of cells along x, y and z. `channels` begins with
 //! `density`, or with `extinction`, a density for each colour; `emission` and one of `albedo` and `scattering`, which
-//! are colours, may follow. `bounds`, which may be absent, are the least and the largest coordinates of the box that the
-//! grid fills. The values follow `data` and its line feed, as little-endian IEEE 754 singles, and nothing
+//! are colours, may follow. Or it is `distance` alone: signed distances at vertices. `bounds`, which may be absent, are
+//! the least and the largest coordinates of the box that the cells fill, or of the first and the last vertices. The values follow `data` and its line feed, as little-endian IEEE 754 singles, and nothing
 //! follows them: all of the first channel, x fastest, then y, then z; then all of the next channel. Colours have three
 //! values for each cell.
 
@@ -92,7 +92,11 @@ pub fn write(grid: &GridData, out: &mut dyn Write) -> io::Result<()> {
         GridScattering::Albedo(_) => "albedo",
         GridScattering::Coefficient(_) => "scattering",
     });
-    let density = if grid.extinction().is_some() { "extinction" } else { "density" };
+    let density = match grid.extinction() {
+        Some(_) => "extinction",
+        None if grid.has_distances() => "distance",
+        None => "density",
+    };
     let emission = grid.emission().map(|_| "emission");
     let channels: Vec<&str> = [Some(density), emission, scattering].into_iter().flatten().collect();
     out.write_all(heading(grid.size(), &channels.join(" "), grid.bounds()).as_bytes())?;
@@ -111,6 +115,7 @@ pub fn write(grid: &GridData, out: &mut dyn Write) -> io::Result<()> {
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Channel {
     Density,
+    Distance,
     Extinction,
     Emission,
     Albedo,
@@ -118,8 +123,9 @@ enum Channel {
 }
 
 /// Their names in files.
-const CHANNELS: [(&str, Channel); 5] = [
+const CHANNELS: [(&str, Channel); 6] = [
     ("density", Channel::Density),
+    ("distance", Channel::Distance),
     ("extinction", Channel::Extinction),
     ("emission", Channel::Emission),
     ("albedo", Channel::Albedo),
@@ -130,24 +136,28 @@ impl Channel {
     /// Values for each cell: one, or three for a colour.
     fn floats(self) -> u64 {
         match self {
-            Channel::Density | Channel::Emission => 1,
+            Channel::Density | Channel::Distance | Channel::Emission => 1,
             Channel::Extinction | Channel::Albedo | Channel::Scattering => 3,
         }
     }
 }
 
-/// The channels of the line `channels …`: first density or extinction, each once, albedo or scattering.
+/// The channels of the line `channels …`: distance alone; or first density or extinction, each once, albedo or scattering.
 fn channels_of(words: &[&str]) -> Option<Vec<Channel>> {
     let (_, names) = words.split_first().filter(|(first, _)| **first == "channels")?;
     let of = |name: &&str| CHANNELS.iter().find(|(n, _)| n == name).map(|(_, c)| *c);
     let channels: Vec<Channel> = names.iter().map(of).collect::<Option<_>>()?;
     let has = |c: Channel| channels.iter().filter(|o| **o == c).count();
     let once = |a: Channel, b: Channel| has(a) + has(b) <= 1;
+    if channels == [Channel::Distance] {
+        return Some(channels);
+    }
     let first = channels.first()?;
     let is_sound = matches!(first, Channel::Density | Channel::Extinction)
         && once(Channel::Density, Channel::Extinction)
         && once(Channel::Albedo, Channel::Scattering)
-        && has(Channel::Emission) <= 1;
+        && has(Channel::Emission) <= 1
+        && has(Channel::Distance) == 0;
     is_sound.then_some(channels)
 }
 
@@ -155,6 +165,7 @@ fn channels_of(words: &[&str]) -> Option<Vec<Channel>> {
 #[derive(Default)]
 struct Found {
     density: Vec<f32>,
+    distance: Option<Vec<f32>>,
     extinction: Option<Vec<[f32; 3]>>,
     emission: Option<Vec<f32>>,
     scattering: Option<GridScattering>,
@@ -162,6 +173,9 @@ struct Found {
 
 impl Found {
     fn grid(self, size: [u32; 3]) -> Result<GridData, String> {
+        if let Some(distances) = self.distance {
+            return GridData::of_distances(size, distances);
+        }
         let data = match self.extinction {
             Some(extinction) => GridData::of_extinction(size, extinction, self.emission)?,
             None => GridData::new(size, self.density, self.emission)?,
@@ -244,6 +258,7 @@ fn read(bytes: &[u8]) -> Result<GridData, String> {
         let colors = || floats().collect::<Vec<f32>>().as_chunks::<3>().0.to_vec();
         match channel {
             Channel::Density => found.density = floats().collect(),
+            Channel::Distance => found.distance = Some(floats().collect()),
             Channel::Extinction => found.extinction = Some(colors()),
             Channel::Emission => found.emission = Some(floats().collect()),
             Channel::Albedo => found.scattering = Some(GridScattering::Albedo(colors())),
@@ -284,6 +299,11 @@ mod tests {
                 assert!(decode(&bytes[..bytes.len() - 4], "a").is_err());
             }
         }
+        let distances: Vec<f32> = (0..24).map(|i| 0.5 * i as f32 - 7.25).collect();
+        let distances = GridData::of_distances([2, 3, 4], distances).unwrap();
+        let mut bytes = Vec::new();
+        write(&distances, &mut bytes).unwrap();
+        assert_eq!(decode(&bytes, "a"), Ok(distances));
         let placed = alone.with_bounds([DVec3::new(-0.1, 0.0, 1e-3), DVec3::new(1.0, 2.5, 1e9)]).unwrap();
         let mut bytes = Vec::new();
         write(&placed, &mut bytes).unwrap();
@@ -315,10 +335,21 @@ mod tests {
         assert!(with(one, &(-1.0f32).to_le_bytes()).contains("-1"));
         assert!(with("turner-grid 2\n", &[]).contains("turner-grid 1"));
         assert!(with("turner-grid 1\nsize 1 -1 1\n", &[]).contains("size"));
-        for channels in ["heat", "emission density", "density extinction", "density albedo scattering", ""] {
+        for channels in [
+            "heat",
+            "emission density",
+            "density extinction",
+            "density albedo scattering",
+            "density distance",
+            "distance emission",
+            "",
+        ] {
             let text = format!("turner-grid 1\nsize 1 1 1\nchannels {channels}\n");
             assert!(with(&text, &[]).contains("channels"), "{channels}");
         }
+        let one = "turner-grid 1\nsize 1 1 1\nchannels distance\ndata\n";
+        assert!(with(one, &f32::NAN.to_le_bytes()).contains("NaN"));
+        assert!(decode(&[one.as_bytes(), &(-1.0f32).to_le_bytes()].concat(), "a").is_ok());
         let ones = [1.0f32.to_le_bytes(); 4].concat();
         let bright = [&[0; 4][..], &ones[..12]].concat();
         let bright = with("turner-grid 1\nsize 1 1 1\nchannels density scattering\ndata\n", &bright);

@@ -148,7 +148,8 @@ fn restructure(document: &mut Document, random: &mut Random) {
     }
     let result = document.edit("parts", None, |desc| match choice {
         0 => {
-            let of_mesh = ["mesh", "points", "curves", "height_field", "text"].contains(&kind);
+            let of_mesh =
+                ["mesh", "points", "curves", "height_field", "text", "distance_grid"].contains(&kind);
             let shape = ShapeDesc::of_type(kind).filter(|_| !of_mesh);
             let content = ObjectContent::Shape(shape.unwrap_or_default());
             desc.add_object(ObjectDesc { content, ..ObjectDesc::default() });

@@ -11,8 +11,8 @@ use turner::color::srgb_decode;
 use turner::image::{Image, Pixels};
 use turner::schema::{GridData, MeshData};
 
-/// The types of media whose `file` is a grid.
-pub(crate) const GRIDS: [&str; 1] = ["grid"];
+/// The types of media and shapes whose `file` is a grid.
+pub(crate) const GRIDS: [&str; 2] = ["grid", "distance_grid"];
 
 /// Keys of a mesh that hold arrays. The first ones tell that a table is a mesh of arrays.
 const LISTS: [&str; 10] = [
@@ -245,14 +245,20 @@ impl Arrays {
         Ok(name)
     }
 
-    /// A density grid: (z, y, x).
+    /// A grid, (z, y, x): densities, or distances if some are negative.
     pub(crate) fn grid(&mut self, array: &Bound<'_, PyUntypedArray>, path: &str) -> PyResult<String> {
         let &[z, y, x] = array.shape() else {
             return Err(PyValueError::new_err(format!("{path}: expected a grid of shape (z, y, x)")));
         };
         let size = |v: usize| u32::try_from(v).unwrap_or(u32::MAX);
-        let grid = GridData::new([size(x), size(y), size(z)], in_order(array, "float32")?, None)
-            .map_err(|e| PyValueError::new_err(format!("{path}: {e}")))?;
+        let (size, values) = ([size(x), size(y), size(z)], in_order::<f32>(array, "float32")?);
+        let has_distances = values.iter().any(|v| *v < 0.0);
+        let grid = if has_distances {
+            GridData::of_distances(size, values)
+        } else {
+            GridData::new(size, values, None)
+        };
+        let grid = grid.map_err(|e| PyValueError::new_err(format!("{path}: {e}")))?;
         let name = self.name("grid");
         self.grids.insert(name.clone(), Arc::new(grid));
         Ok(name)

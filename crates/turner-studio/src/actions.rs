@@ -289,7 +289,7 @@ impl Action {
 }
 
 /// Shapes that are nothing without data: vertices, files, points.
-const NEED_DATA: &[&str] = &["mesh", "points", "curves", "height_field", "text"];
+const NEED_DATA: &[&str] = &["mesh", "points", "curves", "height_field", "text", "distance_grid"];
 
 #[cfg(test)]
 mod tests {

@@ -10,6 +10,7 @@ mod ahead;
 mod assembly;
 mod attributes;
 mod disney;
+mod distance_grids;
 mod document;
 mod emitters;
 mod environment;

@@ -1,4 +1,4 @@
-//! Shapes: spheres, rectangles, disks, cylinders and curves keep their type, all others become triangles.
+//! Shapes: spheres, rectangles, disks, cylinders, curves and distance grids keep their type, all others become triangles.
 
 use std::f64::consts::PI;
 
@@ -19,8 +19,25 @@ use crate::scene_import::report::Fault;
 use crate::scene_import::{ALONG, AROUND, Surface as Round, orient, unknown, upright};
 
 /// Known shapes that are not supported.
-const UNSUPPORTED: &[&str] =
-    &["sdfgrid", "ellipsoids", "ellipsoidsmesh", "heightfield", "hair", "deformable"];
+const UNSUPPORTED: &[&str] = &["ellipsoids", "ellipsoidsmesh", "heightfield", "hair", "deformable"];
+
+/// Shapes that are supported, for messages.
+const KNOWN: &[&str] = &[
+    "sphere",
+    "rectangle",
+    "disk",
+    "cube",
+    "cylinder",
+    "obj",
+    "ply",
+    "serialized",
+    "shapegroup",
+    "instance",
+    "merge",
+    "bsplinecurve",
+    "linearcurve",
+    "sdfgrid",
+];
 
 /// Deepest nesting of groups.
 const MAX_NESTING: u32 = 16;
@@ -90,6 +107,13 @@ fn add_to(scene: &mut Assembly<'_>, object: &Object, depth: u32) -> Result<(), F
             let curves = super::hair::curves(scene, object)?;
             (ShapeDesc::Curves(curves), DAffine3::IDENTITY, Surface::Same)
         }
+        "sdfgrid" => match super::distance_grids::shape(scene, object)? {
+            Some(grid) => (grid, DAffine3::IDENTITY, Surface::Point),
+            None => {
+                object.pass_all();
+                return Ok(());
+            }
+        },
         "obj" | "ply" | "serialized" => {
             let mirrored = to_world.matrix3.determinant() < 0.0;
             match meshes::of_file(scene, object, flip, mirrored)? {
@@ -97,25 +121,7 @@ fn add_to(scene: &mut Assembly<'_>, object: &Object, depth: u32) -> Result<(), F
                 Made::Mesh(id, surface) => (mesh_of(id), DAffine3::IDENTITY, surface),
             }
         }
-        other => {
-            let all = [
-                "sphere",
-                "rectangle",
-                "disk",
-                "cube",
-                "cylinder",
-                "obj",
-                "ply",
-                "serialized",
-                "shapegroup",
-                "instance",
-                "merge",
-                "bsplinecurve",
-                "linearcurve",
-                "sdfgrid",
-            ];
-            return Err(unknown("shape", other, &all).or_at(place));
-        }
+        other => return Err(unknown("shape", other, KNOWN).or_at(place)),
     };
     let material = material(scene, object, surface)?;
     scene.finish(object);

@@ -33,6 +33,8 @@ pub(super) enum Surface {
     Polar,
     /// The same for a disk that is seen from behind: Turner's azimuth is 1 − azimuth.
     PolarBehind,
+    /// Mitsuba's are 0 everywhere.
+    Point,
 }
 
 /// What the values of a texture are.
@@ -187,6 +189,7 @@ fn from_here([a, b, c, d, e, f]: Rows, surface: Surface) -> Rows {
         Surface::Flipped => [a, -b, b + c, d, -e, e + f],
         Surface::Polar => [b, -a, a + c, e, -d, d + f],
         Surface::PolarBehind => [-b, -a, a + b + c, -e, -d, d + e + f],
+        Surface::Point => [0.0, 0.0, c, 0.0, 0.0, f],
     }
 }
 
@@ -299,6 +302,11 @@ fn checkerboard(
         DMat3::from_cols(DVec3::new(a, d, 0.0), DVec3::new(b, e, 0.0), DVec3::Z),
         DVec3::new(a + b + 2.0 * c, d + e + 2.0 * f, 0.0),
     );
+    if surface == Surface::Point {
+        // One square.
+        let is_odd = |v: f64| (2.0 * v).floor().rem_euclid(2.0) != 0.0;
+        return Ok(if is_odd(c) == is_odd(f) { even } else { odd });
+    }
     if !is_sound(&to_squares) {
         scene.report.doubtful(object.place, "a checkerboard of size 0: one colour");
         return Ok(even);

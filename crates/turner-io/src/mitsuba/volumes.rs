@@ -24,6 +24,11 @@ fn listed<T>(count: usize, values: impl Iterator<Item = T>) -> Option<Vec<T>> {
     Some(out)
 }
 
+/// Densities and albedos are not negative, and finite.
+fn density(v: f32) -> f32 {
+    if v.is_finite() { v.clamp(0.0, 1e30) } else { 0.0 }
+}
+
 /// The values of all cells, x fastest, then y, then z.
 enum Values {
     Numbers(Vec<f32>),
@@ -40,6 +45,23 @@ impl Cells {
     /// values, x fastest. Three channels are a colour; of other channels the mean is kept. Returns their number as
     /// well, and the box of the file.
     pub(super) fn read(bytes: &[u8]) -> Result<(Cells, usize), String> {
+        Cells::read_as(bytes, density)
+    }
+
+    /// Decodes a file of one channel as signed distances at the vertices of a grid.
+    pub(super) fn distances(bytes: &[u8]) -> Result<GridData, String> {
+        let (cells, channels) = Cells::read_as(bytes, |v| v)?;
+        let [x, y, z] = cells.size;
+        match cells.values {
+            Values::Numbers(_) if cells.size.iter().any(|n| *n < 2) => {
+                Err(format!("has {x} × {y} × {z} values: expected 2 or more along each axis"))
+            }
+            Values::Numbers(values) if channels == 1 => GridData::of_distances(cells.size, values),
+            _ => Err(format!("has {channels} channels: expected 1")),
+        }
+    }
+
+    fn read_as(bytes: &[u8], kept: fn(f32) -> f32) -> Result<(Cells, usize), String> {
         let cut = || "the file is truncated".to_owned();
         if !bytes.starts_with(b"VOL\x03") {
             return Err("is not a volume file of version 3".into());
@@ -66,10 +88,7 @@ impl Cells {
         }
         let count = count.filter(|n| *n > 0).ok_or_else(|| format!("has {x} × {y} × {z} cells"))?;
         let (values, _) = data.as_chunks::<4>();
-        let value = |b: &[u8; 4]| {
-            let v = f32::from_le_bytes(*b);
-            if v.is_finite() { v.clamp(0.0, 1e30) } else { 0.0 }
-        };
+        let value = |b: &[u8; 4]| kept(f32::from_le_bytes(*b));
         let cells = values.get(..count).unwrap_or_default();
         let short = || format!("not enough memory for {x} × {y} × {z} cells");
         let values = if channels == 3 {

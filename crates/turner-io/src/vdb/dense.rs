@@ -1,6 +1,7 @@
 //! A sparse tree as a dense grid.
 
 use turner::math::DVec3;
+use turner::schema::GridData;
 use turner::schema::data::MAX_VALUES;
 
 use super::Cursor;
@@ -9,6 +10,15 @@ use super::topology::{LEAF, Tile, Topology, bit};
 use super::transform::Transform;
 use super::values::Coding;
 
+/// What the values are.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Kind {
+    /// Neither negative nor NaN, and finite: others are clamped.
+    Densities,
+    /// Signed, at the centres of voxels.
+    Distances,
+}
+
 /// The box of cells that is kept, and how it is stored.
 pub(super) struct Frame {
     min: [i64; 3],
@@ -16,13 +26,19 @@ pub(super) struct Frame {
     size: [u32; 3],
     /// Axes along which the transform mirrors: cells are stored in the opposite order.
     mirrored: [bool; 3],
+    kind: Kind,
 }
 
 impl Frame {
     /// The box of the active voxels and tiles, and one cell around it.
     ///
     /// Errors: no active voxel; more than `budget` bytes of values.
-    pub(super) fn new(topology: &Topology, transform: &Transform, budget: u64) -> Result<Frame, String> {
+    pub(super) fn new(
+        topology: &Topology,
+        transform: &Transform,
+        kind: Kind,
+        budget: u64,
+    ) -> Result<Frame, String> {
         let (mut min, mut max) = ([i64::MAX; 3], [i64::MIN; 3]);
         let mut add = |low: [i64; 3], high: [i64; 3]| {
             min = std::array::from_fn(|a| min[a].min(low[a]));
@@ -53,21 +69,29 @@ impl Frame {
                  the grid"
             ));
         };
-        Ok(Frame { min, max, size: [sx, sy, sz], mirrored: transform.scale.map(|s| s < 0.0) })
+        Ok(Frame { min, max, size: [sx, sy, sz], mirrored: transform.scale.map(|s| s < 0.0), kind })
     }
 
-    /// Cells along x, y and z.
-    pub(super) fn size(&self) -> [u32; 3] {
-        self.size
+    /// The grid of all values.
+    ///
+    /// Errors: distances that are not finite, a box that is empty or not finite.
+    pub(super) fn grid(&self, values: Vec<f32>, transform: &Transform) -> Result<GridData, String> {
+        let data = match self.kind {
+            Kind::Densities => GridData::new(self.size, values, None)?,
+            Kind::Distances => GridData::of_distances(self.size, values)?,
+        };
+        data.with_bounds(self.bounds(transform))
     }
 
-    /// The box in space. A voxel's coordinates are its centre.
-    pub(super) fn bounds(&self, transform: &Transform) -> [DVec3; 2] {
+    /// The box in space: that of the cells, or that between the first and the last distances. A voxel's coordinates are
+    /// its centre.
+    fn bounds(&self, transform: &Transform) -> [DVec3; 2] {
+        let half = if self.kind == Kind::Distances { 0.0 } else { 0.5 };
         let corner = |cell: [i64; 3], half: f64| {
             let at = |a: usize| (cell[a] as f64 + half) * transform.scale[a] + transform.translation[a];
             DVec3::new(at(0), at(1), at(2))
         };
-        let (a, b) = (corner(self.min, -0.5), corner(self.max, 0.5));
+        let (a, b) = (corner(self.min, -half), corner(self.max, half));
         [a.min(b), a.max(b)]
     }
 
@@ -104,7 +128,7 @@ impl Frame {
         let mut cells = Vec::new();
         let memory = |_| format!("needs {} bytes of memory for its cells", 4 * count);
         cells.try_reserve_exact(count).map_err(memory)?;
-        cells.resize(count, density(topology.background));
+        cells.resize(count, self.kind.value(topology.background));
         for tile in &topology.tiles {
             self.paint(tile, &mut cells);
         }
@@ -116,7 +140,7 @@ impl Frame {
         for (i, value) in values.enumerate() {
             let at = self.index(voxel(origin, i));
             if let Some(cell) = at.and_then(|at| cells.get_mut(at)) {
-                *cell = density(value);
+                *cell = self.kind.value(value);
             }
         }
     }
@@ -133,7 +157,7 @@ impl Frame {
                 let ends = (self.index([low[0], y, z]), self.index([high[0], y, z]));
                 let (Some(a), Some(b)) = ends else { continue };
                 let row = cells.get_mut(a.min(b)..=a.max(b)).unwrap_or_default();
-                row.fill(density(tile.value));
+                row.fill(self.kind.value(tile.value));
             }
         }
     }
@@ -159,7 +183,12 @@ fn voxel([x, y, z]: [i64; 3], i: usize) -> [i64; 3] {
     [x + i / (LEAF * LEAF), y + i / LEAF % LEAF, z + i % LEAF]
 }
 
-/// Densities are neither negative nor NaN, and finite.
-fn density(v: f32) -> f32 {
-    if v > 0.0 { v.min(1e30) } else { 0.0 }
+impl Kind {
+    fn value(self, v: f32) -> f32 {
+        match self {
+            Kind::Densities if v > 0.0 => v.min(1e30),
+            Kind::Densities => 0.0,
+            Kind::Distances => v,
+        }
+    }
 }

@@ -1,4 +1,4 @@
-//! OpenVDB files: sparse grids of clouds, smoke and fire.
+//! OpenVDB files: sparse grids of clouds, smoke and fire, and level sets.
 //!
 //! A file lists grids by name. A grid has metadata, a transform from indices to space, and a tree of values. The
 //! trees read here have the usual shape `Tree_float_5_4_3`: the root has nodes of 32³ children, these have nodes of
@@ -18,8 +18,8 @@
 //! OpenVDB's documentation and its file versions 220 to 224; numbers are little-endian.
 //!
 //! The result is dense: the box of the active voxels and tiles, and one cell around it, so that the interpolation
-//! between cell centres is that of the whole sparse grid. Negative values and NaN become 0. NanoVDB's files (`nano`) give
-//! the same dense grids.
+//! between cell centres is that of the whole sparse grid. Negative densities and NaN become 0. Level sets keep their
+//! signs: they are signed distances. NanoVDB's files (`nano`) give the same dense grids.
 
 mod blosc;
 mod cursor;
@@ -38,7 +38,7 @@ mod values;
 use turner::schema::GridData;
 
 use cursor::Cursor;
-use dense::Frame;
+use dense::{Frame, Kind};
 use topology::Topology;
 
 /// Whether the bytes begin with the signature of OpenVDB or NanoVDB.
@@ -67,25 +67,17 @@ pub(crate) fn decode(bytes: &[u8], name: Option<&str>, budget: u64) -> Result<Gr
         return Err(format!("the grid \"{}\" is an instance of \"{}\": name that", entry.name, entry.parent));
     }
     let (mut cursor, grid) = file.open(entry)?;
-    if grid.class == "level set" {
-        return Err(level_set(&entry.name));
-    }
     let topology = Topology::read(&mut cursor, &grid.coding)?;
-    let frame = Frame::new(&topology, &grid.transform, budget)
+    let kind = if grid.class == "level set" { Kind::Distances } else { Kind::Densities };
+    let frame = Frame::new(&topology, &grid.transform, kind, budget)
         .map_err(|problem| format!("the grid \"{}\" {problem}", entry.name))?;
     let values = frame.fill(&topology, &mut cursor, &grid.coding)?;
-    GridData::new(frame.size(), values, None)?.with_bounds(frame.bounds(&grid.transform))
+    frame.grid(values, &grid.transform)
 }
 
 /// Whether a NanoVDB file has the grid `name`.
 pub(crate) fn has_grid(bytes: &[u8], name: &str) -> bool {
     nano::is_nano(bytes) && nano::names(bytes).is_ok_and(|names| names.iter().any(|n| n == name))
-}
-
-fn level_set(name: &str) -> String {
-    format!(
-        "the grid \"{name}\" is a level set, distances to a surface: expected densities, class \"fog volume\""
-    )
 }
 
 /// Most bytes of values that a file of this size may become. Plumes fill a hundredth of their box or more, and a
@@ -136,7 +128,7 @@ fn choose(grids: &[Listed], name: Option<&str>) -> Result<usize, String> {
         });
     };
     if !grid.is_float {
-        return Err(format!("the grid {} cannot be a density: expected float", grid.describe()));
+        return Err(format!("the grid {} has no densities or distances: expected float", grid.describe()));
     }
     Ok(chosen)
 }

@@ -23,10 +23,10 @@ use std::collections::HashSet;
 
 use turner::schema::GridData;
 
-use super::dense::Frame;
+use super::dense::{Frame, Kind};
 use super::topology::{LEAF, LOWER, Leaf, Topology, UPPER, bit};
 use super::transform::Transform;
-use super::{Cursor, Listed, blosc, choose, level_set};
+use super::{Cursor, Listed, blosc, choose};
 use crate::gzip::decompress_zlib;
 
 /// The signature without its last byte: `0` of old files and grids, `1` of grids, `2` of files.
@@ -108,9 +108,7 @@ pub(super) fn decode(bytes: &[u8], name: Option<&str>, budget: u64) -> Result<Gr
     let (Some((class, codec, stored, size)), Some(listed)) = (entries.get(chosen), listed.get(chosen)) else {
         return Err("has no grids".into());
     };
-    if *class == LEVEL_SET {
-        return Err(level_set(&listed.name));
-    }
+    let kind = if *class == LEVEL_SET { Kind::Distances } else { Kind::Densities };
     let of_grid = |problem: String| format!("the grid \"{}\" {problem}", listed.name);
     let grid = unpack(stored, *codec, *size, budget).map_err(of_grid)?;
     let transform = transform(&grid)?;
@@ -119,7 +117,7 @@ pub(super) fn decode(bytes: &[u8], name: Option<&str>, budget: u64) -> Result<Gr
         Cow::Owned(bytes) => bytes.len() as u64,
         Cow::Borrowed(_) => 0,
     };
-    let frame = Frame::new(&topology, &transform, budget.saturating_sub(used)).map_err(of_grid)?;
+    let frame = Frame::new(&topology, &transform, kind, budget.saturating_sub(used)).map_err(of_grid)?;
     let mut cells = frame.cells(&topology)?;
     for (leaf, at) in topology.leaves.iter().zip(values) {
         let mut cursor = Cursor::new(&grid, at);
@@ -127,7 +125,7 @@ pub(super) fn decode(bytes: &[u8], name: Option<&str>, budget: u64) -> Result<Gr
         let values = bytes.as_chunks::<4>().0.iter().map(|b| f32::from_le_bytes(*b));
         frame.leaf(leaf.origin, values, &mut cells);
     }
-    GridData::new(frame.size(), cells, None)?.with_bounds(frame.bounds(&transform))
+    frame.grid(cells, &transform)
 }
 
 /// The names of all grids.

@@ -90,10 +90,28 @@ fn tiles_are_filled() {
 }
 
 #[test]
+fn level_sets_are_signed_distances() {
+    let negative = |mut grid: Vec<u8>| {
+        let leaf = 672 + i64::from_le_bytes(grid[672..680].try_into().unwrap()) as usize;
+        // Its first active voxel: others may lie outside of the box of all active ones.
+        let is_active = |i: &usize| grid[leaf + 16 + i / 8] >> (i % 8) & 1 == 1;
+        let value = leaf + 96 + 4 * (0..512).find(is_active).unwrap();
+        grid[value..value + 4].copy_from_slice(&(-0.5f32).to_le_bytes());
+        grid
+    };
+    let class = |class: u32| with(negative(alone()), 632, class.to_le_bytes());
+    let fog = decode(&class(2), None, u64::MAX).unwrap();
+    assert!(!fog.has_distances() && fog.density().iter().all(|v| *v >= 0.0));
+    let distances = decode(&class(1), None, u64::MAX).unwrap();
+    assert!(distances.has_distances() && distances.density().contains(&-0.5));
+    let [(a, b), (c, d)] = [fog, distances].map(|grid| grid.bounds().map(|[a, b]| (a, b)).unwrap());
+    assert_eq!([c - a, b - d], [DVec3::splat(0.25); 2]);
+}
+
+#[test]
 fn what_cannot_be_read_says_so() {
     let with_grid = |at: usize, value: u32| with(alone(), at, value.to_le_bytes());
     for (file, expected) in [
-        (with_grid(632, 1), "is a level set"),
         (with_grid(636, 15), "(fp16)"),
         (with_grid(636, 6), "(vec3f)"),
         (with_grid(16, 31 << 21 | 3 << 10), "version"),

@@ -90,12 +90,9 @@ fn a_grid_is_chosen_by_its_name() {
     assert_eq!(error, "has no grid \"flames\"; its grids: \"heat\" (float), \"density\" (float)");
     let vector = Named { tree: "Tree_vec3s_5_4_3", ..named("v", UNIFORM) };
     let list = file(&[(vector, masked(&one)), (named("a", UNIFORM), masked(&one))]);
-    assert!(middle(&list, Some("v")).unwrap_err().contains("\"v\" (vec3s) cannot be a density"));
+    assert!(middle(&list, Some("v")).unwrap_err().contains("\"v\" (vec3s) has no densities"));
     // The only grid of floats.
     assert_eq!(middle(&list, None), Ok(1.0));
-    let level_set = Named { class: "level set", ..named("ls", UNIFORM) };
-    let error = middle(&file(&[(level_set, masked(&one))]), None).unwrap_err();
-    assert!(error.contains("is a level set"), "{error}");
     let error = middle(&file(&[(named("e", UNIFORM), masked(&[]))]), None).unwrap_err();
     assert!(error.contains("has no active voxels"), "{error}");
 }
@@ -117,6 +114,36 @@ fn values_are_densities() {
     let voxels = [([0, 0, 0], -3.0), ([1, 0, 0], f32::NAN), ([2, 0, 0], f32::INFINITY), ([3, 0, 0], 0.5)];
     let grid = decode(&file(&[(named("density", UNIFORM), masked(&voxels))]), None, u64::MAX).unwrap();
     assert_eq!([1, 2, 3, 4].map(|x| cell(&grid, [x, 1, 1])), [0.0, 0.0, 1e30, 0.5]);
+}
+
+/// The distance from a plane, in a band of voxels on both sides of it.
+#[test]
+fn level_sets_are_signed_distances() {
+    let distance = |x: i32| 0.5 * x as f32 - 0.75;
+    let band = |at: [i32; 3]| (0..4).contains(&at[0]).then(|| distance(at[0]));
+    let voxels: Vec<([i32; 3], f32)> = (-1..5)
+        .flat_map(|x| (0..2).flat_map(move |y| (0..2).map(move |z| [x, y, z])))
+        .filter_map(|at| Some((at, band(at)?)))
+        .collect();
+    let vdb = Vdb { background: 2.0, ..masked(&voxels) };
+    let level_set = Named { class: "level set", ..named("ls", UNIFORM) };
+    let bytes = file(&[(level_set, vdb)]);
+    let grid = decode(&bytes, None, u64::MAX).unwrap();
+    assert!(grid.has_distances());
+    assert_eq!(grid.size(), [6, 4, 4]);
+    assert_eq!([1, 2, 3, 4].map(|x| cell(&grid, [x, 1, 1])), [0, 1, 2, 3].map(distance));
+    // Beyond the band there is the background. The first and the last voxels lie on the faces of the box.
+    assert_eq!([cell(&grid, [0, 1, 1]), cell(&grid, [1, 0, 1])], [2.0, 2.0]);
+    assert_eq!(grid.bounds(), Some([DVec3::splat(-0.5), DVec3::new(2.0, 1.0, 1.0)]));
+    assert_eq!(grid.vertex_bounds(), grid.bounds());
+    let bad = [([0, 0, 0], f32::NAN)];
+    let level_set = Named { class: "level set", ..named("ls", UNIFORM) };
+    let error = decode(&file(&[(level_set, masked(&bad))]), None, u64::MAX).unwrap_err();
+    assert!(error.contains("is NaN"), "{error}");
+    // Densities keep half a cell around their voxels.
+    let fog = decode(&file(&[(named("fog", UNIFORM), masked(&voxels))]), None, u64::MAX).unwrap();
+    assert!(!fog.has_distances() && cell(&fog, [1, 1, 1]) == 0.0);
+    assert_eq!(fog.bounds(), Some([DVec3::splat(-0.75), DVec3::new(2.25, 1.25, 1.25)]));
 }
 
 #[test]

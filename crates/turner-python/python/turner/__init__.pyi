@@ -1825,6 +1825,61 @@ class Isosurface(Shape):
     motion: Any
     medium: Any
 
+class DistanceGrid(Shape):
+    """The surface of a grid of signed distances in a box: all points where the values, with trilinear interpolation between them, are `level`. The inside is where they are less. The first and the last value along each axis lie on the faces of the box. The file is OpenVDB (`.vdb`) or NanoVDB (`.nvdb`), a level set as a rule, or of the kind that docs/guides/fog-and-smoke.md describes. (u, v) are those of a sphere around the centre of the box.
+    
+    Keys:
+        file ("grid file"): Path of the file, relative to the scene file. `rock.vdb#surface` is the grid `surface` of an OpenVDB or NanoVDB file; without a name it is `density` or the only grid of floats.
+        min ([x, y, z]): Corner of the box with the smallest coordinates, in scene units. If not given, where the file places it; (-1, -1, -1) if it does not.
+        max ([x, y, z]): Corner of the box with the largest coordinates; (1, 1, 1) if neither it nor the file gives one.
+        level (number, default 0): The value at the surface. With distances, the surface moves outwards by it.
+        capped (true | false, default true): Whether the faces of the box close the solid where the surface leaves the box.
+        smooth (true | false, default true): Whether shading is smooth: normals are continuous across cells.
+        name ("text"): A name, used in reports.
+        light_group ("text"): The light group of an object with an emissive material. An object in a group without this key has that of the instance.
+        shadow_catcher (true | false, default false): Whether the camera sees nothing of the object but the shadow that others cast on it: alpha is the fraction of the direct light that they keep off. Reflections, and light that it reflects, stay. Integrators "path" and "direct".
+        hidden_from_camera (true | false, default false): Whether rays from the camera pass through the object. All other rays meet it: it is visible in mirrors, casts shadows and emits light. An instance or model hides everything in it.
+        hidden (true | false, default false): Whether the object is left out of the picture: it is not seen, casts no shadow and emits no light. A hidden instance or model hides everything in it.
+        material (material): The name of a `[material.NAME]`, or a material defined in place. In a group, an object without one takes the material of the instance. Otherwise the default material is used.
+        transform (transform): Transform from object space to scene space; see `transform`.
+        motion (transform): The transform at time 1, for motion blur; `transform` is that at time 0. `shutter` in `[film]` sets when the shutter opens and closes. Rotations take the shorter arc. A moving emitter is not sampled as a light: only BSDF-sampled rays that hit it contribute.
+        medium (medium): Instead of `material`: the medium inside a surface that is not seen.
+    """
+    def __init__(
+        self,
+        *,
+        file: File | NDArray[Any] | None = None,
+        min: Vector | None = None,
+        max: Vector | None = None,
+        level: float | None = None,
+        capped: bool | None = None,
+        smooth: bool | None = None,
+        name: str | None = None,
+        light_group: str | None = None,
+        shadow_catcher: bool | None = None,
+        hidden_from_camera: bool | None = None,
+        hidden: bool | None = None,
+        material: str | Material | Mapping[str, Any] | None = None,
+        transform: Mapping[str, Any] | Sequence[Mapping[str, Any]] | NDArray[Any] | None = None,
+        motion: Mapping[str, Any] | Sequence[Mapping[str, Any]] | NDArray[Any] | None = None,
+        medium: str | Medium | Mapping[str, Any] | None = None,
+    ) -> None: ...
+    file: Any
+    min: Any
+    max: Any
+    level: Any
+    capped: Any
+    smooth: Any
+    name: Any
+    light_group: Any
+    shadow_catcher: Any
+    hidden_from_camera: Any
+    hidden: Any
+    material: Any
+    transform: Any
+    motion: Any
+    medium: Any
+
 class ClassicMaterial(Material):
     """The material of the classic ray tracers. At a point of colour C,  local = ka·Ia·C + Σ S·I·(kd·C·max(0, N·L) + ks·H·max(0, R·V)^shininess)  and the ray's colour is k_local · local + k_reflect · reflected + k_refract · refracted. Ia is the ambient light, I a light's intensity, S the shadow term. H is white, or C with the integrator's `highlight = "material"`. The integrators "path" and "direct" convert it to an approximate "principled" material.
     

@@ -327,14 +327,14 @@ pub(crate) fn choose(window: &mut Window, list: &str, entry: &str) {
     click(window, Role::Button, entry);
 }
 
-/// Keys that a shape needs, apart from its type; `None` for those that need an image or a font, which the tests of the form of
+/// Keys that a shape needs, apart from its type; `None` for those that need an image, a font or a grid, which the tests of the form of
 /// textures read.
 pub(crate) fn shape_keys(name: &str) -> Option<&'static str> {
     Some(match name {
         "mesh" => "positions = [[0, 0, 0], [1, 0, 0], [0, 1, 0]]\ntriangles = [[0, 1, 2]]",
         "points" => "positions = [[0, 0, 0], [1, 0, 0]]\nradius = 0.1",
         "curves" => "points = [[0, 0, 0], [1, 0, 0]]\nwidth = 0.1",
-        "height_field" | "text" => return None,
+        "height_field" | "text" | "distance_grid" => return None,
         "union" | "intersection" | "difference" | "clipped" => {
             "parts = [{ type = \"sphere\" }, { type = \"plane\" }]"
         }

@@ -58,7 +58,7 @@ params! {
 impl GridMedium {
     /// Prepares the medium.
     ///
-    /// Errors: an empty box, both pairs of coefficients at once.
+    /// Errors: an empty box, both pairs of coefficients at once, signed distances instead of densities.
     pub fn prepare(&self) -> Result<Heterogeneous, SceneError> {
         let coefficients = Coefficients::new(
             self.density,
@@ -67,6 +67,11 @@ impl GridMedium {
             self.anisotropy,
             self.emission,
         )?;
+        if self.file.data.has_distances() {
+            let message = "the grid is a level set, distances to a surface: expected densities";
+            return Err(SceneError::new(ErrorCode::Volume, message)
+                .help("an object of `type = \"distance_grid\"` has this surface"));
+        }
         let [min, max] = self.bounds();
         if !(min.cmplt(max).all() && (max - min).is_finite()) {
             let message = format!("the box of the grid, {min} to {max}, is empty");

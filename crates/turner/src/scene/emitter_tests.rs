@@ -133,6 +133,7 @@ fn solids() -> Vec<ShapeDesc> {
             max,
             capped: true,
         }),
+        ShapeDesc::DistanceGrid(DistanceGridDesc { level: 0.1, ..DistanceGridDesc::default() }),
     ]
 }
 

@@ -219,7 +219,8 @@ pub const KINDS: &[Foreign] = words! {
     SHAPE, "sor" | "surfaceofrevolution" | "revolution" | "revolve" | "lathegeometry" => "write `type = \"lathe\"` with `points`";
     SHAPE, "extrude" | "extrusion" | "linearextrude" | "extrudegeometry" => "write `type = \"prism\"` with `points`, `bottom` and `top`";
     SHAPE, "metaball" | "metaballs" | "blobby" => "write `type = \"blob\"` with `spheres`";
-    SHAPE, "sdf" | "implicit" | "function" | "distancefield" => "write `type = \"isosurface\"` with `function`, `min` and `max`";
+    SHAPE, "sdf" | "implicit" | "function" | "distancefield" => "write `type = \"isosurface\"` with `function`, `min` and `max`; a grid of distances is `type = \"distance_grid\"` with `file`";
+    SHAPE, "sdfgrid" | "distancegrid" | "levelset" | "voxels" | "vdb" | "volume" => "write `type = \"distance_grid\"` with `file`";
     SHAPE, "parametricgeometry" | "parametricsurface" => "write `type = \"parametric\"` with `x`, `y` and `z` in u and v";
     SHAPE, "textgeometry" | "text3d" | "ttf" | "font" => "write `type = \"text\"` with `text` and `font`";
     SHAPE, "poly" | "quartic" | "cubic" => "write `type = \"polynomial\"` with `terms`";

@@ -84,8 +84,8 @@ use crate::math::{Bounds, DVec2, DVec3, Frame, Ray};
 use crate::schema::{ErrorCode, SceneError, family};
 use solid::PrepareSolid;
 use solid::{
-    BlobDesc, ClippedDesc, DifferenceDesc, IntersectionDesc, IsosurfaceDesc, LatheDesc, PolynomialDesc,
-    PrismDesc, QuadricDesc, SphereSweepDesc, SuperellipsoidDesc, UnionDesc,
+    BlobDesc, ClippedDesc, DifferenceDesc, DistanceGridDesc, IntersectionDesc, IsosurfaceDesc, LatheDesc,
+    PolynomialDesc, PrismDesc, QuadricDesc, SphereSweepDesc, SuperellipsoidDesc, UnionDesc,
 };
 
 /// Declares [`ShapeDesc`]: the basic shapes with how each is prepared, followed by the solids of the table in

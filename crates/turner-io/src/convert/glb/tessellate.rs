@@ -228,6 +228,8 @@ pub(super) fn triangles(
 
 #[cfg(test)]
 mod tests {
+    use turner::shape::solid::DistanceGridDesc;
+
     use super::*;
 
     /// Triangles face the side of their normals; normals have unit length.
@@ -261,6 +263,7 @@ mod tests {
             "\"polynomial\"\nterms = [[1, 4, 0, 0], [1, 0, 2, 0], [1, 0, 0, 2], [-0.5, 0, 0, 0]]",
             "\"curves\"\npoints = [[-1, 0, 0], [0, 0.4, 0.1], [1, 0, 0]]\nwidth = 0.1",
             "\"isosurface\"\nfunction = \"x^2 + y^2 + z^2 - 0.5\"",
+            "\"distance_grid\"\nfile = \"d.grid\"\nlevel = 0.2",
             "\"clipped\"\nparts = [{ type = \"sphere\" }, { type = \"plane\" }]",
         ];
         for entry in
@@ -273,6 +276,9 @@ mod tests {
             let text = format!("[[object]]\ntype = {scene}\n");
             let mut assets = crate::assets::MemoryAssets::default();
             assets.files.insert("f.ttf".into(), include_bytes!("../../testing/font.ttf").to_vec());
+            let mut ball = Vec::new();
+            crate::grid::write(&DistanceGridDesc::default().file.data, &mut ball).unwrap();
+            assets.files.insert("d.grid".into(), ball);
             let loaded = crate::scene::load_text(text.clone(), "s.toml", &assets, &Default::default());
             let desc = loaded.unwrap_or_else(|e| panic!("{}\n{text}", e.error)).desc;
             let turner::description::ObjectContent::Shape(shape) = &desc.objects[0].content else { panic!() };

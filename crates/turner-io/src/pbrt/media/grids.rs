@@ -194,7 +194,13 @@ pub(super) fn nanovdb(
         let message = format!("the grid of temperatures \"{}\": the medium does not glow", printable(&heat));
         scene.report.ignored(place, message);
     }
-    match vdb::decode(&bytes, Some(&grid), scene.options.limits.memory.left()) {
+    let densities = |data: GridData| match data.has_distances() {
+        true => {
+            Err(format!("the grid \"{grid}\" is a level set, distances to a surface: expected densities"))
+        }
+        false => Ok(data),
+    };
+    match vdb::decode(&bytes, Some(&grid), scene.options.limits.memory.left()).and_then(densities) {
         Ok(data) => {
             let bounds = data.bounds().unwrap_or([DVec3::ZERO, DVec3::ONE]);
             Ok(Some(MediumDesc::Grid(GridMedium {

@@ -1,4 +1,4 @@
-//! Density grids of heterogeneous media, as read from files.
+//! Grids of densities or signed distances, as read from files.
 
 use std::sync::Arc;
 
@@ -36,6 +36,8 @@ pub struct GridData {
     extinction: Option<Vec<[f32; 3]>>,
     scattering: Option<GridScattering>,
     bounds: Option<[DVec3; 2]>,
+    /// Whether the densities are signed distances.
+    has_distances: bool,
 }
 
 impl GridData {
@@ -43,11 +45,7 @@ impl GridData {
     ///
     /// Errors: lists whose length differs from the number of cells, values that are negative or not finite.
     pub fn new(size: [u32; 3], density: Vec<f32>, emission: Option<Vec<f32>>) -> Result<GridData, String> {
-        let count = size.iter().try_fold(1u64, |n, s| n.checked_mul(u64::from(*s)));
-        let Some(count) = count.filter(|n| (1..=MAX_VALUES).contains(n)) else {
-            let [x, y, z] = size;
-            return Err(format!("a grid of {x} × {y} × {z} cells: expected 1 to {MAX_VALUES}"));
-        };
+        let count = count_of(size)?;
         for (what, values) in [("density", Some(&density)), ("emission", emission.as_ref())] {
             let Some(values) = values else { continue };
             if values.len() as u64 != count {
@@ -59,7 +57,23 @@ impl GridData {
                 return Err(format!("the {what} of cell {bad} is {value}: expected 0 to 1e30"));
             }
         }
-        Ok(GridData { size, density, emission, extinction: None, scattering: None, bounds: None })
+        Ok(GridData { size, density, emission, ..GridData::default() })
+    }
+
+    /// A grid of `size` signed distances along x, y and z, negative inside a surface. The first and the last ones lie on
+    /// the faces of its box.
+    ///
+    /// Errors: a list whose length differs from the number of values, values that are not finite.
+    pub fn of_distances(size: [u32; 3], distances: Vec<f32>) -> Result<GridData, String> {
+        let count = count_of(size)?;
+        if distances.len() as u64 != count {
+            return Err(format!("{} distances for {count} vertices", distances.len()));
+        }
+        if let Some(bad) = distances.iter().position(|v| !(-1e30..=1e30).contains(v)) {
+            let value = distances.get(bad).copied().unwrap_or_default();
+            return Err(format!("the distance {bad} is {value}: expected -1e30 to 1e30"));
+        }
+        Ok(GridData { size, density: distances, has_distances: true, ..GridData::default() })
     }
 
     /// A grid of `size` cells along x, y and z, with an extinction for each cell and colour and optionally a factor of the
@@ -121,9 +135,23 @@ impl GridData {
         Ok(self)
     }
 
-    /// The box that the file places the grid in, if it does.
+    /// The box that the file places the grid in, if it does: cells fill it, distances have the first and the last
+    /// vertices on its faces.
     pub fn bounds(&self) -> Option<[DVec3; 2]> {
         self.bounds
+    }
+
+    /// The box between the first and the last values, if the file places the grid. Those of cells are at their centres.
+    pub fn vertex_bounds(&self) -> Option<[DVec3; 2]> {
+        let [min, max] = self.bounds?;
+        let half = if self.has_distances { 0.0 } else { 0.5 };
+        let margin = half * (max - min) / DVec3::from(self.size.map(f64::from));
+        Some([min + margin, max - margin])
+    }
+
+    /// Whether the values are signed distances instead of densities.
+    pub fn has_distances(&self) -> bool {
+        self.has_distances
     }
 
     /// The number of cells along x, y and z.
@@ -131,7 +159,7 @@ impl GridData {
         self.size
     }
 
-    /// The density of each cell, x fastest, then y, then z.
+    /// The density of each cell, or the distances; x fastest, then y, then z.
     pub fn density(&self) -> &[f32] {
         &self.density
     }
@@ -240,6 +268,17 @@ impl GridData {
     }
 }
 
+/// The number of values.
+///
+/// Errors: none or too many.
+fn count_of(size: [u32; 3]) -> Result<u64, String> {
+    let count = size.iter().try_fold(1u64, |n, s| n.checked_mul(u64::from(*s)));
+    count.filter(|n| (1..=MAX_VALUES).contains(n)).ok_or_else(|| {
+        let [x, y, z] = size;
+        format!("a grid of {x} × {y} × {z} cells: expected 1 to {MAX_VALUES}")
+    })
+}
+
 /// Eight cells around a point, and the fractions of the way between them.
 struct Place {
     /// The first cells of four rows: two along y, two along z.
@@ -269,11 +308,12 @@ impl Default for GridData {
             extinction: None,
             scattering: None,
             bounds: None,
+            has_distances: false,
         }
     }
 }
 
-/// The grid file of a medium. Two are equal if their data are equal. By default one cell of density 1, without a file.
+/// The grid file of a medium or a shape. Two are equal if their data are equal. By default one cell of density 1, without a file.
 #[derive(Clone, Debug, Default)]
 pub struct GridFile {
     /// The file name as written in the scene.

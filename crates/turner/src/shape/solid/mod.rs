@@ -7,6 +7,7 @@
 mod blob;
 mod contained;
 pub mod csg;
+mod distance_grid;
 pub(in crate::shape) mod expression;
 mod isosurface;
 mod lathe;
@@ -25,6 +26,7 @@ pub(in crate::shape) mod testing;
 pub use blob::{Blob, BlobDesc};
 pub use contained::Contained;
 pub use csg::{ClippedDesc, Csg, CsgPart, DifferenceDesc, IntersectionDesc, UnionDesc};
+pub use distance_grid::{DistanceGrid, DistanceGridDesc};
 pub use isosurface::{Isosurface, IsosurfaceDesc};
 pub use lathe::{Lathe, LatheDesc, LatheSpline};
 pub use polynomial::{Polynomial, PolynomialDesc};
@@ -125,6 +127,7 @@ macro_rules! descriptions {
             Quadric(QuadricDesc),
             Polynomial(PolynomialDesc),
             Isosurface(IsosurfaceDesc),
+            DistanceGrid(DistanceGridDesc),
         }
     };
 }
@@ -201,4 +204,6 @@ solids! {
     Polynomial(Contained<Polynomial>): |_| PolynomialDesc::DOC.name,
     /// The surface where an expression is 0.
     Isosurface(Contained<Isosurface>): |_| IsosurfaceDesc::DOC.name,
+    /// A grid of signed distances.
+    DistanceGrid(DistanceGrid): |_| DistanceGridDesc::DOC.name,
 }

@@ -1,7 +1,10 @@
 //! Solids as cases of the tests that all shapes share.
 
+use std::sync::Arc;
+
 use super::*;
 use crate::math::DVec2;
+use crate::schema::{GridData, GridFile};
 use crate::shape::testing::{Case, sheet, solid};
 use crate::shape::{BoxDesc, MeshCache, PlaneDesc, ShapeDesc, SphereDesc};
 
@@ -61,6 +64,41 @@ fn distance_like(f: impl Fn(DVec3) -> f64 + Clone + 'static) -> impl Fn(DVec3) -
         let h = 1e-5;
         let slope = |e: DVec3| (f(p + h * e) - f(p - h * e)) / (2.0 * h);
         f(p) / DVec3::from(DVec3::AXES.map(slope)).length()
+    }
+}
+
+/// A bent egg that leaves the box. The oracle interpolates in its own way.
+fn distance_grid(min: DVec3, max: DVec3) -> Case {
+    const N: usize = 8;
+    let at = |i: usize| {
+        min + (max - min) * DVec3::new((i % N) as f64, (i / N % N) as f64, (i / N / N) as f64) / 7.0
+    };
+    let bent = |p: DVec3| p.distance(DVec3::new(0.4, 0.1, 0.0)) - 0.7 + 0.3 * p.x * p.y - 0.2 * p.z * p.z;
+    let values: Vec<f32> = (0..N * N * N).map(|i| bent(at(i)) as f32).collect();
+    let data = GridData::of_distances([N as u32; 3], values.clone()).unwrap();
+    let interpolated = move |p: DVec3| {
+        let q = 7.0 * (p.clamp(min, max) - min) / (max - min);
+        let first = q.floor().min(DVec3::splat(6.0));
+        let corner = |i: usize| {
+            let offset = DVec3::new((i & 1) as f64, (i >> 1 & 1) as f64, (i >> 2) as f64);
+            let weight = (DVec3::ONE - (q - first - offset).abs()).to_array().iter().product::<f64>();
+            let [x, y, z] = (first + offset).to_array().map(|v| v as usize);
+            weight * f64::from(values[x + N * (y + N * z)])
+        };
+        (0..8).map(corner).sum()
+    };
+    let value = distance_like(interpolated);
+    let cube = move |p: DVec3| (min - p).max(p - max).max_element();
+    Case {
+        name: "distance_grid",
+        shape: prepare(ShapeDesc::DistanceGrid(DistanceGridDesc {
+            file: GridFile { uri: String::new(), data: Arc::new(data) },
+            min: Some(min),
+            max: Some(max),
+            smooth: false,
+            ..DistanceGridDesc::default()
+        })),
+        sheets: solid(move |p| value(p).max(cube(p))),
     }
 }
 
@@ -133,6 +171,7 @@ fn curved() -> Vec<Case> {
             })),
             sheets: solid(move |p| distance_like(gyroid)(p).max(cube(p))),
         },
+        distance_grid(low, high),
         Case {
             name: "blob",
             shape: prepare(ShapeDesc::Blob(BlobDesc {
