@@ -272,7 +272,11 @@ fn pose(scene: &mut Assembly<'_>, object: &Object, to_world: DAffine3) -> Result
 /// Height of the screen at distance 1.
 fn height(scene: &mut Assembly<'_>, object: &Object) -> Result<f64, Fault> {
     let [w, h] = scene.frame.size.map(f64::from);
-    let aspect = w / h;
+    screen_height(scene, object, w / h)
+}
+
+/// The same for a sensor or projector whose picture has the given width over height.
+pub(super) fn screen_height(scene: &mut Assembly<'_>, object: &Object, aspect: f64) -> Result<f64, Fault> {
     let mut axis =
         object.word("fov_axis", &["x", "y", "diagonal", "smaller", "larger"], &mut scene.stock.report)?;
     let fov = match (object.float("fov")?, object.string("focal_length")?) {

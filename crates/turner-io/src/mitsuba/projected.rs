@@ -4,13 +4,14 @@ use std::f64::consts::PI;
 
 use turner::color::Spectrum;
 use turner::light::{LightDesc, SlideUnits, SpotDesc};
-use turner::math::elementary::{atan2, tan};
-use turner::math::{DVec2, DVec3, radians};
+use turner::math::elementary::atan2;
+use turner::math::{DVec2, DVec3};
 use turner::schema::ImageId;
 use turner::texture::Wrap;
 
 use super::assembly::Assembly;
 use super::emitters::{INVERSE_SQUARE, light_color};
+use super::frame::screen_height;
 use super::params::Object;
 use crate::scene_import::environment_light;
 use crate::scene_import::report::Fault;
@@ -59,9 +60,6 @@ pub(super) fn slide(scene: &mut Assembly<'_>, object: &Object) -> Result<Option<
 pub(super) fn projector(scene: &mut Assembly<'_>, object: &Object) -> Result<Option<LightDesc>, Fault> {
     let to_world = object.transform("to_world")?;
     let scale = object.float("scale")?.unwrap_or(1.0).clamp(0.0, 1e30);
-    let fov = object.float("fov")?.unwrap_or(45.0).clamp(1e-3, 170.0);
-    let axis =
-        object.word("fov_axis", &["x", "y", "diagonal", "smaller", "larger"], &mut scene.stock.report)?;
     let (picture, color) = match slide(scene, object)? {
         Some(picture) => (picture, Spectrum::WHITE),
         // An even light on a square screen.
@@ -77,14 +75,8 @@ pub(super) fn projector(scene: &mut Assembly<'_>, object: &Object) -> Result<Opt
         scene.report.doubtful(object.place, "a projector without a direction: omitted");
         return Ok(None);
     };
-    let (half, aspect) = (tan(radians(0.5 * fov)), picture.aspect);
-    let across = match axis {
-        "y" => half * aspect,
-        "smaller" if aspect > 1.0 => half * aspect,
-        "larger" if aspect < 1.0 => half * aspect,
-        "diagonal" => half * aspect / (1.0 + aspect * aspect).sqrt(),
-        _ => half,
-    };
+    let aspect = picture.aspect;
+    let across = 0.5 * aspect * screen_height(scene, object, aspect)?;
     let corner = DVec2::new(across, across / aspect).length();
     Ok(Some(LightDesc::Spot(SpotDesc {
         position,

@@ -159,7 +159,8 @@ fn has_directions(document: &Document, index: usize) -> bool {
         let Some(node) = document.resolve(index).ok().and_then(|index| document.node(index)) else {
             return true;
         };
-        let is_along = node.attribute("name").is_some_and(|name| matches!(name, "alpha_u" | "alphaU"));
+        let is_along =
+            node.attribute("name").is_some_and(|name| matches!(name, "alpha_u" | "alphaU" | "anisotropic"));
         if node.tag == "texture" || is_along || seen > MOST {
             return true;
         }

@@ -1,6 +1,6 @@
 //! Fresnel reflectance for eight lanes, with the bits of the scalar functions.
 
-use turner_bvh::lanes::{F64x8, Simd};
+use turner_bvh::lanes::{F64x8, Simd, Vec3x8};
 
 use crate::math::elementary_x8::{clamp, is_finite};
 
@@ -22,7 +22,7 @@ pub(super) fn dielectric<S: Simd>(simd: S, cos: F64x8<S>, eta: F64x8<S>) -> F64x
 
 /// As [`conductor`](super::fresnel::conductor).
 #[inline(always)]
-pub(super) fn conductor<S: Simd>(simd: S, cos: F64x8<S>, eta: F64x8<S>, k: F64x8<S>) -> F64x8<S> {
+fn conductor<S: Simd>(simd: S, cos: F64x8<S>, eta: F64x8<S>, k: F64x8<S>) -> F64x8<S> {
     let splat = |v: f64| F64x8::splat(simd, v);
     let (zero, one, half, two, four) = (splat(0.0), splat(1.0), splat(0.5), splat(2.0), splat(4.0));
     let cos2 = cos * cos;
@@ -36,4 +36,19 @@ pub(super) fn conductor<S: Simd>(simd: S, cos: F64x8<S>, eta: F64x8<S>, k: F64x8
     let p = s * (sum - cross) / (sum + cross);
     let f = half * (s + p);
     is_finite(simd, f).select(clamp(f, zero, one), one)
+}
+
+/// The reflectance of conductors with η and k in three bands, times a colour.
+#[inline(always)]
+pub(super) fn conductors<S: Simd>(
+    simd: S,
+    cos: F64x8<S>,
+    [eta, k]: [Vec3x8<S>; 2],
+    color: Vec3x8<S>,
+) -> Vec3x8<S> {
+    Vec3x8 {
+        x: conductor(simd, cos, eta.x, k.x) * color.x,
+        y: conductor(simd, cos, eta.y, k.y) * color.y,
+        z: conductor(simd, cos, eta.z, k.z) * color.z,
+    }
 }

@@ -17,7 +17,7 @@ use super::albedo::AlbedoCurveBlock;
 use super::block::{Sampled, cosine};
 use super::facets_x8::FacetBlock;
 use super::fresnel::Metal;
-use super::fresnel_x8::{conductor, dielectric};
+use super::fresnel_x8::{conductors, dielectric};
 use super::interface::{Interface, Spread};
 use super::mixture::MIN_COSINE;
 use super::{Bsdf, Rgb, diffuse};
@@ -365,13 +365,7 @@ impl OpaqueBlock {
     #[inline(always)]
     fn conductor<S: Simd>(&self, simd: S, mu: F64x8<S>, tinted: Vec3x8<S>) -> Vec3x8<S> {
         let (eta, k) = (Vec3x8::load(simd, &self.f0), Vec3x8::load(simd, &self.dip));
-        let exact = Vec3x8 {
-            x: conductor(simd, mu, eta.x, k.x),
-            y: conductor(simd, mu, eta.y, k.y),
-            z: conductor(simd, mu, eta.z, k.z),
-        };
-        let color = Vec3x8::load(simd, &self.metal_color);
-        let exact = Vec3x8 { x: exact.x * color.x, y: exact.y * color.y, z: exact.z * color.z };
+        let exact = conductors(simd, mu, [eta, k], Vec3x8::load(simd, &self.metal_color));
         Vec3x8::select(Mask8::new(simd, self.indexed), exact, tinted)
     }
 

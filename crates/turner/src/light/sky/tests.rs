@@ -214,7 +214,7 @@ fn another_zenith_turns_everything() {
     let (upright, sun_upright) = sun(&level);
     let (tilted, sun_tilted) = sun(&SkyDesc { up, ..level.clone() });
     assert!((to_sky * sun_upright - sun_tilted).length() < 0.02, "{sun_tilted}");
-    for d in [DVec3::Y, DVec3::new(0.5, 0.3, -0.2), DVec3::new(-1.0, -0.4, 0.6)] {
+    for d in [DVec3::new(0.1, 0.9, 0.2), DVec3::new(0.5, 0.3, -0.2), DVec3::new(-1.0, -0.4, 0.6)] {
         let (a, b) = (upright.radiance(d), tilted.radiance(to_sky * d));
         assert!((a - b).map(f32::abs).max_component() < 1e-4 * a.max_component(), "{d}: {a:?} {b:?}");
     }
