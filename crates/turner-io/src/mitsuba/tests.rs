@@ -2,12 +2,12 @@
 
 use turner::bsdf::{FacetDistribution, FacetMasking};
 use turner::camera::{CameraDesc, Handedness, Viewport};
+use turner::color::Spectrum;
 use turner::description::{ObjectContent, SceneDesc};
 use turner::integrator::IntegratorDesc;
 use turner::light::LightDesc;
 use turner::material::{MaterialDesc, PrincipledMaterial};
 use turner::math::DVec3;
-use turner::math::elementary::pow_int;
 use turner::medium::MediumDesc;
 use turner::schema::{ColorSource, SceneError, Transform, WarningKind};
 use turner::shape::ShapeDesc;
@@ -155,41 +155,95 @@ fn lights_have_their_units() {
     assert!(matches!(light(3), LightDesc::Directional(d) if d.direction == Some(DVec3::NEG_Y)));
 }
 
-/// F82-tint: F(µ) = F₀ + (1 − F₀)(1 − µ)⁵ − b µ (1 − µ)⁶, with b such that F(1/7) is the tint times the rest.
 #[test]
-fn a_part_of_a_metal_is_reflected_on_average() {
-    let metal = |inner: &str| {
-        let text = format!(
-            "<shape type='sphere'><bsdf type='conductor'><string name='material' value='Au'/>{inner}</bsdf></shape>"
-        );
-        let m = principled(&read(&text).unwrap(), 0).clone();
-        let color = |source| match source {
-            ColorSource::Constant(c) => c.to_array().map(f64::from),
-            ColorSource::Texture(_) => panic!("{source:?}"),
-        };
-        let (f0, tint) = (color(m.base_color), color(m.specular_color));
-        move |cos: f64| -> [f64; 3] {
-            let schlick = |f0: f64, cos: f64| f0 + (1.0 - f0) * pow_int(1.0 - cos, 5);
-            let edge = 1.0 / 7.0;
-            [0, 1, 2].map(|i| {
-                let b = schlick(f0[i], edge) * (1.0 - tint[i]) / (edge * pow_int(1.0 - edge, 6));
-                schlick(f0[i], cos) - b * cos * pow_int(1.0 - cos, 6)
-            })
-        }
+fn metals_have_their_index_and_the_factor_of_the_file() {
+    let text = "<shape type='sphere'><bsdf type='conductor'><string name='material' value='Au'/>
+           <rgb name='specular_reflectance' value='0.9 0.5 0.25'/></bsdf></shape>
+         <shape type='sphere'><bsdf type='conductor'><rgb name='eta' value='0.2 0.9 1.1'/>
+           <rgb name='k' value='3.9 2.4 2.2'/><float name='ext_eta' value='1.25'/></bsdf></shape>
+         <shape type='sphere'><bsdf type='conductor'><string name='material' value='none'/></bsdf></shape>";
+    let scene = read(text).unwrap();
+    let (gold, given, mirror) = (principled(&scene, 0), principled(&scene, 1), principled(&scene, 2));
+    assert_eq!(gold.metal_eta.map(|c| c.r), Some(0.14304));
+    assert_eq!(gold.specular_color, ColorSource::Constant(Spectrum::new(0.9, 0.5, 0.25)));
+    // For renderers without an index, the colour at normal incidence.
+    let ColorSource::Constant(f0) = gold.base_color else { panic!() };
+    assert!((f0.r - 0.9 * 0.967).abs() < 2e-3, "{f0:?}");
+    let (eta, k) = (given.metal_eta.unwrap(), given.metal_k.unwrap());
+    assert!((eta.r - 0.16).abs() < 1e-6 && (k.b - 1.76).abs() < 1e-6, "{eta:?} {k:?}");
+    assert_eq!((mirror.metal_eta, mirror.base_metalness), (None, ColorSource::Constant(Spectrum::BLACK)));
+}
+
+#[test]
+fn numbers_exchange_the_colours_of_checkerboards() {
+    let board = |name: &str| {
+        format!(
+            "<texture name='{name}' type='checkerboard'><float name='color0' value='0.1'/>
+               <float name='color1' value='0.7'/></texture>"
+        )
     };
-    let (whole, part) = (metal(""), metal("<rgb name='specular_reflectance' value='0.9 0.5 0.25'/>"));
-    let mean = |reflected: &dyn Fn(f64) -> [f64; 3], i: usize| {
-        (0..10_000)
-            .map(|k| (f64::from(k) + 0.5) / 1e4)
-            .map(|cos| 2.0 * cos * reflected(cos)[i] / 1e4)
-            .sum::<f64>()
-    };
-    for (i, factor) in [0.9, 0.5, 0.25].into_iter().enumerate() {
-        let (found, expected) = (part(1.0)[i], factor * whole(1.0)[i]);
-        assert!((found - expected).abs() < 1e-6, "{i}: {found}, not {expected}");
-        let (found, expected) = (mean(&part, i), factor * mean(&whole, i));
-        assert!((found - expected).abs() < 1e-5, "{i}: on average {found}, not {expected}");
+    let shape =
+        |bsdf: &str, inner: &str| format!("<shape type='disk'><bsdf type='{bsdf}'>{inner}</bsdf></shape>");
+    let scene = read(
+        &(shape("diffuse", &board("reflectance"))
+            + &shape("roughconductor", &board("alpha"))
+            + &shape("principled", &board("metallic"))),
+    )
+    .unwrap();
+    let MaterialDesc::Disney(disney) = &scene.materials[2].value else { panic!() };
+    let sources =
+        [principled(&scene, 0).base_color, principled(&scene, 1).specular_alpha_x.unwrap(), disney.metallic];
+    for (source, even) in sources.into_iter().zip([0.1, 0.7, 0.7]) {
+        let ColorSource::Texture(id) = source else { panic!("{source:?}") };
+        let TextureDesc::Checkerboard(board) = &scene.textures[id.index()].value else { panic!() };
+        assert!((constant(board.even) - even).abs() < 1e-6, "{board:?}");
     }
+    assert!(
+        scene
+            .objects
+            .iter()
+            .all(|o| matches!(&o.content, ObjectContent::Shape(ShapeDesc::Disk(d)) if d.polar))
+    );
+}
+
+#[test]
+fn projectors_without_an_image_are_even() {
+    let scene = read(
+        "<emitter type='projector'><rgb name='irradiance' value='0.5'/></emitter>
+         <emitter type='projector'><float name='fov' value='90'/></emitter>",
+    )
+    .unwrap();
+    let spots: Vec<_> = scene
+        .lights
+        .iter()
+        .map(|l| match &l.value {
+            LightDesc::Spot(spot) => spot.clone(),
+            other => panic!("{other:?}"),
+        })
+        .collect();
+    assert!(spots.iter().all(|s| s.image.is_some()) && spots[0].color == Spectrum::grey(0.5));
+    assert!((spots[1].image_fov.unwrap() - 90.0).abs() < 1e-9);
+    // 50 mm on a film of 36 x 24 mm along the diagonal of a square.
+    let half = (36.0f64 * 36.0 + 24.0 * 24.0).sqrt() / 100.0 / 2.0f64.sqrt();
+    let fov = 2.0 * turner::math::elementary::atan2(half, 1.0).to_degrees();
+    assert!((spots[0].image_fov.unwrap() - fov).abs() < 1e-9, "{:?}", spots[0].image_fov);
+}
+
+#[test]
+fn skies_keep_their_zenith() {
+    let sky = |text: &str| match read(text).unwrap().lights.remove(0).value {
+        LightDesc::Sky(sky) => sky,
+        other => panic!("{other:?}"),
+    };
+    let level = sky("<emitter type='sunsky'/>");
+    assert_eq!(level.up, DVec3::Z);
+    let sun = level.direction.unwrap().normalize();
+    assert!((sun.z - 0.7203).abs() < 1e-3 && sun.y > 0.69, "{sun}");
+    let turned =
+        sky("<emitter type='sunsky'><vector name='sun_direction' value='0 1 1'/><transform name='to_world'>
+        <rotate x='1' angle='-90'/></transform></emitter>");
+    assert_eq!(turned.up, DVec3::Y);
+    assert!((turned.direction.unwrap() - DVec3::new(0.0, 1.0, -1.0)).length() < 1e-9);
 }
 
 #[test]

@@ -300,7 +300,7 @@ fn every_kind_with_every_key_comes_back_the_same() {
             let mut used = Vec::new();
             let is_new = |key: &'static str| !covered.contains(&(section, entry.name, key));
             // Contradictory keys are rejected; then try others.
-            let thing = (0..60).find_map(|attempt| {
+            let thing = (0..200).find_map(|attempt| {
                 let mut thing = head(section, i);
                 if has_type {
                     thing += &format!("type = \"{}\"\n", entry.name);
