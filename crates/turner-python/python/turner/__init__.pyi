@@ -1952,6 +1952,8 @@ class PrincipledMaterial(Material):
         base_color (color | texture, 0 or more, default 0.8): Diffuse albedo of a dielectric; reflectance of a metal at normal incidence.
         base_diffuse_roughness (color | texture, 0 to 1, default 0): Roughness of diffuse reflection (energy-preserving Oren-Nayar): 0 is Lambertian, 1 very rough.
         base_metalness (color | texture, 0 to 1, default 0): 0 is a dielectric, 1 a metal; values between mix the two.
+        metal_eta (color, 0 to 100): Index of refraction of a metal by colour band, with `metal_k`: its reflectance follows from the Fresnel equations, `base_color` does not count, and `specular_color` is a factor at all angles.
+        metal_k (color, 0 to 100): The imaginary part of that index: how strongly the metal absorbs.
         specular_weight (color | texture, 0 or more, default 1): Strength of specular reflection: 0 none, 1 as the index of refraction gives it. Above 1 increases the reflectance.
         specular_color (color | texture, 0 or more, default 1): Colour of a dielectric's specular reflection, and of a metal's towards grazing angles.
         specular_model ("openpbr" | "gltf", default "openpbr"): What `specular_weight` and `specular_color` mean.
@@ -2028,6 +2030,8 @@ class PrincipledMaterial(Material):
         base_color: Color | Texture | Mapping[str, Any] | None = None,
         base_diffuse_roughness: Color | Texture | Mapping[str, Any] | None = None,
         base_metalness: Color | Texture | Mapping[str, Any] | None = None,
+        metal_eta: Color | None = None,
+        metal_k: Color | None = None,
         specular_weight: Color | Texture | Mapping[str, Any] | None = None,
         specular_color: Color | Texture | Mapping[str, Any] | None = None,
         specular_model: Literal['openpbr', 'gltf'] | None = None,
@@ -2090,6 +2094,8 @@ class PrincipledMaterial(Material):
     base_color: Any
     base_diffuse_roughness: Any
     base_metalness: Any
+    metal_eta: Any
+    metal_k: Any
     specular_weight: Any
     specular_color: Any
     specular_model: Any
@@ -2387,6 +2393,99 @@ class HairMaterial(Material):
     beta_n: Any
     alpha: Any
     ior: Any
+
+class DisneyMaterial(Material):
+    """Disney's principled material (Burley 2012 and 2015), as in Mitsuba's `principled` and `principledthin`: lobes that are added, not layered, so that bright surfaces may reflect more light than arrives. For materials made for it; "principled" keeps energy. Weights and roughnesses can be textures. The integrator "classic" shows a similar principled material.
+    
+    Keys:
+        base_color (color | texture, 0 or more, default 0.5): Colour of diffuse reflection and of metal; its root is the colour of refraction.
+        roughness (color | texture, 0 to 1, default 0.5): Roughness of all lobes but the clear coat: 0 is smooth, 1 very rough. α is its square.
+        metallic (color | texture, 0 to 1, default 0): 0 is a dielectric, 1 a metal. Not in thin walls.
+        anisotropic (color | texture, 0 to 1, default 0): Elongation of highlights along the tangent.
+        ior (number, 0.001 to 100, default 1.5): Index of refraction of the dielectric.
+        spec_trans (color | texture, 0 to 1, default 0): Fraction of the dielectric that refracts light.
+        spec_tint (color | texture, 0 to 1, default 0): How much `base_color` tints reflection by the dielectric.
+        sheen (color | texture, 0 to 1, default 0): Weight of the sheen: reflection of cloth towards grazing angles.
+        sheen_tint (color | texture, 0 to 1, default 0): How much `base_color` tints the sheen.
+        clearcoat (color | texture, 0 to 1, default 0): Weight of the clear coat, a second highlight. Not on thin walls.
+        clearcoat_gloss (color | texture, 0 to 1, default 0): 0 is a satin clear coat, 1 a glossy one.
+        flatness (color | texture, 0 to 1, default 0): Fraction of diffuse reflection that looks flatter, as if light were scattered inside.
+        diff_trans (color | texture, 0 to 1, default 0): Fraction of the diffuse light that a thin wall transmits. Burley and Mitsuba count from 0 to 2.
+        thin_walled (true | false, default false): A thin wall: transmitted light is not refracted.
+        interior (medium): The medium inside, if light is refracted. Only for the integrators "path" and "direct".
+        front_only (true | false, default false): Whether only the front face of an opaque surface reflects light.
+        emission_luminance (number, 0 or more, default 0): Emitted radiance, a factor of `emission_color`.
+        emission_color (color | texture, 0 or more, default 1): Colour of the emission.
+        emission_front_only (true | false, default false): Whether only the front face emits.
+        opacity (color | texture, 0 to 1, default 1): Opacity from 0 (transparent) to 1 (opaque); `alpha_mode` determines its use.
+        alpha_mode ("opaque" | "mask" | "blend", default "blend"): How `opacity` is used.
+            'opaque': Ignored: the surface is opaque.
+            'mask': Alpha test: the surface is opaque where the opacity is at least `alpha_cutoff`, otherwise transparent.
+            'blend': Alpha blending: the opacity is the fraction of the background that is covered.
+        normal_map (color | texture): Normal map in tangent space: red along u, green along v. Use an image with `encoding = "linear"`.
+        normal_scale (number, default 1): Strength of the normal map: factor of red and green.
+        bump_map (color | texture): Bump map: a texture of heights, white is high. It changes the shading normal, not the shape.
+        bump_scale (number, default 0.1): Height of white above black, in `bump_unit`; negative inverts.
+        bump_unit ("scene" | "tile", default "scene"): The unit of `bump_scale`.
+            'scene': Scene units.
+            'tile': Texture tiles: the length on the surface over which u or v grows by 1, independent of the scene's scale.
+    """
+    def __init__(
+        self,
+        *,
+        base_color: Color | Texture | Mapping[str, Any] | None = None,
+        roughness: Color | Texture | Mapping[str, Any] | None = None,
+        metallic: Color | Texture | Mapping[str, Any] | None = None,
+        anisotropic: Color | Texture | Mapping[str, Any] | None = None,
+        ior: float | None = None,
+        spec_trans: Color | Texture | Mapping[str, Any] | None = None,
+        spec_tint: Color | Texture | Mapping[str, Any] | None = None,
+        sheen: Color | Texture | Mapping[str, Any] | None = None,
+        sheen_tint: Color | Texture | Mapping[str, Any] | None = None,
+        clearcoat: Color | Texture | Mapping[str, Any] | None = None,
+        clearcoat_gloss: Color | Texture | Mapping[str, Any] | None = None,
+        flatness: Color | Texture | Mapping[str, Any] | None = None,
+        diff_trans: Color | Texture | Mapping[str, Any] | None = None,
+        thin_walled: bool | None = None,
+        interior: str | Medium | Mapping[str, Any] | None = None,
+        front_only: bool | None = None,
+        emission_luminance: float | None = None,
+        emission_color: Color | Texture | Mapping[str, Any] | None = None,
+        emission_front_only: bool | None = None,
+        opacity: Color | Texture | Mapping[str, Any] | None = None,
+        alpha_mode: Literal['opaque', 'mask', 'blend'] | None = None,
+        normal_map: Color | Texture | Mapping[str, Any] | None = None,
+        normal_scale: float | None = None,
+        bump_map: Color | Texture | Mapping[str, Any] | None = None,
+        bump_scale: float | None = None,
+        bump_unit: Literal['scene', 'tile'] | None = None,
+    ) -> None: ...
+    base_color: Any
+    roughness: Any
+    metallic: Any
+    anisotropic: Any
+    ior: Any
+    spec_trans: Any
+    spec_tint: Any
+    sheen: Any
+    sheen_tint: Any
+    clearcoat: Any
+    clearcoat_gloss: Any
+    flatness: Any
+    diff_trans: Any
+    thin_walled: Any
+    interior: Any
+    front_only: Any
+    emission_luminance: Any
+    emission_color: Any
+    emission_front_only: Any
+    opacity: Any
+    alpha_mode: Any
+    normal_map: Any
+    normal_scale: Any
+    bump_map: Any
+    bump_scale: Any
+    bump_unit: Any
 
 class ConstantTexture(Texture):
     """The same colour everywhere. Use it to give a colour a name.
@@ -3169,6 +3268,11 @@ class SpotLight(Light):
         image_units ("intensity" | "irradiance", default "intensity"): What the values of the image are.
             'intensity': Factors of the radiant intensity in each direction, as in pbrt.
             'irradiance': Factors of the irradiance on a screen at right angles to the axis, which a projector keeps even: the intensity grows with 1 / cos³ of the angle from the axis.
+        image_wrap ("repeat" | "mirror" | "clamp" | "black", default "clamp"): What the outermost half of the image's pixels fades to: "repeat" is the opposite edge.
+            'repeat': The image repeats.
+            'mirror': The image is mirrored at its borders: no seams.
+            'clamp': The border is extended.
+            'black': Black.
         name ("text"): A name, used in reports.
         light_group ("text"): The light group of the light.
         hidden (true | false): Whether it does not shine.
@@ -3192,6 +3296,7 @@ class SpotLight(Light):
         image_aspect: float | None = None,
         image_up: Vector | None = None,
         image_units: Literal['intensity', 'irradiance'] | None = None,
+        image_wrap: Literal['repeat', 'mirror', 'clamp', 'black'] | None = None,
         name: str | None = None,
         light_group: str | None = None,
         hidden: bool | None = None,
@@ -3212,6 +3317,7 @@ class SpotLight(Light):
     image_aspect: Any
     image_up: Any
     image_units: Any
+    image_wrap: Any
     name: Any
     light_group: Any
     hidden: Any
@@ -3401,6 +3507,7 @@ class SkyLight(Light):
         elevation (number, -90 to 90, default 35): Elevation of the sun above the horizon, in degrees. A few degrees below 0 there is twilight.
         azimuth (number, default 225): Azimuth of the sun, in degrees from north (−z) towards east (+x).
         direction ([x, y, z]): The direction towards the sun, of any length; replaces `elevation` and `azimuth`.
+        up ([x, y, z], default [0, 1, 0]): The direction towards the zenith, of any length. Another one than +y turns sky, ground and the other directions the shortest way.
         air (number, 0 to 10, default 1): Amount of air: 1 is that at sea level, 0.5 that of high mountains.
         dust (number, 0 to 100, default 1): Amount of dust and haze: 1 is a clear day in the country, 5 a hazy one.
         ozone (number, 0 to 10, default 1): Amount of ozone: 1 is 300 Dobson units. Ozone keeps twilight blue.
@@ -3420,6 +3527,7 @@ class SkyLight(Light):
         elevation: float | None = None,
         azimuth: float | None = None,
         direction: Vector | None = None,
+        up: Vector | None = None,
         air: float | None = None,
         dust: float | None = None,
         ozone: float | None = None,
@@ -3436,6 +3544,7 @@ class SkyLight(Light):
     elevation: Any
     azimuth: Any
     direction: Any
+    up: Any
     air: Any
     dust: Any
     ozone: Any
