@@ -3268,7 +3268,7 @@ class SpotLight(Light):
         image_units ("intensity" | "irradiance", default "intensity"): What the values of the image are.
             'intensity': Factors of the radiant intensity in each direction, as in pbrt.
             'irradiance': Factors of the irradiance on a screen at right angles to the axis, which a projector keeps even: the intensity grows with 1 / cos³ of the angle from the axis.
-        image_wrap ("repeat" | "mirror" | "clamp" | "black", default "clamp"): What the outermost half of the image's pixels fades to: "repeat" is the opposite edge.
+        image_wrap ("repeat" | "mirror" | "clamp" | "black", default "clamp"): What the outer halves of the border pixels fade to: with "repeat", the pixels at the opposite border.
             'repeat': The image repeats.
             'mirror': The image is mirrored at its borders: no seams.
             'clamp': The border is extended.

@@ -47,7 +47,7 @@ params! {
         image_up: DVec3 = DVec3::Y;
         /// What the values of the image are.
         image_units: SlideUnits = SlideUnits::Intensity;
-        /// What the outermost half of the image's pixels fades to: "repeat" is the opposite edge.
+        /// What the outer halves of the border pixels fade to: with "repeat", the pixels at the opposite border.
         image_wrap: Wrap = Wrap::Clamp;
     }
     example r#"[[light]]
