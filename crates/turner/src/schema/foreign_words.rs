@@ -231,8 +231,9 @@ pub const KINDS: &[Foreign] = words! {
     MATERIAL, "lambert" | "lambertian" | "diffuse" | "orennayar" => "write `type = \"matte\"` with `color`";
     MATERIAL, "meshlambertmaterial" | "meshphongmaterial" | "phong" | "blinn" | "whitted" | "finish" | "pigment" => "write `type = \"classic\"` with `color`, `kd`, `ks` and `shininess`";
     MATERIAL, "meshbasicmaterial" => "write `type = \"principled\"` with `unlit = true`";
-    MATERIAL, "meshstandardmaterial" | "meshphysicalmaterial" | "disney" | "principledbsdf" | "openpbr" | "pbr" | "standard" | "uber" | "bsdf" | "standardsurface" =>
+    MATERIAL, "meshstandardmaterial" | "meshphysicalmaterial" | "principledbsdf" | "openpbr" | "pbr" | "standard" | "uber" | "bsdf" | "standardsurface" =>
         "write `type = \"principled\"` with `base_color`, `base_metalness` and `specular_roughness`";
+    MATERIAL, "burley" | "principledthin" => "write `type = \"disney\"`";
     MATERIAL, "conductor" | "roughconductor" | "metallic" | "glossy" | "gold" | "copper" => "write `type = \"metal\"` with `roughness`, and `name = \"gold\"` or `color`";
     MATERIAL, "mirror" => "write `type = \"metal\"` with `roughness = 0`, or `type = \"classic\"` with `k_reflect = 1`";
     MATERIAL, "glass" | "refractive" | "transparent" | "roughdielectric" | "water" | "refraction" => "write `type = \"dielectric\"` with `ior = 1.5`";
