@@ -107,7 +107,7 @@ pub struct MetalIndex {
 }
 
 impl MetalIndex {
-    /// Values that are no numbers or out of 0 to 100 are clamped.
+    /// Values are clamped to 0..=100; NaN counts as 0.
     pub fn new(eta: Spectrum, k: Spectrum) -> MetalIndex {
         let sound = |v: f32| if v > 0.0 { f64::from(v).min(100.0) } else { 0.0 };
         let (eta, k) = (Rgb::from(eta.to_array().map(sound)), Rgb::from(k.to_array().map(sound)));
