@@ -4,9 +4,9 @@ use turner::material::{AlphaMode, BumpUnit, DisneyMaterial, MaterialDesc};
 use turner::schema::ColorSource;
 
 use super::assembly::Assembly;
-use super::materials::{Use, color_of, grey, number_of, unbounded_number};
+use super::materials::{Use, color_of, grey, number_as, number_of};
 use super::params::Object;
-use super::spectra::index;
+use super::spectra::{Role, index};
 use crate::scene_import::report::Fault;
 use crate::scene_import::{Through, map_values};
 
@@ -28,7 +28,7 @@ pub(super) fn material(scene: &mut Assembly<'_>, object: &Object, usage: Use) ->
     };
     if thin_walled {
         // 2 is all light.
-        let through = unbounded_number(scene, object, "diff_trans", 0.0, on)?;
+        let through = number_as(scene, object, ("diff_trans", 0.0), Role::Unbounded, on)?;
         made.diff_trans = map_values(&mut scene.stock, through, object.place, Through::Scale(0.5));
         made.ior = index(object, "eta", 1.5)?;
     } else {

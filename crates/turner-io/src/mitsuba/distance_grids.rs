@@ -54,17 +54,10 @@ mod tests {
     use turner::schema::{Limits, Memory, SceneError};
     use turner::shape::{MeshCache, Shape};
 
+    use super::super::volumes::tests::file;
     use super::*;
     use crate::assets::MemoryAssets;
     use crate::import::ImportOptions;
-
-    fn file(size: [i32; 3], channels: i32, values: &[f32]) -> Vec<u8> {
-        let mut out = b"VOL\x03".to_vec();
-        [1, size[0], size[1], size[2], channels].iter().for_each(|v| out.extend(v.to_le_bytes()));
-        [-1.0f32, -1.0, -1.0, 1.0, 2.0, 3.0].iter().for_each(|v| out.extend(v.to_le_bytes()));
-        values.iter().for_each(|v| out.extend(v.to_le_bytes()));
-        out
-    }
 
     fn read(inner: &str, bytes: Vec<u8>, memory: Memory) -> Result<SceneDesc, SceneError> {
         let text = format!(

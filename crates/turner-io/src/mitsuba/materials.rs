@@ -316,22 +316,19 @@ pub(super) fn number_of(
     or: f64,
     surface: Surface,
 ) -> Result<ColorSource, Fault> {
-    match value_of(object, name)? {
-        Some(node) => scalars(scene, node, Role::Albedo, surface),
-        None => Ok(grey(or)),
-    }
+    number_as(scene, object, (name, or), Role::Albedo, surface)
 }
 
-/// The same for numbers that may exceed 1.
-pub(super) fn unbounded_number(
+/// The same within the limits of a role; `or` if it is not given.
+pub(super) fn number_as(
     scene: &mut Assembly<'_>,
     object: &Object,
-    name: &'static str,
-    or: f64,
+    (name, or): (&'static str, f64),
+    role: Role,
     surface: Surface,
 ) -> Result<ColorSource, Fault> {
     match value_of(object, name)? {
-        Some(node) => scalars(scene, node, Role::Unbounded, surface),
+        Some(node) => scalars(scene, node, role, surface),
         None => Ok(grey(or)),
     }
 }

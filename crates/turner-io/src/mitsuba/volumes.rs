@@ -245,7 +245,7 @@ pub(super) fn on_one_grid(
 }
 
 #[cfg(test)]
-mod tests {
+pub(super) mod tests {
     use std::sync::Arc;
 
     use turner::description::SceneDesc;
@@ -256,7 +256,8 @@ mod tests {
     use crate::assets::MemoryAssets;
     use crate::import::ImportOptions;
 
-    fn file(size: [i32; 3], channels: i32, values: &[f32]) -> Vec<u8> {
+    /// A file of cells.
+    pub(in crate::mitsuba) fn file(size: [i32; 3], channels: i32, values: &[f32]) -> Vec<u8> {
         let mut out = b"VOL\x03".to_vec();
         [1, size[0], size[1], size[2], channels].iter().for_each(|v| out.extend(v.to_le_bytes()));
         [-1.0f32, -1.0, -1.0, 1.0, 2.0, 3.0].iter().for_each(|v| out.extend(v.to_le_bytes()));

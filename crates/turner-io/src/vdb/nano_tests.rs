@@ -93,7 +93,7 @@ fn tiles_are_filled() {
 fn level_sets_are_signed_distances() {
     let negative = |mut grid: Vec<u8>| {
         let leaf = 672 + i64::from_le_bytes(grid[672..680].try_into().unwrap()) as usize;
-        // Its first active voxel: others may lie outside of the box of all active ones.
+        // Where its first active voxel is; inactive ones may lie outside the box of the active ones.
         let is_active = |i: &usize| grid[leaf + 16 + i / 8] >> (i % 8) & 1 == 1;
         let value = leaf + 96 + 4 * (0..512).find(is_active).unwrap();
         grid[value..value + 4].copy_from_slice(&(-0.5f32).to_le_bytes());
