@@ -109,6 +109,12 @@ pub const PAGES: &[ErrorPage] = &[
         remedy: "Write the grid again; `turner help grid` describes the format.",
     },
     ErrorPage {
+        code: ErrorCode::Measured,
+        text: "The file of a measured BRDF is invalid, or its tables contradict each other.",
+        faulty: "turner scene.toml -D material.paint.file=damaged.bsdf",
+        remedy: "Download the file again, for example from the RGL material database.",
+    },
+    ErrorPage {
         code: ErrorCode::Film,
         text: "A checkpoint, or a film that was saved by a program that uses the library, is damaged or of another version of Turner.",
         faulty: "",

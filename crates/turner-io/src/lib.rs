@@ -30,6 +30,7 @@ mod ies_floodlight;
 pub mod image;
 pub mod import;
 mod load;
+pub mod measured;
 pub mod mesh;
 mod mitsuba;
 mod pbrt;

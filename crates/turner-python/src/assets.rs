@@ -10,7 +10,7 @@ use std::sync::{Arc, OnceLock};
 use turner::description::{ModelDesc, SceneAssets, SceneDesc};
 use turner::image::Image;
 use turner::schema::value::FileId;
-use turner::schema::{ErrorCode, Font, GridData, LightProfile, MeshData, SceneError};
+use turner::schema::{ErrorCode, Font, GridData, LightProfile, MeasuredBrdf, MeshData, SceneError};
 use turner_io::assets::{AssetError, AssetSource, FolderAssets};
 use turner_io::scene::{LoadOptions, SceneFiles, Sources, open_to};
 
@@ -113,6 +113,10 @@ impl SceneAssets for Assets<'_> {
 
     fn light_profile(&mut self, uri: &str, from: FileId) -> Result<Arc<LightProfile>, SceneError> {
         self.files(from).light_profile(uri, from)
+    }
+
+    fn measured_brdf(&mut self, uri: &str, from: FileId) -> Result<Arc<MeasuredBrdf>, SceneError> {
+        self.files(from).measured_brdf(uri, from)
     }
 
     fn grid(&mut self, uri: &str, from: FileId) -> Result<Arc<GridData>, SceneError> {

@@ -1,4 +1,4 @@
-//! The data files of a converted scene: meshes, images, IES profiles, density grids and fonts. Each is written once.
+//! The data files of a converted scene: meshes, images, IES profiles, measured BRDFs, density grids and fonts. Each is written once.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -9,8 +9,8 @@ use std::sync::Arc;
 use turner::description::{ObjectContent, SceneAssetWriter, SceneDesc};
 use turner::image::{Image, Pixels};
 use turner::schema::{
-    Asset, ErrorCode, FontFile, GridFile, ImageId, MeshData, MeshId, ProfileFile, SceneError, Warning,
-    WarningKind,
+    Asset, ErrorCode, FontFile, GridFile, ImageId, MeasuredFile, MeshData, MeshId, ProfileFile, SceneError,
+    Warning, WarningKind,
 };
 use turner::shape::ShapeDesc;
 
@@ -48,6 +48,7 @@ pub(crate) struct Files<'a> {
     images: BTreeMap<u32, String>,
     meshes: BTreeMap<u32, Option<String>>,
     profiles: Vec<(ProfileFile, String)>,
+    measured: Vec<(MeasuredFile, String)>,
     grids: Vec<(GridFile, String)>,
     fonts: Vec<(FontFile, String)>,
     /// Number of objects that use each mesh.
@@ -105,6 +106,7 @@ impl<'a> Files<'a> {
             images: BTreeMap::new(),
             meshes: BTreeMap::new(),
             profiles: Vec::new(),
+            measured: Vec::new(),
             grids: Vec::new(),
             fonts: Vec::new(),
             uses,
@@ -247,6 +249,18 @@ impl SceneAssetWriter for Files<'_> {
         let wanted = stem(&profile.uri);
         let name = self.file(Kind::Data, (wanted, "ies"), |out| crate::ies::write(&profile.data, out))?;
         self.profiles.push((profile.clone(), name.clone()));
+        Ok(name)
+    }
+
+    fn measured_brdf(&mut self, measured: &MeasuredFile) -> Result<String, SceneError> {
+        let known = self.measured.iter().find(|(m, _)| Arc::ptr_eq(&m.data, &measured.data));
+        if let Some((_, name)) = known {
+            return Ok(name.clone());
+        }
+        let wanted = stem(&measured.uri);
+        let name =
+            self.file(Kind::Data, (wanted, "bsdf"), |out| crate::measured::write(&measured.data, out))?;
+        self.measured.push((measured.clone(), name.clone()));
         Ok(name)
     }
 

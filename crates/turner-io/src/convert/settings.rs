@@ -6,7 +6,7 @@ use turner::image::Image;
 use turner::integrator::IntegratorDesc;
 use turner::schema::value::Data;
 use turner::schema::{
-    Asset, ErrorCode, FontFile, GridFile, ImageId, MeshData, MeshId, ProfileFile, SceneError,
+    Asset, ErrorCode, FontFile, GridFile, ImageId, MeasuredFile, MeshData, MeshId, ProfileFile, SceneError,
 };
 
 /// Film and integrator as TOML: one `key = value` per line, as in the sections `[film]` and `[integrator]` of a scene.
@@ -38,6 +38,9 @@ impl SceneAssetWriter for NoFiles {
         none()
     }
     fn light_profile(&mut self, _: &ProfileFile) -> Result<String, SceneError> {
+        none()
+    }
+    fn measured_brdf(&mut self, _: &MeasuredFile) -> Result<String, SceneError> {
         none()
     }
     fn grid(&mut self, _: &GridFile) -> Result<String, SceneError> {

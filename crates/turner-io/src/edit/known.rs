@@ -6,7 +6,7 @@ use std::sync::Arc;
 use turner::description::{ModelDesc, SceneAssets, SceneDesc, read_scene};
 use turner::image::Image;
 use turner::schema::value::FileId;
-use turner::schema::{Asset, Font, GridData, LightProfile, MeshData, SceneError};
+use turner::schema::{Asset, Font, GridData, LightProfile, MeasuredBrdf, MeshData, SceneError};
 
 use crate::assets::AssetSource;
 use crate::scene::{LoadOptions, SceneFiles, Sources, read_tree};
@@ -62,6 +62,9 @@ impl SceneAssets for Known<'_> {
     }
     fn light_profile(&mut self, uri: &str, from: FileId) -> Result<Arc<LightProfile>, SceneError> {
         self.files.light_profile(uri, from)
+    }
+    fn measured_brdf(&mut self, uri: &str, from: FileId) -> Result<Arc<MeasuredBrdf>, SceneError> {
+        self.files.measured_brdf(uri, from)
     }
     fn grid(&mut self, uri: &str, from: FileId) -> Result<Arc<GridData>, SceneError> {
         self.files.grid(uri, from)

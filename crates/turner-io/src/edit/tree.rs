@@ -8,8 +8,8 @@ use turner::description::{ObjectContent, ObjectDesc, SceneAssetWriter, SceneDesc
 use turner::image::Image;
 use turner::schema::value::{Data, FileId, Span, Table, Value};
 use turner::schema::{
-    Asset, ErrorCode, FontFile, GridFile, ImageId, MaterialId, MediumId, MeshData, MeshId, ProfileFile,
-    SceneError, TextureId, Transform, WriteContext,
+    Asset, ErrorCode, FontFile, GridFile, ImageId, MaterialId, MeasuredFile, MediumId, MeshData, MeshId,
+    ProfileFile, SceneError, TextureId, Transform, WriteContext,
 };
 
 use crate::convert::{ConvertOptions, Files, WrittenFile};
@@ -201,6 +201,9 @@ impl WriteContext for Names {
     fn light_profile(&mut self, _: &ProfileFile) -> Result<Data, SceneError> {
         other()
     }
+    fn measured_brdf(&mut self, _: &MeasuredFile) -> Result<Data, SceneError> {
+        other()
+    }
     fn grid(&mut self, _: &GridFile) -> Result<Data, SceneError> {
         other()
     }
@@ -300,6 +303,12 @@ impl SceneAssetWriter for Uris<'_> {
             return Ok(profile.uri.clone());
         }
         self.copy(&profile.uri, |files| files.light_profile(profile))
+    }
+    fn measured_brdf(&mut self, measured: &MeasuredFile) -> Result<String, SceneError> {
+        if self.files.is_none() || is_inside(&measured.uri) {
+            return Ok(measured.uri.clone());
+        }
+        self.copy(&measured.uri, |files| files.measured_brdf(measured))
     }
     fn grid(&mut self, grid: &GridFile) -> Result<String, SceneError> {
         if self.files.is_none() || is_inside(&grid.uri) {

@@ -19,7 +19,7 @@ use crate::spectral::metal_reflectances;
 
 /// Known BSDFs that are not supported.
 const UNSUPPORTED: &[&str] =
-    &["measured", "measured_polarized", "polarizer", "retarder", "circular", "bsdf_hair", "irawan", "hk"];
+    &["measured_polarized", "polarizer", "retarder", "circular", "bsdf_hair", "irawan", "hk"];
 
 /// All known BSDFs.
 const KNOWN: &[&str] = &[

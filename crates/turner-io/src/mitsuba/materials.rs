@@ -7,7 +7,7 @@ use std::collections::BTreeMap;
 use turner::bsdf::FacetDistribution;
 use turner::color::Spectrum;
 use turner::material::{
-    AlphaMode, BumpUnit, InterfaceMaterial, MaterialDesc, MixMaterial, PrincipledMaterial,
+    AlphaMode, BumpUnit, InterfaceMaterial, MaterialDesc, MeasuredMaterial, MixMaterial, PrincipledMaterial,
 };
 use turner::schema::{ColorSource, ErrorCode, MaterialId, MediumId, Named};
 
@@ -19,6 +19,7 @@ use super::params::Object;
 use super::rough_layer::RoughLayer;
 use super::spectra::Role;
 use super::textures::{Surface, is_source, numbers, scalars, shares, source};
+use crate::measured::MAX_BSDF;
 use crate::scene_import::report::Fault;
 use crate::scene_import::{Place, product};
 
@@ -180,6 +181,7 @@ pub(super) fn make(
             "phong" | "ward" => return older::two_lobes(scene, &object, usage),
             "coating" | "roughcoating" => return older::coat(scene, &object, usage),
             "principled" | "principledthin" => return super::disney::material(scene, &object, usage),
+            "measured" => return measured(scene, &object, usage),
             "hair" => return super::hair::material(scene, &object, &usage),
             "difftrans" => return older::translucent(scene, &object, usage),
             "null" => {
@@ -249,6 +251,30 @@ fn blend(scene: &mut Assembly<'_>, object: &Object, usage: Use) -> Result<Materi
         wanted.push(scene.materials.wanted(Some(part), usage.clone()));
     }
     Ok(MaterialDesc::Mix(MixMaterial { materials: wanted, weights: vec![weight] }))
+}
+
+/// A measured BRDF; diffuse grey if there is no file, or one that cannot be read.
+fn measured(scene: &mut Assembly<'_>, object: &Object, usage: Use) -> Result<MaterialDesc, Fault> {
+    let place = object.place_of("filename");
+    let file = match object.string("filename")?.map(str::to_owned) {
+        Some(name) => {
+            let read = scene.read(&name, MAX_BSDF, place)?;
+            scene.measured_file(&name, read, place)?
+        }
+        None => {
+            let message = format!("{} without filename: rendered as diffuse grey", object.title());
+            scene.report.ignored(object.place, message);
+            None
+        }
+    };
+    let grey = PrincipledMaterial { base_color: grey(0.5), ..PrincipledMaterial::matte() };
+    let shown = shown(scene, object, grey, usage);
+    Ok(match (file, shown) {
+        (Some(file), MaterialDesc::Principled(used)) => {
+            MaterialDesc::Measured(MeasuredMaterial::with_use_of(file, used))
+        }
+        (_, shown) => shown,
+    })
 }
 
 fn leaf(scene: &mut Assembly<'_>, object: &Object, usage: Use) -> Result<MaterialDesc, Fault> {

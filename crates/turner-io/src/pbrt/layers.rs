@@ -241,7 +241,7 @@ fn from_ahead(_: usize) -> DVec3 {
 }
 
 /// Fraction of the light from the directions `from(walk)` that a BSDF reflects.
-fn albedo(bsdf: &Bsdf, from: fn(usize) -> DVec3) -> [f64; 3] {
+fn albedo(bsdf: &Bsdf<'_>, from: fn(usize) -> DVec3) -> [f64; 3] {
     let mut sum = DVec3::ZERO;
     for walk in 0..WALKS {
         let mut numbers = numbers(walk);

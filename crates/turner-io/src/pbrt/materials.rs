@@ -4,8 +4,8 @@
 
 use std::collections::BTreeMap;
 
-use turner::material::{AlphaMode, InterfaceMaterial, MaterialDesc, PrincipledMaterial};
-use turner::schema::{ColorSource, ErrorCode, MaterialId, MediumId, Named};
+use turner::material::{AlphaMode, InterfaceMaterial, MaterialDesc, MeasuredMaterial, PrincipledMaterial};
+use turner::schema::{ColorSource, ErrorCode, MaterialId, MeasuredFile, MediumId, Named};
 
 use super::assembly::Assembly;
 use super::lights::Emission;
@@ -15,6 +15,7 @@ use super::source::Place;
 use super::state::{ColorSpace, State};
 use super::surfaces::{Maker, grey};
 use crate::assets::printable;
+use crate::measured::MAX_BSDF;
 use crate::scene_import::single_scattering;
 
 /// Most materials.
@@ -163,6 +164,20 @@ pub(super) fn finish(scene: &mut Assembly<'_>) -> Result<Vec<Named<MaterialDesc>
     Ok(made)
 }
 
+impl Maker<'_, '_> {
+    /// The file of a measured BRDF; `None` if there is none, or one that cannot be read.
+    fn measured(&mut self) -> Result<Option<MeasuredFile>, Fault> {
+        let Some(name) = self.params.string("filename").map(str::to_owned) else {
+            let message = "a measured material without a filename: rendered as diffuse grey";
+            self.scene.report.ignored(self.params.place, message);
+            return Ok(None);
+        };
+        let place = self.params.place_of("filename");
+        let read = self.scene.read(&name, MAX_BSDF, place)?;
+        self.scene.measured_file(&name, read, place)
+    }
+}
+
 /// One material for one use.
 fn make(
     scene: &mut Assembly<'_>,
@@ -174,6 +189,7 @@ fn make(
     params.pass(&["type"]);
     let what = format!("the material \"{}\"", printable(kind));
     let mut maker = Maker { scene, params, space };
+    let mut measured = None;
     let mut surface = match kind {
         "interface" | "none" | "" => {
             params.finish(&what, &mut maker.scene.report);
@@ -210,8 +226,7 @@ fn make(
             return Ok(MaterialDesc::Hair(hair));
         }
         "measured" => {
-            params.pass(&["filename"]);
-            maker.scene.report.ignored(params.place, "a measured material: rendered as diffuse grey");
+            measured = maker.measured()?;
             PrincipledMaterial { base_color: grey(0.5), ..PrincipledMaterial::matte() }
         }
         other => {
@@ -269,5 +284,8 @@ fn make(
     if is_solid_glass {
         surface.interior = usage.interior;
     }
-    Ok(MaterialDesc::Principled(surface))
+    Ok(match measured {
+        Some(file) => MaterialDesc::Measured(MeasuredMaterial::with_use_of(file, surface)),
+        None => MaterialDesc::Principled(surface),
+    })
 }

@@ -8,7 +8,7 @@ use std::sync::{Arc, Mutex};
 use turner::description::{ModelDesc, SceneAssets, SceneDesc};
 use turner::image::Image;
 use turner::schema::value::FileId;
-use turner::schema::{ErrorCode, Font, GridData, LightProfile, MeshData, SceneError, Warning};
+use turner::schema::{ErrorCode, Font, GridData, LightProfile, MeasuredBrdf, MeshData, SceneError, Warning};
 
 use super::error::two_lines;
 use super::hash::SceneHash;
@@ -20,6 +20,7 @@ use crate::grid::{self, MAX_GRID};
 use crate::ies::{self, MAX_IES};
 use crate::image::{ColorOrData, DecodeLimits, decode, to_fit};
 use crate::import::{ImportOptions, import};
+use crate::measured::{self, MAX_BSDF};
 use crate::mesh;
 
 /// Largest image or mesh file: 4 GiB.
@@ -27,7 +28,7 @@ pub(super) const MAX_FILE: u64 = 4 << 30;
 /// Most bytes of decoded pixels of all images together: 16 GiB.
 const MAX_DECODED: u64 = 16 << 30;
 
-/// The [`SceneAssets`] of files: loads images, meshes, light profiles, grids, fonts and models through an [`AssetSource`].
+/// The [`SceneAssets`] of files: loads images, meshes, light profiles, measured BRDFs, grids, fonts and models through an [`AssetSource`].
 pub struct SceneFiles<'a> {
     assets: &'a dyn AssetSource,
     sources: &'a Sources,
@@ -35,6 +36,7 @@ pub struct SceneFiles<'a> {
     images: HashMap<String, Arc<Image>>,
     meshes: HashMap<String, Arc<MeshData>>,
     profiles: HashMap<String, Arc<LightProfile>>,
+    measured: HashMap<String, Arc<MeasuredBrdf>>,
     grids: HashMap<String, Arc<GridData>>,
     fonts: HashMap<String, Arc<dyn Font>>,
     /// By path and import options.
@@ -102,6 +104,7 @@ impl<'a> SceneFiles<'a> {
             images,
             meshes,
             profiles: HashMap::new(),
+            measured: HashMap::new(),
             grids: HashMap::new(),
             fonts: HashMap::new(),
             models: HashMap::new(),
@@ -201,6 +204,22 @@ impl SceneAssets for SceneFiles<'_> {
         let profile = Arc::new(profile);
         self.profiles.insert(path, profile.clone());
         Ok(profile)
+    }
+
+    fn measured_brdf(&mut self, uri: &str, from: FileId) -> Result<Arc<MeasuredBrdf>, SceneError> {
+        let path = self.resolve(uri, from)?;
+        if let Some(measured) = self.measured.get(&path) {
+            return Ok(measured.clone());
+        }
+        let bytes = self.assets.read(&path, MAX_BSDF).map_err(|e| e.to_scene_error())?;
+        self.hash.add(b'b', &bytes);
+        let memory = &self.options.limits.memory;
+        memory.need(measured::need(&bytes), || format!("{}: reading it", printable(&path)))?;
+        let data =
+            measured::decode(&bytes, &path).map_err(|e| two_lines(ErrorCode::Measured, &e.to_string()))?;
+        let data = Arc::new(data);
+        self.measured.insert(path, data.clone());
+        Ok(data)
     }
 
     fn grid(&mut self, uri: &str, from: FileId) -> Result<Arc<GridData>, SceneError> {

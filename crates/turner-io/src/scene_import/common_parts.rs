@@ -7,8 +7,8 @@ use turner::description::{GroupDesc, ObjectContent, ObjectDesc, SceneLight};
 use turner::image::Image;
 use turner::math::{DAffine3, DMat3};
 use turner::schema::{
-    Asset, ColorSource, ErrorCode, GroupId, ImageId, MaterialId, MeshData, MeshId, Named, TextureId,
-    Transform,
+    Asset, ColorSource, ErrorCode, GroupId, ImageId, MaterialId, MeasuredFile, MeshData, MeshId, Named,
+    TextureId, Transform,
 };
 use turner::texture::TextureDesc;
 
@@ -59,6 +59,8 @@ pub(crate) struct CommonParts<'a> {
     pub(crate) lights: Vec<SceneLight>,
     /// Textures whose values were mapped by a function, by texture and function.
     pub(crate) mapped: BTreeMap<(TextureId, String), ColorSource>,
+    /// Measured BRDFs by path; `None` for damaged ones.
+    pub(crate) measured: BTreeMap<String, Option<MeasuredFile>>,
     /// Files that other threads read.
     pub(crate) ahead: Option<&'a FilesAhead<'a>>,
     decoded: u64,
@@ -88,6 +90,7 @@ impl<'a> CommonParts<'a> {
             objects: Vec::new(),
             lights: Vec::new(),
             mapped: BTreeMap::new(),
+            measured: BTreeMap::new(),
             ahead: None,
             decoded: 0,
             copies: 64 << 20,

@@ -6,6 +6,7 @@ mod common_parts;
 pub(crate) mod environment_light;
 mod grid_box;
 mod layer;
+mod measured;
 mod microfacets;
 mod open;
 mod orient;

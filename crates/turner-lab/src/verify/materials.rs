@@ -22,7 +22,7 @@ pub(super) fn checks() -> Vec<Check> {
     out
 }
 
-fn density(cx: &Context, seed: &str, bsdf: &Bsdf) -> Finding {
+fn density(cx: &Context, seed: &str, bsdf: &Bsdf<'_>) -> Finding {
     let mut random = Random::new(cx.seed_for(seed));
     let tests = [0.95, 0.5, 0.1].map(|mu| {
         let [phi] = random.units::<1>();

@@ -393,9 +393,9 @@ impl Disney {
     }
 }
 
-impl Bsdf {
+impl Bsdf<'static> {
     /// Disney's principled BSDF.
-    pub fn disney(p: &DisneyPoint) -> Bsdf {
+    pub fn disney(p: &DisneyPoint) -> Bsdf<'static> {
         let mut bsdf = Bsdf::lambert(Spectrum::BLACK);
         bsdf.inside = p.inside && !p.thin_walled;
         bsdf.thin = p.thin_walled;

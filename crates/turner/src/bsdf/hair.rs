@@ -238,9 +238,9 @@ impl Hair {
     }
 }
 
-impl Bsdf {
+impl Bsdf<'static> {
     /// The scattering of a hair. Directions: x along the hair, z perpendicular to it on the side of wo.
-    pub fn hair(p: &HairPoint) -> Bsdf {
+    pub fn hair(p: &HairPoint) -> Bsdf<'static> {
         let mut bsdf = Bsdf::lambert(Spectrum::BLACK);
         bsdf.unlayered = Some(Unlayered::Hair(Hair::new(p)));
         bsdf

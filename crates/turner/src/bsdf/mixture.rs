@@ -60,7 +60,7 @@ pub(super) const GAUSS: [(f64, f64); 8] = [
     (0.980_144_928_248_768_1, 0.050_614_268_145_188_1),
 ];
 
-impl Bsdf {
+impl Bsdf<'_> {
     /// The layers above the base, outside.
     pub(super) fn above(&self, w: AlbedoDirection) -> Above {
         let mu = w.mu;

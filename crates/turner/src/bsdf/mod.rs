@@ -37,8 +37,8 @@
 //! - The colours of metal, coat and fuzz absorb. Under a dielectric with a `specular_color`, all bands of the diffuse
 //!   lobe are attenuated by the reflection of the strongest band.
 //!
-//! Hair ([`Bsdf::hair`]) and Disney's principled BSDF ([`Bsdf::disney`]) have none of these layers: modules `hair` and
-//! `disney`.
+//! Hair ([`Bsdf::hair`]), Disney's principled BSDF ([`Bsdf::disney`]) and measured BRDFs ([`Bsdf::measured`]) have none of
+//! these layers: modules `hair`, `disney` and `measured`.
 //!
 //! Sampling chooses one lobe in proportion to its approximate albedo seen from wo, then a direction: cosine-weighted
 //! (diffuse), visible normals (coat, interface), uniform (fuzz), near grazing (multiple scattering between facets).
@@ -59,6 +59,7 @@ mod fresnel_x8;
 mod fuzz;
 mod hair;
 mod interface;
+mod measured;
 mod microfacet;
 mod mixture;
 mod opaque_base;
@@ -77,6 +78,7 @@ pub use facets::{FacetDistribution, FacetMasking};
 pub use fresnel::MetalIndex;
 pub use fresnel::conductor;
 pub use hair::{HairPoint, color_of_sigma_a, sigma_a_of_color, sigma_a_of_melanin};
+pub use measured::Measured;
 pub(crate) use mixture::MIN_COSINE;
 pub(crate) use opaque_base::{OpaqueBase, OpaqueBlock, OpaqueSeen};
 pub(crate) use parts::MOST_DELTAS;
@@ -124,9 +126,9 @@ pub struct BsdfSample {
     pub eta: f64,
 }
 
-/// The BSDF at a surface point.
+/// The BSDF at a surface point. `'m` is the life of the material, whose tables it may refer to.
 #[derive(Clone, Copy, Debug)]
-pub struct Bsdf {
+pub struct Bsdf<'m> {
     /// Cosine and sine of the angle from x to the direction of anisotropy.
     rotation: Option<(f64, f64)>,
     /// Whether wo is inside glass.
@@ -143,7 +145,7 @@ pub struct Bsdf {
     /// Light that leaves the interior after a subsurface random walk: see [`Bsdf::leaving`].
     exits: bool,
     /// Another model, instead of all layers.
-    unlayered: Option<Unlayered>,
+    unlayered: Option<Unlayered<'m>>,
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -171,9 +173,9 @@ struct Diffuse {
     normalisation: f64,
 }
 
-impl Bsdf {
+impl Bsdf<'static> {
     /// The BSDF of an OpenPBR material at a point.
-    pub fn new(p: &PrincipledPoint) -> Bsdf {
+    pub fn new(p: &PrincipledPoint) -> Bsdf<'static> {
         let interface = Interface::new(p, Coat::alpha(p));
         let diffuse_weight = (1.0 - unit(p.base_metalness)) * (1.0 - unit(p.transmission_weight));
         let (base, translucent) = (base_albedo(p.base_color, p.base_weight), color(p.subsurface_color));
@@ -221,14 +223,8 @@ impl Bsdf {
         bsdf
     }
 
-    /// An opaque dielectric base, which has a diffuse lobe, with another albedo of that lobe; `None` if it has none then.
-    pub(crate) fn with_base_albedo(&self, albedo: Rgb) -> Option<Bsdf> {
-        let diffuse = Diffuse { reflect: albedo, ..self.diffuse };
-        (albedo != Rgb::ZERO && self.diffuse.reflect != Rgb::ZERO).then_some(Bsdf { diffuse, ..*self })
-    }
-
     /// Lambertian reflection of an albedo within 0..=1.
-    pub fn lambert(albedo: Spectrum) -> Bsdf {
+    pub fn lambert(albedo: Spectrum) -> Bsdf<'static> {
         let mut bsdf = Bsdf {
             rotation: None,
             inside: false,
@@ -253,10 +249,18 @@ impl Bsdf {
         bsdf.lambert = bsdf.is_lambert();
         bsdf
     }
+}
+
+impl<'m> Bsdf<'m> {
+    /// An opaque dielectric base, which has a diffuse lobe, with another albedo of that lobe; `None` if it has none then.
+    pub(crate) fn with_base_albedo(&self, albedo: Rgb) -> Option<Bsdf<'m>> {
+        let diffuse = Diffuse { reflect: albedo, ..self.diffuse };
+        (albedo != Rgb::ZERO && self.diffuse.reflect != Rgb::ZERO).then_some(Bsdf { diffuse, ..*self })
+    }
 
     /// The BSDF with a separate coat normal `n`, a unit vector above the surface. The coat's lobe uses the cosine to
     /// that normal, which preserves its energy but makes it non-reciprocal.
-    pub fn with_coat_normal(mut self, n: DVec3) -> Bsdf {
+    pub fn with_coat_normal(mut self, n: DVec3) -> Bsdf<'m> {
         let n = self.in_aniso_frame(n);
         if self.coat.is_some() && n.z > 0.0 && n.z < 1.0 - 1e-12 {
             self.coat_normal = Some(n);
@@ -366,7 +370,7 @@ impl Bsdf {
 /// The BSDF seen from a fixed wo. The transmittance of the layers and the lobe probabilities are computed once.
 #[derive(Clone, Copy)]
 pub struct BsdfFromWo<'a> {
-    bsdf: &'a Bsdf,
+    bsdf: &'a Bsdf<'a>,
     /// In the anisotropy frame.
     wo: DVec3,
     above: mixture::Above,
@@ -384,7 +388,7 @@ impl<'a> BsdfFromWo<'a> {
 
     /// The BSDF for any direction on the same side; `None` if its coat has a normal of its own, which depends on wo, or if
     /// it is a hair, whose offset depends on wo.
-    pub(crate) fn at_any_wo(&self) -> Option<&'a Bsdf> {
+    pub(crate) fn at_any_wo(&self) -> Option<&'a Bsdf<'a>> {
         let is_for_any = self.bsdf.unlayered.as_ref().is_none_or(Unlayered::is_for_any_wo);
         (self.bsdf.coat_normal.is_none() && is_for_any).then_some(self.bsdf)
     }

@@ -24,7 +24,7 @@ use super::{Bsdf, Rgb, diffuse};
 use crate::math::block::{bits, set_bit, set_vector};
 use crate::math::elementary_x8::{clamp, is_finite};
 
-impl Bsdf {
+impl Bsdf<'_> {
     /// The base, if the BSDF has no other layer.
     pub(crate) fn as_opaque_base(&self) -> Option<OpaqueBase<'_>> {
         let d = &self.diffuse;
@@ -52,7 +52,7 @@ impl Bsdf {
 /// A BSDF that is only an opaque base.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct OpaqueBase<'a> {
-    bsdf: &'a Bsdf,
+    bsdf: &'a Bsdf<'a>,
     interface: &'a Interface,
     /// Albedo of the diffuse lobe.
     reflect: Rgb,

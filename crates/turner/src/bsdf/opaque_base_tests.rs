@@ -108,7 +108,7 @@ fn eight_lanes_equal_scalar() {
     // One block, so that lanes are used again for other bases.
     let mut block = OpaqueBlock::default();
     for round in 0..1500 {
-        let bsdfs: [Bsdf; LANES] = std::array::from_fn(|_| {
+        let bsdfs: [Bsdf<'_>; LANES] = std::array::from_fn(|_| {
             loop {
                 let mut point = point(&mut random);
                 if round % 3 == 0 {

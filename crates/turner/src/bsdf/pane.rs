@@ -5,7 +5,7 @@ use super::{Bsdf, spectrum};
 use crate::color::Spectrum;
 use crate::math::DVec3;
 
-impl Bsdf {
+impl Bsdf<'_> {
     /// Fraction of light from behind that passes straight through a thin smooth wall towards `wo`, given in the
     /// anisotropy frame.
     pub(super) fn straight(&self, wo: DVec3) -> Spectrum {

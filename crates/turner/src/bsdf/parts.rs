@@ -5,9 +5,9 @@ use super::{Bsdf, BsdfFromWo, BsdfSample, Rgb, spectrum};
 use crate::color::Spectrum;
 use crate::math::DVec3;
 
-impl Bsdf {
+impl<'m> Bsdf<'m> {
     /// The BSDF with the light that would enter for a subsurface random walk reflected diffusely instead.
-    pub(crate) fn without_walk(mut self) -> Bsdf {
+    pub(crate) fn without_walk(mut self) -> Bsdf<'m> {
         self.diffuse.reflect += self.diffuse.enter;
         self.diffuse.enter = Rgb::ZERO;
         self.diffuse.enter_weight = 0.0;

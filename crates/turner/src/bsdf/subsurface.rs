@@ -33,7 +33,7 @@ pub struct Entry {
     pub probability: f64,
 }
 
-impl Bsdf {
+impl<'m> Bsdf<'m> {
     /// Whether light that enters is scattered by a random walk inside.
     #[inline]
     pub fn has_subsurface(&self) -> bool {
@@ -42,7 +42,7 @@ impl Bsdf {
 
     /// The diffuse lobe where a walk exits, under the layers at that point, for directions above the surface. It is
     /// sampled and evaluated like reflection from a white diffuse base, whatever `wo` above the surface.
-    pub fn leaving(&self) -> Bsdf {
+    pub fn leaving(&self) -> Bsdf<'m> {
         let mut out = *self;
         out.inside = false;
         out.coat_normal = None;

@@ -112,7 +112,7 @@ mod tests {
     }
 
     /// Reflected fraction of uniform light that arrives above the triangle.
-    fn albedo(bsdf: &Bsdf, wo: DVec3, ng: DVec3, softens: bool) -> f64 {
+    fn albedo(bsdf: &Bsdf<'_>, wo: DVec3, ng: DVec3, softens: bool) -> f64 {
         const SIDE: u32 = 400;
         let seen = bsdf.towards(wo);
         let seen = if softens { seen.softened(Terminator::new(DVec3::Z, ng)) } else { seen };

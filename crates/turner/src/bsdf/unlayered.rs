@@ -2,25 +2,29 @@
 
 use super::disney::Disney;
 use super::hair::Hair;
+use super::measured::Measured;
 use super::{BsdfSample, Rgb};
 use crate::math::DVec3;
 
 /// One of them, instead of all layers.
 #[derive(Clone, Copy, Debug)]
-pub(super) enum Unlayered {
+pub(super) enum Unlayered<'m> {
     /// A hair.
     Hair(Hair),
     /// Disney's principled BSDF.
     Disney(Disney),
+    /// A measured BRDF.
+    Measured(&'m Measured),
 }
 
-impl Unlayered {
+impl Unlayered<'_> {
     /// f and pdf; `wo` is above the surface, and `wi` not along it.
     #[inline]
     pub(super) fn eval(&self, wo: DVec3, wi: DVec3) -> (Rgb, f64) {
         match self {
             Unlayered::Hair(hair) => hair.eval(wo, wi),
             Unlayered::Disney(disney) => disney.eval(wo, wi),
+            Unlayered::Measured(tables) => tables.eval(wo, wi),
         }
     }
 
@@ -30,6 +34,7 @@ impl Unlayered {
         match self {
             Unlayered::Hair(hair) => hair.sample(wo, u),
             Unlayered::Disney(disney) => disney.sample(wo, u),
+            Unlayered::Measured(tables) => tables.sample(wo, u),
         }
     }
 
@@ -38,6 +43,7 @@ impl Unlayered {
         match self {
             Unlayered::Hair(hair) => hair.roughness(),
             Unlayered::Disney(disney) => disney.roughness(),
+            Unlayered::Measured(tables) => tables.roughness(),
         }
     }
 
@@ -46,6 +52,7 @@ impl Unlayered {
         match self {
             Unlayered::Hair(hair) => hair.albedo(),
             Unlayered::Disney(disney) => disney.albedo(),
+            Unlayered::Measured(tables) => tables.albedo(),
         }
     }
 
@@ -53,7 +60,7 @@ impl Unlayered {
     pub(super) fn is_for_any_wo(&self) -> bool {
         match self {
             Unlayered::Hair(_) => false,
-            Unlayered::Disney(_) => true,
+            Unlayered::Disney(_) | Unlayered::Measured(_) => true,
         }
     }
 }

@@ -8,8 +8,8 @@ use crate::description::{ModelDesc, SceneAssetWriter, SceneAssets, SceneDesc};
 use crate::image::Image;
 use crate::schema::value::{FileId, Span};
 use crate::schema::{
-    Asset, Font, FontFile, GridData, GridFile, ImageId, LightProfile, MeshData, MeshId, ProfileFile,
-    SceneError,
+    Asset, Font, FontFile, GridData, GridFile, ImageId, LightProfile, MeasuredBrdf, MeasuredFile, MeshData,
+    MeshId, ProfileFile, SceneError,
 };
 
 /// Most vertices and triangles of a mesh without a file that a value contains itself.
@@ -25,6 +25,7 @@ pub(crate) struct BorrowedAssets {
     images: HashMap<String, Arc<Image>>,
     meshes: HashMap<String, Arc<MeshData>>,
     profiles: HashMap<String, Arc<LightProfile>>,
+    measured: HashMap<String, Arc<MeasuredBrdf>>,
     grids: HashMap<String, Arc<GridData>>,
     fonts: HashMap<String, Arc<dyn Font>>,
     /// Whether small meshes without a file are written in place.
@@ -79,6 +80,10 @@ impl SceneAssetWriter for BorrowedAssets {
         let next = self.profiles.len();
         Ok(lend(&mut self.profiles, &profile.uri, &profile.data, next))
     }
+    fn measured_brdf(&mut self, measured: &MeasuredFile) -> Result<String, SceneError> {
+        let next = self.measured.len();
+        Ok(lend(&mut self.measured, &measured.uri, &measured.data, next))
+    }
     fn grid(&mut self, grid: &GridFile) -> Result<String, SceneError> {
         let next = self.grids.len();
         Ok(lend(&mut self.grids, &grid.uri, &grid.data, next))
@@ -109,6 +114,9 @@ impl SceneAssets for WithBorrowed<'_> {
     }
     fn light_profile(&mut self, uri: &str, from: FileId) -> Result<Arc<LightProfile>, SceneError> {
         find(&self.lent.profiles, uri, from).map_or_else(|| self.files.light_profile(uri, from), Ok)
+    }
+    fn measured_brdf(&mut self, uri: &str, from: FileId) -> Result<Arc<MeasuredBrdf>, SceneError> {
+        find(&self.lent.measured, uri, from).map_or_else(|| self.files.measured_brdf(uri, from), Ok)
     }
     fn grid(&mut self, uri: &str, from: FileId) -> Result<Arc<GridData>, SceneError> {
         find(&self.lent.grids, uri, from).map_or_else(|| self.files.grid(uri, from), Ok)

@@ -14,8 +14,8 @@ use crate::medium::MediumDesc;
 use crate::schema::error::{escape, unknown_name};
 use crate::schema::value::{Data, FileId, Span, Value};
 use crate::schema::{
-    Asset, ErrorCode, Font, GridData, GroupId, ImageId, LightProfile, MaterialId, MediumId, MeshData, MeshId,
-    Named, ReadContext, SceneError, TextureId, Warning, wrong_type,
+    Asset, ErrorCode, Font, GridData, GroupId, ImageId, LightProfile, MaterialId, MeasuredBrdf, MediumId,
+    MeshData, MeshId, Named, ReadContext, SceneError, TextureId, Warning, wrong_type,
 };
 use crate::texture::TextureDesc;
 
@@ -29,6 +29,10 @@ pub trait SceneAssets {
     /// Reads an IES profile.
     fn light_profile(&mut self, uri: &str, _from: FileId) -> Result<Arc<LightProfile>, SceneError> {
         Err(SceneError::new(ErrorCode::File, format!("{}: IES files cannot be read here", escape(uri))))
+    }
+    /// Reads a file of a measured BRDF.
+    fn measured_brdf(&mut self, uri: &str, _from: FileId) -> Result<Arc<MeasuredBrdf>, SceneError> {
+        Err(SceneError::new(ErrorCode::File, format!("{}: BSDF files cannot be read here", escape(uri))))
     }
     /// Reads a density grid.
     fn grid(&mut self, uri: &str, _from: FileId) -> Result<Arc<GridData>, SceneError> {
@@ -179,6 +183,10 @@ impl ReadContext for Reader<'_> {
         self.once(&format!("light_profile {uri}"), span, |assets| assets.light_profile(uri, span.file))
     }
 
+    fn measured_brdf(&mut self, uri: &str, span: Span) -> Result<Arc<MeasuredBrdf>, SceneError> {
+        self.once(&format!("measured_brdf {uri}"), span, |assets| assets.measured_brdf(uri, span.file))
+    }
+
     fn grid(&mut self, uri: &str, span: Span) -> Result<Arc<GridData>, SceneError> {
         self.once(&format!("grid {uri}"), span, |assets| assets.grid(uri, span.file))
     }
@@ -220,6 +228,7 @@ impl ReadContext for Reader<'_> {
                 | ErrorCode::Model
                 | ErrorCode::Profile
                 | ErrorCode::Volume
+                | ErrorCode::Measured
         );
         let is_same = |f: &SceneError| f.message == error.message && (is_file || f.span == error.span);
         if !faults.iter().any(is_same) {

@@ -10,8 +10,8 @@ use crate::image::Image;
 use crate::schema::value::{Data, Table, Value};
 use crate::schema::write::list;
 use crate::schema::{
-    Asset, ErrorCode, FontFile, GridFile, GroupId, ImageId, MaterialId, MediumId, MeshData, MeshId,
-    ParamType, ProfileFile, SceneError, TextureId, Transform, WriteContext,
+    Asset, ErrorCode, FontFile, GridFile, GroupId, ImageId, MaterialId, MeasuredFile, MediumId, MeshData,
+    MeshId, ParamType, ProfileFile, SceneError, TextureId, Transform, WriteContext,
 };
 use crate::shape::ShapeDesc;
 
@@ -24,6 +24,8 @@ pub trait SceneAssetWriter {
     fn mesh(&mut self, id: MeshId, mesh: &Asset<MeshData>) -> Result<Option<String>, SceneError>;
     /// An IES profile.
     fn light_profile(&mut self, profile: &ProfileFile) -> Result<String, SceneError>;
+    /// A measured BRDF.
+    fn measured_brdf(&mut self, measured: &MeasuredFile) -> Result<String, SceneError>;
     /// A density grid.
     fn grid(&mut self, grid: &GridFile) -> Result<String, SceneError>;
     /// A font.
@@ -63,6 +65,10 @@ impl WriteContext for Writer<'_> {
 
     fn light_profile(&mut self, profile: &ProfileFile) -> Result<Data, SceneError> {
         self.assets.light_profile(profile).map(Data::String)
+    }
+
+    fn measured_brdf(&mut self, measured: &MeasuredFile) -> Result<Data, SceneError> {
+        self.assets.measured_brdf(measured).map(Data::String)
     }
 
     fn grid(&mut self, grid: &GridFile) -> Result<Data, SceneError> {

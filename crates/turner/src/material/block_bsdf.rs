@@ -18,7 +18,7 @@ pub(crate) enum BlockBsdf<'a> {
 impl BlockBsdf<'_> {
     /// The form of a BSDF that has one.
     #[inline]
-    fn of(bsdf: &Bsdf) -> Option<BlockBsdf<'_>> {
+    fn of<'a>(bsdf: &'a Bsdf<'a>) -> Option<BlockBsdf<'a>> {
         match bsdf.as_lambert() {
             Some(f) => (!f.is_black()).then_some(BlockBsdf::Lambert(f)),
             None => bsdf.as_opaque_base().map(BlockBsdf::Opaque),
@@ -39,7 +39,7 @@ impl BlockBsdf<'_> {
 pub(crate) struct TexturedBase {
     color: ColorSource,
     /// For the outer and the inner side: the BSDF of a white base, and the base weight.
-    sides: [(Bsdf, f64); 2],
+    sides: [(Bsdf<'static>, f64); 2],
 }
 
 impl TexturedBase {
@@ -82,7 +82,7 @@ impl TexturedBase {
         scene: &impl MaterialEvalContext,
         surface: &SurfaceInteraction,
         outside: bool,
-    ) -> Option<Bsdf> {
+    ) -> Option<Bsdf<'static>> {
         let color = scene.textures().color(self.color, &scene.texture_point(surface));
         let (bsdf, weight) = &self.sides[usize::from(!outside)];
         bsdf.with_base_albedo(base_albedo(color, *weight))
@@ -114,12 +114,12 @@ impl OpenPbr {
 
     /// The BSDF at a surface hit on its outer (`outside`) or inner side, if it is an opaque base; `made` keeps what is
     /// evaluated for it.
-    pub(crate) fn block_bsdf<'a>(
-        &'a self,
+    pub(crate) fn block_bsdf<'a, 'm: 'a>(
+        &'m self,
         scene: &impl MaterialEvalContext,
         surface: &SurfaceInteraction,
         outside: bool,
-        made: &'a mut Option<Bsdf>,
+        made: &'a mut Option<Bsdf<'m>>,
     ) -> Option<BlockBsdf<'a>> {
         if let Some(bsdf) = self.constant_bsdf(outside) {
             return BlockBsdf::of(bsdf);

@@ -174,14 +174,14 @@ impl DisneyMaterial {
         surface: &SurfaceInteraction,
         entering: bool,
         transmits: bool,
-    ) -> Bsdf {
+    ) -> Bsdf<'static> {
         let texture_point = scene.texture_point(surface);
         let at = |source| scene.textures().color(source, &texture_point);
         Bsdf::disney(&self.point(entering, transmits, at))
     }
 
     /// The BSDF from outside and from inside, if no parameter is textured.
-    fn constant(&self, transmits: bool) -> Option<[Bsdf; 2]> {
+    fn constant(&self, transmits: bool) -> Option<[Bsdf<'static>; 2]> {
         let mut all = true;
         let mut at = |source| match source {
             ColorSource::Constant(c) => c,

@@ -101,13 +101,13 @@ impl PrincipledMaterial {
 impl OpenPbr {
     /// The BSDF at a surface hit on its outer (`entering`) or inner side; `exterior_ior` is the index of refraction
     /// around the solid.
-    pub fn bsdf(
-        &self,
+    pub fn bsdf<'m>(
+        &'m self,
         scene: &impl MaterialEvalContext,
         surface: &SurfaceInteraction,
         exterior_ior: f64,
         entering: bool,
-    ) -> Bsdf {
+    ) -> Bsdf<'m> {
         if let Some(base) = self.textured_base.as_ref().filter(|_| exterior_ior == 1.0)
             && let Some(bsdf) = base.bsdf(scene, surface, entering)
         {
@@ -117,18 +117,25 @@ impl OpenPbr {
     }
 
     /// The BSDF with another index of refraction, that of one colour band.
-    pub fn bsdf_of_index(
-        &self,
+    pub fn bsdf_of_index<'m>(
+        &'m self,
         scene: &impl MaterialEvalContext,
         surface: &SurfaceInteraction,
         exterior_ior: f64,
         entering: bool,
         ior: f64,
-    ) -> Bsdf {
+    ) -> Bsdf<'m> {
         match &self.unlayered {
             Some(Unlayered::Hair(hair)) => return hair.bsdf(scene, surface),
             Some(Unlayered::Disney(disney)) => {
                 return disney.bsdf(scene, surface, entering, self.desc.is_transmissive());
+            }
+            Some(Unlayered::Measured { tables, front_only }) => {
+                return if entering || !front_only {
+                    Bsdf::measured(tables)
+                } else {
+                    Bsdf::lambert(Spectrum::BLACK)
+                };
             }
             None => {}
         }

@@ -89,7 +89,11 @@ impl HairMaterial {
     }
 
     /// The BSDF at a surface point.
-    pub(super) fn bsdf(&self, scene: &impl MaterialEvalContext, surface: &SurfaceInteraction) -> Bsdf {
+    pub(super) fn bsdf(
+        &self,
+        scene: &impl MaterialEvalContext,
+        surface: &SurfaceInteraction,
+    ) -> Bsdf<'static> {
         let at = scene.texture_point(surface);
         let color = self.color.map(|c| scene.textures().color(c, &at));
         Bsdf::hair(&self.point(color, 2.0 * at.uv.y - 1.0))

@@ -35,6 +35,7 @@ mod gloss;
 mod hair;
 mod interface;
 mod matte;
+mod measured;
 mod metal;
 pub mod metals;
 pub(crate) mod mix;
@@ -59,6 +60,7 @@ pub use gloss::GlossyLobe;
 pub use hair::HairMaterial;
 pub use interface::InterfaceMaterial;
 pub use matte::MatteMaterial;
+pub use measured::MeasuredMaterial;
 pub use metal::MetalMaterial;
 pub use mix::MixMaterial;
 pub use mixed::Mix;
@@ -87,6 +89,7 @@ family! {
         Interface(InterfaceMaterial),
         Hair(HairMaterial),
         Disney(DisneyMaterial),
+        Measured(MeasuredMaterial),
     }
 }
 
@@ -138,6 +141,7 @@ impl MaterialDesc {
             (MaterialDesc::Interface(m), _) if physical => Material::OpenPbr(Box::new(OpenPbr::boundary(m))),
             (MaterialDesc::Hair(m), _) if physical => Material::OpenPbr(Box::new(OpenPbr::hair(m))),
             (MaterialDesc::Disney(m), _) if physical => Material::OpenPbr(Box::new(OpenPbr::disney(m))),
+            (MaterialDesc::Measured(m), _) if physical => Material::OpenPbr(Box::new(OpenPbr::measured(m))),
             (_, Some(m)) if physical => Material::OpenPbr(Box::new(OpenPbr::new(m))),
             (_, m) => {
                 let m = m.unwrap_or_default();
@@ -160,6 +164,7 @@ impl MaterialDesc {
             MaterialDesc::Interface(m) => m.principled(),
             MaterialDesc::Hair(m) => m.principled(),
             MaterialDesc::Disney(m) => m.principled(),
+            MaterialDesc::Measured(m) => m.principled(),
             MaterialDesc::Mix(_) => return None,
         })
     }
@@ -171,6 +176,7 @@ impl MaterialDesc {
         let (opacity, cutoff, one_sided) = match self {
             MaterialDesc::Classic(m) => (m.opacity, m.alpha_cutoff as f32, false),
             MaterialDesc::Disney(m) => return MaterialDesc::Principled(m.principled()).cutout(physical),
+            MaterialDesc::Measured(m) => return MaterialDesc::Principled(m.principled()).cutout(physical),
             MaterialDesc::Principled(m) => {
                 let cutoff = match m.alpha_mode {
                     AlphaMode::Mask => m.alpha_cutoff as f32,

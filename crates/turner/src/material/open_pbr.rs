@@ -16,7 +16,7 @@ use super::{
     AlphaMode, ClassicMaterial, DisneyMaterial, Fresnel, HairMaterial, InterfaceMaterial, PrincipledMaterial,
     ShadowKind,
 };
-use crate::bsdf::{Bsdf, MetalIndex};
+use crate::bsdf::{Bsdf, Measured, MetalIndex};
 use crate::color::Spectrum;
 use crate::material::MaterialEvalContext;
 use crate::schema::ColorSource;
@@ -44,7 +44,7 @@ pub struct OpenPbr {
     /// Indices of refraction by colour band, if they differ.
     pub(crate) dispersion: Option<[f64; 3]>,
     /// The BSDF from outside and from inside, if it is constant and the exterior is empty.
-    pub(super) constant: Option<[Bsdf; 2]>,
+    pub(super) constant: Option<[Bsdf<'static>; 2]>,
     gloss: Gloss,
     /// Whether its BSDF is an opaque base everywhere, unless a texture has an unusual value, and it does not emit.
     pub(crate) is_opaque_base: bool,
@@ -65,6 +65,8 @@ pub(super) enum Unlayered {
     Hair(Box<HairMaterial>),
     /// Disney's principled material.
     Disney(Box<DisneyMaterial>),
+    /// A measured BRDF, its tables, and whether only its front face reflects light.
+    Measured { tables: Box<Measured>, front_only: bool },
 }
 
 /// A constant grey.
@@ -237,7 +239,7 @@ impl OpenPbr {
 
     /// The BSDF if it is constant; for surfaces whose exterior is empty.
     #[inline]
-    pub fn constant_bsdf(&self, entering: bool) -> Option<&Bsdf> {
+    pub fn constant_bsdf(&self, entering: bool) -> Option<&Bsdf<'static>> {
         self.constant.as_ref().map(|[outer, inner]| if entering { outer } else { inner })
     }
 

@@ -110,7 +110,7 @@ pub(crate) fn prepare<'a>(
     ray: &Ray,
     material: &OpenPbr,
     surface: &'a SurfaceInteraction,
-    bsdf: &'a Bsdf,
+    bsdf: &'a Bsdf<'a>,
     outside: bool,
 ) -> Vertex<'a> {
     let wo = -ray.direction;
@@ -145,14 +145,14 @@ pub(crate) fn prepare<'a>(
 }
 
 /// The BSDF with the coat's own normal, if it has one.
-pub(crate) fn coated(
+pub(crate) fn coated<'m>(
     scene: &impl MaterialEvalContext,
     ray: &Ray,
     material: &OpenPbr,
     surface: &SurfaceInteraction,
-    bsdf: &Bsdf,
+    bsdf: &Bsdf<'m>,
     outside: bool,
-) -> Option<Bsdf> {
+) -> Option<Bsdf<'m>> {
     let n = material.coat_normal(scene, surface)?;
     let base = prepare(scene, ray, material, surface, bsdf, outside);
     let side = if outside { 1.0 } else { -1.0 };

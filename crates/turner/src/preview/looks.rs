@@ -19,7 +19,7 @@ pub(super) struct Lobes {
 }
 
 impl Lobes {
-    pub(super) fn of(bsdf: &Bsdf) -> Lobes {
+    pub(super) fn of(bsdf: &Bsdf<'_>) -> Lobes {
         let diffuse = bsdf.diffuse_albedos();
         if bsdf.as_lambert().is_some() {
             return Lobes { diffuse, roughness: 1.0, ..Lobes::default() };
@@ -45,7 +45,7 @@ impl Lobes {
 
 /// A material whose BSDF is the same everywhere, from outside and from inside.
 struct Look {
-    sides: [(Bsdf, Lobes); 2],
+    sides: [(Bsdf<'static>, Lobes); 2],
     /// Whether nothing is seen beside or behind the surface, and the shading normal is that of the shape.
     is_plain: bool,
 }
@@ -77,14 +77,14 @@ impl Looks {
 
     /// The BSDF of a material and its lobes, if they are constant.
     #[inline]
-    pub(super) fn get(&self, material: usize, outside: bool) -> Option<&(Bsdf, Lobes)> {
+    pub(super) fn get(&self, material: usize, outside: bool) -> Option<&(Bsdf<'static>, Lobes)> {
         let look = self.0.get(material)?.as_ref()?;
         Some(&look.sides[usize::from(!outside)])
     }
 
     /// Both sides of a material that is the same everywhere, with nothing seen beside or behind it.
     #[inline]
-    pub(super) fn plain(&self, material: usize) -> Option<&[(Bsdf, Lobes); 2]> {
+    pub(super) fn plain(&self, material: usize) -> Option<&[(Bsdf<'static>, Lobes); 2]> {
         self.0.get(material)?.as_ref().filter(|look| look.is_plain).map(|look| &look.sides)
     }
 }

@@ -167,7 +167,7 @@ impl Walk {
                 return self.guide(&walker, surface, lobes, outside);
             }
         }
-        let with_coat: Option<Bsdf> = coated(scene, ray, material, surface, bsdf, outside);
+        let with_coat: Option<Bsdf<'_>> = coated(scene, ray, material, surface, bsdf, outside);
         let vertex = prepare(scene, ray, material, surface, with_coat.as_ref().unwrap_or(bsdf), outside);
         let at = At { walker: &walker, vertex: &vertex, material, lobes, numbers, lit };
         let is_main = self.follow_deltas(frame, &at);

@@ -88,6 +88,7 @@ fn interior(materials: &[Named<MaterialDesc>], material: usize) -> Option<u32> {
             MaterialDesc::Interface(m) => return m.interior.map(|id| id.0),
             MaterialDesc::Principled(m) if m.interior.is_some() => return m.interior.map(|id| id.0),
             MaterialDesc::Disney(m) if m.interior.is_some() => return m.interior.map(|id| id.0),
+            MaterialDesc::Measured(m) if m.interior.is_some() => return m.interior.map(|id| id.0),
             MaterialDesc::Dielectric(m) if m.interior.is_some() => return m.interior.map(|id| id.0),
             MaterialDesc::Mix(m) => stack.extend(m.materials.iter().rev().map(|m| m.index())),
             MaterialDesc::Principled(_)
@@ -98,6 +99,7 @@ fn interior(materials: &[Named<MaterialDesc>], material: usize) -> Option<u32> {
             | MaterialDesc::Plastic(_)
             | MaterialDesc::Emissive(_)
             | MaterialDesc::Disney(_)
+            | MaterialDesc::Measured(_)
             | MaterialDesc::Hair(_) => {}
         }
     }

@@ -58,6 +58,8 @@ error_codes! {
     Film = "E0207",
     /// A font file that is invalid, or that lacks what a text needs.
     Font = "E0208",
+    /// A file of a measured BRDF that is invalid.
+    Measured = "E0209",
     /// A transform that cannot be inverted.
     Transform = "E0301",
     /// An invalid camera: `position` equals `look_at`, `up` is parallel to the view direction, …

@@ -32,7 +32,8 @@ pub mod write;
 pub(crate) use crate::choice::choice;
 use crate::schema::value::Data;
 pub use data::{
-    Contour, Font, FontFile, Glyph, GridData, GridFile, GridScattering, LightProfile, MeshData, OutlinePiece,
+    Contour, Font, FontFile, Glyph, GridData, GridFile, GridScattering, LightProfile, MAX_MEASURED_VALUES,
+    MeasuredBrdf, MeasuredFields, MeasuredFile, MeasuredTable, MeasuredView, MeshData, OutlinePiece,
     ProfileFile, boundary, fan,
 };
 pub use error::{ErrorCode, SceneError};

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use super::data::{Font, GridData, LightProfile, MeshData};
+use super::data::{Font, GridData, LightProfile, MeasuredBrdf, MeshData};
 use super::value::{Span, Value};
 use super::{ImageId, MaterialId, MediumId, MeshId, SceneError, TextureId, Warning, WarningKind};
 use crate::color::Transfer;
@@ -34,6 +34,8 @@ pub trait ReadContext {
     fn image(&mut self, uri: &str, span: Span) -> Result<ImageId, SceneError>;
     /// Reads an IES file.
     fn light_profile(&mut self, uri: &str, span: Span) -> Result<Arc<LightProfile>, SceneError>;
+    /// Reads a file of a measured BRDF.
+    fn measured_brdf(&mut self, uri: &str, span: Span) -> Result<Arc<MeasuredBrdf>, SceneError>;
     /// Reads a density grid.
     fn grid(&mut self, uri: &str, span: Span) -> Result<Arc<GridData>, SceneError>;
     /// Reads a font file.

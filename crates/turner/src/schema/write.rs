@@ -1,6 +1,6 @@
 //! What writing a value needs from the rest of the scene.
 
-use super::data::{FontFile, GridFile, MeshData, ProfileFile};
+use super::data::{FontFile, GridFile, MeasuredFile, MeshData, ProfileFile};
 use super::value::{Data, Entry, Span, Table, Value};
 use super::{ErrorCode, ImageId, MaterialId, MediumId, MeshId, ParamType, SceneError, TextureId};
 
@@ -22,6 +22,8 @@ pub trait WriteContext {
     fn mesh(&mut self, id: MeshId) -> Result<(&MeshData, Option<String>), SceneError>;
     /// The IES file of a light.
     fn light_profile(&mut self, profile: &ProfileFile) -> Result<Data, SceneError>;
+    /// The file of a measured BRDF.
+    fn measured_brdf(&mut self, measured: &MeasuredFile) -> Result<Data, SceneError>;
     /// The file of a density grid.
     fn grid(&mut self, grid: &GridFile) -> Result<Data, SceneError>;
     /// The font file of a text.

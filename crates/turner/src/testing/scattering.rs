@@ -24,7 +24,7 @@ pub trait Scattering {
     fn sample(&self, wo: DVec3, u: [f64; 3]) -> Option<BsdfSample>;
 }
 
-impl Scattering for Bsdf {
+impl Scattering for Bsdf<'_> {
     fn eval_pdf(&self, wo: DVec3, wi: DVec3) -> (Spectrum, f64) {
         Bsdf::eval_pdf(self, wo, wi)
     }

@@ -12,7 +12,9 @@ use turner::light::{BackgroundDesc, LightDesc};
 use turner::material::MaterialDesc;
 use turner::medium::MediumDesc;
 use turner::schema::value::{Data, FileId, Span, Value};
-use turner::schema::{EntryDoc, Field, Font, GridData, KeyEdit, KeyPart, LightProfile, MeshData, SceneError};
+use turner::schema::{
+    EntryDoc, Field, Font, GridData, KeyEdit, KeyPart, LightProfile, MeasuredBrdf, MeshData, SceneError,
+};
 use turner::shape::ShapeDesc;
 use turner::texture::TextureDesc;
 use turner_io::assets::MemoryAssets;
@@ -411,6 +413,9 @@ impl SceneAssets for NoFiles {
     fn light_profile(&mut self, uri: &str, _: FileId) -> Result<Arc<LightProfile>, SceneError> {
         panic!("{uri} is read again")
     }
+    fn measured_brdf(&mut self, uri: &str, _: FileId) -> Result<Arc<MeasuredBrdf>, SceneError> {
+        panic!("{uri} is read again")
+    }
     fn grid(&mut self, uri: &str, _: FileId) -> Result<Arc<GridData>, SceneError> {
         panic!("{uri} is read again")
     }
@@ -423,7 +428,7 @@ impl SceneAssets for NoFiles {
 }
 
 /// Each key of a material must affect the physically based material; otherwise it was forgotten there. Classic
-/// materials, hair and Disney's material are only approximated, and mixes have none.
+/// materials, hair, Disney's and measured materials are only approximated, and mixes have none.
 #[test]
 fn every_key_of_a_material_counts() {
     let mut random = Random(11);
@@ -432,7 +437,8 @@ fn every_key_of_a_material_counts() {
         let material = desc.materials.iter().find(|m| m.name.as_deref() == Some("m"));
         Ok::<_, String>(material.and_then(|m| m.value.principled()))
     };
-    let is_approximated = |e: &&EntryDoc| matches!(e.name, "classic" | "mix" | "hair" | "disney");
+    let is_approximated =
+        |e: &&EntryDoc| matches!(e.name, "classic" | "mix" | "hair" | "disney" | "measured");
     for entry in MaterialDesc::DOC.entries.iter().filter(|e| !is_approximated(e)) {
         let plain = principled(entry, "").unwrap();
         for field in entry.fields {

@@ -6,7 +6,7 @@ use crate::math::DVec3;
 use crate::math::elementary::{cos, sin};
 use crate::testing::{direction, spread};
 
-fn coats() -> Vec<(String, Bsdf)> {
+fn coats() -> Vec<(String, Bsdf<'static>)> {
     let mut out = Vec::new();
     for roughness in [0.0, 0.2, 0.6] {
         for tilt in [0.15, 0.5] {
@@ -28,7 +28,7 @@ fn coats() -> Vec<(String, Bsdf)> {
 const OUT: [(f64, f64); 4] = [(0.95, 0.0), (0.6, 2.0), (0.4, 0.3), (0.25, 3.0)];
 
 /// ∫ f cos and ∫ pdf over the upper hemisphere, on a fine grid.
-fn integrals(bsdf: &Bsdf, wo: DVec3) -> (f64, f64) {
+fn integrals(bsdf: &Bsdf<'_>, wo: DVec3) -> (f64, f64) {
     let (rows, columns) = (600, 600);
     let (mut energy, mut density) = (0.0, 0.0);
     for i in 0..rows * columns {

@@ -6,7 +6,7 @@ use crate::bsdf::{Bsdf, PrincipledPoint, Rgb};
 use crate::testing::{direction, materials};
 
 /// Which lobes return light.
-fn lobes(bsdf: &Bsdf) -> [bool; LOBES] {
+fn lobes(bsdf: &Bsdf<'_>) -> [bool; LOBES] {
     bsdf.albedos(bsdf.above_on(AlbedoDirection::all(0.6), bsdf.inside)).map(|albedo| albedo != Rgb::ZERO)
 }
 

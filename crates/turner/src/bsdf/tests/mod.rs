@@ -5,6 +5,7 @@ mod disney;
 mod energy;
 mod hair;
 mod lobes;
+mod measured;
 mod robustness;
 mod statistics;
 mod symmetry;

@@ -264,7 +264,7 @@ impl<'a, R: Record> PathBatch<'a, R> {
         sample: u32,
         entered: &'m OpenPbr,
         out: &SurfaceInteraction,
-    ) -> (Bsdf, &'m OpenPbr)
+    ) -> (Bsdf<'m>, &'m OpenPbr)
     where
         'a: 'm,
     {

@@ -20,7 +20,7 @@ pub(in crate::integrator::path) struct SurfaceBsdf<'a> {
     /// The colour band that is left after dispersion.
     pub(in crate::integrator::path) band: Option<u8>,
     /// The BSDF of one side, if its textures are evaluated already, and whether that is the outer side.
-    pub(in crate::integrator::path) made: Option<(bool, &'a Bsdf)>,
+    pub(in crate::integrator::path) made: Option<(bool, &'a Bsdf<'a>)>,
 }
 
 impl<'a> SurfaceBsdf<'a> {
@@ -40,13 +40,13 @@ impl<'a> SurfaceBsdf<'a> {
     }
 
     /// The BSDF of a side, if it does not vary over the surface.
-    fn constant(&self, outside: bool) -> Option<&'a Bsdf> {
+    fn constant(&self, outside: bool) -> Option<&'a Bsdf<'a>> {
         let bands = self.material.dispersion.is_some() && self.band.is_some();
         self.material.constant_bsdf(outside).filter(|_| !bands && self.exterior_ior == 1.0)
     }
 
     /// The BSDF of a side.
-    fn evaluate(&self, outside: bool) -> Bsdf {
+    fn evaluate(&self, outside: bool) -> Bsdf<'a> {
         let SurfaceBsdf { scene, material, surface, exterior_ior, band, .. } = *self;
         let index = material.dispersion.zip(band).map(|(indices, band)| indices[usize::from(band.min(2))]);
         let index = index.unwrap_or(material.desc.specular_ior);
@@ -54,7 +54,7 @@ impl<'a> SurfaceBsdf<'a> {
     }
 
     /// The BSDF of a side, unless it is constant.
-    pub(super) fn make(&self, outside: bool) -> Option<Bsdf> {
+    pub(super) fn make(&self, outside: bool) -> Option<Bsdf<'a>> {
         self.constant(outside).is_none().then(|| self.evaluate(outside))
     }
 }
