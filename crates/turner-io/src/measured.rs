@@ -243,3 +243,160 @@ pub fn write(measured: &MeasuredBrdf, out: &mut dyn Write) -> io::Result<()> {
     }
     all.iter().try_for_each(|(.., data)| out.write_all(data))
 }
+
+#[cfg(test)]
+pub(crate) mod tests {
+    use turner::math::DVec3;
+
+    use super::*;
+
+    /// A small isotropic BRDF.
+    pub(crate) fn small() -> MeasuredBrdf {
+        let table = |slices: usize, from: f32| MeasuredTable {
+            size: [3, 2],
+            values: (0..6 * slices).map(|i| from + 0.125 * (i % 5) as f32).collect(),
+        };
+        MeasuredBrdf::new(MeasuredFields {
+            theta_i: vec![0.0, 0.7, 1.4],
+            phi_i: vec![0.0],
+            ndf: table(1, 0.5),
+            sigma: table(1, 0.75),
+            vndf: table(3, 0.25),
+            luminance: table(3, 1.0),
+            rgb: table(9, 0.1),
+            jacobian: true,
+        })
+        .unwrap()
+    }
+
+    pub(crate) fn file() -> Vec<u8> {
+        let mut bytes = Vec::new();
+        write(&small(), &mut bytes).unwrap();
+        bytes
+    }
+
+    /// A file of fields: name, type, shape, data.
+    fn of_fields(fields: &[(&str, u8, &[u64], Vec<u8>)]) -> Vec<u8> {
+        let mut head = [&MAGIC[..], &[1, 0], &(fields.len() as u32).to_le_bytes()].concat();
+        let length: usize = fields.iter().map(|(n, _, s, _)| 13 + n.len() + 8 * s.len()).sum();
+        let mut offset = head.len() + length;
+        for (name, kind, shape, data) in fields {
+            head.extend((name.len() as u16).to_le_bytes());
+            head.extend(name.as_bytes());
+            head.extend((shape.len() as u16).to_le_bytes());
+            head.push(*kind);
+            head.extend((offset as u64).to_le_bytes());
+            head.extend(shape.iter().flat_map(|n| n.to_le_bytes()));
+            offset += data.len();
+        }
+        fields.iter().fold(head, |all, (.., data)| [all, data.clone()].concat())
+    }
+
+    #[test]
+    fn files_are_read_back() {
+        let back = decode(&file(), "a.bsdf").unwrap();
+        assert_eq!(back.fields().rgb.values, small().fields().rgb.values);
+        // Densities are scaled once more: by 1, within rounding.
+        for (a, b) in back.fields().vndf.values.iter().zip(small().fields().vndf.values) {
+            assert!((a / b - 1.0).abs() < 1e-6, "{a} {b}");
+        }
+    }
+
+    /// Spectra that are the same at all wavelengths are grey; those of long wavelengths are red.
+    #[test]
+    fn spectra_become_colors() {
+        let floats = |v: &[f32]| -> Vec<u8> { v.iter().flat_map(|v| v.to_le_bytes()).collect() };
+        let ones = |n: usize| floats(&vec![1.0; n]);
+        let with = |spectra: &[f32], wavelengths: &[f32]| {
+            of_fields(&[
+                ("phi_i", 10, &[1], floats(&[0.0])),
+                ("theta_i", 10, &[1], floats(&[0.0])),
+                ("ndf", 10, &[2, 2], ones(4)),
+                ("sigma", 10, &[2, 2], ones(4)),
+                ("vndf", 10, &[1, 1, 2, 2], ones(4)),
+                ("luminance", 10, &[1, 1, 2, 2], ones(4)),
+                ("wavelengths", 10, &[3], floats(wavelengths)),
+                ("spectra", 10, &[1, 1, 3, 2, 2], floats(spectra)),
+            ])
+        };
+        let colors = |spectra: &[f32]| {
+            let read = decode(&with(spectra, &[400.0, 560.0, 700.0]), "a.bsdf").unwrap();
+            let rgb = read.fields().rgb;
+            assert_eq!((rgb.size, rgb.values.len()), ([2, 2], 12));
+            DVec3::new(rgb.values[1].into(), rgb.values[5].into(), rgb.values[9].into())
+        };
+        let grey = colors(&[0.5; 12]);
+        assert!((grey - 0.5).abs().max_element() < 1e-4, "{grey}");
+        let red = colors(&[0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 1.0, 1.0, 1.0]);
+        assert!(red.x > 0.5 && red.x > 4.0 * red.z.abs(), "{red}");
+        let error = decode(&with(&[0.5; 12], &[400.0, 390.0, 700.0]), "a.bsdf").unwrap_err();
+        assert!(error.problem.contains("do not increase"), "{error}");
+    }
+
+    #[test]
+    fn damage_is_reported() {
+        let whole = file();
+        for (bytes, problem) in [
+            (b"OBJ".to_vec(), "does not begin"),
+            ([&whole[..12], &[2, 0], &whole[14..]].concat(), "version 2.0"),
+            (whole[..16].to_vec(), "cut off"),
+            (whole[..60].to_vec(), "cut off"),
+            (whole[..whole.len() - 1].to_vec(), "end beyond the file"),
+            ([&whole[..14], &[8, 0, 0, 0], &whole[18..]].concat(), "neither a field rgb"),
+            (of_fields(&[("theta_i", 11, &[1], vec![0; 8])]), "expected 1 and 32-bit floats"),
+            (of_fields(&[("theta_i", 99, &[1], vec![0; 8])]), "unknown type"),
+            (of_fields(&[("theta_i", 10, &[1; 9], vec![0; 8])]), "9 dimensions"),
+            (of_fields(&[("theta_i", 10, &[u64::MAX, 2], vec![])]), "end beyond the file"),
+            (of_fields(&[("a", 10, &[0], vec![])]), "no field theta_i"),
+        ] {
+            let error = decode(&bytes, "a.bsdf").unwrap_err();
+            assert!(error.problem.contains(problem), "{error}, not {problem}");
+        }
+        // No byte changed leads to a panic.
+        for i in 0..whole.len().min(400) {
+            for value in [0, 1, 0x7f, 0xff] {
+                let mut bytes = whole.clone();
+                bytes[i] = value;
+                let _ = decode(&bytes, "a.bsdf");
+            }
+        }
+    }
+
+    /// pbrt's and Mitsuba's materials share the tables of one file; damaged ones are grey.
+    #[test]
+    fn importers_read_measured_materials() {
+        use turner::material::MaterialDesc;
+
+        use crate::assets::MemoryAssets;
+        use crate::import::ImportOptions;
+
+        let pbrt = "WorldBegin Material \"measured\" \"string filename\" \"a.bsdf\" Shape \"sphere\"\n\
+                    AttributeBegin AreaLightSource \"diffuse\" Shape \"sphere\" AttributeEnd";
+        let bsdf = "<bsdf type='measured'><string name='filename' value='a.bsdf'/></bsdf>";
+        let mitsuba = format!(
+            "<scene version='3.0.0'><shape type='sphere'>{bsdf}</shape>\
+             <shape type='sphere'><bsdf type='twosided'>{bsdf}</bsdf></shape></scene>"
+        );
+        for (name, text) in [("a.pbrt", pbrt), ("a.xml", &mitsuba)] {
+            let mut assets = MemoryAssets::default();
+            assets.files.insert("a.bsdf".into(), file());
+            let load = |assets: &MemoryAssets| {
+                let options = ImportOptions::default();
+                crate::import::import(text.as_bytes().to_vec(), name, assets, &options).unwrap()
+            };
+            let scene = load(&assets);
+            assert!(scene.warnings.is_empty(), "{:?}", scene.warnings);
+            let [MaterialDesc::Measured(a), MaterialDesc::Measured(b)] =
+                [&scene.materials[0].value, &scene.materials[1].value]
+            else {
+                panic!("{name}: {:?}", scene.materials)
+            };
+            assert!(std::sync::Arc::ptr_eq(&a.file.data, &b.file.data));
+            assert_eq!([a.front_only, b.front_only], [name == "a.xml", false]);
+            assert_eq!(b.emission_luminance > 0.0, name == "a.pbrt");
+            assets.files.insert("a.bsdf".into(), file()[..99].to_vec());
+            let scene = load(&assets);
+            assert!(scene.warnings[0].message.contains("rendered as diffuse grey"), "{:?}", scene.warnings);
+        }
+    }
+}

@@ -3,7 +3,8 @@
 mod grids;
 
 use turner::color::Spectrum;
-use turner::medium::{HomogeneousMedium, MediumDesc};
+use turner::math::DVec3;
+use turner::medium::{CloudMedium, GridMedium, HomogeneousMedium, MediumDesc};
 use turner::schema::{MediumId, Named};
 
 use super::assembly::Assembly;
@@ -13,6 +14,7 @@ use super::report::Fault;
 use super::spectra::{Role, color};
 use super::state::State;
 use crate::assets::printable;
+use crate::scene_import::GridBox;
 
 /// Name, σs and σa per millimetre of pbrt's named media (Jensen et al. 2001; Narasimhan et al. 2006).
 const NAMED: &[(&str, [f64; 3], [f64; 3])] = &[
@@ -64,8 +66,9 @@ pub(super) fn define(
                 "homogeneous" => Some(homogeneous(&common)),
                 "uniformgrid" if params.has("density") => grids::uniform(scene, state, &params, &common)?,
                 "nanovdb" => grids::nanovdb(scene, state, &params, &common)?,
+                "cloud" => clouds(scene, state, &params, &common)?,
                 other => {
-                    params.pass(&["filename", "density", "wispiness", "frequency", "p0", "p1"]);
+                    params.pass(&["filename", "density", "p0", "p1"]);
                     let message = format!("the medium type \"{}\" is not supported", printable(other));
                     scene.report.ignored(place, message);
                     None
@@ -78,7 +81,8 @@ pub(super) fn define(
         scene.report.ignored(place, message);
         MediumDesc::Homogeneous(HomogeneousMedium { density: 0.0, ..HomogeneousMedium::default() })
     });
-    params.pass(&["temperature", "temperaturescale", "temperatureoffset", "temperaturecutoff", "p0", "p1"]);
+    params.pass(&["temperature", "p0", "p1", "Lescale", "LeScale"]);
+    params.pass(&["temperaturescale", "temperatureoffset", "temperaturecutoff"]);
     params.finish(&format!("the medium \"{}\"", printable(&name)), &mut scene.report);
     scene.medium_list.push(Named { name: Some(name.clone()), span: None, value: medium });
     scene.media.insert(name, MediumId(scene.medium_list.len() as u32 - 1));
@@ -91,6 +95,11 @@ pub(super) fn scale_of(params: &Params) -> f64 {
 
 pub(super) fn anisotropy_of(params: &Params) -> f64 {
     params.float("g").unwrap_or(0.0).clamp(-0.999, 0.999)
+}
+
+/// The factor of emission, which the files of pbrt's scenes spell in two ways.
+fn glow_scale(params: &Params) -> f64 {
+    params.float("Lescale").or_else(|| params.float("LeScale")).unwrap_or(1.0).clamp(0.0, 1e15)
 }
 
 fn common(scene: &mut Assembly<'_>, state: &State, params: &Params) -> Result<Common, Fault> {
@@ -116,7 +125,7 @@ fn common(scene: &mut Assembly<'_>, state: &State, params: &Params) -> Result<Co
         }
     };
     let emission = color(scene, space, params, "Le", Role::Light)?.unwrap_or(Spectrum::BLACK);
-    let emission = emission * params.float("Lescale").unwrap_or(1.0).clamp(0.0, 1e15) as f32;
+    let emission = emission * glow_scale(params) as f32;
     Ok(Common {
         scale: scale_of(params),
         absorption,
@@ -125,6 +134,41 @@ fn common(scene: &mut Assembly<'_>, state: &State, params: &Params) -> Result<Co
         // pbrt multiplies emission by absorption.
         emission: emission * absorption,
     })
+}
+
+/// Clouds of noise.
+fn clouds(
+    scene: &mut Assembly<'_>,
+    state: &State,
+    params: &Params,
+    common: &Common,
+) -> Result<Option<MediumDesc>, Fault> {
+    let number = |name, or: f64, most| params.float(name).unwrap_or(or).clamp(0.0, most);
+    let cloud = CloudMedium {
+        density: number("density", 1.0, 1e30),
+        wispiness: number("wispiness", 1.0, 1e6),
+        frequency: number("frequency", 5.0, 1e6),
+        absorption: Some(common.absorption),
+        scattering: Some(common.scattering),
+        anisotropy: common.anisotropy,
+        ..CloudMedium::default()
+    };
+    let bounds = grids::box_of(params);
+    let placed = GridBox::new(&state.ctm[0], bounds);
+    if placed.is_exact && placed.keeps_cells() && bounds == [DVec3::ZERO, DVec3::ONE] {
+        let [min, max] = placed.bounds;
+        return Ok(Some(MediumDesc::Cloud(CloudMedium { min, max, ..cloud })));
+    }
+    // Other boxes are parts of the clouds' space, or turned in that of the scene.
+    let [from, to] = [bounds[0].min(bounds[1]), bounds[0].max(bounds[1])];
+    let data = cloud.grid([from, to], (to - from).max(DVec3::splat(1e-30)));
+    let data = data.map_err(|e| Fault::from_scene(params.place, e))?;
+    Ok(Some(MediumDesc::Grid(GridMedium {
+        absorption: cloud.absorption,
+        scattering: cloud.scattering,
+        anisotropy: cloud.anisotropy,
+        ..grids::placed(scene, state, data, bounds, params.place)?
+    })))
 }
 
 fn homogeneous(common: &Common) -> MediumDesc {

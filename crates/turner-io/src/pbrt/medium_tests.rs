@@ -51,11 +51,66 @@ fn nanovdb_files_are_grids() {
     let (MediumDesc::Homogeneous(empty), warnings) = load("\"string gridname\" \"heat\"") else { panic!() };
     assert_eq!(empty.density, 0.0);
     assert!(warnings[0].message.contains("has no grid \"heat\""), "{warnings:?}");
-    // Any other grid may be the one of temperatures.
-    let (_, warnings) = load("\"string temperaturename\" \"density\"");
-    assert!(warnings[0].message.contains("does not glow"), "{warnings:?}");
-    let (_, warnings) = load("\"string temperaturename\" \"density\" \"float Lescale\" 0");
-    assert!(warnings.is_empty(), "{warnings:?}");
+}
+
+/// Any grid may be that of temperatures; pbrt emits σa times the light of black bodies.
+#[test]
+fn hot_grids_glow() {
+    let cloud = include_bytes!("../testing/cloud.nvdb");
+    let load = |text: &str| {
+        let text = format!(
+            "Rotate 90 1 0 0 MakeNamedMedium \"m\" \"string type\" \"nanovdb\" \"string filename\" \"c.nvdb\"\n\
+             \"string temperaturename\" \"density\" \"rgb sigma_a\" [1 2 3] {text} WorldBegin Shape \"sphere\""
+        );
+        let scene = read_with(&text, &[("c.nvdb", cloud)]).unwrap();
+        assert!(scene.warnings.is_empty(), "{:?}", scene.warnings);
+        let MediumDesc::Grid(grid) = scene.media[0].value.clone() else { panic!() };
+        grid
+    };
+    let grid = load("\"float LeScale\" 5 \"float temperaturescale\" 100 \"float temperaturecutoff\" 1");
+    assert_eq!((grid.temperature_scale, grid.temperature_offset), (100.0, 1.0));
+    assert_eq!(grid.emission, Spectrum::new(5.0, 10.0, 15.0));
+    let hot = grid.temperature.as_ref().unwrap();
+    assert_eq!(hot.data.density(), grid.file.data.density());
+    assert_eq!(hot.data.bounds().unwrap(), grid.bounds());
+    assert_eq!(grid.file.data.bounds().unwrap(), grid.bounds());
+    assert!(grid.prepare().is_ok());
+    assert_eq!(load("\"float Lescale\" 0").temperature, None);
+    let scene = read(&format!(
+        "MakeNamedMedium \"m\" \"string type\" \"uniformgrid\" {TWO} \"float density\" [1 2]\n\
+         \"float temperature\" [10 20] \"float temperatureoffset\" 2 WorldBegin Shape \"sphere\""
+    ));
+    assert!(scene.warnings.is_empty(), "{:?}", scene.warnings);
+    let MediumDesc::Grid(grid) = &scene.media[0].value else { panic!() };
+    assert_eq!(grid.temperature.as_ref().unwrap().data.density(), [10.0, 20.0]);
+    assert_eq!((grid.temperature_offset, grid.emission), (2.0, Spectrum::WHITE));
+}
+
+/// Clouds in the unit cube keep their parameters; of other boxes they become a grid.
+#[test]
+fn clouds_are_clouds() {
+    let load = |before: &str, text: &str| {
+        let scene = read(&format!(
+            "{before} MakeNamedMedium \"m\" \"string type\" \"cloud\" \"float density\" 2 \"float wispiness\" 0.5\n\
+             \"float frequency\" 4 \"rgb sigma_s\" [1 2 3] {text} WorldBegin Shape \"sphere\""
+        ));
+        assert!(scene.warnings.is_empty(), "{:?}", scene.warnings);
+        scene.media[0].value.clone()
+    };
+    let MediumDesc::Cloud(cloud) = load("Translate 1 2 3 Scale 2 3 4", "") else { panic!() };
+    assert_eq!((cloud.min, cloud.max), (DVec3::new(1.0, 2.0, 3.0), DVec3::new(3.0, 5.0, 7.0)));
+    assert_eq!((cloud.density, cloud.wispiness, cloud.frequency), (2.0, 0.5, 4.0));
+    assert_eq!(cloud.scattering, Some(Spectrum::new(1.0, 2.0, 3.0)));
+    // The lower half of the unit cube is full of clouds, and what is above it has none.
+    let MediumDesc::Grid(grid) = load("", "\"point3 p0\" [0 0.25 0] \"point3 p1\" [1 1.25 1]") else {
+        panic!()
+    };
+    let data = &grid.file.data;
+    let [nx, ny, _] = data.size().map(|n| n as usize);
+    assert_eq!([nx, ny], [160, 160]);
+    assert!(data.density()[(ny - 1) * nx..ny * nx].iter().all(|d| *d == 0.0));
+    assert!(data.density()[..nx].iter().all(|d| *d > 0.49));
+    assert!(matches!(load("Rotate 90 1 0 0", ""), MediumDesc::Grid(_)));
 }
 
 /// The grid of a medium of one or several cells, and what was reported.

@@ -38,6 +38,7 @@ pub fn seeds() -> Vec<Seed> {
         alone("scene.pbrt", PBRT.as_bytes()),
         alone("packed.pbrt", &gzip(PBRT.as_bytes())),
         shown("lamp.ies", IES.into(), lamp()),
+        shown("paint.bsdf", bsdf(), painted()),
         shown("cloud.grid", crate::grid::encode([2, 2, 2], &[0.5; 8], Some(&[0.1; 8])), cloud()),
         shown("cloud.vdb", super::vdb_seed::seed(), cloud().replace("cloud.grid", "cloud.vdb")),
         shown(
@@ -148,6 +149,20 @@ fn model(file: &str) -> String {
 
 fn lamp() -> String {
     "[[object]]\ntype = \"sphere\"\n[[light]]\ntype = \"point\"\nposition = [0, 3, 2]\nies = \"lamp.ies\"\n"
+        .to_owned()
+}
+
+/// A grey BRDF.
+fn bsdf() -> Vec<u8> {
+    let mut out = Vec::new();
+    // Writing to a vector does not fail.
+    let _ = crate::measured::write(&turner::schema::MeasuredFile::default().data, &mut out);
+    out
+}
+
+fn painted() -> String {
+    "[integrator]\ntype = \"path\"\n[[object]]\ntype = \"sphere\"\nmaterial = { type = \"measured\", file = \"paint.bsdf\" }\n\
+     [[light]]\ntype = \"ambient\"\n"
         .to_owned()
 }
 

@@ -1,5 +1,6 @@
 //! Colours: the spectrum type, tone mapping, transfer curves, colour spaces of displays, colour names, a colour map and kinds of colour vision.
 
+pub(crate) mod cie;
 mod display_space;
 mod heat;
 mod names;

@@ -175,6 +175,7 @@ fn density(medium: &MediumDesc) -> f64 {
         MediumDesc::Homogeneous(m) => m.density,
         MediumDesc::Grid(m) => m.density,
         MediumDesc::Smoke(m) => m.density,
+        MediumDesc::Cloud(_) => 1.0,
     }
 }
 

@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use super::temperatures::Temperatures;
 use super::{Coefficients, Heterogeneous};
 use crate::color::Spectrum;
 use crate::math::DVec3;
@@ -48,8 +49,17 @@ params! {
         scattering: Option<Spectrum> = None, in Range::closed(0.0, 1e30);
         /// Mean cosine g of the Henyey-Greenstein phase function: 0 is isotropic, above 0 forward, below 0 backward.
         anisotropy: f64 = 0.0, in Range::closed(-0.999, 0.999);
-        /// Emitted radiance per scene unit at density 1, times the grid's emission if the file has one.
+        /// Emitted radiance per scene unit at density 1, times the grid's emission if the file has one, and times the
+        /// colour of its `temperature` if that is given.
         emission: Spectrum = Spectrum::BLACK, in Range::closed(0.0, 1e15);
+        /// A grid of temperatures in the same box, or where its file places it beside the densities: `emission` then has
+        /// the colour of a black body, whose greatest spectral value is 1. Fire and explosions:
+        /// `temperature = "fire.vdb#temperature"`.
+        temperature: Option<GridFile> = None;
+        /// Kelvin per unit of `temperature`.
+        temperature_scale: f64 = 1.0, in Range::closed(0.0, 1e9);
+        /// The value of `temperature` at 0 K.
+        temperature_offset: f64 = 0.0, in Range::closed(-1e9, 1e9);
     }
     // An example needs a file of its own: docs/guides/fog-and-smoke.md has one.
     example ""
@@ -79,7 +89,27 @@ impl GridMedium {
                 .help("`min` must be less than `max` along each axis"));
         }
         let fades = self.border == GridBorder::Fade;
-        Heterogeneous::new(coefficients, Arc::clone(&self.file.data), fades, [min, max])
+        let medium = Heterogeneous::new(coefficients, Arc::clone(&self.file.data), fades, [min, max])?;
+        Ok(medium.with_temperatures(self.temperatures([min, max])?))
+    }
+
+    /// The temperatures of a medium in a box.
+    fn temperatures(&self, medium: [DVec3; 2]) -> Result<Option<Temperatures>, SceneError> {
+        let Some(GridFile { data, .. }) = &self.temperature else { return Ok(None) };
+        if data.has_distances() {
+            let message = "the grid of temperatures is a level set, distances to a surface";
+            return Err(SceneError::new(ErrorCode::Volume, message));
+        }
+        // Files that place both grids place them in one space, of which the medium's box may be another part.
+        let bounds = match (data.bounds(), self.file.data.bounds()) {
+            (None, _) => medium,
+            (Some(own), None) => own,
+            (Some(own), Some([min, max])) => {
+                let scale = (medium[1] - medium[0]) / (max - min);
+                own.map(|p| medium[0] + (p - min) * scale)
+            }
+        };
+        Ok(Some(Temperatures::new(data, bounds, self.temperature_offset, self.temperature_scale)))
     }
 
     /// The box that the grid fills: `min` and `max`, or that of the file.

@@ -27,6 +27,7 @@
 
 use std::sync::Arc;
 
+use super::temperatures::Temperatures;
 use super::{Coefficients, RaySegment, Walk};
 use crate::color::Spectrum;
 use crate::math::elementary::ln;
@@ -55,6 +56,8 @@ pub struct Heterogeneous {
     /// Number of blocks along each axis, and the maximum density in each, x fastest.
     blocks: [u32; 3],
     max_density: Vec<f32>,
+    /// What multiplies the emission by temperature.
+    temperatures: Option<Temperatures>,
     /// Majorant at density 1, collisions per unit of length.
     majorant: f64,
 }
@@ -102,7 +105,24 @@ impl Heterogeneous {
         }
         let scale = cells / (max - min);
         let has_colors = grid.has_colors();
-        Ok(Heterogeneous { coefficients, grid, has_colors, fades, min, scale, blocks, max_density, majorant })
+        let temperatures = None;
+        Ok(Heterogeneous {
+            coefficients,
+            grid,
+            has_colors,
+            fades,
+            min,
+            scale,
+            blocks,
+            max_density,
+            temperatures,
+            majorant,
+        })
+    }
+
+    /// The same medium whose emission has the colours of temperatures.
+    pub(super) fn with_temperatures(self, temperatures: Option<Temperatures>) -> Heterogeneous {
+        Heterogeneous { temperatures, ..self }
     }
 
     /// Density and emission at a point.
@@ -225,9 +245,11 @@ impl Heterogeneous {
                 let [extinction, scattering] = self.coefficients_at(point, density);
                 let weight = &mut found.weight;
                 if c.emits() {
+                    let glow = self.temperatures.as_ref().map_or([1.0; 3], |t| t.color_at(point));
                     #[expect(clippy::needless_range_loop, reason = "bands of several arrays")]
                     for i in 0..3 {
-                        found.emitted[i] += weight[i] * density * emission_scale * c.emission[i] / rate;
+                        let emitted = density * emission_scale * c.emission[i] * glow[i];
+                        found.emitted[i] += weight[i] * emitted / rate;
                     }
                 }
                 // Probability of a real collision, by band.

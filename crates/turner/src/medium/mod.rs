@@ -23,6 +23,7 @@
 //! - Random numbers are passed in: two in `u`, and as many more as a heterogeneous medium needs from a counter-based
 //!   [`Stream`], so a path depends on its sample alone.
 
+mod cloud;
 mod equiangular;
 mod grid;
 mod heterogeneous;
@@ -30,7 +31,9 @@ mod homogeneous;
 mod phase;
 mod smoke;
 mod subsurface;
+mod temperatures;
 
+pub use cloud::CloudMedium;
 pub use equiangular::Equiangular;
 pub use grid::{GridBorder, GridMedium};
 pub use heterogeneous::Heterogeneous;
@@ -51,6 +54,7 @@ family! {
         Homogeneous(HomogeneousMedium),
         Grid(GridMedium),
         Smoke(SmokeMedium),
+        Cloud(CloudMedium),
     }
 }
 
@@ -156,6 +160,7 @@ impl MediumDesc {
             MediumDesc::Homogeneous(m) => Medium::Homogeneous(m.prepare()?),
             MediumDesc::Grid(m) => Medium::Heterogeneous(m.prepare()?),
             MediumDesc::Smoke(m) => Medium::Heterogeneous(m.prepare()?),
+            MediumDesc::Cloud(m) => Medium::Heterogeneous(m.prepare()?),
         })
     }
 }

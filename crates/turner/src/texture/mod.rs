@@ -33,7 +33,7 @@ mod noise;
 mod perlin;
 mod placement;
 mod prepare;
-mod reference_noise;
+pub(crate) mod reference_noise;
 mod stripes;
 mod tint;
 mod triplanar;

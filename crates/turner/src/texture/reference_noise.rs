@@ -140,7 +140,7 @@ const PERMUTATION: [u8; 256] = [
 ];
 
 /// The reference noise: about ±1, mean 0, 0 at integer coordinates; it repeats with period 256.
-fn noise(p: DVec3) -> f64 {
+pub(crate) fn noise(p: DVec3) -> f64 {
     let cell = [p.x, p.y, p.z].map(floor);
     let d = p - DVec3::new(cell[0] as f64, cell[1] as f64, cell[2] as f64);
     let [x, y, z] = cell.map(|v| v as u8);

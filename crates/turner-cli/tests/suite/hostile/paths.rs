@@ -14,10 +14,11 @@ const GLTF: &str = r#"{"asset":{"version":"2.0"},"nodes":[{"mesh":0}],
     "bufferViews":[{"buffer":0,"byteLength":36}],"buffers":[{"byteLength":36,"uri":"$"}]}"#;
 
 /// Scenes that name a file; `$` stands for the name.
-const SCENES: [(&str, &str); 11] = [
+const SCENES: [(&str, &str); 12] = [
     ("s.toml", "include = \"$\"\n"),
     ("s.toml", "[[object]]\ntype = \"sphere\"\nmaterial = { color = { type = \"image\", file = \"$\" } }\n"),
     ("s.toml", "[[object]]\ntype = \"mesh\"\nfile = \"$\"\n"),
+    ("s.toml", "[[object]]\ntype = \"sphere\"\nmaterial = { type = \"measured\", file = \"$\" }\n"),
     ("s.toml", "[[light]]\ntype = \"point\"\nposition = [0, 0, 0]\nies = \"$\"\n"),
     ("s.toml", "[[object]]\ntype = \"text\"\ntext = \"a\"\nfont = \"$\"\n"),
     ("s.gltf", GLTF),

@@ -7,7 +7,7 @@ use turner::math::DVec3;
 use turner::medium::{GridBorder, GridMedium, MediumDesc};
 use turner::schema::{ErrorCode, GridData, GridFile, GridScattering};
 
-use super::{Common, anisotropy_of, scale_of};
+use super::{Common, anisotropy_of, glow_scale, scale_of};
 use crate::assets::printable;
 use crate::grid::MAX_GRID;
 use crate::pbrt::assembly::Assembly;
@@ -31,7 +31,7 @@ pub(super) fn uniform(
     let values: Vec<f32> = params.floats("density").iter().map(|v| v.clamp(0.0, MOST) as f32).collect();
     let data = checked(scene, params, GridData::new(size_of_grid(params), values, None));
     let Some(data) = data else { return Ok(None) };
-    Ok(Some(MediumDesc::Grid(GridMedium {
+    let medium = GridMedium {
         border: GridBorder::Fade,
         density: common.scale,
         absorption: Some(common.absorption),
@@ -39,6 +39,15 @@ pub(super) fn uniform(
         anisotropy: common.anisotropy,
         emission: common.emission,
         ..placed(scene, state, data, box_of(params), params.place)?
+    };
+    let hot: Vec<f32> = params.floats("temperature").iter().map(|v| v.clamp(0.0, MOST) as f32).collect();
+    if hot.is_empty() {
+        return Ok(Some(MediumDesc::Grid(medium)));
+    }
+    let hot = checked(scene, params, GridData::new(size_of_grid(params), hot, None));
+    Ok(Some(MediumDesc::Grid(match hot {
+        Some(hot) => glowing(scene, state, params, common, medium, (hot, box_of(params)))?,
+        None => medium,
     })))
 }
 
@@ -139,12 +148,12 @@ fn size_of_grid(params: &Params) -> [u32; 3] {
     ["nx", "ny", "nz"].map(|n| params.integer(n).unwrap_or(1).max(0) as u32)
 }
 
-fn box_of(params: &Params) -> [DVec3; 2] {
+pub(super) fn box_of(params: &Params) -> [DVec3; 2] {
     [params.vector("p0").unwrap_or(DVec3::ZERO), params.vector("p1").unwrap_or(DVec3::ONE)]
 }
 
 /// A grid that fills a box of the medium's space.
-fn placed(
+pub(super) fn placed(
     scene: &mut Assembly<'_>,
     state: &State,
     data: GridData,
@@ -169,6 +178,37 @@ fn placed(
     Ok(GridMedium { file, min: Some(min), max: Some(max + 1e-9), ..GridMedium::default() })
 }
 
+/// A medium that glows by a grid of temperatures in a box of the medium's space.
+fn glowing(
+    scene: &mut Assembly<'_>,
+    state: &State,
+    params: &Params,
+    common: &Common,
+    medium: GridMedium,
+    (hot, bounds): (GridData, [DVec3; 2]),
+) -> Result<GridMedium, Fault> {
+    let own = hot.bounds().unwrap_or(bounds);
+    let placed = placed(scene, state, hot, own, params.place)?;
+    // Both say where they are in the scene.
+    let in_scene = |medium: &GridMedium| {
+        let bounds = medium.bounds();
+        let data = GridData::clone(&medium.file.data).with_bounds(bounds);
+        let data = data.map_err(|problem| Fault::at(params.place, ErrorCode::Transform, problem))?;
+        Ok::<_, Fault>(GridFile { uri: String::new(), data: Arc::new(data) })
+    };
+    let scale = params.float("temperaturescale").unwrap_or(1.0);
+    let offset = params.float("temperatureoffset").or_else(|| params.float("temperaturecutoff"));
+    Ok(GridMedium {
+        file: in_scene(&medium)?,
+        temperature: Some(in_scene(&placed)?),
+        temperature_scale: scale.clamp(0.0, 1e9),
+        temperature_offset: offset.unwrap_or(0.0).clamp(-1e9, 1e9),
+        // pbrt multiplies emission by absorption.
+        emission: common.absorption * glow_scale(params) as f32,
+        ..medium
+    })
+}
+
 /// A NanoVDB file; `None` if it has no name or is damaged, which is reported.
 pub(super) fn nanovdb(
     scene: &mut Assembly<'_>,
@@ -182,7 +222,6 @@ pub(super) fn nanovdb(
     };
     let grid = params.string("gridname").unwrap_or("density").to_owned();
     let heat = params.string("temperaturename").unwrap_or("temperature").to_owned();
-    let glows = params.float("Lescale").unwrap_or(1.0) > 0.0;
     let (_, bytes) = scene.read(&name, MAX_GRID, params.place_of("filename"))?;
     let place = params.place_of("filename");
     let limits = &scene.options.limits;
@@ -190,10 +229,6 @@ pub(super) fn nanovdb(
         .memory
         .need(2 * bytes.len() as u64, || format!("{}: reading it", printable(&name)))
         .map_err(|e| Fault::from_scene(place, e))?;
-    if glows && vdb::has_grid(&bytes, &heat) {
-        let message = format!("the grid of temperatures \"{}\": the medium does not glow", printable(&heat));
-        scene.report.ignored(place, message);
-    }
     let densities = |data: GridData| match data.has_distances() {
         true => {
             Err(format!("the grid \"{grid}\" is a level set, distances to a surface: expected densities"))
@@ -203,12 +238,26 @@ pub(super) fn nanovdb(
     match vdb::decode(&bytes, Some(&grid), scene.options.limits.memory.left()).and_then(densities) {
         Ok(data) => {
             let bounds = data.bounds().unwrap_or([DVec3::ZERO, DVec3::ONE]);
-            Ok(Some(MediumDesc::Grid(GridMedium {
+            let medium = GridMedium {
                 density: common.scale,
                 absorption: Some(common.absorption),
                 scattering: Some(common.scattering),
                 anisotropy: common.anisotropy,
                 ..placed(scene, state, data, bounds, params.place)?
+            };
+            let hot = if glow_scale(params) > 0.0 && vdb::has_grid(&bytes, &heat) {
+                let read = vdb::decode(&bytes, Some(&heat), scene.options.limits.memory.left());
+                read.and_then(densities).map_err(|problem| {
+                    let message =
+                        format!("{}: {}: the medium does not glow", printable(&name), printable(&problem));
+                    scene.report.ignored(place, message);
+                })
+            } else {
+                Err(())
+            };
+            Ok(Some(MediumDesc::Grid(match hot {
+                Ok(hot) => glowing(scene, state, params, common, medium, (hot, bounds))?,
+                Err(()) => medium,
             })))
         }
         Err(problem) => {

@@ -5,7 +5,8 @@
 //! computed at sixteen wavelengths and converted to a colour at the end.
 
 use crate::color::Spectrum;
-use crate::math::elementary::{exp, pow};
+use crate::color::cie::{linear_srgb, matching};
+use crate::math::elementary::pow;
 
 /// Number of wavelengths.
 pub(super) const BANDS: usize = 16;
@@ -85,29 +86,6 @@ impl Colors {
         }
         Spectrum::from(sum.map(|v| v.max(0.0) as f32))
     }
-}
-
-/// Colour matching functions of the CIE 1931 standard observer (Wyman, Sloan & Shirley 2013, "Simple analytic
-/// approximations to the CIE XYZ color matching functions", eq. 4).
-fn matching(nm: f64) -> [f64; 3] {
-    let lobe = |height: f64, center: f64, before: f64, after: f64| {
-        let x = (nm - center) / if nm < center { before } else { after };
-        height * exp(-0.5 * x * x)
-    };
-    [
-        lobe(1.056, 599.8, 37.9, 31.0) + lobe(0.362, 442.0, 16.0, 26.7) + lobe(-0.065, 501.1, 20.4, 26.2),
-        lobe(0.821, 568.8, 46.9, 40.5) + lobe(0.286, 530.9, 16.3, 31.1),
-        lobe(1.217, 437.0, 11.8, 36.0) + lobe(0.681, 459.0, 26.0, 13.8),
-    ]
-}
-
-/// CIE XYZ to linear sRGB (IEC 61966-2-1).
-fn linear_srgb([x, y, z]: [f64; 3]) -> [f64; 3] {
-    [
-        3.2406 * x - 1.5372 * y - 0.4986 * z,
-        -0.9689 * x + 1.8758 * y + 0.0415 * z,
-        0.0557 * x - 0.2040 * y + 1.0570 * z,
-    ]
 }
 
 #[cfg(test)]

@@ -232,3 +232,29 @@ fn blocks_bound_their_density() {
         });
     }
 }
+
+/// Gas of one temperature that absorbs nothing emits evenly along a segment.
+#[test]
+fn hot_gas_glows_in_the_colour_of_a_black_body() {
+    let hot = GridData::new([2, 1, 1], vec![29.0; 2], None).unwrap();
+    let bounds = [DVec3::NEG_ONE, DVec3::ONE];
+    let none = Coefficients { extinction: [0.0; 3], scattering: [0.0; 3], ..coefficients() };
+    let density = GridData::new([1; 3], vec![1.0], None).unwrap();
+    let medium = Heterogeneous::new(none, Arc::new(density), false, bounds)
+        .unwrap()
+        .with_temperatures(Some(Temperatures::new(&Arc::new(hot), bounds, -1.0, 100.0)));
+    let ray = Ray::new(DVec3::new(-1.0, 0.2, 0.3), DVec3::X);
+    let count = 20_000;
+    let mut sum = Spectrum::BLACK;
+    for i in 0..count {
+        let stretch = RaySegment { ray: &ray, end: 2.0, shares: [1.0 / 3.0; 3], scatters: true };
+        let mut more = stream(i);
+        let u = [more.unit(), more.unit()];
+        sum += medium.walk(&stretch, u, &mut more).emitted * (1.0 / count as f32);
+    }
+    let glow = crate::color::cie::black_body(3000.0).to_array();
+    for (band, seen) in sum.to_array().into_iter().enumerate() {
+        let exact = 2.0 * coefficients().emission[band] * f64::from(glow[band]);
+        assert!((f64::from(seen) / exact - 1.0).abs() < 0.02, "{band}: {seen} {exact}");
+    }
+}
