@@ -161,7 +161,9 @@ fn has_directions(document: &Document, index: usize) -> bool {
         };
         let is_along =
             node.attribute("name").is_some_and(|name| matches!(name, "alpha_u" | "alphaU" | "anisotropic"));
-        if node.tag == "texture" || is_along || seen > MOST {
+        // A measured BRDF may depend on the azimuth.
+        let is_measured = node.attribute("type") == Some("measured");
+        if node.tag == "texture" || is_along || is_measured || seen > MOST {
             return true;
         }
         open.extend(&node.children);

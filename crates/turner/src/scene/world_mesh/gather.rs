@@ -14,9 +14,13 @@ use crate::schema::{ErrorCode, MeshData, PrepareOptions, SceneError};
 use crate::shape::extent::Extent;
 use crate::shape::{Shape, TriangleMesh};
 
-/// A mesh smaller than the extent of the world mesh by this factor keeps its own BVH: single precision would not show its
+/// A mesh smaller than its distance from the offset by this factor keeps its own BVH: single precision would not show its
 /// form.
 const RATIO: f64 = 1024.0;
+
+/// One smaller than the extent of the world mesh by this factor does so, too: the search is exact within 1/2¹⁷ of four
+/// times the extent, which is then half of the mesh.
+const WIDEST: f64 = 16384.0;
 
 /// Meshes of more triangles keep their own BVH: they gain little, and their positions would need memory twice.
 const MAX_MESH: usize = 1 << 22;
@@ -62,6 +66,7 @@ pub(crate) fn choose(primitives: &[Primitive], bounds: &[Option<Bounds>]) -> (Ve
     let far = all.center().abs().max_element() > 4.0 * all.size().max_element();
     let offset = if far { all.center() } else { DVec3::ZERO };
     let reach = |b: &Bounds| (b.min - offset).abs().max((b.max - offset).abs()).max_element();
+    candidates.retain(|(_, b)| b.size().length() * RATIO >= reach(b));
     let sorted = |of: &dyn Fn(&Bounds) -> f64| {
         let mut values: Vec<f64> = candidates.iter().map(|(_, b)| of(b)).collect();
         values.sort_by(f64::total_cmp);
@@ -71,11 +76,11 @@ pub(crate) fn choose(primitives: &[Primitive], bounds: &[Option<Bounds>]) -> (Ve
     // The extent at which the fewest meshes keep their own BVH: a wide floor under small things, or the small things.
     let own = |(i, extent): (usize, &f64)| {
         let larger = reaches.len() - 1 - i;
-        (larger + sizes.partition_point(|size| size * RATIO < *extent), *extent)
+        (larger + sizes.partition_point(|size| size * WIDEST < *extent), *extent)
     };
     let fewest = reaches.iter().enumerate().rev().map(own).min_by_key(|(count, _)| *count);
     let extent = fewest.map_or(0.0, |(_, extent)| extent);
-    candidates.retain(|(_, b)| reach(b) <= extent && b.size().length() * RATIO >= extent);
+    candidates.retain(|(_, b)| reach(b) <= extent && b.size().length() * WIDEST >= extent);
     if candidates.len() < 2 {
         return none;
     }

@@ -12,7 +12,7 @@
 //! ```
 //!
 //! Positions are rounded to single precision in world space. Two rules keep that harmless. A mesh is included only if
-//! it is no smaller than 1/[`gather::RATIO`] of the extent of the world mesh. And points on its surface are computed
+//! it is no smaller than 1/[`gather::RATIO`] of its distance from the origin. And points on its surface are computed
 //! from the rounded positions, so a ray that leaves the surface does not hit it again. Meshes without a transform
 //! keep their positions bit for bit.
 //!
