@@ -50,7 +50,7 @@ pub(super) struct Lens {
     principal: [f64; 2],
 }
 
-/// Height and slope of a paraxial ray as linear functions of those at the rear surface.
+/// Height and slope of a paraxial ray as linear functions of those at z = 0.
 #[derive(Clone, Copy)]
 struct Paraxial {
     height: [f64; 2],
@@ -194,11 +194,11 @@ impl Lens {
     /// The slope, per millimetre from the axis, of the paraxial ray from a point of the film through the centre of the
     /// stop; that through the centre of the rear surface for a lens without a stop.
     pub(super) fn chief_slope(&self) -> f64 {
-        let rear = self.surfaces[0].z;
-        let Some(stop) = self.surfaces.iter().position(Surface::is_stop) else { return -1.0 / rear };
-        let last = self.surfaces[stop.saturating_sub(1)].z;
-        let [[a, b]] = [self.paraxial(stop).moved(self.surfaces[stop].z - last).height];
-        -a / (a * rear + b)
+        let stop = self.surfaces.iter().position(Surface::is_stop).unwrap_or(0);
+        let last = if stop > 0 { self.surfaces[stop - 1].z } else { 0.0 };
+        // The lens stands before the film, where the ray begins.
+        let [from_height, from_slope] = self.paraxial(stop).moved(self.surfaces[stop].z - last).height;
+        -from_height / from_slope
     }
 
     /// Where a ray leaves the lens, and its unit direction there; `d` is a unit vector. `None` if the lens blocks it.

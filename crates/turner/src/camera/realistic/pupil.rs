@@ -28,7 +28,7 @@ const RADII: usize = 64;
 const SECTORS: usize = 32;
 
 /// The tables are larger than the pupil by this factor: between radii and angles it bulges.
-const MARGIN: f64 = 1.04;
+const MARGIN: f64 = 1.03;
 
 /// The pupil of one radius.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -46,9 +46,10 @@ struct Node {
 /// The pupils of all points of the film.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Pupils {
+    /// Ascending, from 0.
+    radii: Vec<f64>,
+    /// One for each radius.
     nodes: Vec<Node>,
-    /// Radius of the last node.
-    reach: f64,
     /// Whether the film is dark beyond: the last node is the edge of the image circle.
     ends: bool,
 }
@@ -108,14 +109,6 @@ fn ends(lens: &Lens, r: f64, guess: f64, half: f64) -> Option<[f64; 2]> {
     Some([to(-1.0), to(1.0)])
 }
 
-/// Where the centre of the pupil after some at multiples of `step` should be.
-fn next_center(lens: &Lens, nodes: &[Node], step: f64) -> f64 {
-    match nodes {
-        [.., a, b] => 2.0 * b.center - a.center,
-        _ => step * lens.chief_slope(),
-    }
-}
-
 impl Node {
     /// The pupil of radius `r`, given that of a neighbour.
     fn new(lens: &Lens, r: f64, guess: f64, before: Option<&Node>) -> Option<Node> {
@@ -149,40 +142,45 @@ impl Pupils {
     /// The pupils of the points within `radius` millimetres of the axis. `None` if no light reaches the centre.
     pub(super) fn new(lens: &Lens, radius: f64) -> Option<Pupils> {
         let first = Node::new(lens, 0.0, 0.0, None)?;
-        let nodes = Pupils::within(lens, first, radius);
-        if nodes.len() > RADII {
-            return Some(Pupils { nodes, reach: radius, ends: false });
+        let fraction = |i: usize| i as f64 / RADII as f64;
+        let film = Pupils::within(lens, first, |i| radius * fraction(i));
+        if film.nodes.len() > RADII {
+            return Some(film);
         }
         // The edge of the image circle is in the next interval.
-        let last = nodes[nodes.len() - 1];
-        let half = 0.5 * (last.edge[0] + last.edge[SECTORS]);
-        let step = radius / RADII as f64;
-        let lit = step * (nodes.len() - 1) as f64;
-        let slope = (next_center(lens, &nodes, step) - last.center) / step;
-        let (mut low, mut high) = (lit, lit + step);
+        let last = film.nodes.len() - 1;
+        let half = 0.5 * (film.nodes[last].edge[0] + film.nodes[last].edge[SECTORS]);
+        let (mut low, mut high) = (radius * fraction(last), radius * fraction(last + 1));
         for _ in 0..12 {
             let middle = 0.5 * (low + high);
-            let guess = last.center + slope * (middle - lit);
-            let is_lit = ends(lens, middle, guess, half).is_some_and(|[a, b]| b > a);
+            let is_lit = ends(lens, middle, film.next_center(lens, middle), half).is_some_and(|[a, b]| b > a);
             (low, high) = if is_lit { (middle, high) } else { (low, middle) };
         }
-        let nodes = Pupils::within(lens, first, low);
-        let reach = low * (nodes.len() - 1) as f64 / RADII as f64;
-        (nodes.len() > 1).then_some(Pupils { nodes, reach, ends: true })
+        // The pupil shrinks to a point there, with the root of the distance from the edge.
+        let circle = Pupils::within(lens, first, |i| low * fraction(i) * (2.0 - fraction(i)));
+        (circle.nodes.len() > 1).then_some(Pupils { ends: true, ..circle })
     }
 
-    /// The nodes up to a radius, or up to where the film becomes dark.
-    fn within(lens: &Lens, first: Node, radius: f64) -> Vec<Node> {
-        let step = radius / RADII as f64;
-        let mut nodes = vec![first];
+    /// The nodes at ascending radii, or up to where the film becomes dark.
+    fn within(lens: &Lens, first: Node, radius: impl Fn(usize) -> f64) -> Pupils {
+        let mut pupils = Pupils { radii: vec![0.0], nodes: vec![first], ends: false };
         for i in 1..=RADII {
-            let guess = next_center(lens, &nodes, step);
-            match Node::new(lens, step * i as f64, guess, nodes.last()) {
-                Some(node) => nodes.push(node),
-                None => break,
-            }
+            let r = radius(i);
+            let Some(node) = Node::new(lens, r, pupils.next_center(lens, r), pupils.nodes.last()) else {
+                break;
+            };
+            pupils.radii.push(r);
+            pupils.nodes.push(node);
         }
-        nodes
+        pupils
+    }
+
+    /// Where the centre of the pupil of a radius beyond the last should be.
+    fn next_center(&self, lens: &Lens, r: f64) -> f64 {
+        match (&self.nodes[..], &self.radii[..]) {
+            ([.., a, b], [.., ra, rb]) => b.center + (b.center - a.center) * ((r - rb) / (rb - ra)),
+            _ => r * lens.chief_slope(),
+        }
     }
 
     /// The area of the pupil of the film's centre.
@@ -193,19 +191,19 @@ impl Pupils {
     /// The pupil at a distance from the axis; `None` where the film is dark.
     #[inline]
     pub(super) fn at(&self, r: f64) -> Option<Between<'_>> {
-        if r > self.reach && self.ends {
+        let last = self.radii.len() - 1;
+        if r > self.radii[last] && self.ends {
             return None;
         }
-        let intervals = self.nodes.len() - 1;
-        let place = (r / self.reach * intervals as f64).min(intervals as f64);
-        let i = (place as usize).min(intervals - 1);
-        Some(Between { nodes: [&self.nodes[i], &self.nodes[i + 1]], fraction: place - i as f64 })
+        let i = self.radii.partition_point(|radius| *radius <= r).clamp(1, last);
+        let (from, to) = (self.radii[i - 1], self.radii[i]);
+        let fraction = ((r - from) / (to - from)).min(1.0);
+        Some(Between { nodes: [&self.nodes[i - 1], &self.nodes[i]], fraction })
     }
 
     /// The radii of the nodes.
     pub(super) fn radii(&self) -> impl Iterator<Item = f64> + '_ {
-        let intervals = self.nodes.len() - 1;
-        (0..=intervals).map(move |i| self.reach * i as f64 / intervals as f64)
+        self.radii.iter().copied()
     }
 }
 
