@@ -153,7 +153,7 @@ pub fn pixel(p: &Prepared, x: u32, y: u32) -> Result<PixelRecord, SceneError> {
             let weight = reach.as_ref().map_or(1.0 / counted, |reach| reach.weight(place) / total);
             (place, if finite(&radiance) { weight } else { 0.0 })
         };
-        let by_lens = view.camera.weight(view.film.on_screen(place.into()));
+        let by_lens = view.weight(place.into());
         let clamped = f64::from(by_lens * view.film.clamp_factor(radiance.color * by_lens));
         let contribution = f64::from(radiance.color.luminance()) * clamped * weight * total;
         let kept = match limit {

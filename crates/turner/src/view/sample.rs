@@ -21,8 +21,8 @@ pub struct CameraSamples {
     /// The lengths of the direction vectors before normalisation, from the viewpoint to the screen: the classic
     /// documents measure t in them.
     pub lengths: Vec<Block>,
-    /// The factors of their light, where the camera has them ([`Camera::has_weights`](crate::camera::Camera::has_weights)):
-    /// see [`CameraSamples::weight`]. Tracers ignore them.
+    /// The factors of their light if the view is weighted, else nothing: see [`CameraSamples::weight`]. Tracers ignore
+    /// them.
     pub weights: Vec<f32>,
 }
 
@@ -149,9 +149,8 @@ pub(crate) fn take_points(
         let rays = samples.rays.add_block(ids.len());
         let lengths = camera_rays(view.instruction_set, &view.camera, &view.film, &x, &y, lens, rays);
         samples.lengths.push(lengths);
-        if view.camera.has_weights() {
-            let film = &view.film;
-            let weight = |lane: usize| view.camera.weight(film.on_screen(DVec2::new(x.0[lane], y.0[lane])));
+        if view.weighted {
+            let weight = |lane: usize| view.weight(DVec2::new(x.0[lane], y.0[lane]));
             samples.weights.extend((0..samples.ids.len() - first).map(weight));
         }
         if let Some(motion) = &view.motion {
