@@ -33,7 +33,7 @@ choice! {
 params! {
     /// A camera with a lens made of spherical surfaces, which shows what that lens does: depth of field, distortion,
     /// darker corners, aberrations, bokeh with the shape of its aperture. Rays are traced from the film through the
-    /// lens by Snell's law, as by pbrt's camera of this name. There is no colour aberration. Needs many samples per pixel.
+    /// lens by Snell's law, as by pbrt's camera of this name. Dispersion is left out. Needs many samples per pixel.
     /// Light paths do not reach this camera: `caustics` of the integrator has no effect.
     pub struct RealisticDesc as "realistic" {
         /// Centre of the film, behind the lens.
