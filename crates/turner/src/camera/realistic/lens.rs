@@ -26,8 +26,12 @@ struct Surface {
     z: f64,
     /// Signed radius of curvature; 0 for a plane.
     radius: f64,
+    /// 1 / radius; 0 for a plane.
+    curvature: f64,
     /// Refractive indices on the side of the film and on that of the scene.
     eta: [f64; 2],
+    /// The first over the second.
+    ratio: f64,
     /// Half its diameter.
     aperture: f64,
 }
@@ -68,7 +72,7 @@ impl Paraxial {
 
     /// Behind a surface.
     fn refracted(self, s: &Surface) -> Paraxial {
-        let power = if s.radius == 0.0 { 0.0 } else { (s.eta[1] - s.eta[0]) / s.radius };
+        let power = (s.eta[1] - s.eta[0]) * s.curvature;
         let slope = [0, 1].map(|i| (s.eta[0] * self.slope[i] + power * self.height[i]) / s.eta[1]);
         Paraxial { slope, ..self }
     }
@@ -107,7 +111,10 @@ impl Lens {
             // The thickness of the last row is that of the space before the film, which follows from the focus.
             z += if i + 1 < elements.len() { thickness } else { 0.0 };
             let front = if i > 0 { medium(elements[i - 1][2]) } else { 1.0 };
-            let mut surface = Surface { z, radius, eta: [medium(eta), front], aperture: 0.5 * diameter };
+            let eta = [medium(eta), front];
+            let curvature = if radius == 0.0 { 0.0 } else { 1.0 / radius };
+            let (ratio, aperture) = (eta[0] / eta[1], 0.5 * diameter);
+            let mut surface = Surface { z, radius, curvature, eta, ratio, aperture };
             if surface.is_stop() {
                 has_stop = true;
                 surface.aperture = surface.aperture.min(0.5 * stop.unwrap_or(f64::INFINITY));
@@ -229,9 +236,8 @@ impl Lens {
                 }
                 continue;
             }
-            let normal =
-                if s.radius == 0.0 { DVec3::Z } else { (hit + DVec3::new(0.0, 0.0, s.radius)) / s.radius };
-            d = refracted(d, normal, s.eta[0] / s.eta[1])?;
+            let normal = s.curvature * hit + DVec3::Z;
+            d = refracted(d, normal, s.ratio)?;
         }
         Some((p, d))
     }

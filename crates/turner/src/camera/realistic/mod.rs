@@ -18,6 +18,7 @@ use crate::sampler::mix;
 use crate::schema::{ErrorCode, Range, SceneError, Transform, choice, params};
 use lens::Lens;
 use pupil::{Pupils, direction};
+use seen::{Central, central_rays};
 
 choice! {
     /// How bright the picture of a lens is.
@@ -130,6 +131,8 @@ pub struct Realistic {
 struct Optics {
     lens: Lens,
     pupils: Pupils,
+    /// Radii on the film, ascending, and their central rays.
+    central: Vec<(f64, Central)>,
 }
 
 /// The tables reach beyond the corners of the film by this factor, for filters.
@@ -150,7 +153,8 @@ impl RealisticDesc {
             LensBrightness::Relative => 1.0 / pupils.central_area(),
             LensBrightness::Absolute => 1.0,
         };
-        let optics = Arc::new(Optics { lens, pupils });
+        let central = central_rays(&lens, &pupils);
+        let optics = Arc::new(Optics { lens, pupils, central });
         let near = self.near;
         Ok(Realistic {
             frame,

@@ -2,13 +2,26 @@
 //! point of the film, which stands for all of them.
 
 use super::Realistic;
-use super::pupil::direction;
+use super::lens::Lens;
+use super::pupil::{Pupils, direction};
 use crate::math::elementary::atan2;
 use crate::math::{DVec2, DVec3};
 
 /// A central ray in the plane through the axis and its point of the film: position and unit direction as (away from the
 /// axis on the side of that point, forward).
-type Central = (DVec2, DVec2);
+pub(super) type Central = (DVec2, DVec2);
+
+/// The ray of the film's radius `r` through the lens with this direction cosine.
+fn central(lens: &Lens, center: f64, r: f64) -> Option<Central> {
+    let (p, d) = lens.trace(DVec3::new(r, 0.0, 0.0), direction(center, 0.0)?, |_| true)?;
+    Some((DVec2::new(p.x, p.z), DVec2::new(d.x, d.z)))
+}
+
+/// The central rays of the radii in the tables, up to the first that the lens blocks.
+pub(super) fn central_rays(lens: &Lens, pupils: &Pupils) -> Vec<(f64, Central)> {
+    let ray = |r: f64| Some((r, central(lens, pupils.at(r)?.center(), r)?));
+    pupils.radii().map_while(ray).collect()
+}
 
 /// What [`Realistic::place`] finds.
 pub(in crate::camera) struct Place {
@@ -22,41 +35,32 @@ pub(in crate::camera) struct Place {
 
 impl Realistic {
     fn central(&self, r: f64) -> Option<Central> {
-        let pupil = self.optics.pupils.at(r)?;
-        let d = direction(pupil.center(), 0.0)?;
-        let (p, d) = self.optics.lens.trace(DVec3::new(r, 0.0, 0.0), d, |_| true)?;
-        Some((DVec2::new(p.x, p.z), DVec2::new(d.x, d.z)))
+        central(&self.optics.lens, self.optics.pupils.at(r)?.center(), r)
     }
 
     /// The radius on the film whose central ray passes a point beyond the lens on the other side of the axis. `side`
     /// measures how far a ray passes from it: below 0 if the radius is too small.
     fn radius(&self, side: impl Fn(Central) -> f64) -> Option<f64> {
-        let side = |r: f64| self.central(r).map(&side);
-        let (mut low, mut high, mut found) = ((0.0, side(0.0)?), (0.0, 0.0), false);
-        if low.1 >= 0.0 {
+        /// Steps of the search in the last interval, where the function is nearly a line.
+        const STEPS: i32 = 12;
+        let nodes = &self.optics.central;
+        let is_below = |(_, ray): &(f64, Central)| side(*ray) < 0.0;
+        let above = nodes.partition_point(is_below);
+        let &(r, ray) = nodes.get(above)?;
+        let mut high = (r, side(ray));
+        let Some(&(r, ray)) = above.checked_sub(1).and_then(|below| nodes.get(below)) else {
             return Some(0.0);
-        }
-        for r in self.optics.pupils.radii().skip(1) {
-            let s = side(r)?;
-            if s >= 0.0 {
-                (high, found) = ((r, s), true);
-                break;
-            }
-            low = (r, s);
-        }
-        if !found {
-            return None;
-        }
-        // The chord, then halves: the function is nearly a line between two nodes.
-        for i in 0..12 {
-            let part = if i % 4 == 3 { 0.5 } else { low.1 / (low.1 - high.1) };
+        };
+        let mut low = (r, side(ray));
+        let exact = 1e-13 * (high.1 - low.1);
+        for step in 1..=STEPS {
+            let part = if step % 4 == 0 { 0.5 } else { low.1 / (low.1 - high.1) };
             let r = low.0 + part.clamp(0.0, 1.0) * (high.0 - low.0);
-            let s = side(r)?;
-            if s >= 0.0 {
-                high = (r, s);
-            } else {
-                low = (r, s);
+            let s = side(self.central(r)?);
+            if s.abs() <= exact {
+                return Some(r);
             }
+            *(if s >= 0.0 { &mut high } else { &mut low }) = (r, s);
         }
         Some(low.0 + low.1 / (low.1 - high.1) * (high.0 - low.0))
     }
