@@ -221,7 +221,7 @@ impl Lens {
             let from_vertex = p - DVec3::new(0.0, 0.0, s.z);
             let t = if s.radius == 0.0 { -from_vertex.z / d.z } else { to_sphere(from_vertex, d, s.radius)? };
             // Also false for NaN.
-            if !(t >= 0.0 && t < f64::INFINITY) {
+            if !(0.0..f64::INFINITY).contains(&t) {
                 return None;
             }
             let hit = from_vertex + t * d;
