@@ -153,7 +153,7 @@ fn chosen(pixel: &PixelRecord, order: &[usize], room: usize) -> Option<String> {
 
 /// Whether `film.clamp_sample` scales the sample down.
 fn is_clamped(p: &Prepared, s: &SampleRecord) -> bool {
-    p.view.film.clamp_factor(s.radiance.color) < 1.0
+    p.view.film.clamp_factor(s.radiance.color * p.view.weight(s.place.into())) < 1.0
 }
 
 /// How the samples are averaged.
@@ -165,6 +165,11 @@ fn averaging(p: &Prepared, pixel: &PixelRecord) -> String {
             "; {clamped} of them clamped to {} (film.clamp_sample)",
             short(p.view.film.clamp_sample)
         );
+    }
+    if p.view.weighted {
+        let center = [f64::from(pixel.x) + 0.5, f64::from(pixel.y) + 0.5];
+        let factor = f64::from(p.view.weight(center.into()));
+        samples += &format!("; the lens of the camera multiplies them by about {}", short(factor));
     }
     if pixel.fireflies > 0 {
         samples += &format!("; {} of them scaled down as fireflies (film.fireflies)", pixel.fireflies);

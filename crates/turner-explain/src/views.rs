@@ -48,6 +48,7 @@ fn placement(camera: &CameraDesc) -> ([DVec3; 3], Handedness) {
         CameraDesc::ThinLens(c) => c.handedness,
         CameraDesc::Equirectangular(c) => c.handedness,
         CameraDesc::Fisheye(c) => c.handedness,
+        CameraDesc::Realistic(c) => c.handedness,
     };
     (camera.placement_mut().map(|v| *v), handedness)
 }

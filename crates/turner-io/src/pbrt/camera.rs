@@ -2,7 +2,7 @@
 
 use turner::camera::{
     CameraDesc, EquirectangularDesc, Handedness, MAX_SHIFT, OrthographicDesc, PanoramaMapping, PinholeDesc,
-    ThinLensDesc, Viewport,
+    RealisticDesc, ThinLensDesc, Viewport,
 };
 use turner::math::{DVec2, DVec3};
 use turner::schema::{ErrorCode, Named};
@@ -118,10 +118,9 @@ pub(super) fn define(
             }
         }
         "realistic" => {
-            params.pass(&["lensfile", "aperturediameter", "focusdistance", "aperture"]);
-            let message = "a realistic camera: rendered as a pinhole camera with a field of view of 40°";
-            scene.report.approximated(place, message);
-            perspective_of(pose, half_height(40.0), screen, None)
+            let Pose { position, look_at, up, handedness, unit, .. } = pose;
+            let desc = RealisticDesc { position, look_at, up, handedness, ..RealisticDesc::default() };
+            CameraDesc::Realistic(super::lens::realistic(scene, &params, desc, unit)?)
         }
         other => {
             let fault = super::reader::unknown(

@@ -27,6 +27,8 @@ pub(super) struct Frame {
     filter: (FilterKind, f64),
     integrator: IntegratorDesc,
     pub(super) shutter: [f64; 2],
+    /// Diagonal of the film in millimetres.
+    pub(super) diagonal: f64,
     pub(super) transform_times: [f64; 2],
     iso: f64,
     /// Largest component of a sample; 0 for no limit.
@@ -52,6 +54,7 @@ impl Default for Frame {
             filter: (FilterKind::Gaussian, 1.5),
             integrator: IntegratorDesc::Path(PathDesc { max_depth: 5, ..PathDesc::default() }),
             shutter: [0.0, 1.0],
+            diagonal: 35.0,
             transform_times: [0.0, 1.0],
             iso: 100.0,
             clamp_sample: 0.0,
@@ -102,6 +105,7 @@ impl Frame {
             let (w, h) = (f64::from(w), f64::from(h));
             self.crop = crop([(x0 * w).ceil(), (x1 * w).ceil(), (y0 * h).ceil(), (y1 * h).ceil()], self.size);
         }
+        self.diagonal = params.float("diagonal").unwrap_or(35.0);
         self.iso = params.float("iso").unwrap_or(100.0);
         if let Some(sensor) = params.string("sensor").filter(|s| *s != "cie1931") {
             let message = format!("the sensor \"{}\": read as \"cie1931\"", printable(sensor));
@@ -118,7 +122,6 @@ impl Frame {
         params.pass(&[
             "filename",
             "savefp16",
-            "diagonal",
             "coordinatesystem",
             "nbuckets",
             "lambdamin",

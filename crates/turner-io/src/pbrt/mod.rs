@@ -20,6 +20,7 @@ mod goniometric;
 mod hair;
 mod layer_colors;
 mod layers;
+mod lens;
 mod lexer;
 #[cfg(test)]
 mod light_tests;

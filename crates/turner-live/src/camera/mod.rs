@@ -21,6 +21,7 @@ pub fn height_at_one(camera: &CameraDesc, aspect: f64) -> Option<f64> {
     match camera {
         CameraDesc::Pinhole(c) => Some(of(c.fov, c.viewport, c.distance, c.position.distance(c.look_at))),
         CameraDesc::ThinLens(c) => Some(of(c.fov, c.viewport, c.distance, c.position.distance(c.look_at))),
+        CameraDesc::Realistic(c) => c.height_at_one(aspect),
         CameraDesc::Orthographic(_) | CameraDesc::Equirectangular(_) | CameraDesc::Fisheye(_) => None,
     }
 }
@@ -31,7 +32,10 @@ fn settle(camera: &mut CameraDesc) {
     let (viewport, distance, reach) = match camera {
         CameraDesc::Pinhole(c) => (c.viewport, &mut c.distance, c.position.distance(c.look_at)),
         CameraDesc::ThinLens(c) => (c.viewport, &mut c.distance, c.position.distance(c.look_at)),
-        CameraDesc::Orthographic(_) | CameraDesc::Equirectangular(_) | CameraDesc::Fisheye(_) => return,
+        CameraDesc::Orthographic(_)
+        | CameraDesc::Equirectangular(_)
+        | CameraDesc::Fisheye(_)
+        | CameraDesc::Realistic(_) => return,
     };
     if viewport.is_some() && distance.is_none() {
         *distance = Some(reach);
@@ -45,6 +49,7 @@ fn handedness(camera: &CameraDesc) -> f64 {
         CameraDesc::ThinLens(c) => c.handedness,
         CameraDesc::Equirectangular(c) => c.handedness,
         CameraDesc::Fisheye(c) => c.handedness,
+        CameraDesc::Realistic(c) => c.handedness,
     };
     if side == Handedness::Left { -1.0 } else { 1.0 }
 }
@@ -169,8 +174,13 @@ pub fn focus(camera: &mut CameraDesc, point: DVec3) {
             ..ThinLensDesc::default()
         });
     }
-    if let CameraDesc::ThinLens(c) = camera {
-        c.focus_distance = Some(depth);
+    match camera {
+        CameraDesc::ThinLens(c) => c.focus_distance = Some(depth),
+        CameraDesc::Realistic(c) => c.focus_distance = Some(depth),
+        CameraDesc::Pinhole(_)
+        | CameraDesc::Orthographic(_)
+        | CameraDesc::Equirectangular(_)
+        | CameraDesc::Fisheye(_) => {}
     }
 }
 

@@ -2,7 +2,7 @@
 
 use std::f64::consts::TAU;
 
-use crate::math::elementary::sin_cos_turns;
+use crate::math::elementary::{angle, sin_cos_turns};
 use crate::math::{DVec2, radians};
 use crate::sampler::concentric_disk;
 use crate::schema::{ErrorCode, SceneError};
@@ -50,6 +50,19 @@ impl Aperture {
             DVec2::new(c, s)
         };
         u.y.max(0.0).sqrt() * corner(edge).lerp(corner(edge + 1.0), along)
+    }
+}
+
+impl Aperture {
+    /// Whether a point of the circle of radius 1 is open.
+    #[inline]
+    pub(super) fn contains(&self, p: DVec2) -> bool {
+        let &Aperture::Polygon { edges, first } = self else { return true };
+        // From the middle of the nearest edge, in turns.
+        let place = (angle(p.y, p.x) / TAU - first) * edges;
+        let (_, cos) = sin_cos_turns((place - place.floor() - 0.5) / edges);
+        let (_, inner) = sin_cos_turns(0.5 / edges);
+        p.length() * cos <= inner
     }
 }
 

@@ -23,7 +23,8 @@
 //!   whether that can happen.
 //! - `lens` is a uniform random point of the unit square that chooses the point on the lens. Cameras without a lens
 //!   ignore it ([`Camera::has_lens`]). A ray depends on its arguments only.
-//! - Every ray has the same weight: the camera's importance is in the density of its rays, not in a factor.
+//! - The rays of a screen position have the same weight: the camera's importance is in the density of its rays. The light
+//!   of a picture position may have a factor, [`Camera::weight`], by which a lens darkens corners.
 //! - `project` is the inverse: from a point to its position in the picture, for light paths. Its density is in pixels
 //!   per area perpendicular to the camera ray. `None` means that the camera does not see the point.
 //! - Time is not a matter of the camera: the view sets it on the ray.
@@ -38,6 +39,7 @@ mod pinhole;
 mod pixel_cone;
 mod project;
 mod rays;
+mod realistic;
 mod thin_lens;
 
 pub use equirectangular::{Equirectangular, EquirectangularDesc, PanoramaMapping};
@@ -49,6 +51,7 @@ pub use pinhole::{MAX_SHIFT, Pinhole, PinholeDesc, Viewport};
 pub use pixel_cone::PixelCone;
 pub use project::Projection;
 pub use rays::camera_rays;
+pub use realistic::{LensBrightness, Realistic, RealisticDesc};
 pub use thin_lens::{ThinLens, ThinLensDesc};
 
 use crate::schema::family;
@@ -61,6 +64,7 @@ family! {
         ThinLens(ThinLensDesc),
         Equirectangular(EquirectangularDesc),
         Fisheye(FisheyeDesc),
+        Realistic(RealisticDesc),
     }
 }
 
@@ -68,7 +72,7 @@ use crate::math::{Bounds, DVec2, DVec3, Ray, elementary::sin, radians};
 use crate::schema::{SceneError, Transform};
 
 /// A prepared camera, which generates rays.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub enum Camera {
     /// Pinhole.
     Pinhole(pinhole::Pinhole),
@@ -80,6 +84,8 @@ pub enum Camera {
     Equirectangular(equirectangular::Equirectangular),
     /// Circular panorama.
     Fisheye(fisheye::Fisheye),
+    /// A lens of spherical surfaces.
+    Realistic(realistic::Realistic),
 }
 
 /// The vertical field of view of cameras that name none, degrees.
@@ -94,6 +100,7 @@ impl CameraDesc {
             CameraDesc::ThinLens(c) => Camera::ThinLens(c.prepare(aspect)?),
             CameraDesc::Equirectangular(c) => Camera::Equirectangular(c.prepare()?),
             CameraDesc::Fisheye(c) => Camera::Fisheye(c.prepare(aspect)?),
+            CameraDesc::Realistic(c) => Camera::Realistic(c.prepare(aspect)?),
         })
     }
 
@@ -105,6 +112,7 @@ impl CameraDesc {
             CameraDesc::ThinLens(c) => [&mut c.position, &mut c.look_at, &mut c.up],
             CameraDesc::Equirectangular(c) => [&mut c.position, &mut c.look_at, &mut c.up],
             CameraDesc::Fisheye(c) => [&mut c.position, &mut c.look_at, &mut c.up],
+            CameraDesc::Realistic(c) => [&mut c.position, &mut c.look_at, &mut c.up],
         }
     }
 
@@ -116,6 +124,7 @@ impl CameraDesc {
             CameraDesc::ThinLens(c) => &mut c.motion,
             CameraDesc::Equirectangular(c) => &mut c.motion,
             CameraDesc::Fisheye(c) => &mut c.motion,
+            CameraDesc::Realistic(c) => &mut c.motion,
         }
     }
 
@@ -127,6 +136,7 @@ impl CameraDesc {
             CameraDesc::ThinLens(c) => c.motion,
             CameraDesc::Equirectangular(c) => c.motion,
             CameraDesc::Fisheye(c) => c.motion,
+            CameraDesc::Realistic(c) => c.motion,
         }
     }
 
@@ -156,6 +166,7 @@ impl Camera {
             Camera::ThinLens(c) => c.frame,
             Camera::Equirectangular(c) => c.frame,
             Camera::Fisheye(c) => c.frame,
+            Camera::Realistic(c) => c.frame,
         }
     }
 
@@ -163,7 +174,7 @@ impl Camera {
     #[inline]
     pub fn has_lens(&self) -> bool {
         match self {
-            Camera::ThinLens(_) => true,
+            Camera::ThinLens(_) | Camera::Realistic(_) => true,
             Camera::Pinhole(_)
             | Camera::Orthographic(_)
             | Camera::Equirectangular(_)
@@ -175,11 +186,51 @@ impl Camera {
     #[inline]
     pub fn is_outside_field(&self) -> bool {
         match self {
-            Camera::Fisheye(_) => true,
+            Camera::Fisheye(_) | Camera::Realistic(_) => true,
             Camera::Pinhole(_)
             | Camera::Orthographic(_)
             | Camera::ThinLens(_)
             | Camera::Equirectangular(_) => false,
+        }
+    }
+
+    /// Whether [`Camera::weight`] may differ from 1.
+    #[inline]
+    pub fn has_weights(&self) -> bool {
+        match self {
+            Camera::Realistic(_) => true,
+            Camera::Pinhole(_)
+            | Camera::Orthographic(_)
+            | Camera::ThinLens(_)
+            | Camera::Equirectangular(_)
+            | Camera::Fisheye(_) => false,
+        }
+    }
+
+    /// The factor of all light at a screen position.
+    #[inline]
+    pub fn weight(&self, at: DVec2) -> f32 {
+        match self {
+            Camera::Realistic(c) => c.weight(at),
+            Camera::Pinhole(_)
+            | Camera::Orthographic(_)
+            | Camera::ThinLens(_)
+            | Camera::Equirectangular(_)
+            | Camera::Fisheye(_) => 1.0,
+        }
+    }
+
+    /// Whether light paths may connect to it: [`Camera::project`] is the exact inverse of [`Camera::ray`], with every
+    /// point of the lens. For a lens of many surfaces it is so for the ray through the centre of the pupil only.
+    #[inline]
+    pub fn receives_light_paths(&self) -> bool {
+        match self {
+            Camera::Realistic(_) => false,
+            Camera::Pinhole(_)
+            | Camera::Orthographic(_)
+            | Camera::ThinLens(_)
+            | Camera::Equirectangular(_)
+            | Camera::Fisheye(_) => true,
         }
     }
 
@@ -195,6 +246,7 @@ impl Camera {
             Camera::ThinLens(c) => c.ray(at, lens),
             Camera::Equirectangular(c) => c.ray(at),
             Camera::Fisheye(c) => c.ray(at),
+            Camera::Realistic(c) => c.ray(at, lens),
         }
     }
 }

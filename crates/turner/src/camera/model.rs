@@ -59,7 +59,8 @@ pub struct CameraModel {
 
 impl Camera {
     /// The camera as numbers, for a complete picture of `width` × `height` pixels. A thin lens is described by the
-    /// rays through its centre.
+    /// rays through its centre; a lens of many surfaces by the perspective of its plane of focus near the axis, without its
+    /// distortion.
     pub fn model(&self, width: u32, height: u32) -> CameraModel {
         let half = 0.5 * DVec2::new(f64::from(width), f64::from(height));
         let frame = self.frame();
@@ -79,6 +80,10 @@ impl Camera {
             Camera::Fisheye(c) => CameraModel {
                 rim: Some(c.rim),
                 ..plain(ProjectionKind::Fisheye, half / (c.half * c.rim), c.near)
+            },
+            Camera::Realistic(c) => CameraModel {
+                lens: Some((c.thin().1, c.focus_distance)),
+                ..plain(ProjectionKind::Perspective, half / c.half_tangents(), c.near)
             },
             Camera::Equirectangular(c) => match c.mapping {
                 PanoramaMapping::LatitudeLongitude => {

@@ -52,6 +52,7 @@ impl Camera {
             Camera::Orthographic(c) => ((2.0 * c.half_screen() / size).max_element(), 0.0, false),
             Camera::Equirectangular(c) => (0.0, (c.angles() / size).max_element(), false),
             Camera::Fisheye(c) => (0.0, (2.0 * c.half_angles() / size).max_element(), false),
+            Camera::Realistic(c) => (0.0, (2.0 * c.half_tangents() / size).max_element(), false),
         }
     }
 }

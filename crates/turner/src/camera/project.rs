@@ -60,13 +60,14 @@ impl Camera {
                 let stretch = if angle > 1e-9 { angle / sin(angle) } else { 1.0 };
                 (stretch / (c.rim * c.rim * c.half.x * c.half.y), true)
             }
+            Camera::Realistic(c) => (c.screens(direction), true),
         };
         (0.25 * f64::from(film.width) * f64::from(film.height) * screens, angular)
     }
 
     /// Where the camera sees `p`, through the point of its lens given by `lens` in the unit square. `None` if `p` is
     /// behind the camera or not visible in its projection; the position may be outside the picture. Occlusion is not
-    /// tested.
+    /// tested. The lens of many surfaces of [`Camera::Realistic`] is replaced by the ray through the centre of its pupil.
     pub fn project(&self, film: &FilmDesc, p: DVec3, lens: DVec2) -> Option<Projection> {
         let s = match self {
             Camera::Pinhole(c) => flat(&c.frame, &c.screen, c.near, DVec3::ZERO, f64::INFINITY, p)?,
@@ -98,6 +99,10 @@ impl Camera {
                 let out = across.length();
                 let at = if out > 0.0 { across * (r / out) } else { DVec2::ZERO };
                 OnScreen { at: at / c.half, to_camera: -v, free: 1.0 - c.near / distance }
+            }
+            Camera::Realistic(c) => {
+                let place = c.place(p)?;
+                OnScreen { at: place.at, to_camera: place.to_camera, free: place.free }
             }
         };
         let size = DVec2::new(f64::from(film.width), f64::from(film.height));

@@ -267,7 +267,10 @@ impl StudioDesc {
         let lens = match &mut camera {
             CameraDesc::Pinhole(c) => Some((&mut c.fov, &mut c.viewport)),
             CameraDesc::ThinLens(c) => Some((&mut c.fov, &mut c.viewport)),
-            CameraDesc::Orthographic(_) | CameraDesc::Equirectangular(_) | CameraDesc::Fisheye(_) => None,
+            CameraDesc::Orthographic(_)
+            | CameraDesc::Equirectangular(_)
+            | CameraDesc::Fisheye(_)
+            | CameraDesc::Realistic(_) => None,
         };
         if let Some((fov, viewport)) = lens
             && (self.fov.is_some() || self.zoom != 1.0 && viewport.is_none())

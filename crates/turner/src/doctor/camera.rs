@@ -283,13 +283,14 @@ fn nothing_seen(e: &Evidence<'_>, view: &View) -> Option<Finding> {
     Some(find("objects-not-hit", 0.9, what).why(why).remedy(remedy))
 }
 
-/// A thin lens with nothing in focus.
+/// A lens with nothing in focus.
 fn blurred(e: &Evidence<'_>, view: &View) -> Option<Finding> {
-    let CameraDesc::ThinLens(lens) = &e.scene.prepared.view.camera_desc else { return None };
-    let focus = lens.focus_distance.unwrap_or((view.target - view.position).length());
+    let prepared = &e.scene.prepared.view;
+    let is_thin = matches!(prepared.camera_desc, CameraDesc::ThinLens(_));
+    let (radius, focus) = prepared.camera.model(1, 1).lens?;
     // The diameter of the circle of confusion of points at a depth, measured in the plane of focus, in pixels.
     let pixels = |depth: f64| {
-        let circle = 2.0 * lens.lens_radius * (depth - focus).abs() / depth.max(1e-300);
+        let circle = 2.0 * radius * (depth - focus).abs() / depth.max(1e-300);
         circle / (focus * view.pixel).max(1e-300)
     };
     let depths: Vec<f64> = e.hits().map(|(_, s, m)| m.t * s.ray.direction.dot(view.forward)).collect();
@@ -307,16 +308,16 @@ fn blurred(e: &Evidence<'_>, view: &View) -> Option<Finding> {
         short(sharpest)
     );
     let severity = if fraction > 0.1 { Severity::Error } else { Severity::Warning };
-    Some(
+    let smaller = if is_thin { "lens_radius" } else { "aperture_diameter" };
+    let finding =
         Finding::new(Question::Broken, severity, "out-of-focus", 0.5, what)
-            .why(format!("the plane of focus is {} units away, with a lens of radius {}; most visible surfaces are {} units away or more", short(focus), short(lens.lens_radius), short(nearest)))
-            .remedy("set `focus_distance` of [camera] to that distance, or make `lens_radius` smaller")
+            .why(format!("the plane of focus is {} units away, with a lens of radius {}; most visible surfaces are {} units away or more", short(focus), short(radius), short(nearest)))
+            .remedy(format!("set `focus_distance` of [camera] to that distance, or make `{smaller}` smaller"))
             .set("camera.focus_distance", rounded(nearest))
-            .set("camera.lens_radius", rounded(lens.lens_radius * 0.02 / fraction))
             .measure("blur", sharpest, "pixels")
             .measure("focus", focus, "units")
-            .measure("distance", nearest, "units"),
-    )
+            .measure("distance", nearest, "units");
+    Some(if is_thin { finding.set("camera.lens_radius", rounded(radius * 0.02 / fraction)) } else { finding })
 }
 
 /// An object close to the camera fills the picture.

@@ -106,6 +106,7 @@ pub use tiles::{HALF_SQUARE, Half, TILE, TileGrid};
 
 use crate::color::{Tonemap, Transfer};
 use crate::filter::{Filter, FilterKind};
+use crate::math::DVec2;
 use crate::schema::{Range, choice, params};
 
 choice! {
@@ -247,6 +248,14 @@ impl FilmDesc {
     /// Width over height of the picture.
     pub fn aspect(&self) -> f64 {
         f64::from(self.width) / f64::from(self.height)
+    }
+
+    /// The screen position of a place in pixels from the picture's top left corner: (−1, −1) is the lower left and (1, 1)
+    /// the upper right corner.
+    #[inline]
+    pub(crate) fn on_screen(&self, place: DVec2) -> DVec2 {
+        let size = DVec2::new(f64::from(self.width), f64::from(self.height));
+        DVec2::new(2.0 * place.x / size.x - 1.0, 1.0 - 2.0 * place.y / size.y)
     }
 
     /// Samples per pixel of the finished picture. Adaptive subdivision counts as one.

@@ -362,8 +362,9 @@ impl Prepared {
     ///
     /// Errors: those of the integrator's preparation.
     pub fn with_integrator(&self, integrator: &dyn Integrator) -> Result<Prepared, SceneError> {
-        let Capabilities { physical, labels, .. } = integrator.capabilities();
-        let mut view = View { sobol: physical, labels, ..self.view.clone() };
+        let Capabilities { physical, debug, labels, .. } = integrator.capabilities();
+        let weighted = self.view.camera.has_weights() && !debug;
+        let mut view = View { sobol: physical, weighted, labels, ..self.view.clone() };
         if labels {
             view.film.antialias = Antialias::None;
         }
@@ -386,6 +387,7 @@ impl Prepared {
             sobol,
             filtered: self.view.pixel_cone.is_some(),
             moves: self.scene.moves,
+            weighted: !integrator.capabilities().debug,
             labels,
             instruction_set: self.scene.instruction_set,
         };

@@ -276,6 +276,7 @@ impl Preparer {
             sobol: capabilities.physical,
             filtered,
             moves: scene.moves,
+            weighted: !capabilities.debug,
             labels: capabilities.labels,
             instruction_set: scene.instruction_set,
         };

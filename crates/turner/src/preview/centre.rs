@@ -120,7 +120,9 @@ impl Centre {
             let at = y * part.width + part.left + x;
             // Where the camera has no ray, nothing is seen.
             let is_seen = self.samples.rays.blocks()[i / LANES].t_max.0[i % LANES] >= 0.0;
-            let radiance = if is_seen { *radiance } else { Radiance { color: Spectrum::BLACK, alpha: 0.0 } };
+            let mut radiance =
+                if is_seen { *radiance } else { Radiance { color: Spectrum::BLACK, alpha: 0.0 } };
+            radiance.color *= self.samples.weight(i);
             (rows.color[at], rows.alpha[at]) = (radiance.color.to_array(), radiance.alpha);
             let hit = hit.as_ref().filter(|_| is_seen);
             rows.object[at] = hit.map_or(NO_OBJECT, |hit| scene.primitive_id(hit));

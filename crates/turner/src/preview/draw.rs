@@ -24,7 +24,7 @@ use crate::view::View;
 /// What a frame was drawn for.
 pub(super) struct Drawn {
     pub(super) scene: Arc<Scene>,
-    camera: Camera,
+    pub(super) camera: Camera,
     pub(super) film: FilmDesc,
     is_direct: bool,
 }
@@ -201,7 +201,7 @@ impl Drawing {
             self.looks = Looks::of(&prepared.scene);
             self.ambient = None;
         }
-        let (scene, camera, film) = (prepared.scene.clone(), view.camera, view.film.clone());
+        let (scene, camera, film) = (prepared.scene.clone(), view.camera.clone(), view.film.clone());
         self.drawn = Some(Drawn { scene, camera, film, is_direct });
         (View { labels: self.frames == 0, ..view }, past)
     }

@@ -4,6 +4,7 @@ use std::sync::atomic::Ordering;
 
 use turner_bvh::InstructionSet;
 
+use crate::math::DVec2;
 use crate::preview::buffers::{Grid, Guides, Light, LightPart};
 use crate::preview::compose::{Composed, Full};
 use crate::preview::draw::Drawing;
@@ -129,6 +130,14 @@ impl Drawing {
         let never = std::sync::atomic::AtomicBool::new(false);
         work::run(passes.workers, &never, tasks, |worker: &mut Worker, (i, (color, alpha))| {
             composed.rows(i * ROWS, color, alpha, &mut worker.upsample);
+            if drawn.camera.has_weights() {
+                for (k, color) in color.iter_mut().enumerate() {
+                    let (x, y) = ((k % width) as f64, (i * ROWS + k / width) as f64);
+                    let at = drawn.film.on_screen(DVec2::new(x + 0.5, y + 0.5));
+                    let weight = drawn.camera.weight(at);
+                    *color = color.map(|v| v * weight);
+                }
+            }
         })
     }
 

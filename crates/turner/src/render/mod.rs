@@ -44,6 +44,8 @@ mod schedule;
 mod single;
 mod tile;
 mod tile_aovs;
+#[cfg(test)]
+mod vignetting_tests;
 mod work;
 
 pub use aovs::{AovChannel, AovValues, label_name};

@@ -41,7 +41,7 @@ pub struct SampleRecord {
     /// Its position in the picture, in pixels from the top left corner: (column, row).
     pub place: [f64; 2],
     /// Its weight in the pixel. The weights add up to 1 if all samples are finite, and to less if
-    /// `film.clamp_sample` or `film.fireflies` scales some.
+    /// `film.clamp_sample`, `film.fireflies` or the vignetting of the camera's lens scales some.
     pub weight: f64,
     /// Its radiance, before `film.clamp_sample`.
     pub radiance: Radiance,
@@ -153,7 +153,8 @@ pub fn pixel(p: &Prepared, x: u32, y: u32) -> Result<PixelRecord, SceneError> {
             let weight = reach.as_ref().map_or(1.0 / counted, |reach| reach.weight(place) / total);
             (place, if finite(&radiance) { weight } else { 0.0 })
         };
-        let clamped = f64::from(view.film.clamp_factor(radiance.color));
+        let by_lens = view.weight(place.into());
+        let clamped = f64::from(by_lens * view.film.clamp_factor(radiance.color * by_lens));
         let contribution = f64::from(radiance.color.luminance()) * clamped * weight * total;
         let kept = match limit {
             Some(limit) if contribution > f64::from(limit) => {

@@ -235,8 +235,13 @@ impl Renderer {
                 for i in pixel * count..(pixel + 1) * count {
                     let is_ray = samples.rays.get(i).is_some_and(|ray| ray.t_max >= 0.0);
                     let none = DenoisingSample::default();
+                    let weight = samples.weight(i);
                     let sample = details.denoising.get(i).filter(|_| is_ray).unwrap_or(&none);
-                    means.add(sample, details.caught.get(i), film.clamp_factor(sample.emission));
+                    means.add(
+                        sample,
+                        details.caught.get(i),
+                        weight * film.clamp_factor(sample.emission * weight),
+                    );
                 }
                 means.scaled()
             };

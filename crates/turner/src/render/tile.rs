@@ -411,8 +411,11 @@ impl<'a> TileBuffers<'a> {
         &self.radiance
     }
 
-    /// Scales down samples that are brighter than the film's `clamp_sample`.
+    /// Applies the camera's weights, then scales down samples that are brighter than the film's `clamp_sample`.
     fn clamp_samples(&mut self) {
+        for (radiance, weight) in self.radiance.iter_mut().zip(&self.samples.weights) {
+            radiance.color *= *weight;
+        }
         if self.p.view.film.clamp_sample > 0.0 {
             for radiance in &mut self.radiance {
                 radiance.color *= self.p.view.film.clamp_factor(radiance.color);

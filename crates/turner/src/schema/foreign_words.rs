@@ -256,7 +256,7 @@ pub const KINDS: &[Foreign] = words! {
     // Cameras.
     CAMERA, "perspective" | "perspectivecamera" | "persp" => "write `type = \"pinhole\"` with `fov`";
     CAMERA, "ortho" | "orthographiccamera" | "parallel" => "write `type = \"orthographic\"` with `viewport`";
-    CAMERA, "thinlens" | "realistic" | "dof" | "lens" => "write `type = \"thin-lens\"` with `lens_radius` and `focus_distance`";
+    CAMERA, "thinlens" | "dof" | "lens" => "write `type = \"thin-lens\"` with `lens_radius` and `focus_distance`";
     CAMERA, "panorama" | "panoramic" | "spherical" | "environment" | "equirect" | "omnidirectional" => "write `type = \"equirectangular\"`";
     // Integrators.
     INTEGRATOR, "pathtracer" | "pathtracing" | "pt" | "cycles" | "volpath" | "unidirectional" | "physical" => "write `type = \"path\"`";

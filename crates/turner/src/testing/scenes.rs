@@ -5,7 +5,7 @@ use std::sync::atomic::AtomicBool;
 
 use super::{CompareOptions, Estimate, Reference, Runs, compare, render_runs};
 use crate::camera::{
-    CameraDesc, EquirectangularDesc, FisheyeDesc, OrthographicDesc, PinholeDesc, ThinLensDesc,
+    CameraDesc, EquirectangularDesc, FisheyeDesc, OrthographicDesc, PinholeDesc, RealisticDesc, ThinLensDesc,
 };
 use crate::color::{Spectrum, named};
 use crate::description::{ObjectDesc, SceneDesc};
@@ -95,6 +95,7 @@ kinds! {
     CameraDesc::ThinLens(ThinLensDesc),
     CameraDesc::Equirectangular(EquirectangularDesc),
     CameraDesc::Fisheye(FisheyeDesc),
+    CameraDesc::Realistic(RealisticDesc),
     MaterialDesc::Classic(ClassicMaterial),
     MaterialDesc::Metal(MetalMaterial),
     MaterialDesc::Mix(MixMaterial),

@@ -17,6 +17,7 @@ use turner_bvh::InstructionSet;
 
 use crate::camera::{Camera, CameraDesc, PixelCone};
 use crate::film::{Antialias, Denoise, Film, FilmDesc, KEPT_PIXELS};
+use crate::math::DVec2;
 use crate::schema::{SceneError, Warning, WarningKind};
 use motion::CameraMotion;
 
@@ -37,6 +38,8 @@ pub struct View {
     pub moves: bool,
     /// What moves the camera while the shutter is open.
     pub(crate) motion: Option<CameraMotion>,
+    /// Whether samples have the weights of the camera ([`Camera::weight`]): the camera has them, and pixels are light.
+    pub weighted: bool,
     /// Whether pixels hold labels: then each has one sample, through the centre of the lens.
     pub labels: bool,
     /// Instruction set for the generation of camera rays.
@@ -70,7 +73,7 @@ impl View {
     ///
     /// Errors: an invalid camera.
     pub fn new(camera: CameraDesc, mut film: FilmDesc, sampling: ViewSampling) -> Result<View, SceneError> {
-        let ViewSampling { sobol, filtered, moves, labels, instruction_set } = sampling;
+        let ViewSampling { sobol, filtered, moves, weighted, labels, instruction_set } = sampling;
         let mut prepared = camera.prepare(film.aspect())?;
         let mut motion = CameraMotion::new(&camera, &prepared.frame())?;
         if let Some(own) = motion.take_if(|own| !sobol || labels || own.is_instant(film.shutter)) {
@@ -78,6 +81,7 @@ impl View {
             prepared = own.placed(&camera, film.shutter[0]).prepare(film.aspect())?;
         }
         let moves = moves || motion.is_some();
+        let weighted = weighted && prepared.has_weights();
         if labels {
             film.antialias = Antialias::None;
         }
@@ -91,9 +95,16 @@ impl View {
             sobol,
             moves,
             motion,
+            weighted,
             labels,
             instruction_set,
         })
+    }
+
+    /// The factor of the light of a sample at a place in pixels from the picture's top left corner.
+    #[inline]
+    pub fn weight(&self, place: DVec2) -> f32 {
+        if self.weighted { self.camera.weight(self.film.on_screen(place)) } else { 1.0 }
     }
 
     /// Size in bytes of the film's sums; 0 for an invalid film.
@@ -111,6 +122,9 @@ pub struct ViewSampling {
     pub filtered: bool,
     /// Something in the scene moves.
     pub moves: bool,
+    /// Pixels are light, not a property of the first hit: see
+    /// [`Capabilities::debug`](crate::integrator::Capabilities::debug).
+    pub weighted: bool,
     /// Pixels hold labels: see [`Capabilities::labels`](crate::integrator::Capabilities::labels).
     pub labels: bool,
     /// Instruction set for the generation of camera rays.

@@ -21,6 +21,9 @@ pub struct CameraSamples {
     /// The lengths of the direction vectors before normalisation, from the viewpoint to the screen: the classic
     /// documents measure t in them.
     pub lengths: Vec<Block>,
+    /// The factors of their light if the view is weighted, else nothing: see [`CameraSamples::weight`]. Tracers ignore
+    /// them.
+    pub weights: Vec<f32>,
 }
 
 impl CameraSamples {
@@ -29,6 +32,13 @@ impl CameraSamples {
         self.ids.clear();
         self.rays.clear();
         self.lengths.clear();
+        self.weights.clear();
+    }
+
+    /// The factor of a sample's light: 1 for cameras without such factors.
+    #[inline]
+    pub fn weight(&self, i: usize) -> f32 {
+        self.weights.get(i).copied().unwrap_or(1.0)
     }
 }
 
@@ -139,6 +149,10 @@ pub(crate) fn take_points(
         let rays = samples.rays.add_block(ids.len());
         let lengths = camera_rays(view.instruction_set, &view.camera, &view.film, &x, &y, lens, rays);
         samples.lengths.push(lengths);
+        if view.weighted {
+            let weight = |lane: usize| view.weight(DVec2::new(x.0[lane], y.0[lane]));
+            samples.weights.extend((0..samples.ids.len() - first).map(weight));
+        }
         if let Some(motion) = &view.motion {
             for i in first..samples.ids.len() {
                 motion.move_ray(&mut samples.rays, i);

@@ -4,7 +4,7 @@ use super::run::{Case, Expected};
 use super::scenes::around;
 
 /// Lines with a `$` for each of the numbers.
-const LINES: [&str; 36] = [
+const LINES: [&str; 38] = [
     "[film]\nwidth = $",
     "[film]\ncrop = [0, 0, $, 1]",
     "[film]\nsamples = $\nantialias = \"grid\"",
@@ -17,6 +17,8 @@ const LINES: [&str; 36] = [
     "[camera]\nposition = [0, 0, 5]\nlook_at = [0, $, 0]",
     "[camera]\nposition = [0, 0, 5]\nup = [0, $, 0]",
     "[camera]\ntype = \"thin-lens\"\nposition = [0, 0, 5]\naperture_radius = $",
+    "[camera]\ntype = \"realistic\"\nposition = [0, 0, 5]\naperture_diameter = $\nelements = [[0, 5, 0, 9], [80, 4, 1.5, 20], [-80, 0, 1, 20]]",
+    "[camera]\ntype = \"realistic\"\nposition = [0, 0, 5]\nfilm_diagonal = $\nelements = [[80, 4, 1.5, $], [-80, 0, 1, 20]]",
     "[integrator]\nmax_depth = $",
     "[integrator]\ntype = \"path\"\nclamp_indirect = $",
     "[background]\ncolor = [$, 0, 1]",

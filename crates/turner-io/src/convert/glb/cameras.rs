@@ -60,7 +60,10 @@ fn camera_json(camera: &CameraDesc, aspect: f64, remarks: &mut Remarks) -> Optio
     let shifted = match camera {
         CameraDesc::Pinhole(c) => c.shift != DVec2::ZERO,
         CameraDesc::ThinLens(c) => c.shift != DVec2::ZERO,
-        _ => false,
+        CameraDesc::Orthographic(_)
+        | CameraDesc::Equirectangular(_)
+        | CameraDesc::Fisheye(_)
+        | CameraDesc::Realistic(_) => false,
     };
     if shifted {
         remarks.approximated("shifted cameras: written without shift");
@@ -91,7 +94,20 @@ fn camera_json(camera: &CameraDesc, aspect: f64, remarks: &mut Remarks) -> Optio
             } });
             (c.handedness, json)
         }
-        _ => {
+        CameraDesc::Realistic(c) => {
+            remarks.approximated("cameras with a lens: written as perspective cameras");
+            let pinhole = PinholeDesc {
+                position,
+                look_at,
+                up,
+                handedness: c.handedness,
+                viewport: Some(Viewport::Height(c.height_at_one(aspect)?)),
+                distance: Some(1.0),
+                ..PinholeDesc::default()
+            };
+            (c.handedness, perspective(&pinhole, distance, aspect))
+        }
+        CameraDesc::Equirectangular(_) | CameraDesc::Fisheye(_) => {
             remarks.ignored("panoramic and fisheye cameras");
             return None;
         }

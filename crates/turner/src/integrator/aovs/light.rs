@@ -10,7 +10,7 @@ const ROUNDING: f32 = 1e-6;
 /// The details of one sample, scaled down like its colour.
 #[derive(Default)]
 pub(super) struct SampleLight<'a> {
-    /// The factor of `clamp_sample`.
+    /// The factors of `clamp_sample` and of the camera.
     by: f32,
     color: Spectrum,
     emission: Spectrum,
@@ -26,13 +26,13 @@ pub(super) struct SampleLight<'a> {
 }
 
 impl<'a> SampleLight<'a> {
-    /// The light of a sample, by its index in the batch; `names` are those of all light groups. Parts that the integrator does not
+    /// The light of a sample, by its index in the batch, and its factor by the camera; `names` are those of all light groups. Parts that the integrator does not
     /// know are 0.
     pub(super) fn new(
         film: &FilmDesc,
         radiance: &Radiance,
         details: &SampleDetails<'a>,
-        sample: usize,
+        (sample, weight): (usize, f32),
         names: &'a [String],
     ) -> SampleLight<'a> {
         let rays = details.rays.get(sample).copied().unwrap_or(0);
@@ -41,7 +41,7 @@ impl<'a> SampleLight<'a> {
         let Some(part) = details.parts.get(sample) else {
             return SampleLight { rays, bounces, denoising, ..SampleLight::default() };
         };
-        let by = film.clamp_factor(radiance.color);
+        let by = weight * film.clamp_factor(radiance.color * weight);
         let indirect = radiance.color - part.emission - part.direct;
         let groups = details.groups.get(sample * names.len()..(sample + 1) * names.len());
         SampleLight {
@@ -112,13 +112,14 @@ pub(super) fn append_caught(
     values: &mut Vec<f32>,
     film: &FilmDesc,
     radiance: &Radiance,
+    weight: f32,
     caught: Option<&CaughtLight>,
 ) {
     let Some(caught) = caught.filter(|caught| caught.is_caught) else {
         return values.extend([0.0; 7]);
     };
     values.extend([1.0, finite(caught.shadowed), finite(caught.unshadowed)]);
-    append(values, radiance.color * film.clamp_factor(radiance.color));
+    append(values, radiance.color * (weight * film.clamp_factor(radiance.color * weight)));
     values.push(finite(radiance.alpha));
 }
 

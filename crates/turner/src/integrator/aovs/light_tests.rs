@@ -1,6 +1,7 @@
 //! Light groups, cost and variance by formula.
 
 use super::tests::Rendered;
+use crate::camera::{LensBrightness, RealisticDesc};
 use crate::description::{ObjectDesc, SceneDesc, SceneLight};
 use crate::film::Aov;
 use crate::integrator::{Caustics, DirectDesc, IntegratorDesc, PathDesc, SharedPathsMode};
@@ -84,6 +85,36 @@ fn layers_of_light_groups_add_up() {
                 }
             }
         }
+    }
+}
+
+/// A lens darkens the parts of the light like the picture.
+#[test]
+fn a_lens_darkens_all_layers_alike() {
+    let off = PathDesc { caustics: Caustics::Off, max_depth: 6, ..PathDesc::default() };
+    let camera = RealisticDesc {
+        position: v(0.0, 1.2, 4.0),
+        look_at: v(0.0, 0.6, 0.0),
+        brightness: LensBrightness::Absolute,
+        ..RealisticDesc::default()
+    };
+    let mut desc = groups(IntegratorDesc::Path(off), &LAYERS).seen(camera);
+    (desc.film.samples, desc.film.clamp_sample) = (8, 0.5);
+    let parts = ["emission", "direct", "indirect"];
+    let r = Rendered::of(&desc, &[Aov::LightGroups, Aov::Emission, Aov::Direct, Aov::Indirect]);
+    for (i, band) in ["R", "G", "B"].iter().enumerate() {
+        let of_groups = LAYERS.map(|name| layer(&r, name, band));
+        let of_parts = parts.map(|part| r.channel(&format!("{part}.{band}")));
+        for (pixel, linear) in r.picture.linear.iter().enumerate() {
+            let exact = f64::from(linear[i]);
+            let [groups, parts] =
+                [&of_groups[..], &of_parts[..]].map(|all| all.iter().map(|l| l[pixel]).sum::<f64>());
+            assert!(
+                (groups - exact).abs() < 1e-5 && (parts - exact).abs() < 1e-5,
+                "{groups} {parts} {exact}"
+            );
+        }
+        assert!(of_parts.iter().all(|part| part.iter().sum::<f64>() > 0.1));
     }
 }
 

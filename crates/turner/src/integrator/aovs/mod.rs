@@ -129,7 +129,9 @@ impl<'a> SampleAovs<'a> {
                 // Where the camera has no ray, what the tracer knows is ignored.
                 let ray = samples.rays.get(i).filter(|ray| ray.t_max >= 0.0);
                 let known = if ray.is_some() { details } else { SampleDetails::default() };
-                let light = needs_light.then(|| SampleLight::new(film, &radiance[i], &known, i, names));
+                let weight = samples.weight(i);
+                let light =
+                    needs_light.then(|| SampleLight::new(film, &radiance[i], &known, (i, weight), names));
                 let hit = hits.get(i).copied().flatten();
                 let values = &mut self.values;
                 if let (Some(hit), Some(ray)) = (hit, ray) {
@@ -164,7 +166,7 @@ impl<'a> SampleAovs<'a> {
                     self.labels.extend(self.kinds.iter().map(|_| NO_LABEL));
                 }
                 if catches_shadows {
-                    append_caught(values, film, &radiance[i], known.caught.get(i));
+                    append_caught(values, film, &radiance[i], weight, known.caught.get(i));
                 }
             }
         }

@@ -53,9 +53,10 @@ impl CausticsStrategy {
         desc: &PathDesc,
     ) -> Option<CausticsStrategy> {
         let Context { scene, view, .. } = context;
-        // Light paths ignore scattering in media, and motion of the camera and of lights.
+        // Light paths ignore scattering in media, and motion of the camera and of lights; not all cameras receive them.
         let stands_still = view.motion.is_none() && scene.light_motions.is_empty();
         let possible = desc.light_sampling == LightSampling::Both && scene.volumes.is_none() && stands_still;
+        let possible = possible && view.camera.receives_light_paths();
         if desc.caustics == Caustics::Off || !possible {
             return None;
         }

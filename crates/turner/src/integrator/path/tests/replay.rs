@@ -48,7 +48,8 @@ fn samples_of_the_picture_are_sums_of_their_records() {
             let mut pixel = PixelSum::default();
             for index in 0..4 {
                 let (path, rendered) = sample_and_record(&scene, (x, y, index), name);
-                assert!(pixel.add_or_omit(rendered.color, rendered.alpha));
+                let by_lens = scene.view.weight(path.place.into());
+                assert!(pixel.add_or_omit(rendered.color * by_lens, rendered.alpha));
                 occurred |= occurs(&path);
                 check(&path, name);
             }

@@ -1,7 +1,7 @@
 //! Scenes with everything that a path may encounter, for the tests of replay.
 
 use super::estimators;
-use crate::camera::{FisheyeDesc, ThinLensDesc};
+use crate::camera::{FisheyeDesc, RealisticDesc, ThinLensDesc};
 use crate::color::Spectrum;
 use crate::description::{ObjectDesc, SceneDesc};
 use crate::film::Reconstruction;
@@ -84,6 +84,7 @@ pub(super) fn scenes() -> Vec<(&'static str, SceneDesc, Occurs)> {
                 && any(p, |v| v.walk.is_some_and(|w| w.steps > 5))
         }),
         ("a fisheye", fisheye(), |p| p.end == End::OutsideField),
+        ("a lens", lens(), |p| p.vertices.len() > 1),
     ]
 }
 
@@ -385,6 +386,12 @@ fn wax() -> SceneDesc {
     let materials = vec![desc.material(matte(grey(0.8)).into()), desc.material(body.into())];
     let mix = MixMaterial { materials, ..MixMaterial::default() };
     desc.with(cuboid(v(-1.5, 0.0, 1.0), v(-0.5, 1.0, 1.5)), mix)
+}
+
+fn lens() -> SceneDesc {
+    let camera =
+        RealisticDesc { position: v(0.0, 1.5, 5.0), look_at: v(0.0, 0.7, 0.0), ..RealisticDesc::default() };
+    furnished(base().seen(camera))
 }
 
 fn fisheye() -> SceneDesc {
