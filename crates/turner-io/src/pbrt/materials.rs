@@ -269,6 +269,15 @@ fn make(
     };
     maker.details(&mut surface)?;
     params.finish(&what, &mut maker.scene.report);
+    let surface = used(surface, usage);
+    Ok(match measured {
+        Some(file) => MaterialDesc::Measured(MeasuredMaterial::with_use_of(file, surface)),
+        None => MaterialDesc::Principled(surface),
+    })
+}
+
+/// The surface as a shape uses it: with emission, alpha or a medium inside.
+fn used(mut surface: PrincipledMaterial, usage: Use) -> PrincipledMaterial {
     single_scattering(&mut surface);
     surface.soften_terminator = false;
     surface.alpha_mode = AlphaMode::Opaque;
@@ -284,8 +293,5 @@ fn make(
     if is_solid_glass {
         surface.interior = usage.interior;
     }
-    Ok(match measured {
-        Some(file) => MaterialDesc::Measured(MeasuredMaterial::with_use_of(file, surface)),
-        None => MaterialDesc::Principled(surface),
-    })
+    surface
 }

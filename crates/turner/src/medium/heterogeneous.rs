@@ -246,7 +246,6 @@ impl Heterogeneous {
                 let weight = &mut found.weight;
                 if c.emits() {
                     let glow = self.temperatures.as_ref().map_or([1.0; 3], |t| t.color_at(point));
-                    #[expect(clippy::needless_range_loop, reason = "bands of several arrays")]
                     for i in 0..3 {
                         let emitted = density * emission_scale * c.emission[i] * glow[i];
                         found.emitted[i] += weight[i] * emitted / rate;

@@ -18,13 +18,13 @@ struct Ggx([f64; 2]);
 impl Ggx {
     fn density(self, m: DVec3) -> f64 {
         let [ax, ay] = self.0;
-        let s = (m.x / ax).powi(2) + (m.y / ay).powi(2) + m.z * m.z;
+        let s = square(m.x / ax) + square(m.y / ay) + m.z * m.z;
         1.0 / (PI * ax * ay * s * s)
     }
     /// Projected area of the visible facets.
     fn area(self, w: DVec3) -> f64 {
         let [ax, ay] = self.0;
-        0.5 * (w.z + ((w.x * ax).powi(2) + (w.y * ay).powi(2) + w.z * w.z).sqrt())
+        0.5 * (w.z + (square(w.x * ax) + square(w.y * ay) + w.z * w.z).sqrt())
     }
     /// Λ of the height-correlated masking and shadowing.
     fn lambda(self, w: DVec3) -> f64 {
@@ -35,6 +35,10 @@ impl Ggx {
         let m = (wo + wi).normalize();
         self.density(m) / (1.0 + self.lambda(wo) + self.lambda(wi)) / (4.0 * wo.z * wi.z)
     }
+}
+
+fn square(v: f64) -> f64 {
+    v * v
 }
 
 fn unit([theta, phi]: [f64; 2]) -> DVec3 {
@@ -70,7 +74,7 @@ fn tables(facets: Ggx, thetas: usize, phi_i: Vec<f32>, side: usize) -> MeasuredB
         table([side; 2], |u| {
             let angles = [theta_of(u[0]), phi_of(u[1]) + turned(phi)];
             let m = unit(angles);
-            facets.density(m) * wo.dot(m).max(0.0) * u[0] * angles[0].sin()
+            facets.density(m) * wo.dot(m).max(0.0) * u[0] * sin_cos(angles[0]).0
         })
     };
     let all = |f: &dyn Fn(&(f64, f64)) -> Vec<f32>| views.iter().flat_map(f).collect();
