@@ -126,7 +126,7 @@ impl AssetSource for AnyFile {
         Ok(match uri.rsplit_once('.').map(|(_, e)| e) {
             Some("toml") => Vec::new(),
             Some("obj") => b"v 0 0 0\nv 1 0 0\nv 0 1 0\nusemtl paint\nf 1 2 3\n".to_vec(),
-            Some(kind @ ("vdb" | "ttf")) => {
+            Some(kind @ ("vdb" | "ttf" | "bsdf")) => {
                 let mut seeds = turner_io::testing::seeds::seeds().into_iter();
                 seeds.find(|seed| seed.name.ends_with(&format!(".{kind}"))).unwrap().bytes
             }

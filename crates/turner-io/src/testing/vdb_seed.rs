@@ -26,12 +26,15 @@ pub(crate) struct Named<'a> {
     pub(crate) map: (&'a str, &'a [f64]),
 }
 
-/// A cloud of ten voxels, by Deflate and masks.
+/// A cloud of ten voxels and their temperatures, by Deflate and masks.
 pub(crate) fn seed() -> Vec<u8> {
     let voxels: Vec<([i32; 3], f32)> =
         (0..10).map(|i| ([i - 4, 2 * i % 7, 1], 0.25 * (1 + i) as f32)).collect();
-    let vdb = Vdb { version: 224, flags: 3, half: false, background: 0.0, voxels: &voxels, tiles: &[] };
-    file(&[(Named { name: "density", tree: "Tree_float_5_4_3", class: "fog volume", map: UNIFORM }, vdb)])
+    let grid = |name| {
+        let vdb = Vdb { version: 224, flags: 3, half: false, background: 0.0, voxels: &voxels, tiles: &[] };
+        (Named { name, tree: "Tree_float_5_4_3", class: "fog volume", map: UNIFORM }, vdb)
+    };
+    file(&[grid("density"), grid("temperature")])
 }
 
 /// A scale of 0.5 in all directions, and what follows from it.
