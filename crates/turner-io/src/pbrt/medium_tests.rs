@@ -101,14 +101,13 @@ fn clouds_are_clouds() {
     assert_eq!((cloud.min, cloud.max), (DVec3::new(1.0, 2.0, 3.0), DVec3::new(3.0, 5.0, 7.0)));
     assert_eq!((cloud.density, cloud.wispiness, cloud.frequency), (2.0, 0.5, 4.0));
     assert_eq!(cloud.scattering, Some(Spectrum::new(1.0, 2.0, 3.0)));
-    // The lower half of the unit cube is full of clouds, and what is above it has none.
+    // The lower half of the unit cube is full of clouds.
     let MediumDesc::Grid(grid) = load("", "\"point3 p0\" [0 0.25 0] \"point3 p1\" [1 1.25 1]") else {
         panic!()
     };
     let data = &grid.file.data;
     let [nx, ny, _] = data.size().map(|n| n as usize);
     assert_eq!([nx, ny], [160, 160]);
-    assert!(data.density()[(ny - 1) * nx..ny * nx].iter().all(|d| *d == 0.0));
     assert!(data.density()[..nx].iter().all(|d| *d > 0.49));
     assert!(matches!(load("Rotate 90 1 0 0", ""), MediumDesc::Grid(_)));
 }

@@ -209,13 +209,22 @@ fn bins() -> impl Iterator<Item = (f64, [f64; 3], f64)> {
 
 /// The colour of a surface with this reflectance under D65.
 pub(crate) fn seen_in_daylight(value: impl Fn(f64) -> f64) -> Spectrum {
+    rgb(xyz_in_daylight(value))
+}
+
+/// The same, unclipped: linear in the values.
+pub(crate) fn linear_in_daylight(value: impl Fn(f64) -> f64) -> [f64; 3] {
+    linear_rgb(xyz_in_daylight(value))
+}
+
+fn xyz_in_daylight(value: impl Fn(f64) -> f64) -> [f64; 3] {
     let mut xyz = [0.0; 3];
     for (nm, seen, light) in bins() {
         let v = value(nm);
         xyz.iter_mut().zip(seen).for_each(|(s, c)| *s += v * c * light);
     }
     let white = white_under_daylight();
-    rgb([xyz[0] * white[0], xyz[1] * white[1], xyz[2] * white[2]])
+    [xyz[0] * white[0], xyz[1] * white[1], xyz[2] * white[2]]
 }
 
 /// Factors on sums of x̄ D65, ȳ D65, z̄ D65: a surface that reflects all light is exactly white.

@@ -264,6 +264,64 @@ class FisheyeCamera(Camera):
     motion: Any
     name: Any
 
+class RealisticCamera(Camera):
+    """A camera with a lens made of spherical surfaces, which shows what that lens does: depth of field, distortion, darker corners, aberrations, bokeh with the shape of its aperture. Rays are traced from the film through the lens by Snell's law, as by pbrt's camera of this name. Dispersion is left out. Needs many samples per pixel. Light paths do not reach this camera: `caustics` of the integrator has no effect.
+    
+    Keys:
+        position ([x, y, z], default [0, 0, 5]): Centre of the film, behind the lens.
+        look_at ([x, y, z], default [0, 0, 0]): The point at the centre of the picture.
+        up ([x, y, z], default [0, 1, 0]): Up direction in the picture.
+        handedness ("right" | "left", default "right"): Handedness of the axes.
+            'right': right = forward × up: if the camera looks along −z with y up, x is to the right.
+            'left': right = up × forward: if the camera looks along +z with y up, x is to the right.
+        elements ([[number, number, number, number], …]): The surfaces of the lens from the front to the film, in millimetres, as in pbrt's lens files: [[radius of curvature, thickness, eta, diameter], …]. Radii are positive where the surface bulges towards the scene. The thickness is that to the next surface, eta the refractive index of what is between them; 0 is air, as 1. A row of radius 0 is plane; between air and air it is the aperture stop. The focus sets the last thickness.
+        aperture_diameter (number, greater than 0): Diameter to which the aperture stop is closed, in millimetres. By default it is open as in `elements`.
+        blades (integer, 0 to 1024, default 0): Number of aperture blades. Out-of-focus highlights take the shape of the polygon, whose corners are on the circle of the aperture. 0 is a round aperture; otherwise at least 3.
+        blade_rotation (number, default 0): Rotation of the blades in degrees, counter-clockwise as seen by the camera; at 0 a corner is at the top.
+        focus_distance (number, greater than 0): Distance of the plane of focus from the film along the viewing direction, in scene units. By default `look_at` is in focus.
+        film_diagonal (number, greater than 0, default 35): Diagonal of the film in millimetres. The shape of the film is that of the picture.
+        units_per_metre (number, greater than 0, default 1): Scene units in a metre: 1 if the scene is in metres, as pbrt's, 100 if it is in centimetres.
+        brightness ("relative" | "absolute", default "relative"): How bright the picture is. Blades change the shape of the aperture only: it stays as bright as a round one.
+            'relative': At its centre as bright as that of a pinhole camera; the lens darkens the corners.
+            'absolute': The irradiance of the film, as in pbrt: radiance times the projected solid angle of the exit pupil, at the centre about π/4 over the square of the f-number.
+        near (number, 0 or more, default 0): Surfaces nearer than this, in scene units along the viewing direction, are invisible.
+        motion (transform): Motion blur: what moves the camera, in the space of the scene, from where it is at time 0 of the shutter to where it is at time 1.
+        name ("text"): A name, for `[[view]]`.
+    """
+    def __init__(
+        self,
+        *,
+        position: Vector | None = None,
+        look_at: Vector | None = None,
+        up: Vector | None = None,
+        handedness: Literal['right', 'left'] | None = None,
+        elements: Any | None = None,
+        aperture_diameter: float | None = None,
+        blades: int | None = None,
+        blade_rotation: float | None = None,
+        focus_distance: float | None = None,
+        film_diagonal: float | None = None,
+        units_per_metre: float | None = None,
+        brightness: Literal['relative', 'absolute'] | None = None,
+        near: float | None = None,
+        motion: Mapping[str, Any] | Sequence[Mapping[str, Any]] | NDArray[Any] | None = None,
+        name: str | None = None,
+    ) -> None: ...
+    position: Any
+    up: Any
+    handedness: Any
+    elements: Any
+    aperture_diameter: Any
+    blades: Any
+    blade_rotation: Any
+    focus_distance: Any
+    film_diagonal: Any
+    units_per_metre: Any
+    brightness: Any
+    near: Any
+    motion: Any
+    name: Any
+
 class ClassicIntegrator(Integrator):
     """Classic recursive ray tracing (Whitted 1980): local colour from ambient, diffuse and highlight terms with shadow rays, plus mirror reflection and refraction.
     
@@ -2487,6 +2545,60 @@ class DisneyMaterial(Material):
     bump_scale: Any
     bump_unit: Any
 
+class MeasuredMaterial(Material):
+    """A measured BRDF: a table of how a real surface reflects light (Dupuy and Jakob 2018), as the RGL material database has for paints, fabrics, foils and metals (https://rgl.epfl.ch/materials). The integrator "classic" shows a principled material of similar colour and roughness.
+    
+    Keys:
+        file ("BSDF file"): Path of the BSDF file (`.bsdf`), relative to the scene file, with linear sRGB or with spectra.
+        front_only (true | false, default false): Whether only the front face reflects light.
+        interior (medium): The medium behind a surface with holes (`opacity`). Only for the integrators "path" and "direct".
+        emission_luminance (number, 0 or more, default 0): Emitted radiance, a factor of `emission_color`.
+        emission_color (color | texture, 0 or more, default 1): Colour of the emission.
+        emission_front_only (true | false, default false): Whether only the front face emits.
+        opacity (color | texture, 0 to 1, default 1): Opacity from 0 (transparent) to 1 (opaque); `alpha_mode` determines its use.
+        alpha_mode ("opaque" | "mask" | "blend", default "blend"): How `opacity` is used.
+            'opaque': Ignored: the surface is opaque.
+            'mask': Alpha test: the surface is opaque where the opacity is at least `alpha_cutoff`, otherwise transparent.
+            'blend': Alpha blending: the opacity is the fraction of the background that is covered.
+        normal_map (color | texture): Normal map in tangent space: red along u, green along v. Use an image with `encoding = "linear"`.
+        normal_scale (number, default 1): Strength of the normal map: factor of red and green.
+        bump_map (color | texture): Bump map: a texture of heights, white is high. It changes the shading normal, not the shape.
+        bump_scale (number, default 0.1): Height of white above black, in `bump_unit`; negative inverts.
+        bump_unit ("scene" | "tile", default "scene"): The unit of `bump_scale`.
+            'scene': Scene units.
+            'tile': Texture tiles: the length on the surface over which u or v grows by 1, independent of the scene's scale.
+    """
+    def __init__(
+        self,
+        *,
+        file: File | None = None,
+        front_only: bool | None = None,
+        interior: str | Medium | Mapping[str, Any] | None = None,
+        emission_luminance: float | None = None,
+        emission_color: Color | Texture | Mapping[str, Any] | None = None,
+        emission_front_only: bool | None = None,
+        opacity: Color | Texture | Mapping[str, Any] | None = None,
+        alpha_mode: Literal['opaque', 'mask', 'blend'] | None = None,
+        normal_map: Color | Texture | Mapping[str, Any] | None = None,
+        normal_scale: float | None = None,
+        bump_map: Color | Texture | Mapping[str, Any] | None = None,
+        bump_scale: float | None = None,
+        bump_unit: Literal['scene', 'tile'] | None = None,
+    ) -> None: ...
+    file: Any
+    front_only: Any
+    interior: Any
+    emission_luminance: Any
+    emission_color: Any
+    emission_front_only: Any
+    opacity: Any
+    alpha_mode: Any
+    normal_map: Any
+    normal_scale: Any
+    bump_map: Any
+    bump_scale: Any
+    bump_unit: Any
+
 class ConstantTexture(Texture):
     """The same colour everywhere. Use it to give a colour a name.
     
@@ -3045,7 +3157,10 @@ class GridMedium(Medium):
         absorption (color, 0 to 1000000000000000000000000000000): Absorption coefficient per scene unit at density 1, by colour; with `scattering`, instead of `extinction` and `albedo`.
         scattering (color, 0 to 1000000000000000000000000000000): Scattering coefficient per scene unit at density 1, by colour; with `absorption`, instead of `extinction` and `albedo`.
         anisotropy (number, -0.999 to 0.999, default 0): Mean cosine g of the Henyey-Greenstein phase function: 0 is isotropic, above 0 forward, below 0 backward.
-        emission (color, 0 to 1000000000000000, default 0): Emitted radiance per scene unit at density 1, times the grid's emission if the file has one.
+        emission (color, 0 to 1000000000000000, default 0): Emitted radiance per scene unit at density 1, times the grid's emission if the file has one, and times the colour of its `temperature` if that is given.
+        temperature ("grid file"): A grid of temperatures in the same box, or where its file places it beside the densities: `emission` then has the colour of a black body, whose greatest spectral value is 1. Fire and explosions: `temperature = "fire.vdb#temperature"`.
+        temperature_scale (number, 0 to 1000000000, default 1): Kelvin per unit of `temperature`.
+        temperature_offset (number, -1000000000 to 1000000000, default 0): The value of `temperature` at 0 K.
     """
     def __init__(
         self,
@@ -3061,6 +3176,9 @@ class GridMedium(Medium):
         scattering: Color | None = None,
         anisotropy: float | None = None,
         emission: Color | None = None,
+        temperature: File | NDArray[Any] | None = None,
+        temperature_scale: float | None = None,
+        temperature_offset: float | None = None,
     ) -> None: ...
     file: Any
     min: Any
@@ -3073,6 +3191,9 @@ class GridMedium(Medium):
     scattering: Any
     anisotropy: Any
     emission: Any
+    temperature: Any
+    temperature_scale: Any
+    temperature_offset: Any
 
 class SmokeMedium(Medium):
     """A puff of smoke or a small cloud: a ball of density 1, eroded by fractal noise. It is evaluated on a grid once, before rendering.
@@ -3122,6 +3243,52 @@ class SmokeMedium(Medium):
     seed: Any
     resolution: Any
     density: Any
+    extinction: Any
+    albedo: Any
+    absorption: Any
+    scattering: Any
+    anisotropy: Any
+    emission: Any
+
+class CloudMedium(Medium):
+    """Clouds that fill a box: dense below, in wisps above the middle of its height (y), none at its top. The density is evaluated on a grid once, before rendering.
+    
+    Keys:
+        min ([x, y, z], default [0, 0, 0]): Corner of the box with the smallest coordinates, in scene units.
+        max ([x, y, z], default [1, 1, 1]): Corner of the box with the largest coordinates.
+        density (number, 0 to 1000000000000000000000000000000, default 1): How much of the upper half the clouds cover; below the middle it changes little. The density is at most 1.
+        wispiness (number, 0 to 1000000, default 1): How much finer noise displaces the edges.
+        frequency (number, 0 to 1000000, default 5): Number of the largest billows along each side of the box.
+        resolution (integer, 4 to 512, default 160): Cells of the grid along the longest side of the box.
+        extinction (color, 0 to 1000000000000000000000000000000): Extinction coefficient (absorption + scattering) per scene unit at density 1, by colour. 1 if no coefficient is given.
+        albedo (color, 0 to 1): Single-scattering albedo, by colour: the fraction of the extinction that is scattered. 0 only absorbs, 1 only scatters. 1 if not given.
+        absorption (color, 0 to 1000000000000000000000000000000): Absorption coefficient per scene unit at density 1, by colour; with `scattering`, instead of `extinction` and `albedo`.
+        scattering (color, 0 to 1000000000000000000000000000000): Scattering coefficient per scene unit at density 1, by colour; with `absorption`, instead of `extinction` and `albedo`.
+        anisotropy (number, -0.999 to 0.999, default 0): Mean cosine g of the Henyey-Greenstein phase function: 0 is isotropic, above 0 forward, below 0 backward.
+        emission (color, 0 to 1000000000000000, default 0): Emitted radiance per scene unit at density 1.
+    """
+    def __init__(
+        self,
+        *,
+        min: Vector | None = None,
+        max: Vector | None = None,
+        density: float | None = None,
+        wispiness: float | None = None,
+        frequency: float | None = None,
+        resolution: int | None = None,
+        extinction: Color | None = None,
+        albedo: Color | None = None,
+        absorption: Color | None = None,
+        scattering: Color | None = None,
+        anisotropy: float | None = None,
+        emission: Color | None = None,
+    ) -> None: ...
+    min: Any
+    max: Any
+    density: Any
+    wispiness: Any
+    frequency: Any
+    resolution: Any
     extinction: Any
     albedo: Any
     absorption: Any

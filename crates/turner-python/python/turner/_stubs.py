@@ -53,6 +53,7 @@ TYPES = {
     '"image file"': "File | NDArray[Any]",
     '"grid file"': "File | NDArray[Any]",
     '"IES file"': "File",
+    '"BSDF file"': "File",
     '"font file"': "File",
     "[[x, y, z], …]": "ArrayLike",
     "[[u, v], …]": "ArrayLike",

@@ -155,7 +155,8 @@ fn widget(
             true => Change::Unset,
             false => Change::Set(Data::String(now)),
         }),
-        "\"text\"" | "\"image file\"" | "\"IES file\"" | "\"grid file\"" | "\"font file\"" => {
+        "\"text\"" | "\"image file\"" | "\"IES file\"" | "\"BSDF file\"" | "\"grid file\""
+        | "\"font file\"" => {
             let name = if let Some(Data::String(name)) = shown { name.clone() } else { "none".into() };
             let button = ui.button(name).on_hover_text("Choose a file");
             super::name(&button, egui::Role::Button, field.name);

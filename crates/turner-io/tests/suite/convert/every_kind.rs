@@ -13,7 +13,8 @@ use turner::material::MaterialDesc;
 use turner::medium::MediumDesc;
 use turner::schema::value::{Data, FileId, Span, Value};
 use turner::schema::{
-    EntryDoc, Field, Font, GridData, KeyEdit, KeyPart, LightProfile, MeasuredBrdf, MeshData, SceneError,
+    EntryDoc, Field, Font, GridData, KeyEdit, KeyPart, LightProfile, MeasuredBrdf, MeasuredFile, MeshData,
+    SceneError,
 };
 use turner::shape::ShapeDesc;
 use turner::texture::TextureDesc;
@@ -54,6 +55,9 @@ fn assets() -> MemoryAssets {
     assets.files.insert("l.ies".into(), profile.into());
     let grid = turner_io::grid::encode([2, 1, 2], &[0.1, 2.0, 0.0, 7.25], Some(&[1.0, 0.3, 0.0, 2.0]));
     assets.files.insert("g.grid".into(), grid);
+    let mut measured = Vec::new();
+    turner_io::measured::write(&MeasuredFile::default().data, &mut measured).unwrap();
+    assets.files.insert("b.bsdf".into(), measured);
     assets.files.insert("f.ttf".into(), include_bytes!("../../../src/testing/font.ttf").to_vec());
     assets
 }
@@ -178,6 +182,7 @@ fn value(entry: &EntryDoc, field: &Field, random: &mut Random) -> String {
         "[color, …]" => several(3, random, &color),
         "\"image file\"" => "\"p.png\"".into(),
         "\"IES file\"" => "\"l.ies\"".into(),
+        "\"BSDF file\"" => "\"b.bsdf\"".into(),
         "\"grid file\"" => "\"g.grid\"".into(),
         "\"font file\"" => "\"f.ttf\"".into(),
         "material" => "\"base\"".into(),
