@@ -264,13 +264,11 @@ impl StudioDesc {
     /// A camera of the scene or model with `fov`, `zoom`, `f_stop` and `focus` of the studio. `radius` is that of the
     /// bounding sphere.
     pub fn refined(&self, mut camera: CameraDesc, radius: f64, aspect: f64) -> CameraDesc {
+        use CameraDesc::{Equirectangular, Fisheye, Orthographic, Pinhole, Realistic, ThinLens};
         let lens = match &mut camera {
-            CameraDesc::Pinhole(c) => Some((&mut c.fov, &mut c.viewport)),
-            CameraDesc::ThinLens(c) => Some((&mut c.fov, &mut c.viewport)),
-            CameraDesc::Orthographic(_)
-            | CameraDesc::Equirectangular(_)
-            | CameraDesc::Fisheye(_)
-            | CameraDesc::Realistic(_) => None,
+            Pinhole(c) => Some((&mut c.fov, &mut c.viewport)),
+            ThinLens(c) => Some((&mut c.fov, &mut c.viewport)),
+            Orthographic(_) | Equirectangular(_) | Fisheye(_) | Realistic(_) => None,
         };
         if let Some((fov, viewport)) = lens
             && (self.fov.is_some() || self.zoom != 1.0 && viewport.is_none())
