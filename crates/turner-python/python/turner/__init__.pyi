@@ -2546,7 +2546,7 @@ class DisneyMaterial(Material):
     bump_unit: Any
 
 class MeasuredMaterial(Material):
-    """A measured BRDF: a table of how a real surface reflects light (Dupuy and Jakob 2018), as the RGL material database has for paints, fabrics, foils and metals (https://rgl.epfl.ch/materials). The integrator "classic" shows a principled material of similar colour and roughness.
+    """A measured BRDF: a table of how a real surface reflects light (Dupuy and Jakob 2018), as the RGL material database has for paints, fabrics, foils and metals. The integrator "classic" shows a principled material of similar colour and roughness.
     
     Keys:
         file ("BSDF file"): Path of the BSDF file (`.bsdf`), relative to the scene file, with linear sRGB or with spectra.

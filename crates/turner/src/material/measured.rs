@@ -13,7 +13,7 @@ const fn grey(v: f32) -> ColorSource {
 
 params! {
     /// A measured BRDF: a table of how a real surface reflects light (Dupuy and Jakob 2018), as the RGL material database
-    /// has for paints, fabrics, foils and metals (https://rgl.epfl.ch/materials). The integrator "classic" shows a
+    /// has for paints, fabrics, foils and metals. The integrator "classic" shows a
     /// principled material of similar colour and roughness.
     pub struct MeasuredMaterial as "measured" {
         /// Path of the BSDF file (`.bsdf`), relative to the scene file, with linear sRGB or with spectra.
