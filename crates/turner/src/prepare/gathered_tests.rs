@@ -136,6 +136,6 @@ fn few_meshes_keep_their_own_bvh() {
     // Meshes of 3, 8, 18 and 32 triangles.
     assert_eq!(triangles_gathered([1.0, 1.0, 1.0, 1.0]), Some(61));
     assert_eq!(triangles_gathered([4000.0, 1.0, 1.0, 1.0]), Some(61));
-    assert_eq!(triangles_gathered([40_000.0, 1.0, 1.0, 1.0]), Some(58));
-    assert_eq!(triangles_gathered([40_000.0, 40_000.0, 1.0, 40_000.0]), Some(43));
+    assert_eq!(triangles_gathered([400_000.0, 1.0, 1.0, 1.0]), Some(58));
+    assert_eq!(triangles_gathered([400_000.0, 400_000.0, 1.0, 400_000.0]), Some(43));
 }

@@ -172,7 +172,11 @@ impl MeasuredBrdf {
             Symmetry::Quarter => [sign(wo.x), sign(wo.y)],
         };
         let theta = acos(wo.z.clamp(0.0, 1.0));
-        let phi = atan2(wo.y * signs[1], wo.x * signs[0]);
+        let phi = match (self.symmetry, atan2(wo.y * signs[1], wo.x * signs[0])) {
+            // The azimuths of a part begin at −π, which is also π.
+            (Symmetry::Half | Symmetry::Quarter, phi) if phi > FRAC_PI_2 => phi - TAU,
+            (_, phi) => phi,
+        };
         let slices = Slices::new(between(&self.phi, phi), between(&self.theta, theta), self.theta.len());
         let factor = if self.jacobian {
             let sigma = self.sigma.eval([number_of_theta(theta), number_of_phi(phi)], &Slices::ONLY);
