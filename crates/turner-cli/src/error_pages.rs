@@ -109,12 +109,6 @@ pub const PAGES: &[ErrorPage] = &[
         remedy: "Write the grid again; `turner help grid` describes the format.",
     },
     ErrorPage {
-        code: ErrorCode::Measured,
-        text: "The file of a measured BRDF is invalid, or its tables contradict each other.",
-        faulty: "turner scene.toml -D material.paint.file=damaged.bsdf",
-        remedy: "Download the file again, for example from the RGL material database.",
-    },
-    ErrorPage {
         code: ErrorCode::Film,
         text: "A checkpoint, or a film that was saved by a program that uses the library, is damaged or of another version of Turner.",
         faulty: "",
@@ -125,6 +119,12 @@ pub const PAGES: &[ErrorPage] = &[
         text: "A font file is invalid, or cannot be read. TrueType and OpenType can: .ttf, .otf, .ttc.",
         faulty: "turner scene.toml -D object.0.font=damaged.ttf",
         remedy: "Obtain the font again, or choose another one.",
+    },
+    ErrorPage {
+        code: ErrorCode::Measured,
+        text: "The file of a measured BRDF is invalid, or its tables contradict each other.",
+        faulty: "turner scene.toml -D material.paint.file=damaged.bsdf",
+        remedy: "Download the file again, for example from the RGL material database.",
     },
     ErrorPage {
         code: ErrorCode::Transform,

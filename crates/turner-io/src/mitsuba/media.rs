@@ -13,7 +13,7 @@ use super::spectra::{Role, color};
 use super::volumes::{self, Cells};
 use crate::assets::printable;
 use crate::scene_import::report::Fault;
-use crate::scene_import::{GridBox, ROTATED_GRID, unknown};
+use crate::scene_import::{GridBox, ROTATED_GRID, named_medium, unknown};
 
 /// Largest grid file, bytes.
 const MAX_GRID: u64 = 2 << 30;
@@ -41,6 +41,9 @@ fn make(scene: &mut Assembly<'_>, object: &Object) -> Result<Option<MediumDesc>,
         "has_spectral_extinction",
         "majorant_factor",
         "majorant_resolution_factor",
+        // Of Mitsuba 0.6: how it integrates.
+        "method",
+        "step_size",
     ]);
     let scale = object.float("scale")?.unwrap_or(1.0).clamp(0.0, 1e15);
     let anisotropy = match object.object("phase")? {
@@ -64,12 +67,16 @@ fn make(scene: &mut Assembly<'_>, object: &Object) -> Result<Option<MediumDesc>,
             g.clamp(-0.999, 0.999)
         }
     };
-    if object.has("sigma_a") || object.has("sigma_s") {
+    let named = named(scene, object)?;
+    if named.is_some() || object.has("sigma_a") || object.has("sigma_s") {
         let get = |scene: &mut Assembly<'_>, name: &'static str| match object.find(name) {
             Some((node, _)) => color(scene, node, Role::Unbounded),
             None => Ok(Spectrum::BLACK),
         };
-        let (absorption, scattering) = (get(scene, "sigma_a")?, get(scene, "sigma_s")?);
+        let (absorption, scattering) = match named {
+            Some(both) => both,
+            None => (get(scene, "sigma_a")?, get(scene, "sigma_s")?),
+        };
         let sum = absorption + scattering;
         let part = |s: f32, t: f32| if t > 0.0 { s / t } else { 0.0 };
         let albedo =
@@ -77,7 +84,9 @@ fn make(scene: &mut Assembly<'_>, object: &Object) -> Result<Option<MediumDesc>,
         return Ok(Some(homogeneous(scale, sum, albedo, anisotropy)));
     }
     let albedo = value(scene, object, "albedo", 0.75)?;
-    let sigma_t = value(scene, object, "sigma_t", 1.0)?;
+    // Mitsuba 0.6 has "density" in heterogeneous media.
+    let extinction = if object.has("density") { "density" } else { "sigma_t" };
+    let sigma_t = value(scene, object, extinction, 1.0)?;
     if !["homogeneous", "heterogeneous"].contains(&object.kind.as_str()) {
         return Err(unknown("medium", &object.kind, &["homogeneous", "heterogeneous"]).or_at(object.place));
     }
@@ -123,6 +132,20 @@ fn make(scene: &mut Assembly<'_>, object: &Object) -> Result<Option<MediumDesc>,
         anisotropy,
         ..GridMedium::default()
     })))
+}
+
+/// σa and σs of the measured medium that Mitsuba 0.6 calls `material`, where nothing else gives them.
+fn named(scene: &mut Assembly<'_>, object: &Object) -> Result<Option<(Spectrum, Spectrum)>, Fault> {
+    let Some(name) = object.string("material")? else { return Ok(None) };
+    if ["sigma_a", "sigma_s", "sigma_t", "albedo"].iter().any(|n| object.has(n)) {
+        return Ok(None);
+    }
+    let found = named_medium(name);
+    if found.is_none() {
+        let message = format!("the medium \"{}\" is not known", printable(name));
+        scene.report.ignored(object.place_of("material"), message);
+    }
+    Ok(found)
 }
 
 fn homogeneous(density: f64, extinction: Spectrum, albedo: Spectrum, anisotropy: f64) -> MediumDesc {

@@ -381,6 +381,31 @@ fn a_heterogeneous_medium_ends_with_its_volume() {
     assert!(matches!(medium("homogeneous"), MediumDesc::Homogeneous(_)));
 }
 
+/// Mitsuba 0.6 calls the extinction of heterogeneous media `density`, and knows measured media by name.
+#[test]
+fn media_of_mitsuba_0_6() {
+    let medium = |text: &str| {
+        let scene = read(&format!("<shape type='sphere'><bsdf type='null'/>{text}</shape>")).unwrap();
+        assert!(scene.warnings.is_empty(), "{:?}", scene.warnings);
+        scene.media[0].value.clone()
+    };
+    let MediumDesc::Grid(grid) = medium(
+        "<medium type='heterogeneous' name='interior'><string name='method' value='woodcock'/>
+           <float name='step_size' value='0.1'/><volume type='constvolume' name='density'><float name='value' value='3'/></volume></medium>",
+    ) else {
+        panic!()
+    };
+    assert_eq!(grid.extinction.unwrap().g, 3.0);
+    let MediumDesc::Homogeneous(cream) = medium(
+        "<medium type='homogeneous' name='interior'><string name='material' value='cream'/><float name='scale' value='10'/></medium>",
+    ) else {
+        panic!()
+    };
+    assert_eq!(cream.density, 10.0);
+    assert!((cream.scattering.unwrap().r - 7.38).abs() < 1e-5, "{cream:?}");
+    assert!((cream.absorption.unwrap().b - 0.0163).abs() < 1e-6, "{cream:?}");
+}
+
 /// An emissive rectangle has no transform; other rectangles are triangles.
 #[test]
 fn rectangles_are_area_lights_or_triangles() {

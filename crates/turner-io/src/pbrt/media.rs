@@ -14,30 +14,7 @@ use super::report::Fault;
 use super::spectra::{Role, color};
 use super::state::State;
 use crate::assets::printable;
-use crate::scene_import::GridBox;
-
-/// Name, σs and σa per millimetre of pbrt's named media (Jensen et al. 2001; Narasimhan et al. 2006).
-const NAMED: &[(&str, [f64; 3], [f64; 3])] = &[
-    ("Apple", [2.29, 2.39, 1.97], [0.003, 0.0034, 0.046]),
-    ("Chicken1", [0.15, 0.21, 0.38], [0.015, 0.077, 0.19]),
-    ("Chicken2", [0.19, 0.25, 0.32], [0.018, 0.088, 0.2]),
-    ("Cream", [7.38, 5.47, 3.15], [0.0002, 0.0028, 0.0163]),
-    ("Ketchup", [0.18, 0.07, 0.03], [0.061, 0.97, 1.45]),
-    ("Marble", [2.19, 2.62, 3.0], [0.0021, 0.0041, 0.0071]),
-    ("Potato", [0.68, 0.7, 0.55], [0.0024, 0.009, 0.12]),
-    ("Skimmilk", [0.7, 1.22, 1.9], [0.0014, 0.0025, 0.0142]),
-    ("Skin1", [0.74, 0.88, 1.01], [0.032, 0.17, 0.48]),
-    ("Skin2", [1.09, 1.59, 1.79], [0.013, 0.07, 0.145]),
-    ("Spectralon", [11.6, 20.4, 14.9], [0.0, 0.0, 0.0]),
-    ("Wholemilk", [2.55, 3.21, 3.77], [0.0011, 0.0024, 0.014]),
-];
-
-/// σa and σs of a named medium, per millimetre.
-pub(super) fn named(name: &str) -> Option<(Spectrum, Spectrum)> {
-    let (_, scattering, absorption) = NAMED.iter().find(|(n, ..)| *n == name)?;
-    let band = |v: &[f64; 3]| Spectrum::new(v[0] as f32, v[1] as f32, v[2] as f32);
-    Some((band(absorption), band(scattering)))
-}
+use crate::scene_import::{GridBox, named_medium};
 
 /// What all types of media have.
 pub(super) struct Common {
@@ -107,7 +84,7 @@ fn common(scene: &mut Assembly<'_>, state: &State, params: &Params) -> Result<Co
     let preset = match params.string("preset") {
         None => None,
         Some(preset) => {
-            let found = named(preset);
+            let found = named_medium(preset);
             if found.is_none() {
                 let message = format!("unknown medium preset \"{}\"", printable(preset));
                 scene.report.ignored(params.place_of("preset"), message);

@@ -9,14 +9,13 @@ use turner::schema::{ColorSource, ErrorCode};
 use super::assembly::Assembly;
 use super::layers::{Conductor, Layer};
 use super::materials::Use;
-use super::media;
 use super::params::{Params, Type};
 use super::report::Fault;
 use super::spectra::{Curve, Role, color, curve, glass_of, metal_of, to_color};
 use super::state::ColorSpace;
 use super::textures::{normal_picture, source_named};
 use crate::assets::printable;
-use crate::scene_import::{Through, inner_reflectance, map_colors, map_values, product};
+use crate::scene_import::{Through, inner_reflectance, map_colors, map_values, named_medium, product};
 use crate::spectral::{at_each_wavelength, metal_at, metal_of_index, metal_reflectances, seen_in_daylight};
 
 /// A grey colour.
@@ -384,7 +383,7 @@ impl Maker<'_, '_> {
             let mfp = mfp.unwrap_or(Spectrum::WHITE);
             (color, f64::from((mfp.r + mfp.g + mfp.b) / 3.0) * scale)
         } else {
-            let found = named.as_deref().and_then(media::named);
+            let found = named.as_deref().and_then(named_medium);
             if let (Some(name), None) = (&named, found) {
                 let message = format!("unknown medium \"{}\" of a subsurface material", printable(name));
                 self.scene.report.ignored(self.params.place_of("name"), message);

@@ -8,6 +8,7 @@ mod grid_box;
 mod layer;
 mod measured;
 mod microfacets;
+mod named_media;
 mod open;
 mod orient;
 mod own_vertices;
@@ -21,6 +22,7 @@ pub(crate) use common_parts::{CommonParts, is_sound, load_image, push, read_file
 pub(crate) use grid_box::{GridBox, ROTATED_GRID};
 pub(crate) use layer::inner_reflectance;
 pub(crate) use microfacets::{Microfacets, incoming, single_scattering};
+pub(crate) use named_media::named_medium;
 pub(crate) use open::fill_open;
 pub(crate) use orient::orient;
 pub(crate) use own_vertices::{bytes as own_vertices_bytes, with_own_vertices};

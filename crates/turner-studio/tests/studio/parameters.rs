@@ -13,6 +13,7 @@ use turner::integrator::IntegratorDesc;
 use turner::light::{BackgroundDesc, LightDesc};
 use turner::material::MaterialDesc;
 use turner::medium::MediumDesc;
+use turner::schema::MeasuredFile;
 use turner::schema::value::Data;
 use turner::shape::ShapeDesc;
 use turner::texture::TextureDesc;
@@ -49,11 +50,22 @@ fn lights() {
     check(&faults);
 }
 
+/// A folder with a file and a scene that names it; the sample scene with these lines.
+fn opened(name: &str, bytes: &[u8], text: &str) -> (tempfile::TempDir, SceneDesc) {
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join(name), bytes).unwrap();
+    let file = folder.path().join("scene.toml");
+    std::fs::write(&file, format!("{SAMPLE}\n{text}")).unwrap();
+    let document = Document::open(&file).unwrap_or_else(|e| panic!("{}", e.message));
+    (folder, SceneDesc::clone(document.desc()))
+}
+
 #[test]
 fn materials() {
     let (mut window, _home) = window([1800.0, 2400.0], 1.0);
     let mut faults = Vec::new();
-    for entry in MaterialDesc::DOC.entries {
+    // A measured BRDF is read from a file.
+    for entry in MaterialDesc::DOC.entries.iter().filter(|entry| entry.name != "measured") {
         let text = match entry.name {
             "mix" => "materials = [\"gold\", \"chalk\", \"unused\"]\nweights = [1, 2, 1]\n",
             _ => "",
@@ -62,6 +74,13 @@ fn materials() {
         let last = desc.materials.iter().position(|m| m.name.as_deref() == Some("own")).unwrap();
         all_keys(&mut window, desc, Node::Material(last), entry, &mut faults);
     }
+    let mut bytes = Vec::new();
+    turner_io::measured::write(&MeasuredFile::default().data, &mut bytes).unwrap();
+    let (folder, desc) =
+        opened("paint.bsdf", &bytes, "[material.own]\ntype = \"measured\"\nfile = \"paint.bsdf\"\n");
+    let own = desc.materials.iter().position(|m| m.name.as_deref() == Some("own")).unwrap();
+    let entry = MaterialDesc::DOC.entries.iter().find(|entry| entry.name == "measured").unwrap();
+    all_keys_in(&mut window, desc, folder.path(), Node::Material(own), entry, &mut faults);
     check(&faults);
 }
 
@@ -93,14 +112,10 @@ fn media() {
         all_keys(&mut window, desc, Node::Medium(0), entry, &mut faults);
     }
     // A grid is read from a file.
-    let folder = tempfile::tempdir().unwrap();
     let mut bytes = b"turner-grid 1\nsize 2 1 1\nchannels density\ndata\n".to_vec();
     bytes.extend([1.0f32, 0.5].into_iter().flat_map(f32::to_le_bytes));
-    std::fs::write(folder.path().join("smoke.grid"), bytes).unwrap();
-    let file = folder.path().join("scene.toml");
-    std::fs::write(&file, format!("{SAMPLE}\n[medium.smoke]\ntype = \"grid\"\nfile = \"smoke.grid\"\n"))
-        .unwrap();
-    let desc = SceneDesc::clone(Document::open(&file).unwrap_or_else(|e| panic!("{}", e.message)).desc());
+    let (folder, desc) =
+        opened("smoke.grid", &bytes, "[medium.smoke]\ntype = \"grid\"\nfile = \"smoke.grid\"\n");
     let smoke = desc.media.iter().position(|medium| medium.name.as_deref() == Some("smoke")).unwrap();
     let entry = MediumDesc::DOC.entries.iter().find(|entry| entry.name == "grid").unwrap();
     all_keys_in(&mut window, desc, folder.path(), Node::Medium(smoke), entry, &mut faults);
