@@ -84,17 +84,17 @@ fn make(scene: &mut Assembly<'_>, object: &Object) -> Result<Option<MediumDesc>,
         return Ok(Some(homogeneous(scale, sum, albedo, anisotropy)));
     }
     let albedo = value(scene, object, "albedo", 0.75)?;
-    // Mitsuba 0.6 has "density" in heterogeneous media.
-    let extinction = if object.has("density") { "density" } else { "sigma_t" };
-    let sigma_t = value(scene, object, extinction, 1.0)?;
+    // Heterogeneous media of Mitsuba 0.6 call their extinction "density".
+    let name = if object.has("density") { "density" } else { "sigma_t" };
+    let sigma_t = value(scene, object, name, 1.0)?;
     if !["homogeneous", "heterogeneous"].contains(&object.kind.as_str()) {
         return Err(unknown("medium", &object.kind, &["homogeneous", "heterogeneous"]).or_at(object.place));
     }
     let (sigma_t, extinction) = match (sigma_t, &albedo) {
         (Volume::Grid(cells), _) => (cells, Spectrum::WHITE),
-        // A heterogeneous medium ends at the box of its volume, even if its values are constant. A number has the unit
-        // cube.
-        (Volume::Constant(c, bounds), _) if object.kind == "heterogeneous" => {
+        // In Mitsuba 3 a heterogeneous medium ends at the box of its volume, even if its values are constant. A number
+        // has the unit cube. In Mitsuba 0.6 constant volumes are unbounded.
+        (Volume::Constant(c, bounds), _) if object.kind == "heterogeneous" && !scene.document.is_old => {
             (Cells::even(bounds.unwrap_or([DVec3::ZERO, DVec3::ONE])), c)
         }
         (Volume::Constant(c, _), Volume::Grid(cells)) => {
@@ -134,7 +134,8 @@ fn make(scene: &mut Assembly<'_>, object: &Object) -> Result<Option<MediumDesc>,
     })))
 }
 
-/// σa and σs of the measured medium that Mitsuba 0.6 calls `material`, where nothing else gives them.
+/// Absorption and scattering coefficients of the named medium that `material` of Mitsuba 0.6 chooses, if no others are
+/// given.
 fn named(scene: &mut Assembly<'_>, object: &Object) -> Result<Option<(Spectrum, Spectrum)>, Fault> {
     let Some(name) = object.string("material")? else { return Ok(None) };
     if ["sigma_a", "sigma_s", "sigma_t", "albedo"].iter().any(|n| object.has(n)) {
@@ -142,7 +143,10 @@ fn named(scene: &mut Assembly<'_>, object: &Object) -> Result<Option<(Spectrum, 
     }
     let found = named_medium(name);
     if found.is_none() {
-        let message = format!("the medium \"{}\" is not known", printable(name));
+        let message = format!(
+            "unknown medium \"{}\": give it sigma_t and albedo; sigma_t 1 and albedo 0.75 are used",
+            printable(name)
+        );
         scene.report.ignored(object.place_of("material"), message);
     }
     Ok(found)
@@ -195,7 +199,8 @@ fn value(scene: &mut Assembly<'_>, object: &Object, name: &'static str, or: f64)
 
 fn grid(scene: &mut Assembly<'_>, object: &Object) -> Result<Option<Volume>, Fault> {
     let to_world = object.transform("to_world")?;
-    let own_box = object.boolean("use_grid_bbox")?.unwrap_or(false);
+    // In Mitsuba 0.6 a grid fills the box that its file gives.
+    let own_box = object.boolean("use_grid_bbox")?.unwrap_or(scene.document.is_old);
     if object.string("filter_type")? == Some("nearest") {
         scene
             .report

@@ -381,7 +381,7 @@ fn a_heterogeneous_medium_ends_with_its_volume() {
     assert!(matches!(medium("homogeneous"), MediumDesc::Homogeneous(_)));
 }
 
-/// Mitsuba 0.6 calls the extinction of heterogeneous media `density`, and knows measured media by name.
+/// In Mitsuba 0.6 heterogeneous media have a `density`, and `material` chooses a named medium.
 #[test]
 fn media_of_mitsuba_0_6() {
     let medium = |text: &str| {

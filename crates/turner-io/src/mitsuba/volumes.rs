@@ -336,6 +336,41 @@ pub(super) mod tests {
         crate::mitsuba::import_from(text.into_bytes(), "a.xml", &assets, &options)
     }
 
+    /// In Mitsuba 0.6 grids fill the box of their file, and constant volumes have no box; later versions place the unit
+    /// cube.
+    #[test]
+    fn volumes_of_mitsuba_0_6_have_their_own_boxes() {
+        let read = |version: &str, volume: &str| {
+            let text = format!(
+                "<scene version='{version}'><shape type='sphere'><bsdf type='null'/>\
+                 <medium name='interior' type='heterogeneous'>{volume}</medium></shape></scene>"
+            );
+            let mut grid = file([2, 1, 1], 1, &[1.0, 2.0]);
+            for (i, v) in [-3.0f32, -2.0, -1.0, 1.0, 2.0, 3.0].into_iter().enumerate() {
+                grid[24 + 4 * i..28 + 4 * i].copy_from_slice(&v.to_le_bytes());
+            }
+            let mut assets = MemoryAssets::default();
+            assets.files.insert("c.vol".into(), grid);
+            let options = ImportOptions::default();
+            let scene = crate::mitsuba::import_from(text.into_bytes(), "a.xml", &assets, &options).unwrap();
+            scene.media[0].value.clone()
+        };
+        let grid =
+            "<volume name='density' type='gridvolume'><string name='filename' value='c.vol'/></volume>";
+        let even = "<volume name='density' type='constvolume'><float name='value' value='2'/></volume>";
+        for (version, bounds) in [
+            ("0.5.0", [DVec3::new(-3.0, -2.0, -1.0), DVec3::new(1.0, 2.0, 3.0)]),
+            ("3.0.0", [DVec3::ZERO, DVec3::ONE]),
+        ] {
+            let MediumDesc::Grid(medium) = read(version, grid) else { panic!() };
+            // The reader widens boxes a little, so that none is empty.
+            let is_near = medium.bounds().iter().zip(bounds).all(|(a, b)| a.abs_diff_eq(b, 1e-8));
+            assert!(is_near, "{version}: {:?}", medium.bounds());
+        }
+        assert!(matches!(read("0.5.0", even), MediumDesc::Homogeneous(_)));
+        assert!(matches!(read("3.0.0", even), MediumDesc::Grid(_)));
+    }
+
     #[test]
     fn rotated_grids_keep_their_cells_or_fill_the_box_around() {
         let root = 0.5f64.sqrt();

@@ -2,8 +2,9 @@
 
 use turner::color::Spectrum;
 
-/// Name, reduced σs and σa per millimetre (Jensen et al. 2001, "A Practical Model for Subsurface Light Transport";
-/// Narasimhan et al. 2006, "Acquiring Scattering Properties of Participating Media by Dilution").
+/// Names, reduced scattering coefficients and absorption coefficients, per millimetre, in red, green and blue (Jensen
+/// et al. 2001, "A Practical Model for Subsurface Light Transport"; Narasimhan et al. 2006, "Acquiring Scattering
+/// Properties of Participating Media by Dilution").
 #[rustfmt::skip]
 const NAMED: &[(&str, [f64; 3], [f64; 3])] = &[
     ("Apple", [2.29, 2.39, 1.97], [0.003, 0.0034, 0.046]),
@@ -55,7 +56,8 @@ const NAMED: &[(&str, [f64; 3], [f64; 3])] = &[
     ("Pacific Ocean Surface Water", [0.0001764, 0.00032095, 0.00019617], [0.031845, 0.031324, 0.030147]),
 ];
 
-/// σa and σs of a named medium, per millimetre, for an isotropic phase function.
+/// Absorption and scattering coefficients of a named medium, per millimetre; its phase function is isotropic. Upper and
+/// lower case are the same.
 pub(crate) fn named_medium(name: &str) -> Option<(Spectrum, Spectrum)> {
     let (_, scattering, absorption) = NAMED.iter().find(|(n, ..)| n.eq_ignore_ascii_case(name))?;
     let band = |v: &[f64; 3]| Spectrum::new(v[0] as f32, v[1] as f32, v[2] as f32);

@@ -50,7 +50,7 @@ fn lights() {
     check(&faults);
 }
 
-/// A folder with a file and a scene that names it; the sample scene with these lines.
+/// The sample scene with more lines, read from a folder that has a file called `name`.
 fn opened(name: &str, bytes: &[u8], text: &str) -> (tempfile::TempDir, SceneDesc) {
     let folder = tempfile::tempdir().unwrap();
     std::fs::write(folder.path().join(name), bytes).unwrap();

@@ -196,7 +196,7 @@ fn symmetric_materials_need_fewer_azimuths() {
     for (name, phi) in [("half", azimuths(-PI, 0.0, 13)), ("quarter", azimuths(-PI, -FRAC_PI_2, 7))] {
         let part = Measured::new(&Arc::new(tables(facets, 8, phi, 41)));
         let (a, b) = (Bsdf::measured(&whole), Bsdf::measured(&part));
-        // Along x, where the signs say nothing, the tables of both ends count.
+        // A view along x lies at an end of the range of azimuths: −π and π are the same.
         let (along, toward) = (direction(0.6, PI), direction(0.7, 2.5));
         let [f, g] = [&a, &b].map(|bsdf| bsdf.eval(DVec3::new(along.x, 0.0, along.z), toward));
         assert!((f.r - g.r).abs() < 0.03 * (f.r + g.r) + 5e-3, "{name}: {f:?} {g:?}");
@@ -213,7 +213,7 @@ fn symmetric_materials_need_fewer_azimuths() {
             let (h, q) = b.eval_pdf(turned(wo), turned(wi));
             assert!((h.r - g.r).abs() <= 1e-5 * g.r && (p - q).abs() <= 1e-6 * p, "{name}: {g:?} {h:?}");
         }
-        // The grids of a part are not those of the whole mirrored: coarse tables differ far out in the lobe.
+        // The mirrored cells of a part are not those of the whole, so that interpolation differs in the tails of the lobe.
         assert!(difference < 0.01 * sum, "{name}: {difference} of {sum}");
         for mu in [0.9, 0.4] {
             samples_agree_with_eval(&b, direction(mu, 2.5), 400).unwrap();
