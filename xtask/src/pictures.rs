@@ -286,6 +286,10 @@ pub(crate) const PICTURES: &[Picture] = &[
         ),
     ),
     picture(
+        "lens.jpg",
+        Turner("scenes/guides/lens.toml --width 450 --height 300 --samples 324 --clamp-indirect 0.5"),
+    ),
+    picture(
         "depth-of-field-sheet.jpg",
         Sheet(
             3,

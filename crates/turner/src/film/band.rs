@@ -172,10 +172,11 @@ impl Band {
         let skipped = (top - rect.y) as usize * width;
         let starts = self.row_starts(&part);
         let pixels = self.sums_mut();
-        for (start, sums) in starts.clone().zip(sums.pixels[skipped..].chunks_exact(width)) {
-            for (words, sum) in pixels[start..start + width].iter_mut().zip(sums) {
+        for (row, start) in starts.clone().enumerate() {
+            let first = skipped + row * width;
+            for (words, i) in pixels[start..start + width].iter_mut().zip(first..) {
                 let mut pixel = PixelSum::from_words(words);
-                pixel.merge(&sum.narrow());
+                pixel.merge(&sums.pixels.narrow(i));
                 *words = pixel.to_words();
             }
         }
@@ -186,7 +187,7 @@ impl Band {
             for (row, start) in starts.enumerate() {
                 let first = skipped + row * width;
                 let own = &mut self.extra[start * channels..(start + width) * channels];
-                for (words, sum) in own.iter_mut().zip(sums.extra.of_pixels(first..first + width)) {
+                for (words, sum) in own.iter_mut().zip(sums.extra_of(first..first + width)) {
                     *words = Fixed96::from_words(*words).plus(Fixed96::from_i128(sum)).to_words();
                 }
             }

@@ -87,12 +87,11 @@ impl ErrorSample {
         ErrorSample { luminance: f64::from(color.luminance()), is_in_half: is_in_half(index) }
     }
 
-    /// What the sample adds to the sums of a pixel.
-    #[inline]
-    pub(super) fn terms(&self, weight: f64) -> [f64; ERROR_SUMS] {
-        let (squared, value) = (weight * weight, self.luminance);
-        let half = if self.is_in_half { weight } else { 0.0 };
-        [squared * value * value, squared * value, squared, half * value, half]
+    /// What the sample adds to the sums of a pixel with a weight of 1.
+    #[inline(always)]
+    pub(super) fn terms(&self) -> [f64; ERROR_SUMS] {
+        let (l, half) = (self.luminance, if self.is_in_half { 1.0 } else { 0.0 });
+        [l * l, l, 1.0, half * l, half]
     }
 }
 

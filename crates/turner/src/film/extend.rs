@@ -2,7 +2,7 @@
 
 use super::band::Band;
 use super::error::ErrorSample;
-use super::extra_sums::error_of_one;
+use super::tile_pixels::error_of_one;
 use super::{Film, Fixed96, SampleSet};
 use crate::color::Spectrum;
 use crate::schema::{ErrorCode, SceneError};

@@ -1,7 +1,7 @@
 //! The labels of a film: see [`super::labels`].
 
+use super::fixed::ONE;
 use super::labels::{HeldLabels, LabelRule, NO_LABEL, NOWHERE, TileLabels, Weight};
-use super::pixel_sum::ONE;
 use super::{Film, LabelChannel, PixelRect, SharedFilm, TILE};
 use crate::schema::{ErrorCode, SceneError};
 

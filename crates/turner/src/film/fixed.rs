@@ -14,10 +14,34 @@
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Fixed96([u32; 3]);
 
-const SCALE: f64 = (1u64 << 44) as f64;
+/// Units of a colour of 1.
+pub(super) const COLOR: f64 = (1u64 << 44) as f64;
+
+/// Units of a weight or coverage of 1, in the sums of a pixel.
+pub(super) const ONE: f64 = 4_294_967_296.0;
+
+/// Adding it rounds floats below 2^51 to integers: it shifts their fraction out of the mantissa, so that the bits of the
+/// sum are those of 1.5 · 2^52 plus the integer. Unlike a conversion, compilers turn this into SIMD instructions.
+pub(super) const SHIFT: f64 = 6_755_399_441_055_744.0;
+
+/// The largest absolute value of a sample, in units of a colour: a million of them do not overflow.
+const LIMIT: f64 = 2e9 * COLOR;
+
+/// A value in units of a colour as an integer: the nearest, of two the even one, clamped to ±2e9.
+#[inline]
+pub(super) fn round(scaled: f64) -> i128 {
+    // Conversion to i128 is a function call; nearly all values fit in 64 bits.
+    match scaled.abs() {
+        small if small < (1u64 << 51) as f64 => {
+            i128::from(((scaled + SHIFT).to_bits() as i64).wrapping_sub(SHIFT.to_bits() as i64))
+        }
+        fits if fits < 9e18 => i128::from(scaled.round_ties_even() as i64),
+        _ => scaled.clamp(-LIMIT, LIMIT) as i128,
+    }
+}
 
 impl Fixed96 {
-    /// Truncates `v` after 44 binary places and clamps it to ±2e9, so that a million such values do not overflow.
+    /// Rounds `v` to 44 binary places and clamps it to ±2e9, so that a million such values do not overflow.
     #[inline]
     pub fn from_f32(v: f32) -> Fixed96 {
         Fixed96::from_f64(f64::from(v))
@@ -26,19 +50,7 @@ impl Fixed96 {
     /// The same for double precision.
     #[inline]
     pub fn from_f64(v: f64) -> Fixed96 {
-        const LIMIT: f64 = 2e9;
-        let scaled = v.clamp(-LIMIT, LIMIT) * SCALE;
-        // Conversion to i128 is a function call; nearly all values fit in 64 bits.
-        if scaled.abs() < 9e18 {
-            Fixed96::from_i64(scaled as i64)
-        } else {
-            Fixed96::from_i128(scaled as i128)
-        }
-    }
-
-    #[inline]
-    fn from_i64(v: i64) -> Fixed96 {
-        Fixed96([v as u32, (v >> 32) as u32, (v >> 63) as u32])
+        Fixed96::from_i128(round(v * COLOR))
     }
 
     pub(super) fn from_i128(v: i128) -> Fixed96 {
@@ -93,7 +105,7 @@ impl Fixed96 {
         // Nearly all sums fit in 64 bits and avoid the conversion from i128, which is a function call.
         let small = (u64::from(mid) << 32 | u64::from(low)) as i64;
         let sum = if high == (small >> 63) as u32 { small as f64 } else { self.to_i128() as f64 };
-        sum / (SCALE * weight)
+        sum / (COLOR * weight)
     }
 }
 

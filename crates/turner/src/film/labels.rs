@@ -9,7 +9,7 @@
 //! A minimum and an integer sum do not depend on the order of samples, so films with labels can be split and merged
 //! like sums of colour.
 
-use super::pixel_sum::ONE;
+use super::fixed::ONE;
 use super::tile_sums::{MAX_REACHED, reached};
 use super::{PixelRect, TILE};
 use crate::filter::Filter;

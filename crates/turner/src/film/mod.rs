@@ -72,9 +72,9 @@ mod splats;
 mod stitch;
 pub(crate) mod strips;
 mod sums;
+mod tile_pixels;
 mod tile_sums;
 mod tiles;
-mod wide_sum;
 
 pub use aov::{Aov, Average, HITS, LabelKind, Layout};
 pub(crate) use aov::{CRYPTO_LAYERS, DENOISING_CHANNELS};

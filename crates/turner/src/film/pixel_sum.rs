@@ -1,10 +1,8 @@
 //! The sums of one pixel.
 
 use super::Fixed96;
+use super::fixed::{ONE, round};
 use crate::color::Spectrum;
-
-/// Fixed-point units of a weight or coverage of 1.
-pub(super) const ONE: f64 = 4_294_967_296.0;
 
 /// Sums of weighted values and of weights for one pixel. They are integers, so the order of samples does not
 /// matter. 52 bytes on the film.
@@ -53,7 +51,7 @@ impl PixelSum {
         for (sum, v) in self.rgb.iter_mut().zip(color.to_array()) {
             *sum = sum.plus(Fixed96::from_f32(v));
         }
-        self.alpha = self.alpha.wrapping_add((f64::from(alpha) * ONE) as i64);
+        self.alpha = self.alpha.wrapping_add(round(f64::from(alpha) * ONE) as i64);
         self.weight = self.weight.wrapping_add(2 * ONE as i64);
     }
 
@@ -64,8 +62,8 @@ impl PixelSum {
         for (sum, v) in self.rgb.iter_mut().zip(color.to_array()) {
             *sum = sum.plus(Fixed96::from_f64(f64::from(v) * weight));
         }
-        self.alpha = self.alpha.wrapping_add((f64::from(alpha) * weight * ONE) as i64);
-        self.weight = self.weight.wrapping_add(((weight * ONE) as i64).wrapping_mul(2));
+        self.alpha = self.alpha.wrapping_add(round(f64::from(alpha) * ONE * weight) as i64);
+        self.weight = self.weight.wrapping_add((round(ONE * weight) as i64).wrapping_mul(2));
     }
 
     /// Adds a sample with weight 1 if it is finite, otherwise only marks the pixel. Returns whether it is finite.

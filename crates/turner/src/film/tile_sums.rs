@@ -1,10 +1,15 @@
 //! The sums of one tile while its samples are traced.
 
+use std::ops::Range;
+
+use turner_bvh::InstructionSet;
+use turner_bvh::lanes::{Simd, Work, dispatch};
+
 use super::PixelRect;
 use super::brightest::Brightest;
 use super::error::ErrorSample;
 use super::extra_sums::ExtraSums;
-use super::wide_sum::{FixedSample, WideSum};
+use super::tile_pixels::{TilePixels, TileSample};
 use crate::color::Spectrum;
 use crate::filter::Filter;
 use crate::math::DVec2;
@@ -32,9 +37,11 @@ impl SampleValues<'_> {
 #[derive(Clone, Debug)]
 pub struct TileSums {
     rect: PixelRect,
-    pub(crate) pixels: Vec<WideSum>,
-    /// Sums of additional channels and, behind them, of the error estimate.
+    pub(super) pixels: TilePixels,
+    /// Sums of additional channels.
     pub(super) extra: ExtraSums,
+    /// Whether the film estimates its error.
+    pub(super) estimates_error: bool,
     /// The brightest samples of each pixel; empty unless the film keeps them.
     pub(super) brightest: Vec<Brightest>,
 }
@@ -43,8 +50,9 @@ impl Default for TileSums {
     fn default() -> TileSums {
         TileSums {
             rect: PixelRect { x: 0, y: 0, width: 0, height: 0 },
-            pixels: Vec::new(),
+            pixels: TilePixels::default(),
             extra: ExtraSums::default(),
+            estimates_error: false,
             brightest: Vec::new(),
         }
     }
@@ -61,9 +69,9 @@ impl TileSums {
     pub fn reset(&mut self, rect: PixelRect, channels: usize, estimates_error: bool) {
         let count = rect.area() as usize;
         self.rect = rect;
-        self.pixels.clear();
-        self.pixels.resize(count, WideSum::default());
-        self.extra.reset(count, channels, estimates_error);
+        self.pixels.reset(count);
+        self.extra.reset(count, channels);
+        self.estimates_error = estimates_error;
         self.keep_brightest(false);
     }
 
@@ -72,55 +80,103 @@ impl TileSums {
         self.rect
     }
 
+    /// The sums of additional channels of some pixels and, behind those of each pixel, of the error estimate.
+    pub(super) fn extra_of(&self, pixels: Range<usize>) -> impl Iterator<Item = i128> + '_ {
+        pixels.flat_map(|pixel| {
+            let error = self.estimates_error.then(|| self.pixels.error(pixel));
+            self.extra.of_pixel(pixel).chain(error.into_iter().flatten())
+        })
+    }
+
     /// Adds a sample with a weight of -64..=64 to the pixel at an index, row by row. A non-finite sample is not
     /// added. Returns whether the sample is finite.
     pub fn add_weighted(&mut self, pixel: usize, sample: &SampleValues<'_>, weight: f32) -> bool {
         if !(sample.is_finite() && weight.is_finite()) {
-            self.pixels[pixel].omit();
+            self.pixels.omit(pixel);
             return false;
         }
-        let fixed = FixedSample::new(sample.color, sample.alpha);
-        let error = ErrorSample::new(sample.color, sample.index);
-        self.extra.begin_sample(sample.extra);
-        self.add(pixel, &fixed, &error, weight);
+        let prepared = self.begin_sample(sample);
+        self.add(pixel, &prepared, weight);
         self.note_bright(pixel, sample.color, weight, None, sample.index);
         true
     }
 
-    #[inline]
-    fn add(&mut self, pixel: usize, fixed: &FixedSample, error: &ErrorSample, weight: f32) {
-        self.pixels[pixel].add(fixed, weight);
-        self.extra.add(pixel, error, f64::from(weight));
+    #[inline(always)]
+    fn begin_sample(&mut self, sample: &SampleValues<'_>) -> TileSample {
+        self.pixels.begin_sample();
+        self.extra.begin_sample(sample.extra);
+        let error = ErrorSample::new(sample.color, sample.index);
+        TileSample::new(sample.color, sample.alpha, &error)
+    }
+
+    #[inline(always)]
+    fn add(&mut self, pixel: usize, sample: &TileSample, weight: f32) {
+        self.pixels.add(pixel, sample, weight);
+        self.extra.add(pixel, f64::from(weight));
+    }
+
+    /// As [`TileSums::splat`] for many samples, with their positions. Calls `omit` with the numbers of non-finite ones.
+    pub fn splat_all<'s>(
+        &mut self,
+        set: InstructionSet,
+        filter: &Filter,
+        samples: impl Iterator<Item = (DVec2, SampleValues<'s>)>,
+        omit: impl FnMut(usize),
+    ) {
+        dispatch(set, SplatAll { sums: self, filter, samples, omit });
     }
 
     /// Adds a sample at a position of the picture to every pixel that the filter reaches, weighted by the filter,
     /// whose peak has weight 1. Returns whether the sample is finite.
+    #[inline(always)]
     pub fn splat(&mut self, filter: &Filter, place: DVec2, sample: &SampleValues<'_>) -> bool {
         let PixelRect { x: left, y: top, width, height } = self.rect;
         let mut along_x = [0.0; MAX_REACHED];
         let columns = reached(filter, place.x, left, width, &mut along_x);
         let mut along_y = [0.0; MAX_REACHED];
         let rows = reached(filter, place.y, top, height, &mut along_y);
-        let finite = sample.is_finite();
-        let fixed = FixedSample::new(sample.color, sample.alpha);
-        let error = ErrorSample::new(sample.color, sample.index);
-        if finite {
-            self.extra.begin_sample(sample.extra);
+        if !sample.is_finite() {
+            for (y, vertical) in rows.zip(along_y) {
+                let reached =
+                    columns.clone().zip(along_x).filter(|(_, horizontal)| horizontal * vertical != 0.0);
+                reached.for_each(|(x, _)| self.pixels.omit(((y - top) * width + x - left) as usize));
+            }
+            return false;
         }
+        let prepared = self.begin_sample(sample);
         for (y, vertical) in rows.zip(along_y) {
             let row = (y - top) * width;
             for (x, horizontal) in columns.clone().zip(along_x) {
                 let weight = (horizontal * vertical) as f32;
                 let pixel = (row + x - left) as usize;
-                if weight != 0.0 && finite {
-                    self.add(pixel, &fixed, &error, weight);
+                self.add(pixel, &prepared, weight);
+                if weight != 0.0 {
                     self.note_bright(pixel, sample.color, weight, Some(place), sample.index);
-                } else if weight != 0.0 {
-                    self.pixels[pixel].omit();
                 }
             }
         }
-        finite
+        true
+    }
+}
+
+/// [`TileSums::splat_all`], compiled for each instruction set: compilers vectorize the sums of a pixel.
+struct SplatAll<'a, I, F> {
+    sums: &'a mut TileSums,
+    filter: &'a Filter,
+    samples: I,
+    omit: F,
+}
+
+impl<'s, I: Iterator<Item = (DVec2, SampleValues<'s>)>, F: FnMut(usize)> Work for SplatAll<'_, I, F> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<S: Simd>(mut self, _: S) {
+        for (i, (at, values)) in self.samples.enumerate() {
+            if !self.sums.splat(self.filter, at, &values) {
+                (self.omit)(i);
+            }
+        }
     }
 }
 
@@ -128,13 +184,14 @@ impl TileSums {
 pub(super) const MAX_REACHED: usize = 34;
 
 /// The pixels along one axis, from `start`, whose centres are within the filter's radius of `at`, and their weights.
+#[inline]
 pub(super) fn reached(
     filter: &Filter,
     at: f64,
     start: u32,
     size: u32,
     weights: &mut [f64; MAX_REACHED],
-) -> std::ops::Range<u32> {
+) -> Range<u32> {
     let first = ceil(at - filter.radius() - 0.5).max(f64::from(start));
     let last = floor(at + filter.radius() - 0.5).min(f64::from(start + size) - 1.0);
     if first > last || !at.is_finite() {
@@ -242,9 +299,9 @@ mod tests {
         sums.reset(PixelRect { x: 0, y: 0, width: 4, height: 4 }, 1, false);
         let sample = SampleValues { color: Spectrum::WHITE, alpha: 1.0, extra: &[f32::INFINITY], index: 0 };
         assert!(!sums.splat(&filter, DVec2::new(1.7, 1.7), &sample));
-        let unknown = |i: usize| sums.pixels[i].narrow().mean().is_some_and(|m| m[0].is_nan());
+        let unknown = |i: usize| sums.pixels.narrow(i).mean().is_some_and(|m| m[0].is_nan());
         assert_eq!((0..16).filter(|i| unknown(*i)).collect::<Vec<_>>(), [5, 6, 9, 10]);
-        assert!(sums.extra.of_pixels(0..16).all(|v| v == 0));
+        assert!(sums.extra_of(0..16).all(|v| v == 0));
         // Outside the tile, no pixel is reached.
         assert!(sums.splat(&filter, DVec2::new(-3.0, 900.0), &SampleValues { extra: &[0.0], ..sample }));
     }

@@ -74,6 +74,8 @@ impl FilterKind {
 pub struct Filter {
     radius: f64,
     shape: Shape,
+    /// [`Filter::half`] at 0.
+    peak: f64,
 }
 
 #[derive(Clone, Debug)]
@@ -97,7 +99,8 @@ impl Filter {
                 Shape::Table(Box::new(Table::new(|x| kind.profile(x))))
             }
         };
-        Filter { radius, shape }
+        let filter = Filter { radius, shape, peak: 1.0 };
+        Filter { peak: filter.half(0.0), ..filter }
     }
 
     /// The position in the pixel for two random numbers in 0..1, distributed with the filter's density. (0, 0) is the
@@ -130,8 +133,9 @@ impl Filter {
     }
 
     /// The filter along one axis at offset `d` from the pixel's centre, relative to the centre: 1 at `d` = 0.
+    #[inline]
     pub fn weight(&self, d: f64) -> f64 {
-        self.half(d) / self.half(0.0)
+        self.half(d) / self.peak
     }
 
     /// The fraction of the filter of pixel `at` along one axis that lies within 0..`size`.

@@ -54,6 +54,7 @@ impl Table {
     }
 
     /// The density at `x` of 0..=1.
+    #[inline]
     pub(super) fn density(&self, x: f64) -> f64 {
         let piece = ((x * PIECES as f64) as usize).min(PIECES - 1);
         let t = x * PIECES as f64 - piece as f64;

@@ -198,27 +198,19 @@ impl<'a> TileBuffers<'a> {
         let samples = self.samples.ids.iter().zip(&self.radiance);
         if let Some(filter) = &self.reconstruction {
             places(&self.p.view, &self.filter, &self.samples.ids, &mut self.places);
-            for ((id, &Radiance { color, alpha }), &at) in samples.zip(&self.places.places) {
-                let values = SampleValues { color, alpha, extra: &[], index: id.index };
-                if !self.sums.splat(filter, at, &values) {
-                    self.non_finite.note(id.x, id.y, id.index);
-                }
-            }
+            let samples = samples.zip(&self.places.places).map(|((id, &Radiance { color, alpha }), at)| {
+                (*at, SampleValues { color, alpha, extra: &[], index: id.index })
+            });
+            let (ids, non_finite) = (&self.samples.ids, &mut self.non_finite);
+            let omit = |i: usize| non_finite.note(ids[i].x, ids[i].y, ids[i].index);
+            self.sums.splat_all(self.p.view.instruction_set, filter, samples, omit);
             return;
         }
-        if self.estimates_error || self.p.view.film.removes_fireflies() {
-            let PixelRect { x, y, width, .. } = self.sums.rect();
-            for (id, &Radiance { color, alpha }) in samples {
-                let i = ((id.y - y) * width + id.x - x) as usize;
-                let values = SampleValues { color, alpha, extra: &[], index: id.index };
-                if !self.sums.add_weighted(i, &values, 1.0) {
-                    self.non_finite.note(id.x, id.y, id.index);
-                }
-            }
-            return;
-        }
-        for (sum, (id, radiance)) in self.sums.pixels.iter_mut().zip(samples) {
-            if !sum.add_or_omit(radiance.color, radiance.alpha) {
+        let PixelRect { x, y, width, .. } = self.sums.rect();
+        for (id, &Radiance { color, alpha }) in samples {
+            let i = ((id.y - y) * width + id.x - x) as usize;
+            let values = SampleValues { color, alpha, extra: &[], index: id.index };
+            if !self.sums.add_weighted(i, &values, 1.0) {
                 self.non_finite.note(id.x, id.y, id.index);
             }
         }

@@ -1,0 +1,235 @@
+//! Sums of the pixels of a tile while its samples are traced.
+//!
+//! A sample adds twelve products to each pixel that its filter reaches: its colour, its coverage, 1 and the terms of the
+//! error estimate, times the weight or its square. Nearly all of them are added to 64-bit integers, without a branch, so
+//! that compilers make SIMD instructions of it. They cannot overflow: values are at most [`MOST`], and after
+//! [`MOST_SAMPLES`] samples the sums move to 128-bit integers. Brighter samples are added to these at once. Which way a
+//! sample takes depends on itself alone, and integer sums on no order.
+
+use super::error::{ERROR_SUMS, ErrorSample};
+use super::fixed::{COLOR, ONE, SHIFT, round};
+use super::{Fixed96, PixelSum};
+use crate::color::Spectrum;
+
+/// Sums per pixel: red, green, blue, coverage, weight; Σ' wl, Σ' w; 1 if a sample was left out; Σ w²l², Σ w²l, Σ w²; one
+/// that stays 0.
+const SUMS: usize = 12;
+
+/// The first of the sums of squared weights.
+const SQUARES: usize = 8;
+
+/// The sum that marks pixels of which a sample was left out; those of samples add 0 to it.
+const OMITTED: usize = 7;
+
+/// The sums of the error estimate, in the order of the film.
+const OF_ERROR: [usize; ERROR_SUMS] = [8, 9, 10, 5, 6];
+
+/// The largest absolute value of the fast way: 2^6 units of 2^44.
+pub(super) const MOST: f64 = 64.0;
+
+/// The largest number of samples before sums of such values are moved: 2^13 times 2^50 is 2^63.
+pub(super) const MOST_SAMPLES: u32 = 8000;
+
+/// The sums of a pixel: 96 bytes.
+#[derive(Clone, Copy, Debug, Default)]
+#[repr(C, align(32))]
+struct Sums([i64; SUMS]);
+
+/// A sample, prepared to be added to several pixels.
+pub(super) struct TileSample {
+    /// Its values for a weight of 1, in the units of the sums.
+    values: [f64; SUMS],
+    /// Whether it takes the fast way.
+    is_small: bool,
+}
+
+impl TileSample {
+    /// A finite sample: colour times coverage, coverage, and its part of the error estimate.
+    #[inline(always)]
+    pub(super) fn new(color: Spectrum, alpha: f32, error: &ErrorSample) -> TileSample {
+        let [r, g, b] = color.to_array().map(f64::from);
+        let [l2, l, one, half_l, half] = error.terms();
+        let alpha = f64::from(alpha);
+        // Coverage and weight have coarser units.
+        let coarse = ONE / COLOR;
+        let natural = [r, g, b, alpha * coarse, coarse, half_l, half, 0.0, l2, l, one, 0.0];
+        let is_small = natural.iter().fold(true, |small, v| small & (v.abs() <= MOST));
+        TileSample { values: natural.map(|v| v * COLOR), is_small }
+    }
+}
+
+/// Sums of pixels. The values that they hold are those of [`PixelSum::add_weighted`], bit for bit.
+#[derive(Clone, Debug, Default)]
+pub(super) struct TilePixels {
+    sums: Vec<Sums>,
+    /// What moved, or was too large; empty without.
+    large: Vec<[i128; SUMS]>,
+    /// Number of samples in `sums`.
+    samples: u32,
+}
+
+impl TilePixels {
+    /// Clears the sums of `count` pixels.
+    pub(super) fn reset(&mut self, count: usize) {
+        self.sums.clear();
+        self.sums.resize(count, Sums::default());
+        self.large.clear();
+        self.samples = 0;
+    }
+
+    /// The number of pixels.
+    pub(super) fn len(&self) -> usize {
+        self.sums.len()
+    }
+
+    /// Must precede the additions of each sample.
+    #[inline(always)]
+    pub(super) fn begin_sample(&mut self) {
+        if self.samples >= MOST_SAMPLES {
+            self.move_sums();
+        }
+        self.samples += 1;
+    }
+
+    #[cold]
+    fn move_sums(&mut self) {
+        self.large.resize(self.sums.len(), [0; SUMS]);
+        for (large, sums) in self.large.iter_mut().zip(&mut self.sums) {
+            for (large, sum) in large.iter_mut().zip(&mut sums.0) {
+                *large = large.wrapping_add(i128::from(std::mem::take(sum)));
+            }
+        }
+        self.samples = 0;
+    }
+
+    /// Adds a finite sample, at most once to each pixel, with a weight of -64..=64.
+    #[inline(always)]
+    pub(super) fn add(&mut self, pixel: usize, sample: &TileSample, weight: f32) {
+        const BITS: i64 = SHIFT.to_bits() as i64;
+        let weight = f64::from(weight);
+        if !(sample.is_small && weight.abs() <= 1.0) {
+            return self.add_large(pixel, sample, weight);
+        }
+        let sums = &mut self.sums[pixel].0;
+        let squared = weight * weight;
+        for i in 0..SUMS {
+            let value = sample.values[i] * if i < SQUARES { weight } else { squared };
+            // As `round`, without a branch.
+            let rounded = ((value + SHIFT).to_bits() as i64).wrapping_sub(BITS);
+            sums[i] = sums[i].wrapping_add(rounded);
+        }
+    }
+
+    #[cold]
+    fn add_large(&mut self, pixel: usize, sample: &TileSample, weight: f64) {
+        self.large.resize(self.sums.len(), [0; SUMS]);
+        for (i, (sum, value)) in self.large[pixel].iter_mut().zip(sample.values).enumerate() {
+            let weight = if i < SQUARES { weight } else { weight * weight };
+            *sum = sum.wrapping_add(round(value * weight));
+        }
+    }
+
+    /// Marks a pixel: a non-finite sample was not added.
+    pub(super) fn omit(&mut self, pixel: usize) {
+        self.sums[pixel].0[OMITTED] |= 1;
+    }
+
+    #[inline]
+    fn sum(&self, pixel: usize, i: usize) -> i128 {
+        let large = self.large.get(pixel).map_or(0, |sums| sums[i]);
+        large.wrapping_add(i128::from(self.sums[pixel].0[i]))
+    }
+
+    /// The sums of a pixel as a film holds them.
+    pub(super) fn narrow(&self, pixel: usize) -> PixelSum {
+        let sum = |i| self.sum(pixel, i);
+        let rgb = [0, 1, 2].map(|i| Fixed96::from_i128(sum(i)));
+        let omitted = i64::from(sum(OMITTED) != 0);
+        PixelSum::new(rgb, sum(3) as i64, (sum(4) as i64).wrapping_mul(2) | omitted)
+    }
+
+    /// The sums of the error estimate of a pixel, in units of 2^-44.
+    pub(super) fn error(&self, pixel: usize) -> [i128; ERROR_SUMS] {
+        OF_ERROR.map(|i| self.sum(pixel, i))
+    }
+}
+
+/// The sums of the error estimate for a pixel with one sample of weight 1.
+pub(super) fn error_of_one(error: &ErrorSample) -> [i128; ERROR_SUMS] {
+    error.terms().map(|v| round(v * COLOR))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn unit(i: u32, k: u32) -> f32 {
+        ((i * k + 17) % 1009) as f32 / 1009.0
+    }
+
+    #[test]
+    fn sums_of_tiles_are_those_of_the_film() {
+        let (mut wide, mut narrow) = (TilePixels::default(), PixelSum::default());
+        wide.reset(2);
+        for i in 0..400u32 {
+            let scale = [1.0, 1e-7, 63.0, 65.0, 3e8, 9e9, 1e-13][i as usize % 7];
+            let color = Spectrum::new(scale * unit(i, 7919), -unit(i, 31), scale * unit(i, 104_729));
+            let (alpha, weight) = (unit(i, 13), [1.0, 64.0, -0.3, unit(i, 271)][i as usize % 4]);
+            wide.begin_sample();
+            wide.add(1, &TileSample::new(color, alpha, &ErrorSample::new(color, i)), weight);
+            narrow.add_weighted(color, alpha, weight);
+            assert_eq!(wide.narrow(1), narrow, "{i}");
+        }
+        wide.omit(1);
+        narrow.omit();
+        assert_eq!(wide.narrow(1), narrow);
+        assert_eq!(wide.narrow(0), PixelSum::default());
+        assert_eq!(wide.error(0), [0; ERROR_SUMS]);
+    }
+
+    #[test]
+    fn large_and_small_values_and_many_samples_are_exact() {
+        let sample = |i: u32| {
+            let scale = if i.is_multiple_of(100) { 1e2 } else { 1e-3 };
+            let sign = if i.is_multiple_of(3) { -1.0 } else { 1.0 };
+            (Spectrum::grey(scale * unit(i, 29)), sign * unit(i, 17))
+        };
+        let sums = |order: &mut dyn Iterator<Item = u32>| {
+            let mut pixels = TilePixels::default();
+            pixels.reset(2);
+            for i in order {
+                let (color, weight) = sample(i);
+                pixels.begin_sample();
+                pixels.add(1, &TileSample::new(color, 1.0, &ErrorSample::new(color, i)), weight);
+            }
+            (pixels.narrow(1), pixels.error(1))
+        };
+        let count = 3 * MOST_SAMPLES + 17;
+        let (sum, error) = sums(&mut (0..count));
+        assert_eq!((sum, error), sums(&mut (0..count).rev()));
+        let exact = |term: &dyn Fn(f64, f64, bool) -> f64| {
+            let terms = (0..count).map(|i| {
+                let (color, weight) = sample(i);
+                let is_in_half = (u32::BITS - i.leading_zeros()) % 2 == 1;
+                term(f64::from(color.luminance()), f64::from(weight), is_in_half)
+            });
+            terms.sum::<f64>()
+        };
+        let half = |h: bool| f64::from(u8::from(h));
+        let expected = [
+            exact(&|l, w, _| w * w * l * l),
+            exact(&|l, w, _| w * w * l),
+            exact(&|_, w, _| w * w),
+            exact(&|l, w, h| half(h) * w * l),
+            exact(&|_, w, h| half(h) * w),
+        ];
+        for (found, expected) in error.map(|sum| Fixed96::from_i128(sum).mean(1.0)).into_iter().zip(expected)
+        {
+            // Each sample is rounded to half a unit.
+            let most = f64::from(count) / COLOR + 1e-9 * expected.abs();
+            assert!((found - expected).abs() < most, "{found} {expected}");
+        }
+        let weight = exact(&|_, w, _| w);
+        assert!((sum.weight() - weight).abs() < f64::from(count) / ONE, "{} {weight}", sum.weight());
+    }
+}
