@@ -112,11 +112,11 @@ impl TilePixels {
         }
         let sums = &mut self.sums[pixel].0;
         let squared = weight * weight;
-        for i in 0..SUMS {
-            let value = sample.values[i] * if i < SQUARES { weight } else { squared };
+        for (i, (sum, value)) in sums.iter_mut().zip(&sample.values).enumerate() {
+            let product = value * if i < SQUARES { weight } else { squared };
             // As `round`, without a branch.
-            let rounded = ((value + SHIFT).to_bits() as i64).wrapping_sub(BITS);
-            sums[i] = sums[i].wrapping_add(rounded);
+            let rounded = ((product + SHIFT).to_bits() as i64).wrapping_sub(BITS);
+            *sum = sum.wrapping_add(rounded);
         }
     }
 
