@@ -87,7 +87,7 @@ impl ErrorSample {
         ErrorSample { luminance: f64::from(color.luminance()), is_in_half: is_in_half(index) }
     }
 
-    /// What the sample adds to the sums of a pixel with a weight of 1.
+    /// The terms of the sums if the weight of the sample is 1.
     #[inline(always)]
     pub(super) fn terms(&self) -> [f64; ERROR_SUMS] {
         let (l, half) = (self.luminance, if self.is_in_half { 1.0 } else { 0.0 });

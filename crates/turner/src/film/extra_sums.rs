@@ -1,27 +1,25 @@
-//! Sums of AOVs of the pixels of a tile.
+//! Sums of the AOVs of a tile's pixels.
 //!
-//! Most values are added to 64-bit integers like those of [`super::tile_pixels`], and larger ones to 128-bit integers.
+//! Values of at most [`MOST`] are added to 64-bit integers, larger ones to 128-bit integers.
 
-use super::fixed::{COLOR, SHIFT, round};
+use super::fixed::{COLOR, round, round_small};
 use super::tile_pixels::{MOST, MOST_SAMPLES};
 
-/// `values` times `weight`, rounded, added to `sums`.
+/// Adds `values` times `weight`, rounded, to `sums`.
 #[inline]
 fn add_all(sums: &mut [i64], values: &[f64], weight: f64) {
-    const BITS: i64 = SHIFT.to_bits() as i64;
     for (sum, value) in sums.iter_mut().zip(values) {
-        let rounded = ((value * weight + SHIFT).to_bits() as i64).wrapping_sub(BITS);
-        *sum = sum.wrapping_add(rounded);
+        *sum = sum.wrapping_add(round_small(value * weight));
     }
 }
 
-/// Adds to a sum of a further value.
+/// Adds a value of any size, rounded, to a sum.
 #[inline]
-fn add_to(sum: &mut i128, scaled: f64) {
-    *sum = sum.wrapping_add(round(scaled));
+fn add_to(sum: &mut i128, value: f64) {
+    *sum = sum.wrapping_add(round(value));
 }
 
-/// Further sums of the pixels of a tile.
+/// Sums of the AOVs of the pixels of a tile.
 #[derive(Clone, Debug, Default)]
 pub(super) struct ExtraSums {
     /// `channels` per pixel.

@@ -20,23 +20,35 @@ pub(super) const COLOR: f64 = (1u64 << 44) as f64;
 /// Units of a weight or coverage of 1, in the sums of a pixel.
 pub(super) const ONE: f64 = 4_294_967_296.0;
 
-/// Adding it rounds floats below 2^51 to integers: it shifts their fraction out of the mantissa, so that the bits of the
-/// sum are those of 1.5 · 2^52 plus the integer. Unlike a conversion, compilers turn this into SIMD instructions.
-pub(super) const SHIFT: f64 = 6_755_399_441_055_744.0;
+/// 1.5 · 2^52.
+const SHIFT: f64 = 6_755_399_441_055_744.0;
 
 /// The largest absolute value of a sample, in units of a colour: a million of them do not overflow.
-const LIMIT: f64 = 2e9 * COLOR;
+pub(super) const LIMIT: f64 = 2e9 * COLOR;
 
-/// A value in units of a colour as an integer: the nearest, of two the even one, clamped to ±2e9.
+/// The nearest integer, ties to even, of a value below 2^51.
+///
+/// Adding [`SHIFT`] moves the fraction out of the mantissa, so that the bits of the sum are those of `SHIFT` plus the
+/// integer. Compilers vectorize this, unlike a conversion.
+#[inline(always)]
+pub(super) fn round_small(value: f64) -> i64 {
+    ((value + SHIFT).to_bits() as i64).wrapping_sub(SHIFT.to_bits() as i64)
+}
+
+/// [`round_small`] as a float.
+#[inline(always)]
+pub(super) fn whole(value: f64) -> f64 {
+    (value + SHIFT) - SHIFT
+}
+
+/// The nearest integer, ties to even, of a value clamped to ±[`LIMIT`].
 #[inline]
-pub(super) fn round(scaled: f64) -> i128 {
-    // Conversion to i128 is a function call; nearly all values fit in 64 bits.
-    match scaled.abs() {
-        small if small < (1u64 << 51) as f64 => {
-            i128::from(((scaled + SHIFT).to_bits() as i64).wrapping_sub(SHIFT.to_bits() as i64))
-        }
-        fits if fits < 9e18 => i128::from(scaled.round_ties_even() as i64),
-        _ => scaled.clamp(-LIMIT, LIMIT) as i128,
+pub(super) fn round(value: f64) -> i128 {
+    match value.abs() {
+        small if small < (1u64 << 51) as f64 => i128::from(round_small(value)),
+        // Conversion to i128 is a function call.
+        fits if fits < 9e18 => i128::from(value.round_ties_even() as i64),
+        _ => value.clamp(-LIMIT, LIMIT) as i128,
     }
 }
 

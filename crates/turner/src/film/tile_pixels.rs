@@ -1,34 +1,38 @@
 //! Sums of the pixels of a tile while its samples are traced.
 //!
-//! A sample adds twelve products to each pixel that its filter reaches: its colour, its coverage, 1 and the terms of the
-//! error estimate, times the weight or its square. Nearly all of them are added to 64-bit integers, without a branch, so
-//! that compilers make SIMD instructions of it. They cannot overflow: values are at most [`MOST`], and after
-//! [`MOST_SAMPLES`] samples the sums move to 128-bit integers. Brighter samples are added to these at once. Which way a
-//! sample takes depends on itself alone, and integer sums on no order.
+//! To each pixel that its filter reaches, a sample adds its colour, its coverage, 1 and the terms of the error estimate,
+//! multiplied by the filter weight or its square and rounded to 64-bit integers. The loops over these products have no
+//! branches, so compilers vectorize them. Bright samples are split into a multiple of 2^32 and a remainder, which have
+//! sums of their own. No sum overflows within [`MOST_SAMPLES`] samples; then they move to 128-bit integers. The result
+//! does not depend on the order of samples.
 
 use super::error::{ERROR_SUMS, ErrorSample};
-use super::fixed::{COLOR, ONE, SHIFT, round};
+use super::fixed::{COLOR, LIMIT, ONE, round, round_small, whole};
 use super::{Fixed96, PixelSum};
 use crate::color::Spectrum;
 
-/// Sums per pixel: red, green, blue, coverage, weight; Σ' wl, Σ' w; 1 if a sample was left out; Σ w²l², Σ w²l, Σ w²; one
-/// that stays 0.
+/// Sums per pixel: red, green, blue, coverage, weight; Σ' wl, Σ' w ([`super::error`]); 1 if a sample was not finite; Σ w²l²,
+/// Σ w²l, Σ w²; padding to a multiple of four.
 const SUMS: usize = 12;
 
 /// The first of the sums of squared weights.
 const SQUARES: usize = 8;
 
-/// The sum that marks pixels of which a sample was left out; those of samples add 0 to it.
+/// The mark of pixels with a non-finite sample. Finite samples add 0 to it.
 const OMITTED: usize = 7;
 
-/// The sums of the error estimate, in the order of the film.
+/// Where the sums of the error estimate are, in the order of the film.
 const OF_ERROR: [usize; ERROR_SUMS] = [8, 9, 10, 5, 6];
 
-/// The largest absolute value of the fast way: 2^6 units of 2^44.
+/// The largest absolute value of a sample that is not bright. In units of 2^-44 it is 2^50.
 pub(super) const MOST: f64 = 64.0;
 
-/// The largest number of samples before sums of such values are moved: 2^13 times 2^50 is 2^63.
+/// The number of samples after which the sums move to 128-bit integers: 2^13 values of 2^50 are 2^63.
 pub(super) const MOST_SAMPLES: u32 = 8000;
+
+/// The unit of the sums [`TilePixels::high`].
+const HIGH: f64 = (1u64 << HIGH_BITS) as f64;
+const HIGH_BITS: u32 = 32;
 
 /// The sums of a pixel: 96 bytes.
 #[derive(Clone, Copy, Debug, Default)]
@@ -37,10 +41,10 @@ struct Sums([i64; SUMS]);
 
 /// A sample, prepared to be added to several pixels.
 pub(super) struct TileSample {
-    /// Its values for a weight of 1, in the units of the sums.
+    /// What it adds with a weight of 1, in the units of the sums.
     values: [f64; SUMS],
-    /// Whether it takes the fast way.
-    is_small: bool,
+    /// Whether one of them is larger than [`MOST`].
+    is_bright: bool,
 }
 
 impl TileSample {
@@ -52,19 +56,21 @@ impl TileSample {
         let alpha = f64::from(alpha);
         // Coverage and weight have coarser units.
         let coarse = ONE / COLOR;
-        let natural = [r, g, b, alpha * coarse, coarse, half_l, half, 0.0, l2, l, one, 0.0];
-        let is_small = natural.iter().fold(true, |small, v| small & (v.abs() <= MOST));
-        TileSample { values: natural.map(|v| v * COLOR), is_small }
+        let values = [r, g, b, alpha * coarse, coarse, half_l, half, 0.0, l2, l, one, 0.0];
+        let is_bright = values.iter().fold(false, |bright, v| bright | (v.abs() > MOST));
+        TileSample { values: values.map(|v| v * COLOR), is_bright }
     }
 }
 
-/// Sums of pixels. The values that they hold are those of [`PixelSum::add_weighted`], bit for bit.
+/// Sums of pixels, equal to those of [`PixelSum::add_weighted`] bit for bit.
 #[derive(Clone, Debug, Default)]
 pub(super) struct TilePixels {
     sums: Vec<Sums>,
-    /// What moved, or was too large; empty without.
-    large: Vec<[i128; SUMS]>,
-    /// Number of samples in `sums`.
+    /// Sums of the multiples of 2^32 of bright samples; empty without bright samples.
+    high: Vec<Sums>,
+    /// Sums of earlier samples; empty before the first move.
+    moved: Vec<[i128; SUMS]>,
+    /// Number of samples in `sums` and `high`.
     samples: u32,
 }
 
@@ -73,7 +79,8 @@ impl TilePixels {
     pub(super) fn reset(&mut self, count: usize) {
         self.sums.clear();
         self.sums.resize(count, Sums::default());
-        self.large.clear();
+        self.high.clear();
+        self.moved.clear();
         self.samples = 0;
     }
 
@@ -82,7 +89,7 @@ impl TilePixels {
         self.sums.len()
     }
 
-    /// Must precede the additions of each sample.
+    /// Counts a sample; call it before [`TilePixels::add`].
     #[inline(always)]
     pub(super) fn begin_sample(&mut self) {
         if self.samples >= MOST_SAMPLES {
@@ -93,39 +100,42 @@ impl TilePixels {
 
     #[cold]
     fn move_sums(&mut self) {
-        self.large.resize(self.sums.len(), [0; SUMS]);
-        for (large, sums) in self.large.iter_mut().zip(&mut self.sums) {
-            for (large, sum) in large.iter_mut().zip(&mut sums.0) {
-                *large = large.wrapping_add(i128::from(std::mem::take(sum)));
-            }
+        self.moved.resize(self.sums.len(), [0; SUMS]);
+        for pixel in 0..self.sums.len() {
+            self.moved[pixel] = std::array::from_fn(|i| self.sum(pixel, i));
         }
+        self.sums.fill(Sums::default());
+        self.high.fill(Sums::default());
         self.samples = 0;
     }
 
-    /// Adds a finite sample, at most once to each pixel, with a weight of -64..=64.
+    /// Adds a finite sample to a pixel, with a weight of -64..=64. A sample is added to a pixel at most once.
     #[inline(always)]
     pub(super) fn add(&mut self, pixel: usize, sample: &TileSample, weight: f32) {
-        const BITS: i64 = SHIFT.to_bits() as i64;
         let weight = f64::from(weight);
-        if !(sample.is_small && weight.abs() <= 1.0) {
-            return self.add_large(pixel, sample, weight);
-        }
-        let sums = &mut self.sums[pixel].0;
         let squared = weight * weight;
-        for (i, (sum, value)) in sums.iter_mut().zip(&sample.values).enumerate() {
-            let product = value * if i < SQUARES { weight } else { squared };
-            // As `round`, without a branch.
-            let rounded = ((product + SHIFT).to_bits() as i64).wrapping_sub(BITS);
-            *sum = sum.wrapping_add(rounded);
+        let products = sample.values.iter().enumerate();
+        let products = products.map(|(i, value)| value * if i < SQUARES { weight } else { squared });
+        if sample.is_bright || weight.abs() > 1.0 {
+            return self.add_bright(pixel, products);
+        }
+        for (sum, product) in self.sums[pixel].0.iter_mut().zip(products) {
+            *sum = sum.wrapping_add(round_small(product));
         }
     }
 
-    #[cold]
-    fn add_large(&mut self, pixel: usize, sample: &TileSample, weight: f64) {
-        self.large.resize(self.sums.len(), [0; SUMS]);
-        for (i, (sum, value)) in self.large[pixel].iter_mut().zip(sample.values).enumerate() {
-            let weight = if i < SQUARES { weight } else { weight * weight };
-            *sum = sum.wrapping_add(round(value * weight));
+    #[inline(always)]
+    fn add_bright(&mut self, pixel: usize, products: impl Iterator<Item = f64>) {
+        if self.high.is_empty() {
+            self.high.resize(self.sums.len(), Sums::default());
+        }
+        let sums = self.sums[pixel].0.iter_mut().zip(&mut self.high[pixel].0);
+        for ((sum, high_sum), product) in sums.zip(products) {
+            let product = product.clamp(-LIMIT, LIMIT);
+            let high = product * (1.0 / HIGH);
+            *high_sum = high_sum.wrapping_add(round_small(high));
+            // The difference is exact: a multiple of the last place of the product, and of at most 2^31.
+            *sum = sum.wrapping_add(round_small(product - whole(high) * HIGH));
         }
     }
 
@@ -136,8 +146,9 @@ impl TilePixels {
 
     #[inline]
     fn sum(&self, pixel: usize, i: usize) -> i128 {
-        let large = self.large.get(pixel).map_or(0, |sums| sums[i]);
-        large.wrapping_add(i128::from(self.sums[pixel].0[i]))
+        let moved = self.moved.get(pixel).map_or(0, |sums| sums[i]);
+        let high = self.high.get(pixel).map_or(0, |sums| i128::from(sums.0[i]) << HIGH_BITS);
+        moved.wrapping_add(high).wrapping_add(i128::from(self.sums[pixel].0[i]))
     }
 
     /// The sums of a pixel as a film holds them.
@@ -172,7 +183,7 @@ mod tests {
         let (mut wide, mut narrow) = (TilePixels::default(), PixelSum::default());
         wide.reset(2);
         for i in 0..400u32 {
-            let scale = [1.0, 1e-7, 63.0, 65.0, 3e8, 9e9, 1e-13][i as usize % 7];
+            let scale = [1.0, 1e-7, 63.0, 65.0, 5e3, 3e8, 9e9, 1e-13][i as usize % 8];
             let color = Spectrum::new(scale * unit(i, 7919), -unit(i, 31), scale * unit(i, 104_729));
             let (alpha, weight) = (unit(i, 13), [1.0, 64.0, -0.3, unit(i, 271)][i as usize % 4]);
             wide.begin_sample();

@@ -80,7 +80,7 @@ impl TileSums {
         self.rect
     }
 
-    /// The sums of additional channels of some pixels and, behind those of each pixel, of the error estimate.
+    /// For each of some pixels, the sums of its additional channels, then those of its error estimate.
     pub(super) fn extra_of(&self, pixels: Range<usize>) -> impl Iterator<Item = i128> + '_ {
         pixels.flat_map(|pixel| {
             let error = self.estimates_error.then(|| self.pixels.error(pixel));
@@ -115,7 +115,7 @@ impl TileSums {
         self.extra.add(pixel, f64::from(weight));
     }
 
-    /// As [`TileSums::splat`] for many samples, with their positions. Calls `omit` with the numbers of non-finite ones.
+    /// [`TileSums::splat`] for samples and their positions. Calls `omit` with the index of each non-finite sample.
     pub fn splat_all<'s>(
         &mut self,
         set: InstructionSet,
@@ -159,7 +159,7 @@ impl TileSums {
     }
 }
 
-/// [`TileSums::splat_all`], compiled for each instruction set: compilers vectorize the sums of a pixel.
+/// The loop of [`TileSums::splat_all`], compiled for each instruction set.
 struct SplatAll<'a, I, F> {
     sums: &'a mut TileSums,
     filter: &'a Filter,
