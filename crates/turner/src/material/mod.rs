@@ -218,6 +218,12 @@ impl Material {
         }
     }
 
+    /// Whether it is only the boundary of a medium.
+    #[inline]
+    pub fn is_boundary(&self) -> bool {
+        matches!(self, Material::OpenPbr(m) if m.boundary)
+    }
+
     /// Fraction of light that a tinted shadow keeps at a crossing of the surface, for a shadow ray in `direction`.
     pub fn shadow_tint(
         &self,

@@ -20,7 +20,8 @@
 //! - Ratio tracking (`transmittance`): no collision ends the ray; each multiplies the estimate by 1 − σt/σ̄. The mean
 //!   of the estimate is the exact transmittance, with less noise than an estimate of 0 or 1 (Novák et al. 2014,
 //!   "Residual ratio tracking for estimating attenuation in participating media").
-//! - Emission is collected at every collision, weighted by 1/σ̄.
+//! - Emission is collected at every collision and, as thin media have few of them, at points at equal distances from a random
+//!   offset (systematic sampling). Both count by the balance heuristic: 1/(σ̄ + points per unit of length).
 //!
 //! The cost is proportional to the number of collisions, so the majorant is local: the maximum of each block, which a
 //! 3D DDA visits in order.
@@ -38,8 +39,11 @@ use crate::schema::{ErrorCode, GridData, SceneError};
 /// Cells along one edge of a block.
 const BLOCK: u32 = 8;
 
-/// Maximum number of collisions on one segment; a longer path is terminated.
-const MAX_COLLISIONS: u32 = 1 << 20;
+/// Maximum number of collisions and emission points on one segment; a longer path is terminated.
+const MAX_POINTS: u32 = 1 << 20;
+
+/// Number of emission points across the box at the greatest density.
+const EMISSION_POINTS: f64 = 16.0;
 
 /// A prepared heterogeneous medium.
 #[derive(Clone, Debug)]
@@ -60,6 +64,8 @@ pub struct Heterogeneous {
     temperatures: Option<Temperatures>,
     /// Majorant at density 1, collisions per unit of length.
     majorant: f64,
+    /// Emission points per unit of length at density 1.
+    emission_rate: f64,
 }
 
 /// The result of tracking, by band: throughput, emission and the scattering distance.
@@ -97,11 +103,10 @@ impl Heterogeneous {
         }
         let greatest = max_density.iter().copied().fold(0.0f32, f32::max);
         let [r, g, b] = coefficients.extinction;
-        let mut majorant = r.max(g).max(b);
+        let majorant = r.max(g).max(b);
+        let mut emission_rate = 0.0;
         if coefficients.emits() && greatest > 0.0 {
-            // With little extinction, emission still needs collisions: about eight across the box at the greatest
-            // density.
-            majorant = majorant.max(8.0 / ((max - min).length() * f64::from(greatest)));
+            emission_rate = EMISSION_POINTS / ((max - min).length() * f64::from(greatest));
         }
         let scale = cells / (max - min);
         let has_colors = grid.has_colors();
@@ -117,6 +122,7 @@ impl Heterogeneous {
             max_density,
             temperatures,
             majorant,
+            emission_rate,
         })
     }
 
@@ -207,50 +213,67 @@ impl Heterogeneous {
         }
     }
 
+    /// Adds the emission at a point with these density and scale of emission, found at `rate` points per unit of length.
+    fn emit(&self, found: &mut Tracked, p: DVec3, [density, scale]: [f64; 2], rate: f64) {
+        let color = self.temperatures.as_ref().map_or([1.0; 3], |t| t.color_at(p));
+        for i in 0..3 {
+            let emitted = density * scale * self.coefficients.emission[i] * color[i];
+            found.emitted[i] += found.weight[i] * emitted / rate;
+        }
+    }
+
     /// Tracks from collision to collision. `shares` are the fractions of the bands in the path's throughput: with them
     /// the path scatters (delta tracking), without them it passes (ratio tracking). `u` decides the first collision:
-    /// `u[1]` its distance, `u[0]` its kind.
+    /// `u[1]` its distance, `u[0]` its kind. Emission is collected with an offset of `emission_depth` (0 to 1).
     fn track(
         &self,
         ray: &Ray,
         [from, to]: [f64; 2],
         shares: Option<[f64; 3]>,
         u: [f64; 2],
+        mut emission_depth: Option<f64>,
         more: &mut Stream,
     ) -> Tracked {
-        let c = &self.coefficients;
         let mut found = Tracked { weight: [1.0; 3], emitted: [0.0; 3], scattered: None };
         let mut depth = -ln(1.0 - u[1]);
         let mut first_u = Some(u[0]);
-        let mut collisions_left = MAX_COLLISIONS;
+        let mut points_left = MAX_POINTS;
         self.visit(ray, from, to, |mut t, end, max_density| {
-            let rate = self.majorant * max_density;
-            if rate <= 0.0 {
+            let [rate, emission_rate] = [self.majorant, self.emission_rate].map(|rate| rate * max_density);
+            if max_density <= 0.0 {
                 return true;
             }
             loop {
                 let block_depth = (end - t) * rate;
-                if depth >= block_depth {
-                    depth -= block_depth;
-                    return true;
+                let collides = depth < block_depth;
+                let next = if collides { t + depth / rate } else { end };
+                if let Some(depth) = &mut emission_depth {
+                    let mut at = t + *depth / emission_rate;
+                    while at < next && points_left > 0 {
+                        points_left -= 1;
+                        let p = ray.at(at);
+                        self.emit(&mut found, p, self.at(p), rate + emission_rate);
+                        at += 1.0 / emission_rate;
+                    }
+                    *depth = (at - next) * emission_rate;
                 }
-                t += depth / rate;
-                collisions_left -= 1;
-                if collisions_left == 0 {
+                points_left = points_left.saturating_sub(1);
+                if points_left == 0 {
                     found.weight = [0.0; 3];
                     return false;
                 }
+                if !collides {
+                    depth -= block_depth;
+                    return true;
+                }
+                t = next;
                 let point = ray.at(t);
                 let [density, emission_scale] = self.at(point);
+                if emission_depth.is_some() {
+                    self.emit(&mut found, point, [density, emission_scale], rate + emission_rate);
+                }
                 let [extinction, scattering] = self.coefficients_at(point, density);
                 let weight = &mut found.weight;
-                if c.emits() {
-                    let glow = self.temperatures.as_ref().map_or([1.0; 3], |t| t.color_at(point));
-                    for i in 0..3 {
-                        let emitted = density * emission_scale * c.emission[i] * glow[i];
-                        found.emitted[i] += weight[i] * emitted / rate;
-                    }
-                }
                 // Probability of a real collision, by band.
                 let real = extinction.map(|s| (s / rate).min(1.0));
                 let u0 = first_u.take().unwrap_or_else(|| more.unit());
@@ -287,10 +310,12 @@ impl Heterogeneous {
         found
     }
 
-    /// Samples scattering along a segment.
-    pub fn walk(&self, stretch: &RaySegment<'_>, u: [f64; 2], more: &mut Stream) -> Walk {
+    /// Samples scattering along a segment. The first two of `u` decide the first collision, the third is the offset of
+    /// the emission points.
+    pub fn walk(&self, stretch: &RaySegment<'_>, u: [f64; 3], more: &mut Stream) -> Walk {
         let shares = stretch.scatters.then_some(stretch.shares);
-        let found = self.track(stretch.ray, [0.0, stretch.end], shares, u, more);
+        let emission = (self.emission_rate > 0.0).then_some(u[2]);
+        let found = self.track(stretch.ray, [0.0, stretch.end], shares, [u[0], u[1]], emission, more);
         let single = |v: [f64; 3]| Spectrum::from(v.map(|v| v as f32));
         Walk {
             scattered: found.scattered,
@@ -303,7 +328,7 @@ impl Heterogeneous {
     /// Unbiased estimate of the transmittance between two distances along a ray of unit direction.
     pub fn transmittance(&self, ray: &Ray, from: f64, to: f64, more: &mut Stream) -> Spectrum {
         let u = [0.0, more.unit()];
-        let found = self.track(ray, [from, to], None, u, more);
+        let found = self.track(ray, [from, to], None, u, None, more);
         Spectrum::from(found.weight.map(|v| v as f32))
     }
 }

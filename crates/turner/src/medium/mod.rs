@@ -175,11 +175,11 @@ impl Medium {
         }
     }
 
-    /// Samples scattering along a segment: `u` for the first event, `more` for all further random numbers.
+    /// Samples scattering along a segment: `u` for the first event and for emission, `more` for all further random numbers.
     #[inline]
-    pub fn walk(&self, stretch: &RaySegment<'_>, u: [f64; 2], more: &mut Stream) -> Walk {
+    pub fn walk(&self, stretch: &RaySegment<'_>, u: [f64; 3], more: &mut Stream) -> Walk {
         match self {
-            Medium::Homogeneous(m) => m.walk(stretch, u),
+            Medium::Homogeneous(m) => m.walk(stretch, [u[0], u[1]]),
             Medium::Heterogeneous(m) => m.walk(stretch, u, more),
         }
     }

@@ -78,7 +78,7 @@ impl Geometry {
         let moving: Vec<bool> = primitives.iter().map(moves).collect();
         let still: Vec<Option<Bounds>> =
             bounds.iter().zip(&moving).map(|(b, moves)| b.filter(|_| !moves)).collect();
-        let (gathered, offset) = world_mesh::choose(&primitives, &still);
+        let (gathered, offset) = world_mesh::choose(&primitives, &still, materials);
         for (primitive, gathered) in primitives.iter().zip(&gathered) {
             if let (Shape::Mesh(mesh), false) = (&primitive.shape, gathered) {
                 if cancelled() {

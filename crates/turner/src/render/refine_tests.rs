@@ -11,8 +11,10 @@ use crate::integrator::path::Caustics;
 use crate::integrator::{IntegratorDesc, PathDesc, Prepared};
 use crate::material::{MaterialDesc, PrincipledMaterial};
 use crate::math::DVec3;
+use crate::medium::HomogeneousMedium;
 use crate::schema::{ColorSource, MaterialId, PrepareOptions};
 use crate::shape::{BoxDesc, ShapeDesc, SphereDesc};
+use crate::testing::scenes::{cuboid, even, grey, matte, path, plane, v};
 
 const SIZE: [u32; 2] = [96, 64];
 
@@ -43,6 +45,24 @@ fn scene(samples: u32, caustics: Caustics) -> Prepared {
     desc.prepare(&PrepareOptions::default()).unwrap()
 }
 
+/// A box of glowing fog on a floor.
+fn fog_scene(samples: u32) -> Prepared {
+    let mut desc = path(PathDesc::default())
+        .seen_at(v(0.0, 2.0, 6.0), v(0.0, 0.5, 0.0), 40.0)
+        .with(plane(), matte(grey(0.5)))
+        .filled(
+            cuboid(v(-1.0, 0.0, -1.0), v(1.0, 1.5, 1.0)),
+            HomogeneousMedium {
+                scattering: even(0.8),
+                emission: Spectrum::grey(0.3),
+                ..HomogeneousMedium::default()
+            },
+        )
+        .filmed(SIZE, samples);
+    desc.film.denoise = Denoise::On;
+    desc.prepare(&PrepareOptions::default()).unwrap()
+}
+
 fn rendered(scene: Prepared) -> Renderer {
     let mut renderer = Renderer::new(scene).unwrap();
     let options = PassOptions { threads: 2, cancel: &AtomicBool::new(false), progress: None };
@@ -53,8 +73,9 @@ fn rendered(scene: Prepared) -> Renderer {
 /// Rays with the sample indices of the film find what the film found, light of photons excluded.
 #[test]
 fn rays_find_what_samples_find() {
-    for caustics in [Caustics::Off, Caustics::Full] {
-        let renderer = rendered(scene(8, caustics));
+    let scenes = [scene(8, Caustics::Off), scene(8, Caustics::Full), fog_scene(8)];
+    for (number, scene) in scenes.into_iter().enumerate() {
+        let renderer = rendered(scene);
         let buffers = renderer.denoising_buffers(&renderer.developed_as(Denoise::Off, 1), 1).unwrap();
         let pixels: Vec<u32> = (0..SIZE[0] * SIZE[1]).collect();
         let (means, traced) = renderer.guide_means(&pixels, 0..8, 2);
@@ -64,10 +85,10 @@ fn rays_find_what_samples_find() {
             let emission = buffers.emission.mean[i].iter().zip(mean.emission);
             assert!(
                 emission.clone().all(|(a, b)| near(*a, b)),
-                "{caustics:?} {i} {:?}",
+                "{number} {i} {:?}",
                 emission.collect::<Vec<_>>()
             );
-            assert!(buffers.guides[i].iter().zip(mean.guides).all(|(a, b)| near(*a, b)), "{caustics:?} {i}");
+            assert!(buffers.guides[i].iter().zip(mean.guides).all(|(a, b)| near(*a, b)), "{number} {i}");
         }
     }
 }

@@ -8,6 +8,7 @@ mod bvh_boxes;
 mod bvh_boxes_tests;
 pub(crate) mod camera_visibility;
 pub mod caustic_targets;
+mod coincident;
 pub(crate) mod emitter_batch;
 pub(crate) mod emitter_list;
 #[cfg(test)]

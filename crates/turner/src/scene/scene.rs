@@ -261,11 +261,12 @@ impl Scene {
         self.keep_nearer_before(Hit { shape, primitive: index }, &mut ray.t_max, best);
     }
 
-    /// The same with the ray's end alone.
+    /// The same with the ray's end alone. Of equally near hits, those on boundaries of media come last, then the order of
+    /// the description counts.
     #[inline(always)]
     pub(crate) fn keep_nearer_before(&self, hit: Hit, end: &mut f64, best: &mut Option<Hit>) {
-        let id = |hit: &Hit| self.primitives[hit.primitive as usize].id;
-        let nearer = hit.shape.t < *end || best.is_none_or(|b| id(&hit) < id(&b));
+        let order = |hit: &Hit| (self.material_at(hit).is_boundary(), self.primitive_id(hit));
+        let nearer = hit.shape.t < *end || best.is_none_or(|b| order(&hit) < order(&b));
         if nearer {
             *end = hit.shape.t;
             *best = Some(hit);

@@ -119,21 +119,23 @@ impl<'a, R: Record> PathBatch<'a, R> {
         self.guides.active = false;
         let mut known = surfaces.iter();
         for (i, hit) in hits.iter().enumerate() {
-            let Some((ray, sample)) = queue.get(i) else { continue };
             let surface = match hit {
                 Some(_) if !self.blocks.contains(i) => known.next(),
                 _ => None,
             };
-            let at = sample as usize;
+            let at = queue.samples[i] as usize;
             let path = &self.paths[at];
             let trail = &mut self.guides.trails[at];
-            let now = path.bounces.total;
+            let ray = queue.rays.get(i);
+            // A ray that a medium has scattered is no longer in the queue; the scattering is counted already.
+            let now = path.bounces.total.saturating_sub(u32::from(ray.is_none()));
             trail.is_over |= trail.is_found && now > trail.bounces || now > trail.expected;
             if trail.is_over {
                 self.paths[at].ends |= self.guides.alone;
                 continue;
             }
             self.guides.active = true;
+            let Some(ray) = ray else { continue };
             let beta = path.beta.to_array().map(|v| if v < 1.0 { v.max(0.0) } else { 1.0 });
             let beta = Spectrum::from(beta);
             let Some(hit) = hit else {
@@ -164,7 +166,7 @@ impl<'a, R: Record> PathBatch<'a, R> {
             let material = self.scene.material_at(hit);
             let normal = if outside { surface.ns } else { -surface.ns };
             trail.length += hit.shape.t;
-            (trail.bounces, trail.expected) = (now, now + 1);
+            (trail.bounces, trail.expected) = (now, now + u32::from(!material.is_boundary()));
             let log_distance = (ln(trail.length.max(f64::MIN_POSITIVE)) * LOG2_E) as f32;
             let albedo = match material {
                 Material::OpenPbr(m) => match m.constant_bsdf(outside) {

@@ -317,6 +317,7 @@ impl<R: Record> PathBatch<'_, R> {
         }
         self.scene.intersect_batch(&mut queue.rays, &mut hits);
         self.scene.fetch_triangles(&hits);
+        self.scene.prefer_surfaces(&queue.rays, &mut hits);
         if !self.scene.hidden_from_camera.is_empty() {
             self.look_past_hidden(&queue, &mut hits);
         }

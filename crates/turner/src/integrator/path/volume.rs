@@ -43,7 +43,7 @@ pub(super) const SEGMENT_SET: u32 = BAND_SET + 2;
 /// What a set of random numbers is used for.
 #[derive(Clone, Copy)]
 pub(super) enum Purpose {
-    /// Band, distance, equiangular point, Russian roulette. As a stream: delta tracking along the segment.
+    /// Band, distance, equiangular point or offset of emission points, Russian roulette. As a stream: delta tracking along the segment.
     Distance = 0,
     /// The light at the scattering event. As a stream: the media along its shadow ray.
     Light = 1,
@@ -129,7 +129,7 @@ impl<R: Record> PathBatch<'_, R> {
             path.sampler.four(path.segment_set(Purpose::Distance));
         let mut stream = path.sampler.stream(path.segment_set(Purpose::Distance));
         let stretch = RaySegment { ray, end, shares, scatters };
-        let walk = medium.walk(&stretch, [band, distance], &mut stream);
+        let walk = medium.walk(&stretch, [band, distance, equiangular_u], &mut stream);
         self.record.note(|r| r.medium_segment(path.media.top(), walk.scattered.unwrap_or(end), walk.weight));
         if !walk.emitted.is_black() {
             let added = self.settings.add(path, path.beta * walk.emitted, pixel);

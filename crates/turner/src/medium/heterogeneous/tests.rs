@@ -69,7 +69,7 @@ fn a_constant_grid_is_a_homogeneous_medium() {
         let walks: Vec<Walk> = (0..n)
             .map(|i| {
                 let mut more = stream(i + n);
-                let u = [more.unit(), more.unit()];
+                let u = [more.unit(), more.unit(), more.unit()];
                 heterogeneous.walk(&stretch, u, &mut more)
             })
             .collect();
@@ -116,7 +116,7 @@ fn colors_of_cells_are_those_of_a_homogeneous_medium() {
         let walks: Vec<Walk> = (0..40_000)
             .map(|i| {
                 let mut more = stream(i);
-                let u = [more.unit(), more.unit()];
+                let u = [more.unit(), more.unit(), more.unit()];
                 colored.walk(&stretch, u, &mut more)
             })
             .collect();
@@ -249,7 +249,7 @@ fn hot_gas_glows_in_the_colour_of_a_black_body() {
     for i in 0..count {
         let stretch = RaySegment { ray: &ray, end: 2.0, shares: [1.0 / 3.0; 3], scatters: true };
         let mut more = stream(i);
-        let u = [more.unit(), more.unit()];
+        let u = [more.unit(), more.unit(), more.unit()];
         sum += medium.walk(&stretch, u, &mut more).emitted * (1.0 / count as f32);
     }
     let glow = crate::color::cie::black_body(3000.0).to_array();

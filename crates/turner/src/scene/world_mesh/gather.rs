@@ -29,7 +29,11 @@ const MAX_MESH: usize = 1 << 22;
 const MAX_REPEATED: usize = 1 << 16;
 
 /// The primitives to include, and the offset to subtract from positions.
-pub(crate) fn choose(primitives: &[Primitive], bounds: &[Option<Bounds>]) -> (Vec<bool>, DVec3) {
+pub(crate) fn choose(
+    primitives: &[Primitive],
+    bounds: &[Option<Bounds>],
+    materials: &[Material],
+) -> (Vec<bool>, DVec3) {
     let none = (vec![false; primitives.len()], DVec3::ZERO);
     let mut uses: HashMap<*const TriangleMesh, usize> = HashMap::new();
     for primitive in primitives {
@@ -42,6 +46,11 @@ pub(crate) fn choose(primitives: &[Primitive], bounds: &[Option<Bounds>]) -> (Ve
     let mut candidates = Vec::new();
     for (i, primitive) in primitives.iter().enumerate() {
         let (Shape::Mesh(mesh), Some(b)) = (&primitive.shape, bounds[i]) else { continue };
+        // Boundaries of media give way to surfaces that coincide with them, so their hits must be told apart; and with
+        // them shadow rays would need the order of the hits in the whole world mesh.
+        if materials[primitive.material.index()].is_boundary() {
+            continue;
+        }
         let pointer = Arc::as_ptr(mesh);
         let count = mesh.data().triangles.len();
         let allowed_mesh = *allowed.entry(pointer).or_insert_with(|| {

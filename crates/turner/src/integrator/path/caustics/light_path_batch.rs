@@ -130,6 +130,7 @@ impl<'a> LightPathBatch<'a> {
         }
         let mut hits = std::mem::take(&mut self.hits);
         self.scene.intersect_batch(&mut self.rays, &mut hits);
+        self.scene.prefer_surfaces(&self.rays, &mut hits);
         let of_ray = std::mem::take(&mut self.of_ray);
         for (i, (&path, hit)) in of_ray.iter().zip(&hits).enumerate() {
             if let (Some(ray), Some(hit)) = (self.rays.get(i), hit) {

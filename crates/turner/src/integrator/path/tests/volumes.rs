@@ -7,13 +7,14 @@ use crate::color::Spectrum;
 use crate::description::SceneDesc;
 use crate::integrator::{DepthDesc, DirectDesc, IntegratorDesc, LightSampling, NormalsDesc, PathDesc};
 use crate::material::{DielectricMaterial, InterfaceMaterial, PrincipledMaterial};
-use crate::math::DVec3;
+use crate::math::{DAffine3, DVec3};
 use crate::medium::{HenyeyGreenstein, HomogeneousMedium, SmokeMedium};
-use crate::schema::MaterialId;
+use crate::schema::{MaterialId, MeshData};
 use crate::shape::{DiskDesc, ShapeDesc};
+use crate::testing::Random;
 use crate::testing::scenes::{
-    Mean, bands, cuboid, emissive, even, grey, lamp, matte, mean, mean_of, path, plane, rectangle,
-    render_with, scene, sphere, v,
+    Mean, bands, cuboid, emissive, even, grey, lamp, matte, mean, mean_of, path, pixel, placed, plane,
+    rectangle, render_with, scene, sphere, turned, v,
 };
 
 fn deep() -> PathDesc {
@@ -87,6 +88,76 @@ fn shadow_rays_cross_boundaries_in_order() {
         .with_shared(cuboid(v(-0.5, 1.5, -0.5), v(0.5, 2.5, 0.5)), inner);
     let e = |a: f64| 2.0 * 0.5 / PI * (-a).exp();
     mean(2, desc).is([e(0.7 + 0.3), e(0.2 + 1.0), e(0.0)], 1e-5);
+}
+
+/// The mesh of a box.
+fn mesh_of_box(min: DVec3, max: DVec3) -> MeshData {
+    let corner = |i: u32| {
+        let at = |bit: u32, axis: usize| if i >> bit & 1 == 1 { max[axis] } else { min[axis] } as f32;
+        [at(0, 0), at(1, 1), at(2, 2)]
+    };
+    let faces = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];
+    MeshData {
+        positions: (0..8).map(corner).collect(),
+        triangles: faces.iter().flat_map(|[a, b, c, d]| [[*a, *b, *c], [*a, *c, *d]]).collect(),
+        ..MeshData::default()
+    }
+}
+
+#[test]
+fn floors_that_coincide_with_boundaries_are_seen() {
+    // Thin fog before a wall of light, each as a shape and as a mesh, in both orders, slanted and far from the origin.
+    let mut random = Random::new(5);
+    for case in 0..32 {
+        let [fog_is_mesh, wall_is_mesh, fog_first, is_slanted, fills_room] =
+            [0, 1, 2, 3, 4].map(|bit| case >> bit & 1 == 1);
+        let [x, y, z] = random.units::<3>();
+        let (min, max) = (v(-3.0 - x, -3.0 - y, -1.0 - z), v(3.0, 3.0, 1.0 + x));
+        let mut desc = along(deep()).seen_from_front(12.0, 20.0).filmed([24, 24], 4);
+        let to_world = if is_slanted { turned(10.0 * x, 20.0 * y, 30.0) } else { DAffine3::IDENTITY };
+        let fog = match fog_is_mesh {
+            true => desc.mesh(mesh_of_box(min, max)),
+            false => cuboid(min, max),
+        };
+        let wall = match (fills_room, wall_is_mesh) {
+            (true, true) => desc.mesh(mesh_of_box(min, max)),
+            (true, false) => cuboid(min, max),
+            (false, true) => {
+                let (low, high) = (v(-8.0, -9.0, min.z - 1.0), v(8.0, 7.0, min.z));
+                desc.mesh(mesh_of_box(low, high))
+            }
+            (false, false) => rectangle(v(0.0, 0.5, min.z), v(9.0, 0.0, 0.0), v(0.0, 8.0, 0.0)),
+        };
+        let interior = desc.medium(absorbing(even(1e-3)));
+        let (fog, wall) = (placed(fog, to_world), placed(wall, to_world));
+        desc = match fog_first {
+            true => desc.with_object(fog, InterfaceMaterial { interior }).with_object(wall, glow()),
+            false => desc.with_object(wall, glow()).with_object(fog, InterfaceMaterial { interior }),
+        };
+        let (picture, _) = render_with(&desc, 1, 4);
+        for [r, g, b] in (0..24 * 24).map(|i| pixel(&picture, i % 24, i / 24)) {
+            assert!(r.min(g).min(b) > 0.98, "{case}: {r} {g} {b}");
+        }
+    }
+}
+
+#[test]
+fn light_from_floors_under_fog_passes_the_fog_once_more() {
+    // From 4 above, 2 of it through the medium on the floor, down and up again.
+    for height in [0.0, 0.1, -0.3] {
+        let base = v(0.0, height, 0.0);
+        let floor = rectangle(base, v(9.0, 0.0, 0.0), v(0.0, 0.0, 9.0));
+        let desc = path(deep())
+            .seen_down_from(height + 4.0)
+            .lit(lamp(base + v(0.0, 4.0, 0.0), 32.0))
+            .filled(
+                cuboid(base + v(-1.0, 0.0, -1.0), base + v(1.0, 2.0, 1.0)),
+                absorbing(bands([0.7, 0.2, 0.0])),
+            )
+            .with(floor, matte(grey(0.5)));
+        let e = |a: f64| 2.0 * 0.5 / PI * (-4.0 * a).exp();
+        mean(2, desc).is([e(0.7), e(0.2), e(0.0)], 1e-5);
+    }
 }
 
 /// Single scattering of a point light along the ray, by Simpson's rule.
