@@ -192,10 +192,7 @@ pub(crate) const PICTURES: &[Picture] = &[
     ),
     picture("show-pool.jpg", Turner("scenes/showcase/pool.toml --width 480 --height 300 --samples 32")),
     picture("smoke.jpg", Turner("scenes/showcase/smoke.toml --width 400 --height 300 --samples 64")),
-    picture(
-        "fire.jpg",
-        Turner("scenes/showcase/fire.toml --width 320 --height 400 --samples 256 --denoise"),
-    ),
+    picture("fire.jpg", Turner("scenes/showcase/fire.toml --width 320 --height 400 --samples 256 --denoise")),
     picture(
         "candle.jpg",
         Turner("scenes/showcase/candle.toml --width 320 --height 256 --samples 110 --clamp-indirect 1"),

@@ -22,11 +22,12 @@ pub(super) fn equirectangular(
 ) -> Option<ImageId> {
     let id = scene.image(name, place)?;
     let source = scene.images.get(id.index())?.data.clone();
-    if source.width != source.height {
+    let is_version3 = scene.frame.is_version3;
+    if source.width != source.height && !is_version3 {
         let message = "an environment map that is not square: read as equirectangular (pbrt-v4 expects a square, equal-area octahedral map)";
         scene.report.doubtful(place, message);
     }
-    let square = source.width == source.height;
+    let square = source.width == source.height && !is_version3;
     let look = EncodedView::new(&source);
     let light = |own: DVec3| if square { look.at(square_of(own)) } else { look.at(lat_long_of(own)) };
     let size = [source.height.saturating_mul(2), source.height];
@@ -68,7 +69,7 @@ fn height_of([u, v]: [f64; 2]) -> f64 {
 }
 
 /// (u, v) of a direction in the latitude-longitude maps of older pbrt versions, where z is up.
-fn lat_long_of(d: DVec3) -> [f64; 2] {
+pub(super) fn lat_long_of(d: DVec3) -> [f64; 2] {
     let phi = atan2(d.y, d.x);
     let theta = atan2((d.x * d.x + d.y * d.y).sqrt(), d.z);
     [(phi / TAU).rem_euclid(1.0), theta / PI]

@@ -5,7 +5,7 @@ use turner::color::Spectrum;
 use turner::description::SceneDesc;
 use turner::film::{Antialias, ClampSpace, TextureFilter};
 use turner::filter::FilterKind;
-use turner::integrator::{AmbientOcclusionDesc, IntegratorDesc, PathDesc};
+use turner::integrator::{AmbientOcclusionDesc, DirectDesc, IntegratorDesc, PathDesc};
 use turner::math::{DMat3, DVec3};
 use turner::schema::Named;
 
@@ -24,7 +24,7 @@ pub(super) struct Frame {
     pub(super) size: [u32; 2],
     crop: Option<[u32; 4]>,
     samples: u32,
-    filter: (FilterKind, f64),
+    filter: Option<(FilterKind, f64)>,
     integrator: IntegratorDesc,
     pub(super) shutter: [f64; 2],
     /// Diagonal of the film in millimetres.
@@ -42,6 +42,8 @@ pub(super) struct Frame {
     /// Whether the sensor has an exposure time.
     has_sensor: bool,
     texture_filter: TextureFilter,
+    /// Whether the film is that of pbrt-v3, "image".
+    pub(super) is_version3: bool,
 }
 
 impl Default for Frame {
@@ -51,7 +53,7 @@ impl Default for Frame {
             size: [1280, 720],
             crop: None,
             samples: 16,
-            filter: (FilterKind::Gaussian, 1.5),
+            filter: None,
             integrator: IntegratorDesc::Path(PathDesc { max_depth: 5, ..PathDesc::default() }),
             shutter: [0.0, 1.0],
             diagonal: 35.0,
@@ -63,6 +65,7 @@ impl Default for Frame {
             balance: None,
             has_sensor: true,
             texture_filter: TextureFilter::Auto,
+            is_version3: false,
         }
     }
 }
@@ -94,8 +97,10 @@ impl Frame {
         if !matches!(name, "rgb" | "gbuffer" | "spectral" | "image") {
             report.ignored(params.place, format!("unknown film \"{}\": read as \"rgb\"", printable(name)));
         }
-        self.has_sensor = name != "image";
-        self.size = [size(params.integer("xresolution"), 1280), size(params.integer("yresolution"), 720)];
+        self.is_version3 = name == "image";
+        self.has_sensor = !self.is_version3;
+        let [columns, rows] = if self.is_version3 { [640, 480] } else { [1280, 720] };
+        self.size = [size(params.integer("xresolution"), columns), size(params.integer("yresolution"), rows)];
         let [w, h] = self.size;
         let bounds = params.integers("pixelbounds");
         if let &[x0, x1, y0, y1] = bounds {
@@ -107,6 +112,13 @@ impl Frame {
         }
         self.diagonal = params.float("diagonal").unwrap_or(35.0);
         self.iso = params.float("iso").unwrap_or(100.0);
+        if self.is_version3 {
+            self.iso = 100.0 * params.float("scale").unwrap_or(1.0).max(0.0);
+            if params.float("maxsampleluminance").is_some_and(f64::is_finite) {
+                let message = "the largest luminance of a sample: not limited";
+                report.approximated(params.place_of("maxsampleluminance"), message);
+            }
+        }
         if let Some(sensor) = params.string("sensor").filter(|s| *s != "cie1931") {
             let message = format!("the sensor \"{}\": read as \"cie1931\"", printable(sensor));
             report.approximated(params.place_of("sensor"), message);
@@ -161,7 +173,8 @@ impl Frame {
                 return;
             }
         };
-        let (x, y) = (params.float("xradius"), params.float("yradius"));
+        let radius_of = |name, of_version3| params.float(name).or_else(|| params.float(of_version3));
+        let (x, y) = (radius_of("xradius", "xwidth"), radius_of("yradius", "ywidth"));
         if let (Some(x), Some(y)) = (x, y)
             && x != y
         {
@@ -179,7 +192,7 @@ impl Frame {
         }
         params.pass(&["B", "C", "tau", "sigma", "alpha"]);
         params.finish("the pixel filter", report);
-        self.filter = (kind, if radius.is_finite() { radius.clamp(0.01, 16.0) } else { 0.5 });
+        self.filter = Some((kind, if radius.is_finite() { radius.clamp(0.01, 16.0) } else { 0.5 }));
     }
 
     pub(super) fn integrator(&mut self, name: &str, params: Params, report: &mut Report) {
@@ -212,6 +225,9 @@ impl Frame {
             self.integrator =
                 IntegratorDesc::AmbientOcclusion(AmbientOcclusionDesc { distance, samples: 16 });
             params.pass(&["cossample"]);
+        } else if matches!(name, "directlighting" | "whitted") {
+            let max_depth = params.integer("maxdepth").unwrap_or(5).clamp(0, 100_000) as u32;
+            self.integrator = IntegratorDesc::Direct(DirectDesc { max_depth, ..DirectDesc::default() });
         } else {
             let depth = params.integer("maxdepth").unwrap_or(5).clamp(0, 100_000) as u32;
             self.integrator = IntegratorDesc::Path(PathDesc { max_depth: depth, ..PathDesc::default() });
@@ -223,6 +239,8 @@ impl Frame {
             "maxdepth",
             "lightsampler",
             "lightsamplestrategy",
+            "strategy",
+            "nsamples",
             "rrthreshold",
             "samplelights",
             "samplebsdf",
@@ -274,7 +292,9 @@ impl Frame {
             // The sensor's values.
             film.clamp_space = ClampSpace::Xyz;
         }
-        (film.filter, film.filter_radius) = (self.filter.0, Some(self.filter.1));
+        let default = if self.is_version3 { (FilterKind::Box, 0.5) } else { (FilterKind::Gaussian, 1.5) };
+        let (filter, radius) = self.filter.unwrap_or(default);
+        (film.filter, film.filter_radius) = (filter, Some(radius));
         film.texture_filter = self.texture_filter;
         film.transfer = turner::color::Transfer::Srgb;
         scene.integrator = self.integrator;

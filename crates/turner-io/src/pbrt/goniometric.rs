@@ -8,7 +8,7 @@ use turner::math::{DAffine3, DVec3, radians};
 use turner::schema::{LightProfile, ProfileFile};
 
 use super::assembly::Assembly;
-use super::environment::{EncodedView, square_of};
+use super::environment::{EncodedView, lat_long_of, square_of};
 use super::source::Place;
 
 /// Fewest and most rows of the table.
@@ -33,7 +33,9 @@ pub(super) fn intensities(
     let id = scene.image(name, place)?;
     let image = scene.images.get(id.index())?.data.clone();
     let to_light = to_world.matrix3.inverse();
-    if image.width != image.height || !to_light.is_finite() {
+    // Those of pbrt-v3 are latitude-longitude maps.
+    let is_version3 = scene.frame.is_version3;
+    if image.width != image.height && !is_version3 || !to_light.is_finite() {
         let message = "a goniometric light whose image is not square: rendered as a point light";
         scene.report.approximated(place, message);
         return None;
@@ -57,7 +59,8 @@ pub(super) fn intensities(
             let own = to_light * DVec3::new(sin_v * cos_h, -cos_v, -sin_v * sin_h);
             // pbrt swaps y and z of the light's space.
             let own = DVec3::new(own.x, own.z, own.y).normalize_or(DVec3::Z);
-            values.push(grey(look.at(square_of(own))) as f32);
+            let uv = if is_version3 { lat_long_of(own) } else { square_of(own) };
+            values.push(grey(look.at(uv)) as f32);
         }
     }
     // All pixels cover the same solid angle.

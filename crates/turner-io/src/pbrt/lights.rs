@@ -27,6 +27,7 @@ use super::shapes::Made;
 use super::source::Place;
 use super::spectra::{Role, color};
 use super::state::State;
+use super::version3;
 use crate::assets::printable;
 use crate::scene_import::environment_light;
 
@@ -45,8 +46,10 @@ pub(super) fn add(scene: &mut Assembly<'_>, state: &State, name: &str, params: P
     if state.ctm[0] != state.ctm[1] {
         scene.report.approximated(place, "light motion: the start position is used");
     }
-    let scale = params.float("scale").unwrap_or(1.0) * scene.frame.exposure();
-    let mut light = Light { scene, state, params: &params, to_world: state.ctm[0], scale };
+    let tint = version3::light_scale(scene, state, &params)?;
+    let own = if tint == Spectrum::WHITE { params.float("scale").unwrap_or(1.0) } else { 1.0 };
+    let scale = own * scene.frame.exposure();
+    let mut light = Light { scene, state, params: &params, to_world: state.ctm[0], scale, tint };
     let desc = match name {
         "point" => light.point()?,
         "goniometric" => light.goniometric()?,
@@ -78,12 +81,24 @@ struct Light<'a, 'b> {
     to_world: DAffine3,
     /// Factor on its colour.
     scale: f64,
+    /// The same by colour band.
+    tint: Spectrum,
 }
 
 impl Light<'_, '_> {
     fn color(&mut self, name: &'static str) -> Result<Spectrum, Fault> {
         let found = color(self.scene, self.state.color_space, self.params, name, Role::Light)?;
-        Ok(self.scene.frame.balanced(found.unwrap_or(self.state.color_space.white())))
+        Ok(self.scene.frame.balanced(found.unwrap_or(self.state.color_space.white())) * self.tint)
+    }
+
+    /// The image of the light.
+    fn file(&self) -> Option<String> {
+        self.params.string("filename").or_else(|| self.params.string("mapname")).map(str::to_owned)
+    }
+
+    /// Where the file gives it.
+    fn place_of_file(&self) -> Place {
+        self.params.place_of(if self.params.has("mapname") { "mapname" } else { "filename" })
     }
 
     /// A parameter that is greater than 0.
@@ -108,8 +123,7 @@ impl Light<'_, '_> {
 
     /// A point light with the intensities of an image. `power` is that of all directions together.
     fn goniometric(&mut self) -> Result<Option<LightDesc>, Fault> {
-        let file = self.params.string("filename").map(str::to_owned);
-        let place = self.params.place_of("filename");
+        let (file, place) = (self.file(), self.place_of_file());
         let found = file.and_then(|name| goniometric::intensities(self.scene, &name, &self.to_world, place));
         let Some(LightDesc::Point(point)) = self.point()? else { return Ok(None) };
         let Some(found) = found else { return Ok(Some(LightDesc::Point(point))) };
@@ -133,9 +147,10 @@ impl Light<'_, '_> {
 
     /// A spot light around its image. The shorter side of the image has the angle `fov`; `power` is that of all its light.
     fn projection(&mut self) -> Result<Option<LightDesc>, Fault> {
-        let place = self.params.place_of("filename");
-        let fov = self.params.float("fov").unwrap_or(90.0).clamp(1e-3, MAX_FOV);
-        let Some(name) = self.params.string("filename").map(str::to_owned) else {
+        let place = self.place_of_file();
+        let default = if self.scene.frame.is_version3 { 45.0 } else { 90.0 };
+        let fov = self.params.float("fov").unwrap_or(default).clamp(1e-3, MAX_FOV);
+        let Some(name) = self.file() else {
             self.scene
                 .report
                 .ignored(self.params.place, "a projection light without an image: it emits no light");
@@ -162,7 +177,10 @@ impl Light<'_, '_> {
             look_at: position + axis * (1.0 + position.abs().max_element()),
             angle: slide.angle(),
             penumbra: 0.0,
-            color: self.scene.frame.balanced(Spectrum::WHITE),
+            color: match self.scene.frame.is_version3 {
+                true => self.color("I")?,
+                false => self.scene.frame.balanced(Spectrum::WHITE) * self.tint,
+            },
             intensity: sound(self.scale),
             attenuation: INVERSE_SQUARE,
             image: Some(image),
@@ -224,17 +242,19 @@ impl Light<'_, '_> {
             self.scene.report.approximated(params.place_of("portal"), message);
             params.pass(&["portal"]);
         }
-        let file = params.string("filename").map(str::to_owned);
-        if file.is_some() && params.has("L") {
+        let (file, is_version3) = (self.file(), self.scene.frame.is_version3);
+        if file.is_some() && params.has("L") && !is_version3 {
             let message = "an infinite light with an image and a colour L: the image is used";
             self.scene.report.doubtful(params.place_of("L"), message);
             params.pass(&["L"]);
         }
         let tint = match &file {
-            Some(_) => self.scene.frame.balanced(Spectrum::WHITE),
-            None => self.color("L")?,
+            Some(_) if !is_version3 => self.scene.frame.balanced(Spectrum::WHITE) * self.tint,
+            // In pbrt-v3 it multiplies the image.
+            _ => self.color("L")?,
         };
-        let place = params.place_of("filename");
+        params.pass(&["nsamples", "samples"]);
+        let place = self.place_of_file();
         let image = match &file {
             None => Some(environment_light::white(self.scene)),
             Some(name) => environment::equirectangular(self.scene, name, self.to_world.matrix3, place),
@@ -322,9 +342,11 @@ pub(super) fn area(
     params: &Params,
     areas: &[f64],
 ) -> Result<Vec<Option<Emission>>, Fault> {
-    let radiance = params.float("scale").unwrap_or(1.0) * scene.frame.exposure();
+    let tint = version3::light_scale(scene, state, params)?;
+    let scale = if tint == Spectrum::WHITE { params.float("scale").unwrap_or(1.0) } else { 1.0 };
+    let radiance = scale * scene.frame.exposure();
     let color = color(scene, state.color_space, params, "L", Role::Light)?;
-    let color = color.unwrap_or(state.color_space.white());
+    let color = color.unwrap_or(state.color_space.white()) * tint;
     // The luminance by which `power` is divided: that of a constant colour does not count.
     let (mut color, mut luminance) = (ColorSource::Constant(scene.frame.balanced(color)), 1.0);
     if let Some(name) = params.string("filename").map(str::to_owned)

@@ -14,9 +14,10 @@ use super::report::Fault;
 use super::source::Place;
 use super::state::{ColorSpace, State};
 use super::surfaces::{Maker, grey};
+use super::version3;
 use crate::assets::printable;
 use crate::measured::MAX_BSDF;
-use crate::scene_import::single_scattering;
+use crate::scene_import::{product, single_scattering};
 
 /// Most materials.
 const MAX_MATERIALS: usize = 1 << 22;
@@ -184,7 +185,7 @@ fn make(
     kind: &str,
     params: &Params,
     space: ColorSpace,
-    usage: Use,
+    mut usage: Use,
 ) -> Result<MaterialDesc, Fault> {
     params.pass(&["type"]);
     let what = format!("the material \"{}\"", printable(kind));
@@ -204,7 +205,7 @@ fn make(
             PrincipledMaterial { base_color: maker.color("reflectance", 0.5)?, ..PrincipledMaterial::matte() }
         }
         "coateddiffuse" => maker.coated_diffuse()?,
-        "conductor" => maker.conductor()?,
+        "conductor" => maker.conductor(0.0)?,
         "coatedconductor" => maker.coated_conductor()?,
         "dielectric" => maker.dielectric()?,
         "thindielectric" => PrincipledMaterial {
@@ -214,7 +215,7 @@ fn make(
             ..maker.with_index("eta", PrincipledMaterial::default())?
         },
         "diffusetransmission" => maker.diffuse_transmission()?,
-        "subsurface" => maker.subsurface()?,
+        "subsurface" => maker.subsurface(None)?,
         "hair" => {
             let hair = maker.hair()?;
             params.pass(&["displacement", "normalmap"]);
@@ -229,41 +230,37 @@ fn make(
             measured = maker.measured()?;
             PrincipledMaterial { base_color: grey(0.5), ..PrincipledMaterial::matte() }
         }
-        other => {
-            let old = [
-                "matte",
-                "plastic",
-                "glass",
-                "mirror",
-                "metal",
-                "uber",
-                "substrate",
-                "translucent",
-                "disney",
-                "fourier",
-                "kdsubsurface",
-            ];
-            let mut fault = super::reader::unknown(
-                "material",
-                other,
-                &[
-                    "diffuse",
-                    "coateddiffuse",
-                    "conductor",
-                    "coatedconductor",
-                    "dielectric",
-                    "thindielectric",
-                    "diffusetransmission",
-                    "subsurface",
-                    "hair",
-                    "measured",
-                    "mix",
-                    "interface",
-                ],
-            );
-            if old.contains(&other) {
-                fault = fault.help("this is a material of pbrt-v3: convert the file with `pbrt --upgrade`");
+        "disney" => {
+            let made = version3::disney(&mut maker, usage)?;
+            params.finish(&what, &mut maker.scene.report);
+            return Ok(made);
+        }
+        old if version3::MATERIALS.contains(&old) => {
+            if old == "uber"
+                && let Some(opacity) = maker.opacity()?
+            {
+                let alpha = usage.alpha.take();
+                usage.alpha = Some(alpha.map_or(opacity, |alpha| product(maker.scene, alpha, opacity)));
             }
+            maker.version3(old)?
+        }
+        other => {
+            let version4 = [
+                "diffuse",
+                "coateddiffuse",
+                "conductor",
+                "coatedconductor",
+                "dielectric",
+                "thindielectric",
+                "diffusetransmission",
+                "subsurface",
+                "hair",
+                "measured",
+                "mix",
+                "interface",
+            ];
+            let all: Vec<&str> = version4.iter().chain(version3::MATERIALS).copied().collect();
+            let fault = super::reader::unknown("material", other, &all);
             return Err(fault.or_at(params.place));
         }
     };

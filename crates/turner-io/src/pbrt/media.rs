@@ -41,7 +41,9 @@ pub(super) fn define(
             let common = common(scene, state, &params)?;
             match kind.as_str() {
                 "homogeneous" => Some(homogeneous(&common)),
-                "uniformgrid" if params.has("density") => grids::uniform(scene, state, &params, &common)?,
+                "uniformgrid" | "heterogeneous" if params.has("density") => {
+                    grids::uniform(scene, state, &params, &common)?
+                }
                 "nanovdb" => grids::nanovdb(scene, state, &params, &common)?,
                 "cloud" => clouds(scene, state, &params, &common)?,
                 other => {
@@ -98,7 +100,11 @@ fn common(scene: &mut Assembly<'_>, state: &State, params: &Params) -> Result<Co
         None => {
             let a = color(scene, space, params, "sigma_a", Role::Unbounded)?;
             let s = color(scene, space, params, "sigma_s", Role::Unbounded)?;
-            (a.unwrap_or(one), s.unwrap_or(one))
+            let [default_a, default_s] = match scene.frame.is_version3 {
+                true => [Spectrum::new(0.0011, 0.0024, 0.014), Spectrum::new(2.55, 3.21, 3.77)],
+                false => [one, one],
+            };
+            (a.unwrap_or(default_a), s.unwrap_or(default_s))
         }
     };
     let emission = color(scene, space, params, "Le", Role::Light)?.unwrap_or(Spectrum::BLACK);

@@ -1,4 +1,4 @@
-//! pbrt-v4 scenes (Pharr, Jakob and Humphreys, "Physically Based Rendering", 4th edition, 2023; format:
+//! pbrt-v4 scenes, and those of pbrt-v3 ([`version3`]) (Pharr, Jakob and Humphreys, "Physically Based Rendering", 4th edition, 2023; format:
 //! pbrt.org/fileformat-v4).
 //!
 //! [`source`] is a window over the bytes of a file, [`lexer`] splits them into tokens, and [`reader`] executes
@@ -36,6 +36,7 @@ mod shapes;
 mod source;
 mod spectra;
 mod state;
+mod subsurface;
 mod surfaces;
 #[cfg(test)]
 mod tests;
@@ -43,6 +44,7 @@ mod tests;
 mod texture_tests;
 mod textures;
 mod transform;
+mod version3;
 
 use std::io::Read;
 
@@ -131,6 +133,7 @@ fn finish(
     if objects.is_empty() {
         report.note("the file contains no geometry");
     }
+    let format = if frame.is_version3 { "pbrt-v3" } else { "pbrt-v4" };
     frame.apply(&mut scene);
     scene.textures = stock.texture_list;
     scene.materials = materials;
@@ -141,8 +144,7 @@ fn finish(
     scene.images = stock.images;
     scene.meshes = stock.meshes;
     fill_open(&mut scene, around);
-    scene.imports =
-        vec![ImportSummary { file: printable(&uri), format: "pbrt-v4", counts, names: Vec::new() }];
+    scene.imports = vec![ImportSummary { file: printable(&uri), format, counts, names: Vec::new() }];
     scene.warnings = report.into_warnings(&files);
     Ok(scene)
 }

@@ -293,11 +293,15 @@ impl Params {
         }
     }
 
-    /// 2D points; removes them from the list.
+    /// 2D points, in pbrt-v3 also written as a list of numbers; removes them from the list.
     pub(super) fn take_pairs(&mut self, name: &'static str) -> Vec<[f32; 2]> {
-        self.find(name, &[Type::Point2, Type::Vector2], "point2");
+        self.find(name, &[Type::Point2, Type::Vector2, Type::Float], "point2");
         match self.list.iter_mut().find(|p| p.name == name).map(|p| &mut p.value) {
             Some(Value::Pairs(v)) => std::mem::take(v),
+            Some(Value::Numbers(v)) => {
+                let numbers = std::mem::take(v);
+                numbers.as_chunks().0.iter().map(|[u, v]| [*u as f32, *v as f32]).collect()
+            }
             _ => Vec::new(),
         }
     }

@@ -14,8 +14,7 @@ use super::report::Fault;
 use super::spectra::{Curve, Role, color, curve, glass_of, metal_of, to_color};
 use super::state::ColorSpace;
 use super::textures::{normal_picture, source_named};
-use crate::assets::printable;
-use crate::scene_import::{Through, inner_reflectance, map_colors, map_values, named_medium, product};
+use crate::scene_import::{Through, inner_reflectance, map_colors, map_values, product};
 use crate::spectral::{at_each_wavelength, metal_at, metal_of_index, metal_reflectances, seen_in_daylight};
 
 /// A grey colour.
@@ -83,12 +82,20 @@ impl Maker<'_, '_> {
 
     /// Roughness and anisotropy. pbrt's GGX has α = √roughness, or α = roughness if it is not remapped;
     /// Turner's α is roughness².
-    fn roughness(&mut self, names: [&'static str; 3], surface: &mut PrincipledMaterial) -> Result<(), Fault> {
+    pub(super) fn roughness(
+        &mut self,
+        names: [&'static str; 3],
+        or: f64,
+        surface: &mut PrincipledMaterial,
+    ) -> Result<(), Fault> {
         let remap = self.params.bool("remaproughness").unwrap_or(true);
-        let through = Through::Roughness { remap };
+        let through = match remap && self.scene.frame.is_version3 {
+            true => Through::RemappedRoughness,
+            false => Through::Roughness { remap },
+        };
         let both = self.number(names[0])?;
-        let along = self.number(names[1])?.or(both).unwrap_or(grey(0.0));
-        let across = self.number(names[2])?.or(both).unwrap_or(grey(0.0));
+        let along = self.number(names[1])?.or(both).unwrap_or(grey(or));
+        let across = self.number(names[2])?.or(both).unwrap_or(grey(or));
         let (ColorSource::Constant(u), ColorSource::Constant(v)) = (along, across) else {
             if along != across {
                 let message = "a roughness texture for one direction: used for both";
@@ -153,7 +160,7 @@ impl Maker<'_, '_> {
     pub(super) fn dielectric(&mut self) -> Result<PrincipledMaterial, Fault> {
         let glass = PrincipledMaterial { transmission_weight: grey(1.0), ..PrincipledMaterial::default() };
         let mut glass = self.with_index("eta", glass)?;
-        self.roughness(["roughness", "uroughness", "vroughness"], &mut glass)?;
+        self.roughness(["roughness", "uroughness", "vroughness"], 0.0, &mut glass)?;
         Ok(glass)
     }
 
@@ -212,7 +219,8 @@ impl Maker<'_, '_> {
         })
     }
 
-    pub(super) fn conductor(&mut self) -> Result<PrincipledMaterial, Fault> {
+    /// A metal; `or` is the roughness if none is given.
+    pub(super) fn conductor(&mut self, or: f64) -> Result<PrincipledMaterial, Fault> {
         let metal = self.metal(["eta", "k", "reflectance"], 1.0)?;
         let mut surface = metal.surface();
         if let Metal::Constant { index: (eta, k), .. } = &metal {
@@ -220,7 +228,7 @@ impl Maker<'_, '_> {
             (surface.metal_eta, surface.metal_k) = (within(eta), within(k));
             surface.specular_color = grey(1.0);
         }
-        self.roughness(["roughness", "uroughness", "vroughness"], &mut surface)?;
+        self.roughness(["roughness", "uroughness", "vroughness"], or, &mut surface)?;
         Ok(surface)
     }
 
@@ -233,7 +241,7 @@ impl Maker<'_, '_> {
     ) -> Result<(f64, ColorSource, Option<Layer>), Fault> {
         let ior = self.with_index(index, PrincipledMaterial::default())?.specular_ior;
         let mut rough = PrincipledMaterial::default();
-        self.roughness(names, &mut rough)?;
+        self.roughness(names, 0.0, &mut rough)?;
         if rough.specular_roughness_anisotropy != grey(0.0) {
             self.scene
                 .report
@@ -323,6 +331,7 @@ impl Maker<'_, '_> {
         let mut surface = metal.surface();
         self.roughness(
             ["conductor.roughness", "conductor.uroughness", "conductor.vroughness"],
+            0.0,
             &mut surface,
         )?;
         if roughness != grey(0.0) {
@@ -354,6 +363,11 @@ impl Maker<'_, '_> {
     pub(super) fn diffuse_transmission(&mut self) -> Result<PrincipledMaterial, Fault> {
         let scale = self.params.float("scale").unwrap_or(1.0).clamp(0.0, 1e6);
         let sources = [self.color("reflectance", 0.25)?, self.color("transmittance", 0.25)?];
+        Ok(self.thin_diffuse(sources, scale))
+    }
+
+    /// A thin wall with these diffuse reflectance and transmittance.
+    pub(super) fn thin_diffuse(&mut self, sources: [ColorSource; 2], scale: f64) -> PrincipledMaterial {
         let thin = PrincipledMaterial { thin_walled: true, ..PrincipledMaterial::matte() };
         let most = |source: ColorSource| match source {
             ColorSource::Constant(c) => Some(f64::from(c.max_component()) * scale),
@@ -368,74 +382,27 @@ impl Maker<'_, '_> {
         };
         let [base_color, subsurface_color] = [(sources[0], 1.0 - share), (sources[1], share)]
             .map(|(c, share)| if share > 0.0 { product(self.scene, c, grey(scale / share)) } else { c });
-        Ok(PrincipledMaterial { base_color, subsurface_weight: grey(share), subsurface_color, ..thin })
-    }
-
-    pub(super) fn subsurface(&mut self) -> Result<PrincipledMaterial, Fault> {
-        let place = self.params.place;
-        let scale = self.params.float("scale").unwrap_or(1.0).max(0.0);
-        let named = self.params.string("name").map(str::to_owned);
-        let plain = PrincipledMaterial { specular_ior: 1.33, ..PrincipledMaterial::default() };
-        let mut surface = self.with_index("eta", plain)?;
-        let (color, radius) = if self.params.has("reflectance") {
-            let color = self.color("reflectance", 0.5)?;
-            let mfp = self::color(self.scene, self.space, self.params, "mfp", Role::Unbounded)?;
-            let mfp = mfp.unwrap_or(Spectrum::WHITE);
-            (color, f64::from((mfp.r + mfp.g + mfp.b) / 3.0) * scale)
-        } else {
-            let found = named.as_deref().and_then(named_medium);
-            if let (Some(name), None) = (&named, found) {
-                let message = format!("unknown medium \"{}\" of a subsurface material", printable(name));
-                self.scene.report.ignored(self.params.place_of("name"), message);
-            }
-            let (a, s) = match found {
-                Some(found) => found,
-                None => {
-                    let a = self::color(self.scene, self.space, self.params, "sigma_a", Role::Unbounded)?;
-                    let s = self::color(self.scene, self.space, self.params, "sigma_s", Role::Unbounded)?;
-                    (
-                        a.unwrap_or(Spectrum::new(0.0011, 0.0024, 0.014)),
-                        s.unwrap_or(Spectrum::new(2.55, 3.21, 3.77)),
-                    )
-                }
-            };
-            let g = self.params.float("g").unwrap_or(0.0).clamp(-0.999, 0.999) as f32;
-            let (a, s) = (a.to_array(), s.to_array());
-            let mut color = [0.0; 3];
-            let mut mean = 0.0;
-            for (i, c) in color.iter_mut().enumerate() {
-                let scattering = s[i] * (1.0 - g);
-                let extinction = a[i] + scattering;
-                let albedo = if extinction > 0.0 { scattering / extinction } else { 0.0 };
-                // Diffuse reflectance of a half-space with a boundary (dipole: Jensen et al. 2001, eq. 15).
-                let inner = inner_reflectance(surface.specular_ior);
-                let (a, q) =
-                    ((1.0 + inner) / (1.0 - inner), (3.0 * (1.0 - f64::from(albedo)).max(0.0)).sqrt());
-                *c = (0.5 * f64::from(albedo) * (1.0 + exp(-4.0 / 3.0 * a * q)) * exp(-q)) as f32;
-                mean += f64::from(extinction) / 3.0;
-            }
-            let radius = if mean * scale > 0.0 { 1.0 / (mean * scale) } else { 0.0 };
-            (ColorSource::Constant(color.into()), radius)
-        };
-        self.params.pass(&["mfp", "reflectance", "sigma_a", "sigma_s", "g", "name"]);
-        self.scene.report.approximated(place, "a subsurface material: matched by colour and mean free path");
-        surface.subsurface_weight = grey(1.0);
-        surface.subsurface_color = color;
-        surface.subsurface_radius = if radius.is_finite() { radius.clamp(0.0, 1e30) } else { 0.0 };
-        self.roughness(["roughness", "uroughness", "vroughness"], &mut surface)?;
-        surface.transmission_dispersion_scale = 0.0;
-        Ok(surface)
+        PrincipledMaterial { base_color, subsurface_weight: grey(share), subsurface_color, ..thin }
     }
 
     pub(super) fn mix(&mut self, usage: Use) -> Result<MaterialDesc, Fault> {
         let place = self.params.place;
-        let names = self.params.strings("materials").to_vec();
+        let mut names = self.params.strings("materials").to_vec();
+        // In pbrt-v3 `amount` is the weight of the first material.
+        if let Some(first) = self.params.string("namedmaterial1").map(str::to_owned) {
+            names =
+                self.params.string("namedmaterial2").into_iter().map(str::to_owned).chain([first]).collect();
+        }
         let [a, b] = &names[..] else {
             let message = format!("a mix has two materials, found {}", names.len());
             return Err(Fault::at(place, ErrorCode::MissingKey, message)
                 .help("as in \"string materials\" [ \"a\" \"b\" ]"));
         };
-        let amount = match self.number("amount")? {
+        let given = match self.params.spectrum("amount") {
+            Some(_) => Some(self.color("amount", 0.5)?),
+            None => self.number("amount")?,
+        };
+        let amount = match given {
             Some(ColorSource::Constant(c)) => ColorSource::Constant(c.map(|v| v.clamp(0.0, 1.0))),
             Some(texture) => texture,
             None => grey(0.5),
@@ -460,16 +427,22 @@ impl Maker<'_, '_> {
         Ok(MaterialDesc::Mix(MixMaterial { materials: ids.to_vec(), weights: vec![amount] }))
     }
 
+    /// The texture of a bump map and its scale: `displacement`, or `bumpmap` of pbrt-v3.
+    pub(super) fn bump(&mut self) -> Result<Option<(ColorSource, f64)>, Fault> {
+        let name = if self.params.has("bumpmap") { "bumpmap" } else { "displacement" };
+        if !self.params.is(name, Type::Texture) {
+            self.params.pass(&[name]);
+            return Ok(None);
+        }
+        let heights = self.texture(name)?;
+        Ok(matches!(heights, ColorSource::Texture(_)).then_some((heights, 1.0)))
+    }
+
     /// What every material may have: a displacement texture (used as a bump map) or a normal map.
     pub(super) fn details(&mut self, surface: &mut PrincipledMaterial) -> Result<(), Fault> {
-        if self.params.is("displacement", Type::Texture) {
-            let heights = self.texture("displacement")?;
-            if matches!(heights, ColorSource::Texture(_)) {
-                (surface.bump_map, surface.bump_scale, surface.bump_unit) =
-                    (Some(heights), 1.0, BumpUnit::Scene);
-            }
-        } else {
-            self.params.pass(&["displacement"]);
+        if let Some((heights, scale)) = self.bump()? {
+            (surface.bump_map, surface.bump_scale, surface.bump_unit) =
+                (Some(heights), scale, BumpUnit::Scene);
         }
         if let Some(file) = self.params.string("normalmap").map(str::to_owned) {
             surface.normal_map = normal_picture(self.scene, &file, self.params.place_of("normalmap"));

@@ -261,7 +261,7 @@ fn what_is_misspelled_is_named_at_its_place() {
             "unknown material \"a\"",
             "b",
         ),
-        ("WorldBegin Material \"matte\" Shape \"sphere\"", "unknown material \"matte\"", "pbrt --upgrade"),
+        ("WorldBegin Material \"matt\" Shape \"sphere\"", "unknown material \"matt\"", "matte"),
         (
             "WorldBegin Material \"diffuse\" \"texture reflectance\" \"wod\" Shape \"sphere\"",
             "unknown texture \"wod\"",

@@ -63,7 +63,9 @@ pub(super) fn define(
     let source = match class {
         "constant" => maker.input("value", 1.0)?,
         "scale" => {
-            let (a, b) = (maker.input("tex", 1.0)?, maker.input("scale", 1.0)?);
+            let [a, b] =
+                if params.has("tex1") || params.has("tex2") { ["tex1", "tex2"] } else { ["tex", "scale"] };
+            let (a, b) = (maker.input(a, 1.0)?, maker.input(b, 1.0)?);
             product(maker.scene, a, b)
         }
         "mix" => {
@@ -85,13 +87,17 @@ pub(super) fn define(
         "imagemap" => maker.picture()?,
         "checkerboard" => maker.checkerboard()?,
         "bilerp" => maker.bilerp()?,
+        "uv" => maker.uv_colors(),
         "dots" => {
             let (inside, outside) = (maker.input("inside", 1.0)?, maker.input("outside", 0.0)?);
             maker.only_uv();
             match maker.squares() {
                 Some(transform) => {
                     // pbrt-v4 shows `outside` in the dots and `inside` around them; scenes rely on it.
-                    let (low, high) = (inside, outside);
+                    let [low, high] = match maker.scene.frame.is_version3 {
+                        true => [outside, inside],
+                        false => [inside, outside],
+                    };
                     let dots = perlin(PerlinKind::Dots);
                     let desc = PerlinDesc { low, high, mapping: Mapping::Uv, transform, ..dots };
                     maker.scene.texture(TextureDesc::Perlin(desc))
@@ -137,6 +143,7 @@ pub(super) fn define(
                 "imagemap",
                 "checkerboard",
                 "bilerp",
+                "uv",
                 "dots",
                 "fbm",
                 "wrinkled",
@@ -284,6 +291,7 @@ impl Maker<'_, '_> {
             // As in pbrt, it counts for PNG files only.
             Some("linear") if of_type(".png") => Encoding::Linear,
             Some("linear") => Encoding::Srgb,
+            None if self.params.bool("gamma") == Some(false) => Encoding::Linear,
             None | Some("sRGB") => Encoding::Srgb,
             Some(other) => {
                 let message = format!("the image encoding \"{}\": sRGB replaces it", printable(other));
@@ -293,7 +301,7 @@ impl Maker<'_, '_> {
         };
         let scale = self.params.float("scale").unwrap_or(1.0) as f32;
         let invert = self.params.bool("invert").unwrap_or(false);
-        self.params.pass(&["maxanisotropy", "trilinear"]);
+        self.params.pass(&["maxanisotropy", "trilinear", "gamma"]);
         let Some(file) = self.scene.image(&name, place) else { return Ok(grey(0.5)) };
         // pbrt drops the alpha channel of formats other than these.
         let has_alpha = of_type(".png") || of_type(".exr");
@@ -340,6 +348,7 @@ impl Maker<'_, '_> {
             (Mapping::World, if is_sound(&ctm) { Transform(ctm) } else { Transform::IDENTITY })
         } else {
             self.only_uv();
+            self.params.pass(&["aamode"]);
             let Some(transform) = self.squares() else {
                 self.scene
                     .report
@@ -354,7 +363,6 @@ impl Maker<'_, '_> {
 
     /// Four colours at the corners of (u, v), as a small image.
     fn bilerp(&mut self) -> Result<ColorSource, Fault> {
-        const SIDE: u32 = 32;
         let mut corners = [Spectrum::BLACK; 4];
         for (corner, (name, or)) in
             corners.iter_mut().zip([("v00", 0.0), ("v01", 1.0), ("v10", 0.0), ("v11", 1.0)])
@@ -363,7 +371,18 @@ impl Maker<'_, '_> {
                 *corner = c;
             }
         }
-        let [v00, v01, v10, v11] = corners;
+        Ok(self.corners(corners, Wrap::Clamp))
+    }
+
+    /// (u, v) as red and green, repeated.
+    fn uv_colors(&mut self) -> ColorSource {
+        let color = |r, g| Spectrum::new(r, g, 0.0);
+        let corners = [color(0.0, 0.0), color(0.0, 1.0), color(1.0, 0.0), color(1.0, 1.0)];
+        self.corners(corners, Wrap::Repeat)
+    }
+
+    fn corners(&mut self, [v00, v01, v10, v11]: [Spectrum; 4], wrap: Wrap) -> ColorSource {
+        const SIDE: u32 = 32;
         let [su, sv, du, dv] = self.uv();
         let mut pixels = Vec::with_capacity((SIDE * SIDE * 3) as usize);
         for y in 0..SIDE {
@@ -374,9 +393,8 @@ impl Maker<'_, '_> {
         }
         let image = Image { width: SIDE, height: SIDE, channels: 3, pixels: Pixels::F32(pixels) };
         let file = self.scene.add_image("bilerp", image);
-        let desc =
-            ImageDesc { wrap: Wrap::Clamp, uv_matrix: Some([su, 0.0, du, 0.0, sv, dv]), ..picture(file) };
-        Ok(self.scene.texture(TextureDesc::Image(desc)))
+        let desc = ImageDesc { wrap, uv_matrix: Some([su, 0.0, du, 0.0, sv, dv]), ..picture(file) };
+        self.scene.texture(TextureDesc::Image(desc))
     }
 }
 

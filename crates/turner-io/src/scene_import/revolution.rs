@@ -32,6 +32,22 @@ pub(crate) enum Surface {
         from: f64,
         to: f64,
     },
+    /// From the base at z = 0 to the tip.
+    Cone {
+        radius: f64,
+        height: f64,
+    },
+    /// z = z_max · (r / radius)².
+    Paraboloid {
+        radius: f64,
+        from: f64,
+        to: f64,
+    },
+    /// A line from one point to the other, rotated.
+    Hyperboloid {
+        from: DVec3,
+        to: DVec3,
+    },
 }
 
 impl Surface {
@@ -50,6 +66,25 @@ impl Surface {
             Surface::Cylinder { radius, from, to } => {
                 let n = DVec3::new(cos, sin, 0.0);
                 (n * radius + DVec3::Z * (from + (to - from) * v), n)
+            }
+            Surface::Cone { radius, height } => {
+                let r = radius * (1.0 - v);
+                let n = DVec3::new(height * cos, height * sin, radius);
+                (DVec3::new(r * cos, r * sin, height * v), n.normalize_or(DVec3::Z))
+            }
+            Surface::Paraboloid { radius, from, to } => {
+                let z = from + (to - from) * v;
+                let r = radius * (z / to).max(0.0).sqrt();
+                // The gradient of r² / radius² − z / to.
+                let (across, along) = (2.0 * r / (radius * radius), -1.0 / to);
+                let n = DVec3::new(across * cos, across * sin, along);
+                (DVec3::new(r * cos, r * sin, z), n.normalize_or(DVec3::NEG_Z))
+            }
+            Surface::Hyperboloid { from, to } => {
+                let turned = |p: DVec3| DVec3::new(p.x * cos - p.y * sin, p.x * sin + p.y * cos, p.z);
+                let (p, d) = (turned(from + (to - from) * v), turned(to - from));
+                let around = DVec3::new(-p.y, p.x, 0.0);
+                (p, around.cross(d).normalize_or(DVec3::Z))
             }
         }
     }
@@ -71,7 +106,12 @@ impl Surface {
             for i in 0..AROUND {
                 let a = j * (AROUND + 1) + i;
                 let (b, c, d) = (a + 1, a + AROUND + 1, a + AROUND + 2);
-                data.triangles.extend([[a, b, d], [a, d, c]]);
+                // At a pole a row is one point.
+                let at = |i: u32| data.positions[i as usize];
+                let whole =
+                    |t: &[u32; 3]| at(t[0]) != at(t[1]) && at(t[1]) != at(t[2]) && at(t[2]) != at(t[0]);
+                let triangles = [[a, b, d], [a, d, c]].into_iter().filter(whole).collect::<Vec<_>>();
+                data.triangles.extend(triangles);
             }
         }
         data

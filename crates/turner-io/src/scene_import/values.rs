@@ -2,7 +2,7 @@
 
 use turner::color::{Spectrum, srgb_decode, srgb_encode};
 use turner::image::{Image, Pixels};
-use turner::math::elementary::pow_int;
+use turner::math::elementary::{ln, pow_int};
 use turner::schema::ColorSource;
 use turner::texture::{CheckerboardDesc, Encoding, ImageDesc, MixDesc, MultiplyDesc, TextureDesc};
 
@@ -51,6 +51,8 @@ pub(crate) fn mix(
 pub(crate) enum Through {
     /// From pbrt's roughness, remapped or not, to Turner's √α.
     Roughness { remap: bool },
+    /// From the roughness of pbrt-v3, remapped, to Turner's √α.
+    RemappedRoughness,
     /// From the reflectance ρ of a diffuse base to what leaves the clear layer above it: ρ · `gain` / (1 − ρ ·
     /// `inner`). `inner` is what the layer's inner side reflects of diffuse light; `gain` is 1 − `inner` for
     /// smooth layers. `max_bounces` bounds the reflections at the base.
@@ -68,6 +70,13 @@ impl Through {
         match self {
             Through::Roughness { remap: true } => unit.sqrt().sqrt(),
             Through::Roughness { remap: false } => unit.sqrt(),
+            // pbrt-v3's fit of Beckmann's α; 0 stays smooth.
+            Through::RemappedRoughness if unit <= 0.0 => 0.0,
+            Through::RemappedRoughness => {
+                let x = ln(unit.max(1e-3));
+                let alpha = 1.62142 + x * (0.819955 + x * (0.1734 + x * (0.0171201 + x * 0.000640711)));
+                alpha.clamp(0.0, 1.0).sqrt()
+            }
             Through::Layer { gain, inner, turns } => {
                 let again = unit * inner;
                 let left = turns.map_or(0.0, |turns| pow_int(again, turns));

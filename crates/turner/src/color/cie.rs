@@ -29,7 +29,7 @@ pub(crate) fn linear_srgb([x, y, z]: [f64; 3]) -> [f64; 3] {
 /// The colour of a black body at a temperature in kelvin, as linear sRGB in which a spectrum of 1 everywhere has
 /// luminance 1. The spectrum is scaled so that its greatest value is 1, visible or not: cold bodies are dark. Black at
 /// 100 K or less. Colours outside the gamut are clipped at 0.
-pub(crate) fn black_body(kelvin: f64) -> Spectrum {
+pub fn black_body(kelvin: f64) -> Spectrum {
     // The second radiation constant in nm·K, and hc/λkT at the greatest value of Planck's law (Wien).
     const C2: f64 = 1.438_776_877e7;
     const PEAK: f64 = 4.965_114_231_744_276;

@@ -10,6 +10,7 @@ mod tonemap;
 mod transfer;
 mod vision;
 
+pub use cie::black_body;
 pub use display_space::{DisplaySpace, REFERENCE_WHITE, pq_encode};
 pub use heat::heat;
 pub(crate) use names::from_rgb24;

@@ -25,6 +25,7 @@ use super::report::Fault;
 use super::source::Place;
 use super::state::{Ctm, State};
 use super::textures::source_named;
+use super::version3;
 use crate::assets::printable;
 use crate::scene_import::orient;
 pub(super) use fibres::Open as OpenCurves;
@@ -63,12 +64,27 @@ pub(super) fn add(
         "bilinearmesh" => patch::patches(scene, state, &mut params)?,
         "loopsubdiv" => subdivision::surface(scene, state, &mut params)?,
         "curve" => curve::curve(scene, state, &mut params)?,
-        "sphere" | "disk" | "cylinder" => quadric::quadric(scene, state, name, &params)?,
+        "sphere" | "disk" | "cylinder" | "cone" | "paraboloid" | "hyperboloid" => {
+            quadric::quadric(scene, state, name, &params)?
+        }
+        "heightfield" => {
+            let mut data = version3::height_field(scene, &params)?;
+            orient(&mut data, state.reverse);
+            Made::Mesh(data, LightParts::Triangles)
+        }
+        "nurbs" => {
+            scene.report.ignored(place, "a NURBS surface: omitted");
+            return Ok(());
+        }
         other => {
             let all = [
                 "sphere",
                 "disk",
                 "cylinder",
+                "cone",
+                "paraboloid",
+                "hyperboloid",
+                "heightfield",
                 "trianglemesh",
                 "plymesh",
                 "bilinearmesh",

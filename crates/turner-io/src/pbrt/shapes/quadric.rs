@@ -1,4 +1,4 @@
-//! Spheres, disks and cylinders. Full ones that face outwards keep their type; others become triangles with
+//! Spheres, disks, cylinders, and the quadrics of pbrt-v3: cones, paraboloids, hyperboloids. Full ones that face outwards keep their type; others become triangles with
 //! exact normals.
 
 use super::super::assembly::Assembly;
@@ -13,20 +13,23 @@ use turner::math::elementary::acos;
 use turner::math::{DAffine3, DVec3, radians};
 use turner::shape::{CylinderDesc, DiskDesc, ShapeDesc, SphereDesc};
 
-/// `sphere`, `disk`, `cylinder`.
+/// `sphere`, `disk`, `cylinder`, `cone`, `paraboloid`, `hyperboloid`.
 pub(super) fn quadric(
     scene: &mut Assembly<'_>,
     state: &State,
     name: &str,
     params: &Params,
 ) -> Result<Made, Fault> {
+    if name == "hyperboloid" {
+        return hyperboloid(scene, state, params);
+    }
     let positive = |v: f64| v.is_finite() && v > 0.0;
     let radius = params.float("radius").unwrap_or(1.0);
     let phi = params.float("phimax").unwrap_or(360.0).clamp(0.0, 360.0);
     let place = params.place;
     if !positive(radius) {
         scene.report.doubtful(place, "a shape whose radius is not greater than 0: omitted");
-        params.pass(&["zmin", "zmax", "height", "innerradius"]);
+        params.pass(&["zmin", "zmax", "height", "innerradius", "phimax"]);
         return Ok(Made::Nothing);
     }
     let whole = phi >= 360.0 && !state.reverse;
@@ -58,6 +61,21 @@ pub(super) fn quadric(
             }
             (Surface::Disk { radius, inner, height }, area)
         }
+        "cone" => {
+            let height = params.float("height").unwrap_or(1.0);
+            let area = 0.5 * around * (height * height + radius * radius).sqrt();
+            (Surface::Cone { radius, height }, area)
+        }
+        "paraboloid" => {
+            let (zmin, zmax) = (params.float("zmin").unwrap_or(0.0), params.float("zmax").unwrap_or(1.0));
+            let (from, to) = (zmin.min(zmax).max(0.0), zmin.max(zmax).max(1e-9));
+            // The area between two heights (pbrt-v3, paraboloid.cpp).
+            let k = 4.0 * to / (radius * radius);
+            let power = |z: f64| (k * z + 1.0) * (k * z + 1.0).sqrt();
+            let area = radians(phi) * radius * radius * radius * radius / (12.0 * to * to)
+                * (power(to) - power(from));
+            (Surface::Paraboloid { radius, from, to }, area)
+        }
         _ => {
             let (zmin, zmax) = (params.float("zmin").unwrap_or(-1.0), params.float("zmax").unwrap_or(1.0));
             let area = around * (zmax - zmin).abs();
@@ -69,7 +87,30 @@ pub(super) fn quadric(
             (Surface::Cylinder { radius, from: zmin, to: zmax }, area)
         }
     };
-    let message = "a partial or reversed sphere, disk or cylinder: rendered as triangles";
+    cut(scene, state, params, surface, [phi, area])
+}
+
+/// `hyperboloid`: the line from `p1` to `p2`, rotated about z.
+fn hyperboloid(scene: &mut Assembly<'_>, state: &State, params: &Params) -> Result<Made, Fault> {
+    let from = params.vector("p1").unwrap_or(DVec3::ZERO);
+    let to = params.vector("p2").unwrap_or(DVec3::ONE);
+    let phi = params.float("phimax").unwrap_or(360.0).clamp(0.0, 360.0);
+    // By the trapezoidal rule; it counts only for lights with a power.
+    let around = |v: f64| (from + (to - from) * v).truncate().length();
+    let area = radians(phi) * 0.5 * (around(0.0) + around(1.0)) * (to - from).length();
+    cut(scene, state, params, Surface::Hyperboloid { from, to }, [phi, area])
+}
+
+/// A surface as triangles over azimuths from 0 to `phi` degrees.
+fn cut(
+    scene: &mut Assembly<'_>,
+    state: &State,
+    params: &Params,
+    surface: Surface,
+    [phi, area]: [f64; 2],
+) -> Result<Made, Fault> {
+    let place = params.place;
+    let message = "a quadric that is partial, reversed, or of pbrt-v3 alone: rendered as triangles";
     scene.report.approximated(place, message);
     // Equal shapes share a mesh. The key is no file name.
     let key = (format!("\0{surface:?} {phi}"), state.reverse);
