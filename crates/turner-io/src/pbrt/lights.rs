@@ -46,8 +46,7 @@ pub(super) fn add(scene: &mut Assembly<'_>, state: &State, name: &str, params: P
     if state.ctm[0] != state.ctm[1] {
         scene.report.approximated(place, "light motion: the start position is used");
     }
-    let tint = version3::light_scale(scene, state, &params)?;
-    let own = if tint == Spectrum::WHITE { params.float("scale").unwrap_or(1.0) } else { 1.0 };
+    let (own, tint) = version3::light_scale(scene, state, &params)?;
     let scale = own * scene.frame.exposure();
     let mut light = Light { scene, state, params: &params, to_world: state.ctm[0], scale, tint };
     let desc = match name {
@@ -342,8 +341,7 @@ pub(super) fn area(
     params: &Params,
     areas: &[f64],
 ) -> Result<Vec<Option<Emission>>, Fault> {
-    let tint = version3::light_scale(scene, state, params)?;
-    let scale = if tint == Spectrum::WHITE { params.float("scale").unwrap_or(1.0) } else { 1.0 };
+    let (scale, tint) = version3::light_scale(scene, state, params)?;
     let radiance = scale * scene.frame.exposure();
     let color = color(scene, state.color_space, params, "L", Role::Light)?;
     let color = color.unwrap_or(state.color_space.white()) * tint;

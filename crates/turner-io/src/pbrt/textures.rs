@@ -108,27 +108,7 @@ pub(super) fn define(
                 }
             }
         }
-        "fbm" | "wrinkled" | "windy" | "marble" => {
-            let kind = match class {
-                "fbm" => PerlinKind::Fbm,
-                "wrinkled" => PerlinKind::Wrinkled,
-                "windy" => PerlinKind::Windy,
-                _ => PerlinKind::Marble,
-            };
-            let number = |name, or: f64, most: f64| {
-                params.float(name).filter(|v| v.is_finite()).unwrap_or(or).clamp(0.0, most)
-            };
-            let ctm = state.ctm[0];
-            let desc = PerlinDesc {
-                octaves: params.integer("octaves").unwrap_or(8).clamp(1, 16) as u32,
-                gain: number("roughness", 0.5, 1.0),
-                variation: number("variation", 0.2, 1e6),
-                density: if class == "marble" { number("scale", 1.0, 1e9) } else { 1.0 },
-                transform: if is_sound(&ctm) { Transform(ctm) } else { Transform::IDENTITY },
-                ..perlin(kind)
-            };
-            maker.scene.texture(TextureDesc::Perlin(desc))
-        }
+        "fbm" | "wrinkled" | "windy" | "marble" => maker.noise(class),
         "ptex" => {
             params.pass(&["filename", "encoding", "scale"]);
             maker.scene.report.ignored(place, "a Ptex texture: grey replaces it");
@@ -190,6 +170,29 @@ impl Maker<'_, '_> {
             return self.input(name, or);
         }
         Ok(grey(self.params.float(name).unwrap_or(or)))
+    }
+
+    /// Perlin noise of a class.
+    fn noise(&mut self, class: &str) -> ColorSource {
+        let kind = match class {
+            "fbm" => PerlinKind::Fbm,
+            "wrinkled" => PerlinKind::Wrinkled,
+            "windy" => PerlinKind::Windy,
+            _ => PerlinKind::Marble,
+        };
+        let number = |name, or: f64, most: f64| {
+            self.params.float(name).filter(|v| v.is_finite()).unwrap_or(or).clamp(0.0, most)
+        };
+        let ctm = self.state.ctm[0];
+        let desc = PerlinDesc {
+            octaves: self.params.integer("octaves").unwrap_or(8).clamp(1, 16) as u32,
+            gain: number("roughness", 0.5, 1.0),
+            variation: number("variation", 0.2, 1e6),
+            density: if class == "marble" { number("scale", 1.0, 1e9) } else { 1.0 },
+            transform: if is_sound(&ctm) { Transform(ctm) } else { Transform::IDENTITY },
+            ..perlin(kind)
+        };
+        self.scene.texture(TextureDesc::Perlin(desc))
     }
 
     /// Scales and offsets of (u, v).

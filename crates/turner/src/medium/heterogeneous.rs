@@ -216,9 +216,9 @@ impl Heterogeneous {
     /// Adds the emission at a point with these density and scale of emission, found at `rate` points per unit of length.
     fn emit(&self, found: &mut Tracked, p: DVec3, [density, scale]: [f64; 2], rate: f64) {
         let color = self.temperatures.as_ref().map_or([1.0; 3], |t| t.color_at(p));
-        for i in 0..3 {
-            let emitted = density * scale * self.coefficients.emission[i] * color[i];
-            found.emitted[i] += found.weight[i] * emitted / rate;
+        let Tracked { emitted, weight, .. } = found;
+        for (i, color) in color.into_iter().enumerate() {
+            emitted[i] += weight[i] * density * scale * self.coefficients.emission[i] * color / rate;
         }
     }
 

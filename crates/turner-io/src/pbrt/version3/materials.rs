@@ -58,13 +58,13 @@ impl Maker<'_, '_> {
         Ok(PrincipledMaterial { base_color, base_diffuse_roughness, ..PrincipledMaterial::matte() })
     }
 
-    /// Diffuse reflection and a highlight. pbrt-v3's Fresnel factor is that of the inner side, whose mean is four times
-    /// that of the outer side after its default `Ks` of 0.25.
+    /// Diffuse reflection and a highlight. pbrt-v3's Fresnel factor is that of the inner side: on average it reflects six
+    /// times as much as the outer side.
     fn plastic(&mut self) -> Result<PrincipledMaterial, Fault> {
         let (weight, specular_color) = weight_and_color(self.color("Ks", 0.25)?);
-        let weight = (4.0 * weight).min(1.0);
+        let weight = (6.0 * weight).min(10.0);
         let kd = self.color("Kd", 0.25)?;
-        let base_color = product(self.scene, kd, grey(1.0 / (1.0 - DIFFUSE_FRESNEL * weight)));
+        let base_color = product(self.scene, kd, grey(1.0 / (1.0 - (DIFFUSE_FRESNEL * weight).min(0.5))));
         let mut surface = PrincipledMaterial {
             base_color,
             specular_color,
@@ -129,9 +129,10 @@ impl Maker<'_, '_> {
         Ok(surface)
     }
 
-    /// A diffuse base under a glossy layer that reflects `Ks` at normal incidence (Ashikhmin and Shirley 2000).
+    /// A diffuse base under a glossy layer that reflects `Ks` at normal incidence (Ashikhmin and Shirley 2000). On a sphere in
+    /// even light their diffuse part reflects 0.82 · Kd · (1 − Ks), and Turner's layer lets about 1 − 0.8 · Ks pass.
     fn substrate(&mut self) -> Result<PrincipledMaterial, Fault> {
-        let base_color = self.color("Kd", 0.5)?;
+        let kd = self.color("Kd", 0.5)?;
         let (weight, specular_color) = match self.color("Ks", 0.5)? {
             texture @ ColorSource::Texture(_) => {
                 let message = "a texture Ks of a substrate: its reflectance at normal incidence is 0.5 times its colour";
@@ -140,7 +141,9 @@ impl Maker<'_, '_> {
             }
             constant => weight_and_color(constant),
         };
-        let root = weight.clamp(0.0, 0.95).sqrt();
+        let weight = weight.clamp(0.0, 0.95);
+        let base_color = product(self.scene, kd, grey(0.82 * (1.0 - weight) / (1.0 - 0.8 * weight)));
+        let root = weight.sqrt();
         let specular_ior = (1.0 + root) / (1.0 - root);
         let mut surface =
             PrincipledMaterial { base_color, specular_color, specular_ior, ..PrincipledMaterial::default() };

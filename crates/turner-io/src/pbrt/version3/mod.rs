@@ -34,17 +34,17 @@ pub(super) const MATERIALS: &[&str] = &[
     "fourier",
 ];
 
-/// The factor `scale` of a light, which may be a colour in pbrt-v3.
+/// The factor `scale` of a light as a number and a colour; in pbrt-v3 it may be a colour.
 pub(super) fn light_scale(
     scene: &mut Assembly<'_>,
     state: &State,
     params: &Params,
-) -> Result<Spectrum, Fault> {
+) -> Result<(f64, Spectrum), Fault> {
     if [Type::Rgb, Type::Spectrum, Type::Blackbody].iter().any(|kind| params.is("scale", *kind)) {
         let found = color(scene, state.color_space, params, "scale", Role::Light)?;
-        return Ok(found.unwrap_or(Spectrum::WHITE));
+        return Ok((1.0, found.unwrap_or(Spectrum::WHITE)));
     }
-    Ok(Spectrum::WHITE)
+    Ok((params.float("scale").unwrap_or(1.0), Spectrum::WHITE))
 }
 
 /// `heightfield`: `nu` by `nv` heights over the unit square.
