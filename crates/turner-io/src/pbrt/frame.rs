@@ -93,11 +93,14 @@ impl Frame {
         f64::from(self.size[0]) / f64::from(self.size[1])
     }
 
-    pub(super) fn film(&mut self, name: &str, params: Params, report: &mut Report) {
+    pub(super) fn film(&mut self, name: &str, mut params: Params, report: &mut Report) {
         if !matches!(name, "rgb" | "gbuffer" | "spectral" | "image") {
             report.ignored(params.place, format!("unknown film \"{}\": read as \"rgb\"", printable(name)));
         }
         self.is_version3 = name == "image";
+        if self.is_version3 {
+            params.keep_last();
+        }
         self.has_sensor = !self.is_version3;
         let [columns, rows] = if self.is_version3 { [640, 480] } else { [1280, 720] };
         self.size = [size(params.integer("xresolution"), columns), size(params.integer("yresolution"), rows)];

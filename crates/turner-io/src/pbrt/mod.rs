@@ -1,5 +1,5 @@
-//! pbrt-v4 scenes, and those of pbrt-v3 ([`version3`]) (Pharr, Jakob and Humphreys, "Physically Based Rendering", 4th edition, 2023; format:
-//! pbrt.org/fileformat-v4).
+//! Scenes of pbrt-v4 (Pharr, Jakob and Humphreys, "Physically Based Rendering", 4th edition, 2023; format:
+//! pbrt.org/fileformat-v4), and of pbrt-v3 ([`version3`]).
 //!
 //! [`source`] is a window over the bytes of a file, [`lexer`] splits them into tokens, and [`reader`] executes
 //! the directives. One module per kind of object (camera, lights, materials, shapes, …) translates it to

@@ -155,6 +155,16 @@ impl Params {
         self
     }
 
+    /// Of parameters with the same name keeps the last, as pbrt-v3 does.
+    pub(super) fn keep_last(&mut self) {
+        let mut seen = std::collections::BTreeSet::new();
+        let mut kept = std::mem::take(&mut self.list);
+        kept.reverse();
+        kept.retain(|p| seen.insert(p.name.clone()));
+        kept.reverse();
+        self.list = kept;
+    }
+
     /// All parameters.
     pub(super) fn into_list(self) -> Vec<Param> {
         self.list
@@ -349,6 +359,11 @@ impl Params {
         }
         let asked = self.asked.borrow();
         for p in self.list.iter().filter(|p| !p.used.get()) {
+            if asked.iter().any(|name| *name == p.name) {
+                let message = format!("{} of {what} is given twice: the first counts", printable(&p.name));
+                report.doubtful(p.place, message);
+                continue;
+            }
             let near = nearest(&p.name, asked.iter().copied())
                 .map_or_else(String::new, |n| format!("; did you mean {n}?"));
             report.ignored(p.place, format!("unknown parameter {} of {what}{near}", printable(&p.name)));

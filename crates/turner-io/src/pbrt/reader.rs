@@ -282,7 +282,11 @@ impl<'a> Reader<'a> {
     }
 
     pub(super) fn params(&mut self, place: Place) -> Result<Params, Fault> {
-        Params::read(self.lexer()?, place)
+        let mut params = Params::read(self.lexer()?, place)?;
+        if self.scene.frame.is_version3 {
+            params.keep_last();
+        }
+        Ok(params)
     }
 
     /// A name and the parameters that follow.

@@ -279,6 +279,16 @@ fn what_is_misspelled_is_named_at_its_place() {
 }
 
 #[test]
+fn of_equal_names_the_first_counts() {
+    let scene = world("Shape \"sphere\" \"float radius\" 2 \"float radius\" 3");
+    assert!(scene.warnings[0].message.contains("is given twice"), "{:?}", scene.warnings);
+    let ObjectContent::Shape(ShapeDesc::Sphere(sphere)) = &scene.objects[0].content else {
+        panic!("a sphere")
+    };
+    assert_eq!(sphere.radius, 2.0);
+}
+
+#[test]
 fn names_may_be_used_before_they_are_defined() {
     let scene = world(
         "NamedMaterial \"m\" Shape \"sphere\" MakeNamedMaterial \"m\" \"string type\" \"mix\" \"string materials\" [\"a\" \"b\"] \"float amount\" .25\n\

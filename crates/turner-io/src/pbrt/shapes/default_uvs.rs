@@ -29,7 +29,8 @@ pub(super) fn are_used(scene: &Assembly<'_>, state: &State, alpha: Option<ColorS
         let textures = params.texture_names().filter_map(|name| scene.textures.get(name));
         sources.extend(textures.map(|t| t.source));
         // The parts of a mix.
-        for name in params.unread_strings("materials") {
+        let parts = ["materials", "namedmaterial1", "namedmaterial2"];
+        for name in parts.iter().flat_map(|part| params.unread_strings(part)) {
             let Some(slot) = scene.materials.slot_named(name) else { return true };
             slots.push(slot);
         }

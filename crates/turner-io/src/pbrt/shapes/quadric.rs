@@ -1,5 +1,5 @@
-//! Spheres, disks, cylinders, and the quadrics of pbrt-v3: cones, paraboloids, hyperboloids. Full ones that face outwards keep their type; others become triangles with
-//! exact normals.
+//! Spheres, disks, cylinders, and the quadrics of pbrt-v3: cones, paraboloids, hyperboloids. Full spheres, disks and
+//! cylinders that face outwards keep their type; all others become triangles with exact normals.
 
 use super::super::assembly::Assembly;
 use super::super::params::Params;
@@ -69,7 +69,7 @@ pub(super) fn quadric(
         "paraboloid" => {
             let (zmin, zmax) = (params.float("zmin").unwrap_or(0.0), params.float("zmax").unwrap_or(1.0));
             let (from, to) = (zmin.min(zmax).max(0.0), zmin.max(zmax).max(1e-9));
-            // The area between two heights (pbrt-v3, paraboloid.cpp).
+            // The area of a surface of revolution between two heights.
             let k = 4.0 * to / (radius * radius);
             let power = |z: f64| (k * z + 1.0) * (k * z + 1.0).sqrt();
             let area = radians(phi) * radius * radius * radius * radius / (12.0 * to * to)

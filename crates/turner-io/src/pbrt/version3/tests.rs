@@ -1,5 +1,5 @@
 use turner::color::Spectrum;
-use turner::description::SceneDesc;
+use turner::description::{ObjectContent, SceneDesc};
 use turner::filter::FilterKind;
 use turner::integrator::IntegratorDesc;
 use turner::light::LightDesc;
@@ -7,6 +7,7 @@ use turner::material::{AlphaMode, MaterialDesc, PrincipledMaterial};
 use turner::math::DVec3;
 use turner::medium::MediumDesc;
 use turner::schema::{ColorSource, MeshData};
+use turner::shape::ShapeDesc;
 
 use crate::pbrt::tests::{read, read_with};
 
@@ -41,7 +42,12 @@ fn near(a: f64, b: f64) -> bool {
 
 #[test]
 fn the_film_tells_the_version_and_its_defaults() {
-    let scene = world("Shape \"sphere\"");
+    let scene = world("Shape \"sphere\" \"float radius\" 2 \"float radius\" 3");
+    assert!(scene.warnings.is_empty(), "{:?}", scene.warnings);
+    let ObjectContent::Shape(ShapeDesc::Sphere(sphere)) = &scene.objects[0].content else {
+        panic!("a sphere")
+    };
+    assert_eq!(sphere.radius, 3.0, "the last of equal names counts");
     assert_eq!(scene.imports[0].format, "pbrt-v3");
     assert_eq!((scene.film.width, scene.film.height, scene.film.filter), (640, 480, FilterKind::Box));
     let scene = read(
