@@ -59,6 +59,11 @@ const DIRECTIVES: &[&str] = &[
     "TransformTimes",
     "Translate",
     "WorldBegin",
+    // Those of pbrt-v2.
+    "Renderer",
+    "SurfaceIntegrator",
+    "Volume",
+    "VolumeIntegrator",
 ];
 
 impl Reader<'_> {
@@ -288,12 +293,24 @@ impl Reader<'_> {
                 // The film may follow and determines the aspect: the camera waits for WorldBegin.
                 self.camera = Some((self.state.clone(), name, params));
             }
-            "Film" | "Sampler" | "PixelFilter" | "Filter" | "Integrator" | "Accelerator" => {
+            "Volume" => {
+                let (name, _) = self.typed(place)?;
+                let message = format!("the volume \"{}\" of pbrt-v2", printable(&name));
+                self.report().ignored(place, message);
+            }
+            // The integrator decides.
+            "Renderer" | "VolumeIntegrator" => {
+                self.typed(place)?;
+            }
+            "Film" | "Sampler" | "PixelFilter" | "Filter" | "Integrator" | "SurfaceIntegrator"
+            | "Accelerator" => {
                 let (name, params) = self.typed(place)?;
                 match word {
                     "Film" => self.scene.frame.film(&name, params, &mut self.scene.stock.report),
                     "Sampler" => self.scene.frame.sampler(&name, params, &mut self.scene.stock.report),
-                    "Integrator" => self.scene.frame.integrator(&name, params, &mut self.scene.stock.report),
+                    "Integrator" | "SurfaceIntegrator" => {
+                        self.scene.frame.integrator(&name, params, &mut self.scene.stock.report)
+                    }
                     // The acceleration structure does not change the picture.
                     "Accelerator" => {}
                     _ => self.scene.frame.filter(&name, params, &mut self.scene.stock.report),

@@ -63,6 +63,16 @@ fn the_film_tells_the_version_and_its_defaults() {
 }
 
 #[test]
+fn files_of_version_2_have_other_directives() {
+    let scene = read(
+        "Film \"image\" SurfaceIntegrator \"directlighting\" VolumeIntegrator \"emission\" Renderer \"sampler\" WorldBegin \
+         Volume \"homogeneous\" \"color sigma_s\" [1 1 1] Material \"matte\" \"color Kd\" [.1 .2 .3] Shape \"sphere\"",
+    );
+    assert!(matches!(scene.integrator, IntegratorDesc::Direct(_)));
+    assert!(scene.warnings.len() == 1 && scene.warnings[0].message.contains("volume \"homogeneous\""));
+}
+
+#[test]
 fn diffuse_and_glossy_materials_are_read() {
     let matte = principled("Material \"matte\" \"rgb Kd\" [.1 .2 .3] \"float sigma\" 20");
     assert_eq!(matte.base_color, ColorSource::Constant(Spectrum::new(0.1, 0.2, 0.3)));
