@@ -34,7 +34,7 @@ def turbulence(seed, px, py, pz, first=2.0):
     return sum(noise(first * 2**i, seed + i, px, py, pz) / 2**i for i in range(4))
 
 
-# The flame sways more, the higher it is, and its tongues are drawn out upwards.
+# Turbulence displaces the flame more with height; its tongues are stretched along y.
 sway = 0.15 + y
 px = x + 0.36 * sway * turbulence(1, x, 1.6 * y, z, 1.6)
 pz = z + 0.36 * sway * turbulence(11, x, 1.6 * y, z, 1.6)

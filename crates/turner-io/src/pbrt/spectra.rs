@@ -73,7 +73,7 @@ pub(super) fn curve(
             c.iter_mut().for_each(|v| *v = v.clamp(0.0, most));
             Ok(Curve::Rgb(Spectrum::new(c[0] as f32, c[1] as f32, c[2] as f32)))
         }
-        // In pbrt-v3, temperature and scale of a spectrum whose greatest value is 1.
+        // In pbrt-v3, a temperature and a scale; the emission spectrum is normalized to a maximum of 1.
         (Value::Numbers(v), Type::Blackbody) if scene.frame.is_version3 => {
             let (kelvin, scale) = (v.first().copied().unwrap_or(6500.0), v.get(1).copied().unwrap_or(1.0));
             Ok(Curve::Rgb(black_body(kelvin) * scale.clamp(0.0, 1e30) as f32))

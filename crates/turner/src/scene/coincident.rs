@@ -20,7 +20,7 @@ use crate::scene::Scene;
 const MAX_COMPARED: usize = 8;
 
 impl Scene {
-    /// Replaces hits on boundaries of media by the opaque surfaces that coincide with them.
+    /// Where an opaque surface coincides with the boundary of a medium that a ray hits, replaces the hit by that on the surface.
     pub(crate) fn prefer_surfaces(&self, rays: &RayBatch, hits: &mut [Option<Hit>]) {
         if !self.volumes.as_ref().is_some_and(|volumes| volumes.bounded) {
             return;

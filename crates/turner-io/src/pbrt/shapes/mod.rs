@@ -4,6 +4,7 @@ mod curve;
 mod default_uvs;
 mod displacement;
 mod fibres;
+mod height_field;
 mod light_parts;
 mod mesh;
 mod patch;
@@ -25,7 +26,6 @@ use super::report::Fault;
 use super::source::Place;
 use super::state::{Ctm, State};
 use super::textures::source_named;
-use super::version3;
 use crate::assets::printable;
 use crate::scene_import::orient;
 pub(super) use fibres::Open as OpenCurves;
@@ -67,11 +67,7 @@ pub(super) fn add(
         "sphere" | "disk" | "cylinder" | "cone" | "paraboloid" | "hyperboloid" => {
             quadric::quadric(scene, state, name, &params)?
         }
-        "heightfield" => {
-            let mut data = version3::height_field(scene, &params)?;
-            orient(&mut data, state.reverse);
-            Made::Mesh(data, LightParts::Triangles)
-        }
+        "heightfield" => height_field::surface(scene, state, &params)?,
         "nurbs" => {
             scene.report.ignored(place, "a NURBS surface: omitted");
             return Ok(());

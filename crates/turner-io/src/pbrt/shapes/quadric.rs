@@ -90,7 +90,7 @@ pub(super) fn quadric(
     cut(scene, state, params, surface, [phi, area])
 }
 
-/// `hyperboloid`: the line from `p1` to `p2`, rotated about z.
+/// `hyperboloid`: the surface that the line from `p1` to `p2` sweeps as it rotates about the z axis.
 fn hyperboloid(scene: &mut Assembly<'_>, state: &State, params: &Params) -> Result<Made, Fault> {
     let from = params.vector("p1").unwrap_or(DVec3::ZERO);
     let to = params.vector("p2").unwrap_or(DVec3::ONE);

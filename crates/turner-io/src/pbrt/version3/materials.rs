@@ -12,7 +12,7 @@ use crate::scene_import::{Through, map_values, product};
 /// The names of roughness along and across the tangent.
 const ROUGHNESS: [&str; 3] = ["roughness", "uroughness", "vroughness"];
 
-/// Mean reflectance of diffuse light by a dielectric of IOR 1.5.
+/// The hemispherical reflectance of a smooth dielectric of IOR 1.5.
 const DIFFUSE_FRESNEL: f64 = 0.092;
 
 /// A colour as a weight of at most 1 and a colour whose largest component is 1; textures are the colour.
@@ -28,6 +28,14 @@ fn weight_and_color(source: ColorSource) -> (f64, ColorSource) {
 }
 
 impl Maker<'_, '_> {
+    /// A diffuse colour times a factor. Constants stay at most 1, so that energy is conserved.
+    fn scaled(&mut self, color: ColorSource, factor: f64) -> ColorSource {
+        match product(self.scene, color, grey(factor)) {
+            ColorSource::Constant(c) => ColorSource::Constant(c.map(|v| v.min(1.0))),
+            texture @ ColorSource::Texture(_) => texture,
+        }
+    }
+
     /// One of [`MATERIALS`](super::MATERIALS), without "disney".
     pub(in crate::pbrt) fn version3(&mut self, kind: &str) -> Result<PrincipledMaterial, Fault> {
         match kind {
@@ -58,13 +66,16 @@ impl Maker<'_, '_> {
         Ok(PrincipledMaterial { base_color, base_diffuse_roughness, ..PrincipledMaterial::matte() })
     }
 
-    /// Diffuse reflection and a highlight. pbrt-v3's Fresnel factor is that of the inner side: on average it reflects six
-    /// times as much as the outer side.
+    /// Diffuse reflection and a glossy lobe, which are added. pbrt-v3's Fresnel reflectance is that of a ray inside the
+    /// dielectric: averaged over directions, six times that of a ray outside.
     fn plastic(&mut self) -> Result<PrincipledMaterial, Fault> {
-        let (weight, specular_color) = weight_and_color(self.color("Ks", 0.25)?);
+        let ks = self.color("Ks", 0.25)?;
+        let (weight, specular_color) = weight_and_color(ks);
         let weight = (6.0 * weight).min(10.0);
+        // The mean of a texture is taken for the default of Ks.
+        let mean = if matches!(ks, ColorSource::Texture(_)) { 1.5 } else { weight };
         let kd = self.color("Kd", 0.25)?;
-        let base_color = product(self.scene, kd, grey(1.0 / (1.0 - (DIFFUSE_FRESNEL * weight).min(0.5))));
+        let base_color = self.scaled(kd, 1.0 / (1.0 - (DIFFUSE_FRESNEL * mean).min(0.5)));
         let mut surface = PrincipledMaterial {
             base_color,
             specular_color,
@@ -85,7 +96,8 @@ impl Maker<'_, '_> {
         Ok(glass)
     }
 
-    /// A mirror whose reflectance does not depend on the angle: the tint at 82° takes back what Schlick's curve adds.
+    /// A mirror whose reflectance does not depend on the angle: the tint at 82° cancels the increase of Schlick's
+    /// approximation.
     fn mirror(&mut self) -> Result<PrincipledMaterial, Fault> {
         let base_color = self.color("Kr", 0.9)?;
         let tint = |r: f32| {
@@ -112,25 +124,31 @@ impl Maker<'_, '_> {
         surface = self.with_index(if self.params.has("eta") { "eta" } else { "index" }, surface)?;
         let (glossy, color) = weight_and_color(self.color("Ks", 0.25)?);
         (surface.specular_weight, surface.specular_color) = (grey(glossy.min(1.0)), color);
-        let (mirror, _) = weight_and_color(self.color("Kr", 0.0)?);
-        if mirror > 0.0 {
-            surface.coat_weight = grey(mirror.min(1.0));
+        let mirror = self.color("Kr", 0.0)?;
+        if mirror != grey(0.0) {
+            surface.coat_weight = match mirror {
+                ColorSource::Constant(c) => grey(f64::from(c.max_component().min(1.0))),
+                texture @ ColorSource::Texture(_) => texture,
+            };
             (surface.coat_ior, surface.coat_roughness) = (surface.specular_ior.max(1.0), grey(0.0));
             surface.coat_darkening = 0.0;
         }
-        let (through, color) = weight_and_color(self.color("Kt", 0.0)?);
-        if through > 0.0 {
-            let through = through.min(1.0);
-            (surface.transmission_weight, surface.transmission_color) = (grey(through), color);
-            let rest = grey(1.0 / (1.0 - through).max(1e-3));
-            surface.base_color = product(self.scene, surface.base_color, rest);
+        match self.color("Kt", 0.0)? {
+            texture @ ColorSource::Texture(_) => surface.transmission_weight = texture,
+            constant => {
+                let (through, color) = weight_and_color(constant);
+                let through = through.min(1.0);
+                (surface.transmission_weight, surface.transmission_color) = (grey(through), color);
+                // OpenPBR's base has the rest of the weight.
+                surface.base_color = self.scaled(surface.base_color, 1.0 / (1.0 - through).max(0.1));
+            }
         }
         self.roughness(ROUGHNESS, 0.1, &mut surface)?;
         Ok(surface)
     }
 
-    /// A diffuse base under a glossy layer that reflects `Ks` at normal incidence (Ashikhmin and Shirley 2000). On a sphere in
-    /// even light their diffuse part reflects 0.82 · Kd · (1 − Ks), and Turner's layer lets about 1 − 0.8 · Ks pass.
+    /// A diffuse base under a glossy layer that reflects `Ks` at normal incidence (Ashikhmin and Shirley 2000). Averaged over a
+    /// sphere, the albedo of their diffuse lobe is 0.82 · Kd · (1 − Ks); Turner's base receives about 1 − 0.8 · Ks.
     fn substrate(&mut self) -> Result<PrincipledMaterial, Fault> {
         let kd = self.color("Kd", 0.5)?;
         let (weight, specular_color) = match self.color("Ks", 0.5)? {
@@ -142,7 +160,7 @@ impl Maker<'_, '_> {
             constant => weight_and_color(constant),
         };
         let weight = weight.clamp(0.0, 0.95);
-        let base_color = product(self.scene, kd, grey(0.82 * (1.0 - weight) / (1.0 - 0.8 * weight)));
+        let base_color = self.scaled(kd, 0.82 * (1.0 - weight) / (1.0 - 0.8 * weight));
         let root = weight.sqrt();
         let specular_ior = (1.0 + root) / (1.0 - root);
         let mut surface =
@@ -164,7 +182,7 @@ impl Maker<'_, '_> {
         Ok(self.thin_diffuse(sources, 1.0))
     }
 
-    /// What makes a material partly transparent: `opacity` of "uber".
+    /// `opacity` of "uber"; `None` if it is opaque.
     pub(in crate::pbrt) fn opacity(&mut self) -> Result<Option<ColorSource>, Fault> {
         match self.color("opacity", 1.0)? {
             ColorSource::Constant(c) if c == Spectrum::WHITE => Ok(None),

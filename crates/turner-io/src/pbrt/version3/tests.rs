@@ -107,6 +107,9 @@ fn mixed_and_layered_materials_are_read() {
     assert_eq!(uber.alpha_mode, AlphaMode::Blend);
     assert!(near(value(uber.opacity), 0.5) && near(value(uber.coat_weight), 0.3));
     assert!(near(value(uber.transmission_weight), 0.2) && near(value(uber.base_color), 0.25 / 0.8));
+    // Energy is conserved where the base has little weight.
+    let clear = principled("Material \"uber\" \"rgb Kd\" [.9 .9 .9] \"rgb Kt\" [.95 .95 .95]");
+    assert!(near(value(clear.base_color), 1.0) && near(value(clear.transmission_weight), 0.95));
     let MaterialDesc::Disney(disney) =
         of_sphere("Material \"disney\" \"rgb color\" [.7 .7 .7] \"float metallic\" .3")
     else {
@@ -168,9 +171,9 @@ fn quadrics_are_triangles_on_their_surface() {
 #[test]
 fn lights_have_latitude_longitude_maps_and_colours() {
     // Red where φ is below 90°, from +x towards +y.
-    let mut pfm = b"PF\n4 2\n-1\n".to_vec();
-    for i in 0..8 {
-        let rgb: [f32; 3] = if i % 4 == 0 { [1.0, 0.0, 0.0] } else { [0.0, 0.0, 1.0] };
+    let mut pfm = b"PF\n16 8\n-1\n".to_vec();
+    for i in 0..16 * 8 {
+        let rgb: [f32; 3] = if i % 16 < 4 { [1.0, 0.0, 0.0] } else { [0.0, 0.0, 1.0] };
         rgb.iter().for_each(|v| pfm.extend(v.to_le_bytes()));
     }
     let text = "Film \"image\" WorldBegin LightSource \"infinite\" \"string mapname\" \"sky.pfm\" \"rgb L\" [2 3 4] \"integer nsamples\" 4 Shape \"sphere\"";
@@ -178,6 +181,13 @@ fn lights_have_latitude_longitude_maps_and_colours() {
     assert!(scene.warnings.is_empty(), "{:?}", scene.warnings);
     let LightDesc::Environment(light) = &scene.lights[0].value else { panic!("an environment") };
     assert_eq!(light.tint, Spectrum::new(2.0, 3.0, 4.0));
+    // Turner's map goes once around y, with +x at three quarters: x = y = 1 is there, 45° up.
+    let map = &scene.images[light.file.unwrap().index()].data;
+    let at = |u: f64, v: f64| map.rgb((u * f64::from(map.width)) as u32, (v * f64::from(map.height)) as u32);
+    assert_eq!(at(0.75, 0.25), [1.0, 0.0, 0.0]);
+    for [u, v] in [[0.75, 0.75], [0.25, 0.25], [0.25, 0.75]] {
+        assert_eq!(at(u, v), [0.0, 0.0, 1.0]);
+    }
     let scene = world("AreaLightSource \"area\" \"blackbody L\" [3000 10] Shape \"sphere\"");
     let MaterialDesc::Principled(glowing) = &scene.materials[0].value else { panic!("a surface") };
     let expected = turner::color::black_body(3000.0) * 10.0;

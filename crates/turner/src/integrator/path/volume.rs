@@ -43,7 +43,8 @@ pub(super) const SEGMENT_SET: u32 = BAND_SET + 2;
 /// What a set of random numbers is used for.
 #[derive(Clone, Copy)]
 pub(super) enum Purpose {
-    /// Band, distance, equiangular point or offset of emission points, Russian roulette. As a stream: delta tracking along the segment.
+    /// Band, distance, equiangular point or offset of the emission points, Russian roulette. As a stream: delta tracking
+    /// along the segment.
     Distance = 0,
     /// The light at the scattering event. As a stream: the media along its shadow ray.
     Light = 1,
