@@ -23,6 +23,12 @@ pub(super) const ONE: f64 = 4_294_967_296.0;
 /// 1.5 · 2^52.
 const SHIFT: f64 = 6_755_399_441_055_744.0;
 
+/// Values below this have less than 51 bits in units of a colour.
+const SMALL: f32 = 128.0;
+
+/// No digit of values between [`SMALL`] and this is below the last place of a colour, and sums of a few fit in 64 bits.
+const LARGE: f32 = (1 << 18) as f32;
+
 /// The largest absolute value of a sample, in units of a colour: a million of them do not overflow.
 pub(super) const LIMIT: f64 = 2e9 * COLOR;
 
@@ -89,18 +95,30 @@ impl Fixed96 {
     #[inline]
     pub(super) fn keeps(v: f32) -> bool {
         // Of values in this range no digit is below the last place; −0 would become 0.
-        (v.abs() >= 1.0 / (1 << 20) as f32 && v.abs() <= (1 << 18) as f32) || v.to_bits() == 0
+        (v.abs() >= 1.0 / (1 << 20) as f32 && v.abs() <= LARGE) || v.to_bits() == 0
     }
 
     /// The mean of a single value in single precision: the value after rounding to the places of a sum.
     #[inline]
     pub(crate) fn mean_of_one(v: f32) -> f32 {
-        match v {
-            // −0 becomes 0.
-            0.0 => 0.0,
-            v if Fixed96::keeps(v) => v,
-            v => Fixed96::from_f32(v).mean(1.0) as f32,
+        match v.abs() {
+            // As in `round`, but without integers.
+            small if small < SMALL => (whole(f64::from(v) * COLOR) / COLOR) as f32,
+            exact if exact <= LARGE => v,
+            _ => Fixed96::from_f32(v).mean(1.0) as f32,
         }
+    }
+
+    /// [`Fixed96::mean_of_one`] of each value, without branches where none is large.
+    #[inline]
+    pub(crate) fn means_of_one<const N: usize>(values: [f32; N]) -> [f32; N] {
+        if !values.iter().fold(true, |fit, v| fit & (v.abs() <= LARGE)) {
+            return values.map(Fixed96::mean_of_one);
+        }
+        values.map(|v| {
+            let rounded = (whole(f64::from(v) * COLOR) / COLOR) as f32;
+            if v.abs() < SMALL { rounded } else { v }
+        })
     }
 
     /// The exact sum; wraps outside the range.
@@ -146,7 +164,11 @@ mod tests {
         }
         let bits = (0..u32::MAX).step_by(9973).map(f32::from_bits).filter(|v| v.is_finite());
         for v in bits.chain([f32::MIN_POSITIVE, 9.6e-7, -262_145.0, 3e9]) {
-            assert_eq!(Fixed96::mean_of_one(v), Fixed96::from_f32(v).mean(1.0) as f32, "{v:e}");
+            let mean = Fixed96::from_f32(v).mean(1.0) as f32;
+            assert_eq!(Fixed96::mean_of_one(v).to_bits(), mean.to_bits(), "{v:e}");
+            for other in [1.0, 4e5] {
+                assert_eq!(Fixed96::means_of_one([v, other])[0].to_bits(), mean.to_bits(), "{v:e}");
+            }
         }
         assert_eq!(Fixed96::from_f32(f32::MAX).mean(1.0), 2e9);
     }

@@ -6,19 +6,27 @@
 
 use std::sync::Mutex;
 
+use turner_bvh::lanes::LANES;
+
 use super::aovs::AovValues;
 use super::work::Work;
 use super::{PassOptions, Prepared};
 use crate::film::{Aov, Average, FilmDesc, Fixed96, NO_LABEL, PixelRect};
-use crate::integrator::aovs::SampleAovs;
-use crate::integrator::{Radiance, SampleDetails};
+use crate::integrator::aovs::SurfaceAovs;
 use crate::math::DVec2;
 use crate::sampler::SampleId;
+use crate::scene::{Hit, Scene};
 use crate::schema::{ErrorCode, SceneError};
 use crate::view::{CameraSamples, View, take_points};
 
 /// Rows of a task.
 const ROWS: u32 = 4;
+
+/// Columns of a batch, whose rays and hits stay in the caches.
+const COLUMNS: u32 = 64;
+
+/// Columns of a packet: its rays go through a square.
+const SIDE: u32 = 4;
 
 /// An AOV at the centres of pixels, row by row from the top left.
 #[derive(Clone, Debug, PartialEq)]
@@ -56,26 +64,15 @@ pub fn center_aovs(
     let mut out: Vec<CenterAov> = film.aovs.iter().map(|aov| empty(aov, crop.area() as usize)).collect();
     let tasks = tasks_of(&mut out, &crop);
     let whole = Work::new(options).run(tasks.len(), |numbers| {
-        let Some(mut aovs) = SampleAovs::new(&prepared.scene, &view) else { return };
-        let (mut samples, mut radiance) = (CameraSamples::default(), Vec::new());
+        let mut batch = Batch::new(prepared, &view);
         for number in numbers {
-            let first = crop.y + number as u32 * ROWS;
-            let rows = first..(first + ROWS).min(crop.y + crop.height);
-            let pixels = rows.flat_map(|y| (crop.x..crop.x + crop.width).map(move |x| (x, y)));
-            let seed = u64::from(film.seed);
-            samples.clear();
-            take_points(
-                &view,
-                &mut samples,
-                pixels.map(|(x, y)| {
-                    let center = DVec2::new(f64::from(x) + 0.5, f64::from(y) + 0.5);
-                    (SampleId { x, y, index: 0, seed }, center)
-                }),
-            );
-            radiance.resize(samples.ids.len(), Radiance::default());
-            aovs.take(&samples, &radiance, SampleDetails::default());
             let mut rows = tasks[number].lock().unwrap_or_else(|e| e.into_inner());
-            fill(film, &aovs, &mut rows);
+            let top = number as u32 * ROWS;
+            let height = ROWS.min(crop.height - top);
+            for left in (0..crop.width).step_by(COLUMNS as usize) {
+                batch.trace(PixelRect { x: left, y: top, width: COLUMNS.min(crop.width - left), height });
+                batch.fill(&mut rows);
+            }
         }
     })?;
     drop(tasks);
@@ -115,36 +112,88 @@ fn tasks_of<'a>(out: &'a mut [CenterAov], crop: &PixelRect) -> Vec<Mutex<Vec<Row
     tasks.into_iter().map(Mutex::new).collect()
 }
 
-/// Fills the rows of a task.
-fn fill(film: &FilmDesc, aovs: &SampleAovs<'_>, rows: &mut [Rows<'_>]) {
-    // The first value of a sample says whether it hits something.
-    let (mut at, mut label) = (1, 0);
-    for (aov, rows) in film.aovs.iter().zip(rows) {
-        let depth = depth(aov);
-        match rows {
-            Rows::Float(rows) => {
-                let none = match aov.layout().average {
-                    Average::Hits(none) => Some(none),
-                    _ => None,
-                };
-                for (values, pixel) in aovs.all_values().zip(rows.chunks_exact_mut(depth)) {
-                    match none {
-                        Some(none) if values[0] == 0.0 => pixel.fill(none),
-                        // As the sum of one sample in a film.
-                        _ => {
-                            let own = pixel.iter_mut().zip(&values[at..at + depth]);
-                            own.for_each(|(to, v)| *to = Fixed96::mean_of_one(*v));
+/// The samples of some pixels, one for each.
+struct Batch<'a> {
+    scene: &'a Scene,
+    view: &'a View,
+    crop: PixelRect,
+    aovs: SurfaceAovs<'a>,
+    samples: CameraSamples,
+    hits: Vec<Option<Hit>>,
+    /// The indices of the pixels among those of the task.
+    pixels: Vec<u32>,
+}
+
+impl<'a> Batch<'a> {
+    fn new(prepared: &'a Prepared, view: &'a View) -> Batch<'a> {
+        Batch {
+            scene: &prepared.scene,
+            view,
+            crop: crop_of(&view.film),
+            aovs: SurfaceAovs::new(&prepared.scene, view),
+            samples: CameraSamples::default(),
+            hits: Vec::new(),
+            pixels: Vec::new(),
+        }
+    }
+
+    /// Traces the rays through the pixels of a rectangle within the crop, square by square.
+    fn trace(&mut self, pixels: PixelRect) {
+        let crop = self.crop;
+        let seed = u64::from(self.view.film.seed);
+        let PixelRect { x: left, y: top, width, height } = pixels;
+        let places = (0..width).step_by(SIDE as usize).flat_map(|first| {
+            let columns = left + first..left + width.min(first + SIDE);
+            (0..height).flat_map(move |row| columns.clone().map(move |column| (column, row)))
+        });
+        self.pixels.clear();
+        self.samples.clear();
+        let points = places.map(|(column, row)| {
+            self.pixels.push(row * crop.width + column);
+            let (x, y) = (crop.x + column, crop.y + top + row);
+            let center = DVec2::new(f64::from(x) + 0.5, f64::from(y) + 0.5);
+            (SampleId { x, y, index: 0, seed }, center)
+        });
+        take_points(self.view, &mut self.samples, points);
+        self.scene.intersect_batch(&mut self.samples.rays, &mut self.hits);
+        self.scene.look_past_hidden(&self.samples.rays, &mut self.hits);
+    }
+
+    /// Writes the values to the rows of a task.
+    fn fill(&mut self, rows: &mut [Rows<'_>]) {
+        let pixels = self.pixels.chunks(LANES).zip(self.hits.chunks(LANES));
+        for (number, (pixels, hits)) in pixels.enumerate() {
+            let first = number * LANES;
+            self.aovs.compute(&self.samples, &self.hits, first..first + hits.len());
+            let mut summed = 0;
+            for (aov, rows) in self.view.film.aovs.iter().zip(&mut *rows) {
+                match (rows, aov.labels()) {
+                    (Rows::Uint(rows), Some(kind)) => {
+                        for (pixel, hit) in pixels.iter().zip(hits) {
+                            let label = hit.as_ref().map_or(NO_LABEL, |hit| self.aovs.label(kind, hit));
+                            // 0 says that there is nothing.
+                            rows[*pixel as usize] = if label == NO_LABEL { 0 } else { label + 1 };
                         }
                     }
+                    (Rows::Float(rows), _) => {
+                        let none = match aov.layout().average {
+                            Average::Hits(none) => none,
+                            _ => 0.0,
+                        };
+                        let depth = depth(aov);
+                        for channel in 0..depth {
+                            let values = self.aovs.channel(summed, channel);
+                            // As the sum of one sample in a film.
+                            let values = Fixed96::means_of_one(values);
+                            for ((pixel, hit), v) in pixels.iter().zip(hits).zip(values) {
+                                rows[*pixel as usize * depth + channel] =
+                                    if hit.is_some() { v } else { none };
+                            }
+                        }
+                        summed += 1;
+                    }
+                    (Rows::Uint(_), None) => {}
                 }
-                at += depth;
-            }
-            Rows::Uint(rows) => {
-                for (labels, pixel) in aovs.all_labels().zip(rows.chunks_exact_mut(depth)) {
-                    let number = labels[label];
-                    pixel.fill(if number == NO_LABEL { 0 } else { number + 1 });
-                }
-                label += 1;
             }
         }
     }
@@ -158,14 +207,17 @@ fn crop_of(film: &FilmDesc) -> PixelRect {
 
 #[cfg(test)]
 mod tests {
+    use std::sync::Arc;
     use std::sync::atomic::AtomicBool;
 
     use super::*;
     use crate::Renderer;
+    use crate::camera::{CameraDesc, FisheyeDesc, PinholeDesc};
     use crate::description::{ObjectDesc, SceneDesc};
     use crate::film::{Antialias, Aov, Aovs};
-    use crate::schema::PrepareOptions;
-    use crate::shape::{BoxDesc, PlaneDesc, ShapeDesc, SphereDesc};
+    use crate::math::{DAffine3, DVec3};
+    use crate::schema::{Asset, MeshData, MeshId, PrepareOptions, Transform};
+    use crate::shape::{BoxDesc, MeshDesc, PlaneDesc, ShapeDesc, SphereDesc};
 
     fn scene(aovs: &[Aov]) -> SceneDesc {
         let mut desc = SceneDesc::default();
@@ -175,6 +227,15 @@ mod tests {
         desc.objects.push(ObjectDesc::new(ShapeDesc::Sphere(SphereDesc::default())));
         desc.objects.push(ObjectDesc::new(ShapeDesc::Box(BoxDesc::default())));
         desc.objects.push(ObjectDesc::new(ShapeDesc::Plane(PlaneDesc::default())));
+        let positions = vec![[-1.0, 0.0, 0.5], [1.5, 0.2, 0.0], [0.3, 1.7, 0.1], [1.4, 1.2, 0.9]];
+        let data = MeshData { positions, triangles: vec![[0, 1, 2], [1, 3, 2]], ..MeshData::default() };
+        desc.meshes.push(Asset { uri: String::new(), data: Arc::new(data) });
+        for angle in [0.0, 2.0] {
+            let mut object =
+                ObjectDesc::new(ShapeDesc::Mesh(MeshDesc { mesh: MeshId(0), ..MeshDesc::default() }));
+            object.transform = Transform(DAffine3::from_rotation_y(angle));
+            desc.objects.push(object);
+        }
         desc
     }
 
@@ -191,8 +252,20 @@ mod tests {
             Aov::Albedo,
             Aov::InstanceId,
         ];
-        for (crop, aovs) in [(None, &all[..]), (Some([7, 5, 30, 21]), &all[..3]), (None, &all[2..3])] {
+        // The corners of the second picture have no rays.
+        let pinhole = CameraDesc::Pinhole(PinholeDesc::default());
+        let fisheye = CameraDesc::Fisheye(FisheyeDesc {
+            position: DVec3::new(0.0, 1.0, 5.0),
+            ..FisheyeDesc::default()
+        });
+        for (crop, aovs, camera) in [
+            (None, &all[..], &pinhole),
+            (None, &all[..], &fisheye),
+            (Some([7, 5, 30, 21]), &all[..3], &pinhole),
+            (None, &all[2..3], &pinhole),
+        ] {
             let mut desc = scene(aovs);
+            desc.camera = Some(camera.clone().into());
             desc.film.crop = crop;
             let prepared = desc.prepare(&PrepareOptions::default()).unwrap();
             let never = AtomicBool::new(false);

@@ -165,16 +165,10 @@ impl Scene {
         hits.reserve(rays.len);
         let shapes = &self.batch;
         let used = rays.len.div_ceil(LANES);
-        shapes.spheres.closest(self.instruction_set, &rays.blocks[..used], &mut rays.nearest);
-        for (i, nearest) in rays.nearest.iter().enumerate() {
-            let lanes = LANES.min(rays.len - i * LANES);
-            hits.extend((0..lanes).map(|lane| {
-                let sphere = nearest.sphere.0[lane];
-                (sphere >= 0.0).then(|| Hit {
-                    shape: ShapeHit { t: nearest.t.0[lane], part: 0, u: 0.0, v: 0.0 },
-                    primitive: shapes.primitives[sphere as usize],
-                })
-            }));
+        if shapes.spheres.is_empty() {
+            hits.resize(rays.len, None);
+        } else {
+            self.intersect_spheres(rays, hits);
         }
         for (plane, index) in &shapes.planes {
             for (i, block) in rays.blocks[..used].iter().enumerate() {
@@ -200,10 +194,11 @@ impl Scene {
                 rectangle.intersect(self.instruction_set, &rays.blocks[..used], &rays.ends, |slot, hit| {
                     found.push((slot as u32, hit));
                 });
-                for &(slot, hit) in &found {
-                    let Some(mut ray) = rays.get_to_end(slot) else { continue };
-                    self.keep_nearer(rectangle.index, hit, &mut ray, &mut hits[slot as usize]);
-                    rays.end_ray(slot, ray.t_max);
+                for &(slot, shape) in &found {
+                    let mut end = rays.end(slot);
+                    let hit = Hit { shape, primitive: rectangle.index };
+                    self.keep_nearer_before(hit, &mut end, &mut hits[slot as usize]);
+                    rays.end_ray(slot, end);
                 }
                 rays.found = found;
             }
@@ -232,6 +227,23 @@ impl Scene {
                 }
                 self.intersect_bounded(&mut ray, hit);
             }
+        }
+    }
+
+    /// Adds the nearest spheres of all rays to no hits.
+    fn intersect_spheres(&self, rays: &mut RayBatch, hits: &mut Vec<Option<Hit>>) {
+        let shapes = &self.batch;
+        let used = rays.len.div_ceil(LANES);
+        shapes.spheres.closest(self.instruction_set, &rays.blocks[..used], &mut rays.nearest);
+        for (i, nearest) in rays.nearest.iter().enumerate() {
+            let lanes = LANES.min(rays.len - i * LANES);
+            hits.extend((0..lanes).map(|lane| {
+                let sphere = nearest.sphere.0[lane];
+                (sphere >= 0.0).then(|| Hit {
+                    shape: ShapeHit { t: nearest.t.0[lane], part: 0, u: 0.0, v: 0.0 },
+                    primitive: shapes.primitives[sphere as usize],
+                })
+            }));
         }
     }
 

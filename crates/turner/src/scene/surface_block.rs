@@ -78,6 +78,16 @@ impl SurfaceBlock {
         direction: DVec3,
         flat: bool,
     ) -> bool {
+        let is_taken = self.take_triangle(scene, lane, hit, flat);
+        if is_taken {
+            set_vector(&mut self.direction, lane, direction);
+        }
+        is_taken
+    }
+
+    /// The same for [`SurfaceBlock::compute_points`], which needs no direction.
+    #[inline]
+    pub(crate) fn take_triangle(&mut self, scene: &Scene, lane: usize, hit: &Hit, flat: bool) -> bool {
         let Some(triangle) = scene.placed_triangle(hit) else { return false };
         let normals = triangle.own.normals_at_corners(hit.shape.part);
         if normals.is_some() && flat {
@@ -110,7 +120,6 @@ impl SurfaceBlock {
             self.error.0[lane] = own.max(1e-15 * hit.shape.t);
         }
         set_bit(&mut self.triangles, lane, true);
-        set_vector(&mut self.direction, lane, direction);
         true
     }
 

@@ -16,6 +16,7 @@ mod light;
 mod light_tests;
 #[cfg(test)]
 mod lobe_tests;
+mod surfaces;
 #[cfg(test)]
 mod tests;
 
@@ -26,12 +27,15 @@ use turner_bvh::lanes::{Block32, LANES, dispatch};
 use crate::camera::CameraFrame;
 use crate::film::{Aov, LabelKind, NO_LABEL};
 use crate::integrator::{AskedDetails, CameraSamples, Radiance, SampleDetails, Tracer, footprint};
+use crate::interaction::SurfaceInteraction;
 use crate::math::DVec3;
 use crate::scene::{Hit, RayBatch, Scene, SurfaceBlock};
+use crate::shape::SurfacePoint;
 use crate::view::View;
 use first_hit::AovHit;
 use lanes::{Points, is_in_lanes};
 use light::{SampleLight, append_caught, finite};
+pub(crate) use surfaces::SurfaceAovs;
 
 /// The AOVs of the samples of one worker. It reuses its buffers from batch to batch.
 pub struct SampleAovs<'a> {
@@ -240,13 +244,16 @@ fn find_surfaces(
     surfaces: &mut SurfaceBlock,
 ) {
     for (lane, i) in samples.enumerate() {
-        let (Some(Some(hit)), Some(ray)) = (hits.get(i), rays.get(i)) else { continue };
-        if let Some(point) = scene.point_in_world(&ray, hit) {
-            surfaces.set_point(lane, &point);
-        } else if !surfaces.take(scene, lane, hit, ray.direction, false) {
-            let surface = scene.surface(&ray, hit);
-            surfaces.set(lane, &surface, surface.ns, ray.direction);
+        let Some(Some(hit)) = hits.get(i) else { continue };
+        if surfaces.take_triangle(scene, lane, hit, false) {
+            continue;
         }
+        let Some(ray) = rays.get(i) else { continue };
+        let point = scene.point_in_world(&ray, hit).unwrap_or_else(|| {
+            let SurfaceInteraction { p, error, ng, ns, .. } = scene.surface(&ray, hit);
+            SurfacePoint { p, error, ng, ns }
+        });
+        surfaces.set_point(lane, &point);
     }
 }
 
