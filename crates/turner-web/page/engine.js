@@ -6,7 +6,8 @@ export class EngineError extends Error {
   constructor(error) {
     super(error.message);
     this.name = "EngineError";
-    Object.assign(this, error);
+    // WebKit gives errors a line and a column of their own: those of the script.
+    Object.assign(this, { line: undefined, column: undefined }, error);
   }
 }
 

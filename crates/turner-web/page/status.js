@@ -4,6 +4,7 @@ import { announce, find } from "./dom.js";
 import { fail } from "./message.js";
 
 const HEADERS = "this host does not send the headers Cross-Origin-Opener-Policy and Cross-Origin-Embedder-Policy";
+const SHARED = "this browser does not share memory among workers";
 /** Renders that take longer are announced when they end, seconds. */
 const SPOKEN = 3;
 
@@ -17,8 +18,11 @@ export function setupStatus(page) {
 
   page.on("ready", engine => {
     const threads = engine.threads === 1 ? "one thread" : `${engine.threads} threads`;
-    const host = engine.isolated || engine.threads > 1 ? threads : `one thread: ${HEADERS}`;
-    find("status-host").textContent = host === threads ? threads : "one thread: this host does not send the headers for more";
+    const [reason, short] = window.crossOriginIsolated
+      ? [SHARED, SHARED]
+      : [HEADERS, "this host does not send the headers for more"];
+    const host = engine.isolated || engine.threads > 1 ? threads : `one thread: ${reason}`;
+    find("status-host").textContent = host === threads ? threads : `one thread: ${short}`;
     find("status-host").title = host;
     find("host").textContent = `Renders with ${host}.`;
   });

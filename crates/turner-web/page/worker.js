@@ -42,10 +42,24 @@ function end(message) {
   self.postMessage({ fault: message });
 }
 
+/** Whether a memory can be sent to other workers: WebKit for GTK isolates pages, but shares no memory. */
+function canPost(memory) {
+  const { port1, port2 } = new MessageChannel();
+  try {
+    port1.postMessage(memory);
+    return true;
+  } catch {
+    return false;
+  } finally {
+    port1.close();
+    port2.close();
+  }
+}
+
 async function start({ wasm, threads }) {
   const module = wasm instanceof WebAssembly.Module ? wasm : await compile(wasm);
   const { memory, limit } = newMemory();
-  const isShared = self.crossOriginIsolated === true;
+  const isShared = self.crossOriginIsolated === true && canPost(memory);
   core = new Core(module, memory, message => { fault = message; });
   core.begin(limit - RESERVE);
   const wanted = isShared ? Math.max(1, threads || navigator.hardwareConcurrency || 1) : 1;

@@ -2,6 +2,7 @@
 import assert from "node:assert/strict";
 import { readFile } from "node:fs/promises";
 import path from "node:path";
+import { Unsupported } from "./webkit.mjs";
 
 /** Files that the native program wrote: scenes with their pictures. See xtask's `web/expected.rs`. */
 const EXPECTED = process.env.TURNER_EXPECTED;
@@ -25,9 +26,20 @@ function call(page, name, args = {}, files = []) {
       const { bytes, ...ok } = await window.engine.call(name, args, own);
       return { ...ok, bytes: bytes && btoa(Array.from(bytes, byte => String.fromCharCode(byte)).join("")) };
     } catch (error) {
-      return { error: { ...error, message: error.message } };
+      const { message, line, column } = error;
+      return { error: { ...error, message, line, column } };
     }
   }, { name, args, files });
+}
+
+/** Whether the browser sends memory to workers; called in the page. */
+function sharesMemory() {
+  try {
+    new MessageChannel().port1.postMessage(new WebAssembly.Memory({ initial: 1, maximum: 1, shared: true }));
+    return true;
+  } catch {
+    return false;
+  }
 }
 
 /** Waits until the picture of the last call is finished. */
@@ -63,6 +75,7 @@ const SMALL = '[film]\nwidth = 40\nheight = 30\n[[light]]\ntype = "ambient"\n[[o
 export const checks = [
   ["threads render the bytes of the native program", async (page, base) => {
     const { threads, isolated } = await engine(page, base, { threads: 3 });
+    if (!await page.evaluate(sharesMemory)) throw new Unsupported("memory that workers share");
     assert.deepEqual({ threads, isolated }, { threads: 3, isolated: true });
     await sameBytes(page);
   }],

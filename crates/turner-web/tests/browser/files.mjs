@@ -34,6 +34,7 @@ export async function png_exr_and_toml_are_saved(page, base) {
     if (format === "TOML") equal(found.toString(), SCENE, "saved text");
   }
 }
+png_exr_and_toml_are_saved.options = { driver: "chromium" };
 
 export async function a_hostile_file_leaves_a_message_and_a_living_page(page, base) {
   await start(page, base);
@@ -84,6 +85,7 @@ export async function a_folder_is_opened(page, base) {
     await rm(folder, { recursive: true });
   }
 }
+a_folder_is_opened.options = { driver: "chromium" };
 
 export async function one_of_several_scenes_is_chosen(page, base) {
   await start(page, base);

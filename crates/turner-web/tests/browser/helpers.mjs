@@ -1,6 +1,7 @@
 // What the checks of the page share: small scenes and files, and the ways to open them.
 
 import { deflateRawSync } from "node:zlib";
+import { Unsupported } from "./webkit.mjs";
 
 /** Milliseconds for a picture of a small scene; machines of CI are slow. */
 export const PATIENCE = Number(process.env.TURNER_PATIENCE || 90_000);
@@ -118,16 +119,17 @@ export async function message(page) {
 /** Drops files on the page: [[name, bytes]]. */
 export async function drop(page, files) {
   const plain = files.map(([name, bytes]) => [name, Buffer.from(bytes).toString("base64")]);
-  await page.evaluate(files => {
+  const dropped = await page.evaluate(files => {
     const data = new DataTransfer();
     for (const [name, text] of files) {
       data.items.add(new File([Uint8Array.from(atob(text), c => c.charCodeAt(0))], name));
     }
-    const fire = type => document.body.dispatchEvent(new DragEvent(type, { dataTransfer: data, bubbles: true, cancelable: true }));
-    fire("dragenter");
-    fire("dragover");
-    fire("drop");
+    const made = type => new DragEvent(type, { dataTransfer: data, bubbles: true, cancelable: true });
+    const count = made("drop").dataTransfer?.files.length ?? 0;
+    for (const type of count ? ["dragenter", "dragover", "drop"] : []) document.body.dispatchEvent(made(type));
+    return count;
   }, plain);
+  if (!dropped) throw new Unsupported("events with files");
 }
 
 /** A binary glTF (Khronos glTF 2.0, section 4.4) with one red triangle. */

@@ -1,17 +1,20 @@
-// Runs the checks of this folder in Chromium: node run.mjs FOLDER NODE_MODULES [NAME…]
+// Runs the checks of this folder in browsers: node run.mjs FOLDER NODE_MODULES [NAME…]
 //
-// FOLDER is the built page, NODE_MODULES holds playwright-core. A check is a pair of a name and an async function of a page
-// and the address of the folder; checks that throw fail. CHROMIUM names the browser.
+// FOLDER is the built page, NODE_MODULES holds playwright-core. A check is a triple of a name, an async function of a page
+// and the address of the folder, and options; checks that throw fail. They run in Chromium, and where they are
+// installed in Firefox and in WebKit (its driver needs a display). What a driver lacks is left out: it throws, or the option
+// `driver` names the one that has it. CHROMIUM, FIREFOX and WEBKIT name the programs; BROWSERS="firefox" runs one of them alone.
 import { createServer } from "node:http";
 import { readFile } from "node:fs/promises";
 import { existsSync } from "node:fs";
 import { createRequire } from "node:module";
 import path from "node:path";
 import { fileURLToPath, pathToFileURL } from "node:url";
+import { launch as launchWebKit, Unsupported } from "./webkit.mjs";
 
 const [folder, modules, ...only] = process.argv.slice(2);
 const require = createRequire(path.join(path.resolve(modules), "x"));
-const { chromium } = require("playwright-core");
+const { chromium, firefox } = require("playwright-core");
 
 const TYPES = {
   html: "text/html; charset=utf-8", js: "text/javascript", css: "text/css", wasm: "application/wasm", json: "application/json",
@@ -41,36 +44,67 @@ async function host(isolated) {
   return { base: `http://127.0.0.1:${server.address().port}/`, close: () => server.close() };
 }
 
-const CHROMIUM = process.env.CHROMIUM ?? ["/usr/bin/chromium", "/usr/bin/chromium-browser", "/usr/bin/google-chrome"].find(existsSync);
-if (!CHROMIUM) {
+const found = (variable, ...places) => process.env[variable] ?? places.find(existsSync);
+const PROGRAMS = {
+  chromium: found("CHROMIUM", "/usr/bin/chromium", "/usr/bin/chromium-browser", "/usr/bin/google-chrome"),
+  firefox: found("FIREFOX", "/usr/bin/firefox-esr", "/usr/bin/firefox"),
+  webkit: process.env.DISPLAY && found("WEBKIT", "/usr/bin/WebKitWebDriver"),
+};
+if (!PROGRAMS.chromium) {
   console.error("no Chromium was found: install it, or name it in CHROMIUM");
   process.exit(1);
 }
+const LAUNCH = {
+  chromium: executablePath => chromium.launch({ executablePath, args: ["--no-sandbox", "--disable-gpu"] }),
+  // The program as it is installed, by WebDriver BiDi.
+  firefox: executablePath => firefox.launch({ executablePath, channel: "moz-firefox" }),
+  webkit: launchWebKit,
+};
 
 const here = path.dirname(fileURLToPath(import.meta.url));
-const browser = await chromium.launch({ executablePath: CHROMIUM, args: ["--no-sandbox", "--disable-gpu"] });
 const hosts = { isolated: await host(true), plain: await host(false) };
 let failed = 0;
-for (const file of ["engine.mjs", "page.mjs", "view.mjs"].filter(name => existsSync(path.join(here, name)))) {
-  const { checks } = await import(pathToFileURL(path.join(here, file)));
-  for (const [name, check, options = {}] of checks) {
-    if (only.length && !only.some(part => name.includes(part))) continue;
-    const begun = Date.now();
-    const { workers = "block", plain = false, ...context } = options;
-    // Service workers are tested by the checks that allow them; elsewhere they would keep files.
-    const own = await browser.newContext({ serviceWorkers: workers, acceptDownloads: true, ...context });
-    const page = await own.newPage();
-    try {
-      await check(page, (plain ? hosts.plain : hosts.isolated).base);
-      console.log(`ok      ${name} (${((Date.now() - begun) / 1000).toFixed(1)} s)`);
-    } catch (error) {
-      failed += 1;
-      console.log(`FAILED  ${name}: ${String(error?.stack ?? error).slice(0, 1500)}`);
-    }
-    await own.close();
+for (const [name, program] of Object.entries(PROGRAMS)) {
+  const wanted = process.env.BROWSERS?.split(/[ ,]+/).includes(name) ?? true;
+  if (wanted && program) {
+    const browser = await LAUNCH[name](program);
+    console.log(`${name} ${browser.version()}`);
+    await run(browser, name);
+    await browser.close();
+  } else {
+    console.log(`${name}: left out, ${wanted ? "it is not installed" : "as BROWSERS says"}`);
   }
 }
-await browser.close();
+
+/** Runs the checks in a browser. */
+async function run(browser, name) {
+  for (const file of ["engine.mjs", "page.mjs", "view.mjs"].filter(name => existsSync(path.join(here, name)))) {
+    const { checks } = await import(pathToFileURL(path.join(here, file)));
+    for (const [title, check, options = {}] of checks) {
+      if (only.length && !only.some(part => title.includes(part))) continue;
+      const { workers = "block", plain = false, driver = name, ...context } = options;
+      if (driver !== name) {
+        console.log(`left out  ${title}: only the driver of ${driver} can`);
+        continue;
+      }
+      const begun = Date.now();
+      let own;
+      try {
+        // Service workers are tested by the checks that allow them; elsewhere they would keep files.
+        own = await browser.newContext({ serviceWorkers: workers, acceptDownloads: true, ...context });
+        await check(await own.newPage(), (plain ? hosts.plain : hosts.isolated).base);
+        console.log(`ok      ${title} (${((Date.now() - begun) / 1000).toFixed(1)} s)`);
+      } catch (error) {
+        const text = String(error?.stack ?? error);
+        // What stock browsers answer to commands that they do not know.
+        const isLacking = name !== "chromium" && (error instanceof Unsupported || /unknown command|unsupported operation|not supported in|Unsupported operation|CDP session/.test(text));
+        failed += isLacking ? 0 : 1;
+        console.log(`${isLacking ? "left out" : "FAILED "} ${title}: ${text.slice(0, isLacking ? 120 : 1500)}`);
+      }
+      await own?.close();
+    }
+  }
+}
 hosts.isolated.close();
 hosts.plain.close();
 process.exit(failed ? 1 : 0);

@@ -265,12 +265,20 @@ impl Scene {
     /// the description counts.
     #[inline(always)]
     pub(crate) fn keep_nearer_before(&self, hit: Hit, end: &mut f64, best: &mut Option<Hit>) {
-        let order = |hit: &Hit| (self.material_at(hit).is_boundary(), self.primitive_id(hit));
-        let nearer = hit.shape.t < *end || best.is_none_or(|b| order(&hit) < order(&b));
+        // The hits are passed by value, so that they need not be in memory otherwise.
+        let nearer = hit.shape.t < *end || best.is_none_or(|best| self.comes_before(hit, best));
         if nearer {
             *end = hit.shape.t;
             *best = Some(hit);
         }
+    }
+
+    /// Whether the first of two equally near hits counts.
+    #[cold]
+    #[inline(never)]
+    fn comes_before(&self, hit: Hit, best: Hit) -> bool {
+        let order = |hit: &Hit| (self.material_at(hit).is_boundary(), self.primitive_id(hit));
+        order(&hit) < order(&best)
     }
 
     #[inline(always)]
