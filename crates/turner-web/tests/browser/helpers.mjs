@@ -119,15 +119,20 @@ export async function message(page) {
 /** Drops files on the page: [[name, bytes]]. */
 export async function drop(page, files) {
   const plain = files.map(([name, bytes]) => [name, Buffer.from(bytes).toString("base64")]);
-  const dropped = await page.evaluate(files => {
+  const dropped = await page.evaluate(async files => {
     const data = new DataTransfer();
     for (const [name, text] of files) {
       data.items.add(new File([Uint8Array.from(atob(text), c => c.charCodeAt(0))], name));
     }
     const made = type => new DragEvent(type, { dataTransfer: data, bubbles: true, cancelable: true });
-    const count = made("drop").dataTransfer?.files.length ?? 0;
-    for (const type of count ? ["dragenter", "dragover", "drop"] : []) document.body.dispatchEvent(made(type));
-    return count;
+    // WebKit makes events whose files are never read.
+    const entry = made("drop").dataTransfer?.items[0]?.webkitGetAsEntry?.();
+    const isRead = !entry || await new Promise(resolve => {
+      setTimeout(resolve, 2000, false);
+      entry.file(() => resolve(true), () => resolve(false));
+    });
+    for (const type of isRead ? ["dragenter", "dragover", "drop"] : []) document.body.dispatchEvent(made(type));
+    return isRead;
   }, plain);
   if (!dropped) throw new Unsupported("events with files");
 }

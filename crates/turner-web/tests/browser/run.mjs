@@ -50,7 +50,8 @@ const PROGRAMS = {
   firefox: found("FIREFOX", "/usr/bin/firefox-esr", "/usr/bin/firefox"),
   webkit: process.env.DISPLAY && found("WEBKIT", "/usr/bin/WebKitWebDriver"),
 };
-if (!PROGRAMS.chromium) {
+const isWanted = name => process.env.BROWSERS?.split(/[ ,]+/).includes(name) ?? true;
+if (isWanted("chromium") && !PROGRAMS.chromium) {
   console.error("no Chromium was found: install it, or name it in CHROMIUM");
   process.exit(1);
 }
@@ -61,19 +62,28 @@ const LAUNCH = {
   webkit: launchWebKit,
 };
 
+/** Milliseconds for a check. */
+const LIMIT = 300_000;
+
 const here = path.dirname(fileURLToPath(import.meta.url));
 const hosts = { isolated: await host(true), plain: await host(false) };
 let failed = 0;
 for (const [name, program] of Object.entries(PROGRAMS)) {
-  const wanted = process.env.BROWSERS?.split(/[ ,]+/).includes(name) ?? true;
-  if (wanted && program) {
+  if (isWanted(name) && program) {
     const browser = await LAUNCH[name](program);
     console.log(`${name} ${browser.version()}`);
     await run(browser, name);
     await browser.close();
   } else {
-    console.log(`${name}: left out, ${wanted ? "it is not installed" : "as BROWSERS says"}`);
+    console.log(`${name}: left out, ${isWanted(name) ? "it is not installed" : "as BROWSERS says"}`);
   }
+}
+
+/** The result of a promise, or an error if it takes longer: a driver may never answer. */
+function within(ms, promise) {
+  let late;
+  const limit = new Promise((_, reject) => { late = setTimeout(() => reject(new Error(`no answer after ${ms / 1000} s`)), ms); });
+  return Promise.race([promise, limit]).finally(() => clearTimeout(late));
 }
 
 /** Runs the checks in a browser. */
@@ -92,7 +102,7 @@ async function run(browser, name) {
       try {
         // Service workers are tested by the checks that allow them; elsewhere they would keep files.
         own = await browser.newContext({ serviceWorkers: workers, acceptDownloads: true, ...context });
-        await check(await own.newPage(), (plain ? hosts.plain : hosts.isolated).base);
+        await within(LIMIT, check(await own.newPage(), (plain ? hosts.plain : hosts.isolated).base));
         console.log(`ok      ${title} (${((Date.now() - begun) / 1000).toFixed(1)} s)`);
       } catch (error) {
         const text = String(error?.stack ?? error);

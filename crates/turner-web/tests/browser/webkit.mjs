@@ -160,6 +160,11 @@ class Page {
 
   async click(selector, options = {}) {
     if (Object.keys(options).length) throw new Unsupported(`click with ${Object.keys(options)}`);
+    const [, plain, text] = /^(.*):text-is\(["'](.*)["']\)$/.exec(selector) ?? [];
+    if (text) {
+      await new Locator(this, [plain, text, true]).click();
+      return;
+    }
     await this.waitForSelector(selector);
     await this.own("POST", `/element/${await this.element(selector)}/click`, {});
   }
@@ -174,9 +179,9 @@ class Page {
     }, [checked(selector), text]);
   }
 
-  locator(selector, options = {}) {
-    if (Object.keys(options).length) throw new Unsupported(`locator with ${Object.keys(options)}`);
-    return lacking(new Locator(this, selector), "locator");
+  locator(selector, { hasText = "" } = {}) {
+    if (typeof hasText !== "string") throw new Unsupported(`a locator with ${hasText}`);
+    return lacking(new Locator(this, [selector, hasText, false]), "locator");
   }
 
   async setInputFiles(selector, file) {
@@ -205,10 +210,15 @@ class Page {
   }
 }
 
-/** The elements of a selector, or one of them: see Playwright's class of this name. */
+/** The elements of a selector, in the page; perhaps those alone that hold a text, or whose text it is. */
+const ALL = `([selector, text, whole]) => [...document.querySelectorAll(selector)].filter(
+  e => !text || (whole ? e.textContent.trim() === text : e.textContent.includes(text)))`;
+
+/** Such elements, or one of them: see Playwright's class of this name. */
 class Locator {
-  constructor(page, selector, index = 0) {
-    Object.assign(this, { page, selector: checked(selector), index });
+  constructor(page, what, index = 0) {
+    checked(what[0]);
+    Object.assign(this, { page, what, index });
   }
 
   first() {
@@ -216,21 +226,29 @@ class Locator {
   }
 
   nth(index) {
-    return lacking(new Locator(this.page, this.selector, index), "locator");
+    return lacking(new Locator(this.page, this.what, index), "locator");
   }
 
   count() {
-    return this.page.evaluate(selector => document.querySelectorAll(selector).length, this.selector);
+    return this.page.evaluate(`what => (${ALL})(what).length`, this.what);
   }
 
   allInnerTexts() {
-    return this.page.evaluate(selector => [...document.querySelectorAll(selector)].map(e => e.innerText), this.selector);
+    return this.page.evaluate(`what => (${ALL})(what).map(e => e.innerText)`, this.what);
   }
 
   /** What a function makes of the element. */
   async of(work) {
-    await this.page.waitForFunction(([s, i]) => document.querySelectorAll(s)[i], [this.selector, this.index]);
-    return this.page.evaluate(`([s, i]) => (${work})(document.querySelectorAll(s)[i])`, [this.selector, this.index]);
+    await this.page.waitForFunction(`([what, i]) => (${ALL})(what)[i]`, [this.what, this.index]);
+    return this.page.evaluate(`([what, i]) => (${work})((${ALL})(what)[i])`, [this.what, this.index]);
+  }
+
+  isVisible() {
+    return this.of(e => e.getClientRects().length > 0);
+  }
+
+  async isHidden() {
+    return !await this.isVisible();
   }
 
   innerText() {
