@@ -62,18 +62,15 @@ const LAUNCH = {
   webkit: launchWebKit,
 };
 
-/** Milliseconds for a check. */
-const LIMIT = 300_000;
+/** Milliseconds for a check, and for closing its page. */
+const [LIMIT, CLOSING] = [300_000, 30_000];
 
 const here = path.dirname(fileURLToPath(import.meta.url));
 const hosts = { isolated: await host(true), plain: await host(false) };
 let failed = 0;
 for (const [name, program] of Object.entries(PROGRAMS)) {
   if (isWanted(name) && program) {
-    const browser = await LAUNCH[name](program);
-    console.log(`${name} ${browser.version()}`);
-    await run(browser, name);
-    await browser.close();
+    await run(name, program);
   } else {
     console.log(`${name}: left out, ${isWanted(name) ? "it is not installed" : "as BROWSERS says"}`);
   }
@@ -87,7 +84,9 @@ function within(ms, promise) {
 }
 
 /** Runs the checks in a browser. */
-async function run(browser, name) {
+async function run(name, program) {
+  let browser = await LAUNCH[name](program);
+  console.log(`${name} ${browser.version()}`);
   for (const file of ["engine.mjs", "page.mjs", "view.mjs"].filter(name => existsSync(path.join(here, name)))) {
     const { checks } = await import(pathToFileURL(path.join(here, file)));
     for (const [title, check, options = {}] of checks) {
@@ -111,9 +110,16 @@ async function run(browser, name) {
         failed += isLacking ? 0 : 1;
         console.log(`${isLacking ? "left out" : "FAILED "} ${title}: ${text.slice(0, isLacking ? 120 : 1500)}`);
       }
-      await own?.close();
+      try {
+        await within(CLOSING, own?.close());
+      } catch {
+        console.log(`          ${name} did not close the page, and is started again`);
+        await within(CLOSING, browser.close()).catch(() => {});
+        browser = await LAUNCH[name](program);
+      }
     }
   }
+  await within(CLOSING, browser.close()).catch(() => {});
 }
 hosts.isolated.close();
 hosts.plain.close();
