@@ -4,7 +4,7 @@
 A bumpy ball of 100,000 triangles on a floor, under a constant environment, 640 x 480 pixels, from cameras around it.
 Needs `mitsuba` and both modules in one environment. Each measurement is repeated in turn; medians are printed.
 
-    labels  views per second of depth, normal and shape number, one sample a pixel
+    labels  views per second of depth, normal and shape number, one sample a pixel, in processes of their own
     paths   time x squared error of path-traced views, 16 samples, against each renderer's own picture of 1024 samples
     import  seconds of `import`, in a fresh process
 """
@@ -13,6 +13,7 @@ import statistics
 import subprocess
 import sys
 import time
+from functools import partial
 
 import mitsuba as mi
 import numpy as np
@@ -110,32 +111,52 @@ def timed(work):
     return time.perf_counter() - begun
 
 
-def labels(scene, loaded):
-    """Seconds of the views of both: pairs of repetitions in turn."""
-    mitsuba, params = loaded
-    aov = mi.load_dict({"type": "aov", "aovs": "depth:depth,normal:sh_normal,id:shape_index"})
-    key = next(k for k in params.keys() if k.endswith("sensor.to_world"))
+def labels_of_turner(scene):
+    """Renders the views once."""
+    from turner.dataset._views import in_order
+
     views = tr.dataset.Views(
         scene,
         [tr.Camera.look_at(p, TARGET, fov=FOV) for p in cameras()],
         aovs=["depth", "normal", "object_id"],
         image=False,
     )
+    for _ in in_order(lambda i, running: views[i], VIEWS, 2):
+        pass
 
-    def turner():
-        from turner.dataset._views import in_order
 
-        for _ in in_order(lambda i, running: views[i], VIEWS, 2):
-            pass
+def labels_of_mitsuba(loaded):
+    """The same."""
+    mitsuba, params = loaded
+    aov = mi.load_dict({"type": "aov", "aovs": "depth:depth,normal:sh_normal,id:shape_index"})
+    key = next(k for k in params.keys() if k.endswith("sensor.to_world"))
+    for seed, position in enumerate(cameras()):
+        params[key] = mi.ScalarTransform4f().look_at(origin=list(position), target=list(TARGET), up=[0, 1, 0])
+        params.update()
+        np.array(mi.render(mitsuba, integrator=aov, spp=1, seed=seed))
 
-    def other():
-        for seed, position in enumerate(cameras()):
-            params[key] = mi.ScalarTransform4f().look_at(origin=list(position), target=list(TARGET), up=[0, 1, 0])
-            params.update()
-            np.array(mi.render(mitsuba, integrator=aov, spp=1, seed=seed))
 
-    turner(), other()
-    return [(timed(turner), timed(other)) for _ in range(5)]
+def labels(module, variant):
+    """Views per second of a module, in this process."""
+    points, faces = bumpy()
+    if module == "turner":
+        work = partial(labels_of_turner, of_turner(points, faces))
+    else:
+        mi.set_variant(variant)
+        work = partial(labels_of_mitsuba, of_mitsuba(points, faces))
+    work()
+    return VIEWS / statistics.median(timed(work) for _ in range(5))
+
+
+def labels_apart(variant):
+    """Views per second of both, in turn, each in processes of its own: threads that wait for work may keep cores busy."""
+    command = [sys.executable, __file__, variant, "--labels"]
+
+    def run(module):
+        return float(subprocess.run([*command, module], capture_output=True, check=True).stdout)
+
+    pairs = [(run("turner"), run("mitsuba")) for _ in range(5)]
+    return [statistics.median(rates) for rates in zip(*pairs, strict=True)]
 
 
 def paths(scene, loaded):
@@ -169,12 +190,15 @@ def paths(scene, loaded):
 
 def main():
     """Prints the figures."""
-    mi.set_variant(sys.argv[1] if len(sys.argv) > 1 else "llvm_ad_rgb")
+    variant = sys.argv[1] if len(sys.argv) > 1 else "llvm_ad_rgb"
+    if "--labels" in sys.argv:
+        print(labels(sys.argv[-1], variant))
+        return
+    ours, theirs = labels_apart(variant)
+    print(f"labels: {ours:.1f} views/s, Mitsuba {theirs:.1f}: {ours / theirs:.2f} times as many")
+    mi.set_variant(variant)
     points, faces = bumpy()
     scene, loaded = of_turner(points, faces), of_mitsuba(points, faces)
-    pairs = labels(scene, loaded)
-    ours, theirs = (statistics.median(t) for t in zip(*pairs, strict=True))
-    print(f"labels: {VIEWS / ours:.1f} views/s, Mitsuba {VIEWS / theirs:.1f}: {theirs / ours:.2f} times as many")
     (t, e, m), (t2, e2, m2) = paths(scene, loaded)
     print(f"paths: {t:.3f} s, error {e:.5f}, mean {m:.4f}; Mitsuba {t2:.3f} s, {e2:.5f}, {m2:.4f}")
     print(f"       equal error in {t * e / (t2 * e2):.2f} of Mitsuba's time")
