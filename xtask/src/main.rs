@@ -7,7 +7,7 @@
 //! cargo xtask words             finds phrases that documents, comments and messages do not use
 //! cargo xtask python            builds the Python module's wheel and runs its tests; --also PYTHON runs them with a further
 //!                               interpreter; other arguments go to pytest
-//! cargo xtask web               the page as a static folder; --test runs its tests in Chromium
+//! cargo xtask web               the page as a static folder; --test runs its tests in browsers
 //! cargo xtask wasm              compiles for WebAssembly and renders there; further arguments go to cargo
 //! ```
 #![forbid(unsafe_code)]

@@ -2,7 +2,7 @@
 //!
 //! ```text
 //! crates/turner-web ──wasm.rs──► turner.wasm ─┐
-//! crates/turner-web/page ─────────────────────┼─► target/web ──test──► Chromium under a driver
+//! crates/turner-web/page ─────────────────────┼─► target/web ──test──► browsers under drivers
 //! scenes that the gallery reads, pictures ────┘
 //! ```
 
@@ -59,7 +59,7 @@ pub(crate) fn build(more: &[&str]) -> Result<(), String> {
     if more.contains(&"--test") { test(&out) } else { Ok(()) }
 }
 
-/// Runs the tests of the npm package in Node.js, and those of the page in Chromium.
+/// Runs the tests of the npm package in Node.js, and those of the page in Chromium and in other browsers that are installed.
 fn test(out: &Path) -> Result<(), String> {
     let package = root().join("crates/turner-web/npm/test/render.mjs");
     run(Command::new("node").env("TURNER_WASM", out.join("turner.wasm")).arg("--test").arg(package))?;

@@ -106,7 +106,7 @@ async function run(name, program) {
       } catch (error) {
         const text = String(error?.stack ?? error);
         // What stock browsers answer to commands that they do not know.
-        const isLacking = name !== "chromium" && (error instanceof Unsupported || /unknown command|unsupported operation|not supported in|Unsupported operation|CDP session/.test(text));
+        const isLacking = name !== "chromium" && (error instanceof Unsupported || /unknown command|CDP session is only/.test(text));
         failed += isLacking ? 0 : 1;
         console.log(`${isLacking ? "left out" : "FAILED "} ${title}: ${text.slice(0, isLacking ? 120 : 1500)}`);
       }

@@ -23,10 +23,10 @@ pub(super) const ONE: f64 = 4_294_967_296.0;
 /// 1.5 · 2^52.
 const SHIFT: f64 = 6_755_399_441_055_744.0;
 
-/// Values below this have less than 51 bits in units of a colour.
+/// Values below this have fewer than 51 bits in units of a colour, so that [`whole`] rounds them.
 const SMALL: f32 = 128.0;
 
-/// No digit of values between [`SMALL`] and this is below the last place of a colour, and sums of a few fit in 64 bits.
+/// Values from [`SMALL`] to this have no digits below the last place of a colour.
 const LARGE: f32 = (1 << 18) as f32;
 
 /// The largest absolute value of a sample, in units of a colour: a million of them do not overflow.
@@ -109,7 +109,7 @@ impl Fixed96 {
         }
     }
 
-    /// [`Fixed96::mean_of_one`] of each value, without branches where none is large.
+    /// [`Fixed96::mean_of_one`] of each value; vectorized unless a value is above [`LARGE`].
     #[inline]
     pub(crate) fn means_of_one<const N: usize>(values: [f32; N]) -> [f32; N] {
         if !values.iter().fold(true, |fit, v| fit & (v.abs() <= LARGE)) {

@@ -22,10 +22,10 @@ use crate::view::{CameraSamples, View, take_points};
 /// Rows of a task.
 const ROWS: u32 = 4;
 
-/// Columns of a batch, whose rays and hits stay in the caches.
+/// Width of a batch in pixels. Its rays and hits fit in the caches.
 const COLUMNS: u32 = 64;
 
-/// Columns of a packet: its rays go through a square.
+/// Width of a packet in pixels: its 16 rays form a block of 4 x 4.
 const SIDE: u32 = 4;
 
 /// An AOV at the centres of pixels, row by row from the top left.
@@ -137,7 +137,7 @@ impl<'a> Batch<'a> {
         }
     }
 
-    /// Traces the rays through the pixels of a rectangle within the crop, square by square.
+    /// Traces the camera rays through the pixel centres of a rectangle within the crop, packet by packet.
     fn trace(&mut self, pixels: PixelRect) {
         let crop = self.crop;
         let seed = u64::from(self.view.film.seed);

@@ -230,7 +230,7 @@ impl Scene {
         }
     }
 
-    /// Adds the nearest spheres of all rays to no hits.
+    /// Fills the empty `hits` with the nearest hits on spheres.
     fn intersect_spheres(&self, rays: &mut RayBatch, hits: &mut Vec<Option<Hit>>) {
         let shapes = &self.batch;
         let used = rays.len.div_ceil(LANES);

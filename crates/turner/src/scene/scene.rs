@@ -265,7 +265,7 @@ impl Scene {
     /// the description counts.
     #[inline(always)]
     pub(crate) fn keep_nearer_before(&self, hit: Hit, end: &mut f64, best: &mut Option<Hit>) {
-        // The hits are passed by value, so that they need not be in memory otherwise.
+        // By value: a reference would force every hit through memory.
         let nearer = hit.shape.t < *end || best.is_none_or(|best| self.comes_before(hit, best));
         if nearer {
             *end = hit.shape.t;

@@ -191,16 +191,6 @@ impl<'a> SampleAovs<'a> {
         self.values.get(sample * self.channels..(sample + 1) * self.channels).unwrap_or_default()
     }
 
-    /// The values of all samples, one after the other.
-    pub fn all_values(&self) -> impl Iterator<Item = &[f32]> {
-        self.values.chunks_exact(self.channels.max(1))
-    }
-
-    /// The labels of all samples, one after the other.
-    pub fn all_labels(&self) -> impl Iterator<Item = &[u32]> {
-        self.labels.chunks_exact(self.kinds.len().max(1))
-    }
-
     /// The labels of a sample, one for each channel of labels of the film.
     pub fn labels(&self, sample: usize) -> &[u32] {
         let count = self.kinds.len();

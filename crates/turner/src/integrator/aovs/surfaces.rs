@@ -1,4 +1,4 @@
-//! AOVs of first surfaces alone, eight samples at a time: see [`center_aovs`](crate::render::center_aovs).
+//! AOVs of the first hits alone, eight samples at a time: see [`center_aovs`](crate::render::center_aovs).
 
 use std::ops::Range;
 
@@ -14,12 +14,12 @@ use crate::integrator::{CameraSamples, footprint};
 use crate::scene::{Hit, Scene, SurfaceBlock};
 use crate::view::View;
 
-/// Computes AOVs of first surfaces for blocks of eight samples. The values are those of [`SampleAovs`](super::SampleAovs).
+/// Computes AOVs of the first hits for blocks of eight samples. The values are those of [`SampleAovs`](super::SampleAovs).
 pub(crate) struct SurfaceAovs<'a> {
     scene: &'a Scene,
     view: &'a View,
     frame: CameraFrame,
-    /// Those with values that are not labels.
+    /// The AOVs other than labels.
     aovs: Vec<Aov>,
     /// Whether all of them are computed in lanes.
     all_in_lanes: bool,
@@ -29,7 +29,7 @@ pub(crate) struct SurfaceAovs<'a> {
 }
 
 impl<'a> SurfaceAovs<'a> {
-    /// For the AOVs of a view's film, which must be of first surfaces.
+    /// For the AOVs of a view's film; all must be properties of the first hit.
     pub(crate) fn new(scene: &'a Scene, view: &'a View) -> SurfaceAovs<'a> {
         let aovs: Vec<Aov> = view.film.aovs.iter().filter(|aov| aov.has_sums()).collect();
         let camera_moves = view.motion.is_some();
@@ -44,7 +44,7 @@ impl<'a> SurfaceAovs<'a> {
         }
     }
 
-    /// Computes the values of a block of samples, whose first hits these are.
+    /// Computes the values of a block of up to eight samples from their first hits.
     pub(crate) fn compute(&mut self, samples: &CameraSamples, hits: &[Option<Hit>], block: Range<usize>) {
         if self.aovs.is_empty() {
             return;

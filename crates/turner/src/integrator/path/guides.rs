@@ -127,7 +127,7 @@ impl<'a, R: Record> PathBatch<'a, R> {
             let path = &self.paths[at];
             let trail = &mut self.guides.trails[at];
             let ray = queue.rays.get(i);
-            // Where a medium has scattered the path, its ray is no longer in the queue, and `bounces` counts the scattering.
+            // A path that scatters in a medium has no ray in the queue; `bounces` already counts this scattering.
             let now = path.bounces.total.saturating_sub(u32::from(ray.is_none()));
             trail.is_over |= trail.is_found && now > trail.bounces || now > trail.expected;
             if trail.is_over {
