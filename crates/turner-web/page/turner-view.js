@@ -184,7 +184,8 @@ export class TurnerView extends HTMLElement {
   #seen(isVisible) {
     this.#isVisible = isVisible;
     if (isVisible && !this.#load) this.#begin();
-    else this.#engine?.call("view", { paused: !isVisible }).catch(() => {});
+    // Before that, `#open` says it.
+    else if (this.loaded) this.#engine.call("view", { paused: !isVisible }).catch(() => {});
   }
 
   #stop() {
@@ -223,8 +224,11 @@ export class TurnerView extends HTMLElement {
     await engine.call("view", { paused: true });
     await engine.call("open", { main: files.main }, files.files);
     await this.#set(this.#edits());
-    await engine.call("view", { width: this.#size[0], height: this.#size[1], paused: !this.#isVisible });
+    const isSeen = this.#isVisible;
+    await engine.call("view", { width: this.#size[0], height: this.#size[1], paused: !isSeen });
+    if (signal.aborted) return;
     this.loaded = true;
+    if (this.#isVisible !== isSeen) this.#seen(this.#isVisible);
     this.#tell("load", { url: src });
     const orbit = parseOrbit(this.getAttribute("camera-orbit"));
     if (this.hasAttribute("camera-controls") || orbit.unit !== "%" || orbit.radius !== 105) await this.#take(orbit);
