@@ -128,7 +128,7 @@ pub(crate) struct Vertex<'a> {
     #[serde(serialize_with = "plain")]
     pub(crate) passage: Passage,
     pub(crate) band: Option<u8>,
-    pub(crate) light: Option<Light<'a>>,
+    pub(crate) lights: Vec<Light<'a>>,
     pub(crate) scatter: Option<Scatter>,
 }
 
@@ -182,7 +182,7 @@ fn vertex<'a>(names: &Names<'a>, v: &VertexRecord) -> Vertex<'a> {
         throughput: v.throughput,
         passage: v.passage,
         band: v.band,
-        light: v.light.as_ref().map(|l| light(names, l)),
+        lights: v.lights.iter().map(|l| light(names, l)).collect(),
         scatter: v.scatter.as_ref().map(scatter),
     }
 }
@@ -388,7 +388,7 @@ impl Path<'_> {
         let equiangular = |segment: &Option<MediumSegment<'_>>| {
             segment.as_ref().and_then(|s| s.equiangular.as_ref()).is_some_and(|s| s.light.touches)
         };
-        let light = |v: &Vertex<'_>| v.light.as_ref().is_some_and(|l| l.touches);
+        let light = |v: &Vertex<'_>| v.lights.iter().any(|l| l.touches);
         self.vertices.iter().any(|v| v.touches || light(v) || equiangular(&v.medium_segment))
             || self.escape.as_ref().is_some_and(|e| equiangular(&e.medium_segment))
     }

@@ -262,7 +262,7 @@ pub(super) fn contributions(
                 value: value(e.contribution),
             });
         }
-        if let Some(l) = v.light.as_ref().filter(|l| l.visible.is_some() && !l.contribution.is_black()) {
+        for l in v.lights.iter().filter(|l| l.visible.is_some() && !l.contribution.is_black()) {
             each(Contribution {
                 kind: state.light_sample_kind(),
                 source: light_bounds.source_of(scene, v, l),

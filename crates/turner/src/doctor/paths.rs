@@ -204,23 +204,24 @@ fn record(out: &mut PixelPaths, scene: &Scene, light_bounds: &LightBounds, path:
             Passage::Hidden | Passage::Interface | Passage::Medium | Passage::Exit => {}
         }
         // The first surface of the path at which lights can be sampled.
-        let rough = v.scatter.as_ref().is_none_or(|s| !s.lobe.is_delta) || v.light.is_some();
+        let rough = v.scatter.as_ref().is_none_or(|s| !s.lobe.is_delta) || !v.lights.is_empty();
         if !seen && v.passage == Passage::Surface && rough && out.points.len() < 3 {
             seen = true;
             out.points.push((v.p, if v.outside { v.ng } else { -v.ng }));
         }
-        let Some(light) = &v.light else { continue };
-        let Some(visible) = light.visible else { continue };
-        out.shadow_rays += 1;
-        work += light.casters.len() as u64;
-        let lost = f64::from(light.unshadowed.luminance());
-        if visible.is_black() && lost.is_finite() {
-            out.shadowed += lost;
-            if let Some(caster) =
-                light.casters.first().filter(|c| super::kind::casts_caustics(scene, c.material))
-            {
-                let source = light_bounds.source_of(scene, v, light);
-                *out.behind_glass.entry((source, caster.material)).or_default() += lost;
+        for light in &v.lights {
+            let Some(visible) = light.visible else { continue };
+            out.shadow_rays += 1;
+            work += light.casters.len() as u64;
+            let lost = f64::from(light.unshadowed.luminance());
+            if visible.is_black() && lost.is_finite() {
+                out.shadowed += lost;
+                if let Some(caster) =
+                    light.casters.first().filter(|c| super::kind::casts_caustics(scene, c.material))
+                {
+                    let source = light_bounds.source_of(scene, v, light);
+                    *out.behind_glass.entry((source, caster.material)).or_default() += lost;
+                }
             }
         }
     }

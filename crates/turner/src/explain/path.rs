@@ -114,8 +114,9 @@ fn vertex(
     add(out, &mut node, "emission", of.and_then(|s| s.emission.as_ref()).map(|e| e.contribution));
     add(out, &mut node, "photons", of.and_then(|s| s.photons.as_ref()).map(|p| p.contribution));
     add(out, &mut node, "next-event estimation in a medium", sampled_in_medium(equiangular));
-    let sampled = v.light.as_ref().filter(|l| is_traced(l));
-    add(out, &mut node, "next-event estimation", sampled.map(|l| l.contribution));
+    for light in v.lights.iter().filter(|light| is_traced(light)) {
+        add(out, &mut node, "next-event estimation", Some(light.contribution));
+    }
     if let Some(own) = own {
         // The contribution comes from the sum over the group: see `donors`.
         out.parts.truncate(parts);
@@ -125,9 +126,7 @@ fn vertex(
     if let Some((t, l)) = equiangular {
         out.nodes.push(light(names, index, v.origin + v.direction * *t, l));
     }
-    if let Some(l) = &v.light {
-        out.nodes.push(light(names, index, v.p, l));
-    }
+    out.nodes.extend(v.lights.iter().map(|l| light(names, index, v.p, l)));
 }
 
 /// Adds a contribution of the node that is pushed next, without its descendants.
@@ -337,7 +336,7 @@ fn surface(node: &mut RayNode, names: &Names<'_>, v: &VertexRecord) {
         rows.push(Term::new("photons", fill!("{} within {}", p.count.to_string(), number(p.radius))));
         rows.push(Term::new("adds", color(p.contribution)));
     }
-    if let Some(l) = v.light.as_ref().filter(|l| is_traced(l)) {
+    for l in v.lights.iter().filter(|l| is_traced(l)) {
         rows.push(Term::new("next-event estimation", color(l.contribution)));
     }
     if let Some(s) = &v.scatter {

@@ -12,8 +12,11 @@
 //!
 //! so that the expectation over the choice is w_1 + … + w_M, the mean of M separate estimates: unbiased for any M. The
 //! kept sample follows the product of light and BSDF, at the cost of one shadow ray and M light samples. MIS against
-//! BSDF-sampled rays uses the density M·p. Used only at the first surface, where the camera rays that lead there cost
-//! more than candidates.
+//! BSDF-sampled rays uses the density M·p. Used only at the first surface that is not specular, where the camera rays that
+//! lead there cost more than candidates.
+//!
+//! Where no lobe is glossy, [`light_samples`](super::light_samples) lights are sampled there instead, each with a shadow ray
+//! of its own: the sum w_1 + … + w_M itself.
 
 use super::LightSampling;
 use super::path_batch::{Path, PathBatch};
@@ -33,13 +36,18 @@ const CANDIDATE_SETS: u32 = 1 << 31;
 const PEAK: f32 = 100.0;
 
 impl<R: Record> PathBatch<'_, R> {
-    /// Number of candidates beyond the first at a vertex.
+    /// Number of light samples beyond the first at a vertex: candidates if it [resamples].
     #[inline]
-    pub(super) fn extra_light_candidates(&self, path: &Path, at: &Receiver) -> u32 {
-        let glossy = at.lobe.peak >= PEAK;
-        let first = path.bounces.total == 0;
-        let enabled = self.strategy.is_none() && self.settings.light_sampling != LightSampling::Bsdf;
-        if glossy && first && enabled { CANDIDATES as u32 - 1 } else { 0 }
+    pub(super) fn extra_light_samples(&self, path: &Path, at: &Receiver) -> u32 {
+        // Light paths and later vertices know one sample.
+        let is_one = path.any_nonspecular
+            || self.strategy.is_some()
+            || self.settings.light_sampling == LightSampling::Bsdf;
+        match is_one {
+            true => 0,
+            false if is_glossy(at) => CANDIDATES as u32 - 1,
+            false => self.settings.light_samples - 1,
+        }
     }
 
     /// The receiver at the `number`th vertex of a path, hit by a ray of this direction.
@@ -79,6 +87,17 @@ impl<R: Record> PathBatch<'_, R> {
         });
         index as u32
     }
+}
+
+#[inline]
+fn is_glossy(at: &Receiver) -> bool {
+    at.lobe.peak >= PEAK
+}
+
+/// Whether one of the light samples at a receiver is chosen, instead of taking all.
+#[inline]
+pub(super) fn resamples(at: &Receiver) -> bool {
+    at.extra_candidates > 0 && is_glossy(at)
 }
 
 /// Chooses a candidate by its luminance; returns its index and its resampling weight, or `None` if all contributions

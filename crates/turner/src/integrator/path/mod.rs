@@ -28,12 +28,14 @@ mod group_split;
 mod guides;
 mod learn_environment;
 mod light_resampling;
+mod light_samples;
 mod light_split;
 mod lobe_split;
 mod media;
 mod notes;
 mod pane;
 mod path_batch;
+mod pilot_run;
 mod ray_queue;
 mod record;
 mod replay;
@@ -136,6 +138,9 @@ params! {
         photon_radius: Option<f64> = None, in Range::POSITIVE;
         /// Whether neighbouring pixels share their paths.
         shared_paths: SharedPathsMode = SharedPathsMode::Auto;
+        /// Number of lights that are sampled at the first surface of a path that is not a mirror or clear glass, each with a
+        /// shadow ray. Default: 1 to 8, as a short test finds the least noise for the time.
+        light_samples: Option<u32> = None, in Range::closed(1.0, 256.0);
         /// How direct light is estimated, for comparisons.
         light_sampling: LightSampling = LightSampling::Both;
     }
@@ -157,6 +162,9 @@ params! {
         max_depth: u32 = 16, in Range::closed(0.0, 100000.0);
         /// Maximum number of surfaces that a ray may pass straight through, such as alpha-tested holes.
         max_transparent: u32 = 256, in Range::closed(0.0, 100000.0);
+        /// Number of lights that are sampled at the first surface of a path that is not a mirror or clear glass, each with a
+        /// shadow ray. Default: 1 to 8, as a short test finds the least noise for the time.
+        light_samples: Option<u32> = None, in Range::closed(1.0, 256.0);
         /// How direct light is estimated, for comparisons.
         light_sampling: LightSampling = LightSampling::Both;
     }
@@ -175,7 +183,7 @@ impl Integrator for PathDesc {
     }
 
     fn prepare(&self, _: &Scene, _: &View) -> Result<Arc<dyn PreparedIntegrator>, SceneError> {
-        Ok(Arc::new(PathIntegrator::new(Settings::path(self), Some(self.clone()))))
+        Ok(Arc::new(PathIntegrator::new(Settings::path(self), Some(self.clone()), self.light_samples)))
     }
 }
 
@@ -189,7 +197,7 @@ impl Integrator for DirectDesc {
     }
 
     fn prepare(&self, _: &Scene, _: &View) -> Result<Arc<dyn PreparedIntegrator>, SceneError> {
-        Ok(Arc::new(PathIntegrator::new(Settings::direct(self), None)))
+        Ok(Arc::new(PathIntegrator::new(Settings::direct(self), None, self.light_samples)))
     }
 }
 
@@ -209,6 +217,8 @@ pub struct PathIntegrator {
     settings: Settings,
     /// Settings that choose the strategies; `None` for the integrator "direct", which has no choice.
     desc: Option<PathDesc>,
+    /// Number of lights sampled at a first surface, if it is not chosen.
+    light_samples: Option<u32>,
     choice: OnceLock<Choice>,
     /// The photons of the last sample that was traced on its own, such as one that is explained.
     photons: Arc<Mutex<Option<Arc<PhotonMap>>>>,
@@ -225,15 +235,21 @@ struct Choice {
     adaptive: Option<AdaptiveEnvironment>,
     /// Whether lights are found by BSDF sampling alone, because that has less noise for the time.
     bsdf_alone: bool,
+    /// Number of lights that are sampled at a first surface.
+    light_samples: u32,
+}
+
+impl Choice {
+    /// One path a pixel, without a choice.
+    fn plain(settings: &Settings) -> Choice {
+        let light_samples = settings.light_samples;
+        Choice { strategy: None, cluster: 1, adaptive: None, bsdf_alone: false, light_samples }
+    }
 }
 
 impl PathIntegrator {
-    fn new(settings: Settings, desc: Option<PathDesc>) -> PathIntegrator {
-        let choice = OnceLock::new();
-        if desc.is_none() {
-            let _ = choice.set(Choice { strategy: None, cluster: 1, adaptive: None, bsdf_alone: false });
-        }
-        PathIntegrator { settings, desc, choice, photons: Arc::default() }
+    fn new(settings: Settings, desc: Option<PathDesc>, light_samples: Option<u32>) -> PathIntegrator {
+        PathIntegrator { settings, desc, light_samples, choice: OnceLock::new(), photons: Arc::default() }
     }
 
     /// The light paths that complement camera paths; `None` without, and before [`PreparedIntegrator::choose`].
@@ -244,13 +260,16 @@ impl PathIntegrator {
     /// Makes this number of pixels share paths, in place of all choices.
     #[cfg(test)]
     pub(crate) fn share_among(&self, cluster: u32) {
-        let _ = self.choice.set(Choice { strategy: None, cluster, adaptive: None, bsdf_alone: false });
+        let _ = self.choice.set(Choice { cluster, ..Choice::plain(&self.settings) });
     }
 
     fn context<'a>(&'a self, scene: &'a Scene, view: &'a View) -> Context<'a> {
         let mut settings = self.settings;
-        if self.choice.get().is_some_and(|choice| choice.bsdf_alone) {
-            settings.light_sampling = LightSampling::Bsdf;
+        if let Some(choice) = self.choice.get() {
+            settings.light_samples = choice.light_samples;
+            if choice.bsdf_alone {
+                settings.light_sampling = LightSampling::Bsdf;
+            }
         }
         Context {
             scene,
@@ -298,27 +317,31 @@ impl PreparedIntegrator for PathIntegrator {
     }
 
     fn choose(&self, scene: &Scene, view: &View, threads: usize) {
-        if let Some(desc) = &self.desc {
-            self.choice.get_or_init(|| {
-                let settings = self.settings;
-                let plain =
-                    Context { scene, view, settings, strategy: None, cluster: 1, adaptive: None, threads };
-                let (adaptive, bsdf_alone) = match learn_environment::learn(plain) {
-                    Learned::Nothing => (None, false),
-                    Learned::Adaptive(adaptive) => (Some(adaptive), false),
-                    Learned::BsdfAlone => (None, matches!(desc.caustics, Caustics::Auto | Caustics::Off)),
-                };
-                let mut desc = desc.clone();
-                let mut context = Context { adaptive: adaptive.as_ref(), ..plain };
-                if bsdf_alone {
-                    desc.light_sampling = LightSampling::Bsdf;
-                    context.settings.light_sampling = LightSampling::Bsdf;
-                }
-                let strategy = CausticsStrategy::new(context, &desc);
-                let (strategy, cluster) = shared_paths::decide(context, &desc, strategy);
-                Choice { strategy, cluster, adaptive, bsdf_alone }
-            });
-        }
+        self.choice.get_or_init(|| {
+            let settings = self.settings;
+            let plain =
+                Context { scene, view, settings, strategy: None, cluster: 1, adaptive: None, threads };
+            let Some(desc) = &self.desc else {
+                let light_samples = light_samples::decide(plain, self.light_samples);
+                return Choice { light_samples, ..Choice::plain(&settings) };
+            };
+            let (adaptive, bsdf_alone) = match learn_environment::learn(plain) {
+                Learned::Nothing => (None, false),
+                Learned::Adaptive(adaptive) => (Some(adaptive), false),
+                Learned::BsdfAlone => (None, matches!(desc.caustics, Caustics::Auto | Caustics::Off)),
+            };
+            let mut desc = desc.clone();
+            let mut context = Context { adaptive: adaptive.as_ref(), ..plain };
+            if bsdf_alone {
+                desc.light_sampling = LightSampling::Bsdf;
+                context.settings.light_sampling = LightSampling::Bsdf;
+            }
+            let strategy = CausticsStrategy::new(context, &desc);
+            let (strategy, cluster) = shared_paths::decide(context, &desc, strategy);
+            let chosen = Context { strategy: strategy.as_ref(), cluster, ..context };
+            let light_samples = light_samples::decide(chosen, self.light_samples);
+            Choice { strategy, cluster, adaptive, bsdf_alone, light_samples }
+        });
     }
 
     fn has_chosen(&self) -> bool {

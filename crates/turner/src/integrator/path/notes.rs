@@ -78,7 +78,7 @@ impl PathRecord {
             band: path.band,
             dispersed: None,
             photons: None,
-            light: None,
+            lights: Vec::new(),
             scatter: None,
         });
     }
@@ -124,7 +124,7 @@ impl PathRecord {
         (candidates, counts): (u32, f32),
     ) {
         let light = sampled(lit, direction, bsdf, bsdf_pdf, cosine);
-        self.at(|v| v.light = Some(LightRecord { candidates, counts, ..light }));
+        self.at(|v| v.lights.push(LightRecord { candidates, counts, ..light }));
     }
 
     /// The MIS weight of the sampled light, and its unshadowed contribution.
@@ -135,7 +135,7 @@ impl PathRecord {
         unshadowed: Spectrum,
     ) {
         self.at(|v| {
-            if let Some(light) = &mut v.light {
+            if let Some(light) = v.lights.last_mut() {
                 (light.weight, light.transmittance, light.unshadowed) = (weight, transmittance, unshadowed);
             }
         });
@@ -159,15 +159,17 @@ impl PathRecord {
         });
     }
 
-    /// Edits the light of the next pending shadow ray. At the exit of a random walk, the shadow ray of the entry vertex
-    /// comes first.
+    /// Edits the light of the next pending shadow ray: of several lights they come in their order. At the exit of a random
+    /// walk, those of the entry vertex come first.
     fn pending_light(&mut self, f: impl FnOnce(&mut LightRecord)) {
-        if self.next_is_equiangular || self.vertices.last().is_none_or(|v| v.walk.is_none()) {
+        let is_only = |v: &VertexRecord| v.walk.is_none() && v.lights.len() <= 1;
+        if self.next_is_equiangular || self.vertices.last().is_none_or(is_only) {
             return self.at_light(self.next_is_equiangular, f);
         }
         let is_pending = |l: &&mut LightRecord| l.visible.is_none() && !l.unshadowed.is_black();
-        let first = self.vertices.len().saturating_sub(2);
-        let mut lights = self.vertices.iter_mut().skip(first).filter_map(|v| v.light.as_mut());
+        let is_exit = self.vertices.last().is_some_and(|v| v.walk.is_some());
+        let first = self.vertices.len().saturating_sub(if is_exit { 2 } else { 1 });
+        let mut lights = self.vertices.iter_mut().skip(first).flat_map(|v| &mut v.lights);
         if let Some(light) = lights.find(is_pending) {
             f(light);
         }
@@ -244,7 +246,7 @@ impl PathRecord {
     /// The direct light of a shared vertex without its BSDF, which is part of the weight of the path.
     pub(super) fn donates_direct(&mut self, weight: f64, bsdf_pdf: f64, unshadowed: Spectrum) {
         self.at(|v| {
-            if let Some(light) = &mut v.light {
+            if let Some(light) = v.lights.last_mut() {
                 (light.bsdf, light.bsdf_pdf) = (Spectrum::WHITE, bsdf_pdf);
                 (light.weight, light.unshadowed) = (weight, unshadowed);
             }
@@ -369,7 +371,7 @@ impl PathRecord {
             band: path.band,
             dispersed: None,
             photons: None,
-            light: None,
+            lights: Vec::new(),
             scatter: None,
         });
     }
@@ -390,7 +392,7 @@ impl PathRecord {
                     segment.second = Some((t, light));
                 }
             }
-            None => self.at(|v| v.light = Some(light)),
+            None => self.at(|v| v.lights.push(light)),
         }
     }
 
@@ -399,7 +401,7 @@ impl PathRecord {
         let light = if equiangular {
             self.last_segment().and_then(|w| w.second.as_mut()).map(|(_, light)| light)
         } else {
-            self.vertices.last_mut().and_then(|v| v.light.as_mut())
+            self.vertices.last_mut().and_then(|v| v.lights.last_mut())
         };
         light.map(f);
     }

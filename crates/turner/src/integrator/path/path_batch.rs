@@ -30,6 +30,7 @@ use super::caustics::{CausticsStrategy, PhotonMap, ReversePdf};
 use super::group_split::GroupSplit;
 use super::guides::Guides;
 use super::learn_environment::LitPoint;
+use super::light_resampling;
 use super::light_split::LightSplit;
 use super::lobe_split::LobeSplit;
 use super::media::Media;
@@ -84,8 +85,10 @@ pub(super) struct Path {
     /// Density of the ray's direction per solid angle, and the receiver it was sampled at.
     pub(super) pdf: f64,
     pub(super) origin: Receiver,
-    /// Number of light candidates beyond the first at the current vertex.
+    /// Number of light samples beyond the first at the current vertex.
     pub(super) extra_candidates: u32,
+    /// Whether one of them is chosen.
+    pub(super) resamples: bool,
     /// Product of eta² over the refractions so far, relative to the camera. `beta` is divided by it, because radiance
     /// is transported; Russian roulette must not depend on that (pbrt's `etaScale`).
     pub(super) eta2: f32,
@@ -115,7 +118,7 @@ impl Path {
         self.any_nonspecular = false;
         self.pdf = 1.0;
         self.origin = Receiver::from(DVec3::ZERO);
-        self.extra_candidates = 0;
+        (self.extra_candidates, self.resamples) = (0, false);
         self.eta2 = 1.0;
         self.band = None;
         self.media.clear();
@@ -134,7 +137,7 @@ pub(super) struct VertexInput<'a> {
     pub(super) sample: u32,
     pub(super) ray: Ray,
     pub(super) surface: &'a SurfaceInteraction,
-    /// One light sample, or several candidates of which one is chosen.
+    /// The light samples: all are taken, or one is chosen.
     pub(super) lit: &'a [Option<LightSample>],
 }
 
@@ -422,17 +425,20 @@ impl<R: Record> PathBatch<'_, R> {
                 continue;
             }
             let path = &self.paths[sample as usize];
-            let (mut number, mut extra_candidates) = (u32::MAX, 0);
+            let (mut number, mut extra, mut resamples) = (u32::MAX, 0, false);
             if self.may_connect(path, &ray, hit, &surface) {
                 let vertex = path.vertex + 1;
                 let at = self.receiver(sample, vertex, &surface, ray.direction);
                 if let Some(points) = &mut self.lit_points {
                     points.push(LitPoint::new(&surface, ray.direction));
                 }
-                extra_candidates = self.extra_light_candidates(path, &at);
-                number = self.request_light(path, at.with_candidates(extra_candidates), lights);
+                extra = self.extra_light_samples(path, &at);
+                let at = at.with_candidates(extra);
+                resamples = light_resampling::resamples(&at);
+                number = self.request_light(path, at, lights);
             }
-            self.paths[sample as usize].extra_candidates = extra_candidates;
+            let path = &mut self.paths[sample as usize];
+            (path.extra_candidates, path.resamples) = (extra, resamples);
             surfaces.push((surface, number));
         }
         self.request_lights_in_blocks(lights);

@@ -285,8 +285,8 @@ pub struct VertexRecord {
     pub dispersed: Option<Spectrum>,
     /// The contribution of photons.
     pub photons: Option<PhotonsRecord>,
-    /// The light sampled at the vertex.
-    pub light: Option<LightRecord>,
+    /// The lights sampled at the vertex: one, or several at the first surface that is not specular.
+    pub lights: Vec<LightRecord>,
     /// The direction sampled at the vertex and taken.
     pub scatter: Option<ScatterRecord>,
 }
@@ -451,9 +451,8 @@ impl PathRecord {
         let vertices = own.flat_map(move |(_, v)| {
             let emission = v.emission.map(|e| e.contribution);
             let photons = v.photons.map(|p| p.contribution);
-            [emitted(&v.way), emission, photons, second(&v.way), sampled(v.light.as_ref())]
-                .into_iter()
-                .flatten()
+            let lights = v.lights.iter().map(|light| sampled(Some(light)));
+            [emitted(&v.way), emission, photons, second(&v.way)].into_iter().chain(lights).flatten()
         });
         let escape =
             self.escape.iter().filter(move |_| !donated).flat_map(move |e| {

@@ -15,6 +15,8 @@ pub(super) struct Settings {
     pub(super) hide_emitters: bool,
     pub(super) clamp_indirect: Option<f32>,
     pub(super) light_sampling: LightSampling,
+    /// Number of lights that are sampled at the first surface of a path that is not specular.
+    pub(super) light_samples: u32,
     /// Whether `max_diffuse` and `max_glossy` limit no path that `max_depth` does not.
     pub(super) counts_only_bounces: bool,
     /// Whether paths may be shared between pixels.
@@ -47,6 +49,7 @@ impl Settings {
             hide_emitters: d.hide_emitters,
             clamp_indirect: (d.clamp_indirect > 0.0).then_some(d.clamp_indirect as f32),
             light_sampling: d.light_sampling,
+            light_samples: d.light_samples.unwrap_or(1),
             // Shared paths need the same treatment of all members up to the second vertex: no clamp and no Russian
             // roulette.
             shared_paths: d.shared_paths != SharedPathsMode::Off
@@ -64,6 +67,7 @@ impl Settings {
             rr_start: u32::MAX,
             shared_paths: SharedPathsMode::Off,
             light_sampling: d.light_sampling,
+            light_samples: d.light_samples,
             ..PathDesc::default()
         };
         Settings { direct: true, ..Settings::path(&path) }

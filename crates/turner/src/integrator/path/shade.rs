@@ -323,17 +323,34 @@ impl<R: Record> PathBatch<'_, R> {
         }
     }
 
-    /// Queues a shadow ray to the sampled light, or to one of several candidates.
+    /// Queues shadow rays to the sampled lights, or to one of several candidates.
     fn connect(&mut self, sample: u32, v: &Vertex<'_>, material: &OpenPbr, lit: &[Option<LightSample>]) {
         let path = &self.paths[sample as usize];
-        let (taken, resampling_weight) = match lit.len() {
-            0 | 1 => (0, 1.0),
-            _ => self.choose_light(path, v, lit),
-        };
-        let Some(Some(lit)) = lit.get(taken) else { return };
+        if path.resamples {
+            let (taken, resampling_weight) = self.choose_light(path, v, lit);
+            if let Some(Some(lit)) = lit.get(taken) {
+                self.connect_to(sample, v, material, lit, resampling_weight);
+            }
+            return;
+        }
+        for lit in lit.iter().flatten() {
+            self.connect_to(sample, v, material, lit, 1.0);
+        }
+    }
+
+    /// Queues a shadow ray to a light.
+    fn connect_to(
+        &mut self,
+        sample: u32,
+        v: &Vertex<'_>,
+        material: &OpenPbr,
+        lit: &LightSample,
+        resampling_weight: f32,
+    ) {
+        let path = &self.paths[sample as usize];
         let Some(met) = v.met(lit.to_light) else { return };
         let (wi, wi_local, crosses) = (met.wi, met.wi_local, met.crosses);
-        let candidates = path.extra_candidates + 1;
+        let candidates = if path.resamples { path.extra_candidates + 1 } else { 1 };
         self.record.note(|r| {
             r.sampled_light(lit, wi, met.f, met.pdf, wi_local.z.abs(), (candidates, resampling_weight))
         });

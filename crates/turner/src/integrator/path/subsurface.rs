@@ -252,7 +252,8 @@ impl<'a, R: Record> PathBatch<'a, R> {
                 scene.emitters.sample_adaptive(scene, self.adaptive, at, [u0, u1, u2])
             }
         };
-        self.paths[sample as usize].extra_candidates = 0;
+        let path = &mut self.paths[sample as usize];
+        (path.extra_candidates, path.resamples) = (0, false);
         let arrival = VertexInput { sample, ray: from_above, surface: &out, lit: &[lit] };
         self.scatter(&arrival, &vertex, material, true, pixel, stats);
     }

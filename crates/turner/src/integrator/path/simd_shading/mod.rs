@@ -21,7 +21,7 @@ mod take;
 use turner_bvh::lanes::{Block, Block32, LANES, Simd, Work, dispatch};
 
 use super::LightSampling;
-use super::light_resampling::{CANDIDATES, resample};
+use super::light_resampling::{CANDIDATES, resample, resamples};
 use super::path_batch::{Path, PathBatch};
 use super::record::Record;
 use super::shade::MAX_VERTICES;
@@ -179,7 +179,7 @@ impl<R: Record> PathBatch<'_, R> {
                 let path = &self.paths[sample as usize];
                 let receiver = self.scene.receiver_of(block.sides[lane], p, ng, ns, surfaces.direction(lane));
                 let receiver = self.of_vertex(sample, path.vertex + 1, receiver);
-                let receiver = receiver.with_candidates(self.extra_light_candidates(path, &receiver));
+                let receiver = receiver.with_candidates(self.extra_light_samples(path, &receiver));
                 block.receivers[lane] = Some(receiver);
                 block.lights[lane] = NONE;
                 if asks && !self.is_spent(path) {
@@ -207,7 +207,7 @@ impl<R: Record> PathBatch<'_, R> {
         stats: &mut RayStats,
     ) {
         for (block, len) in vertices.used() {
-            let (mut lanes, mut resampled) = (0, 0);
+            let (mut lanes, mut resampled, mut several) = (0, 0, 0);
             (shading.lit, shading.second) = (0, 0);
             shading.resampling_weight = Block32([1.0; LANES]);
             for lane in 0..len {
@@ -230,8 +230,11 @@ impl<R: Record> PathBatch<'_, R> {
                 }
                 match lights.get(block.lights[lane] as usize) {
                     [] => {}
-                    [one] => self.set_light(shading, lane, one.as_ref()),
-                    _ => resampled |= 1 << lane,
+                    _ if block.receivers[lane].as_ref().is_some_and(resamples) => resampled |= 1 << lane,
+                    [first, others @ ..] => {
+                        self.set_light(shading, lane, first.as_ref());
+                        several |= u8::from(!others.is_empty()) << lane;
+                    }
                 }
             }
             if lanes == 0 {
@@ -244,6 +247,7 @@ impl<R: Record> PathBatch<'_, R> {
             for lane in bits(shading.connects & lanes) {
                 self.connect_lane(block, shading, lane);
             }
+            self.connect_to_others(block, shading, lights, several);
             for lane in bits(shading.follows & lanes) {
                 self.follow_lane(block, shading, lane, stats);
             }
@@ -291,6 +295,30 @@ impl<R: Record> PathBatch<'_, R> {
         });
         let second = Reconnection { p, target: origin, ng, bent };
         self.donate(sample, second, number.unwrap_or(NONE)) && number.is_some()
+    }
+
+    /// Queues shadow rays to the second and further light samples of lanes.
+    fn connect_to_others<K: BsdfBlock>(
+        &mut self,
+        block: &VertexBlock<K>,
+        shading: &mut Shading,
+        lights: &LightBatch,
+        lanes: u8,
+    ) {
+        for number in 1..self.settings.light_samples as usize {
+            shading.lit = 0;
+            for lane in bits(lanes) {
+                let light = lights.get(block.lights[lane] as usize).get(number);
+                self.set_light(shading, lane, light.and_then(Option::as_ref));
+            }
+            if shading.lit == 0 {
+                continue;
+            }
+            dispatch(self.scene.instruction_set, shade::Light { block, shading });
+            for lane in bits(shading.connects) {
+                self.connect_lane(block, shading, lane);
+            }
+        }
     }
 
     /// Chooses one of several light candidates for lanes, as `choose_light` does.

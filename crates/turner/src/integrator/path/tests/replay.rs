@@ -150,7 +150,7 @@ fn check(path: &PathRecord, at: &str) {
         }
         // From here on one band stands for all, if it was chosen here.
         let onward = v.dispersed.unwrap_or(v.throughput);
-        if let Some(l) = v.light.as_ref().filter(|l| l.visible.is_some()) {
+        for l in v.lights.iter().filter(|l| l.visible.is_some()) {
             let through = l.transmittance.unwrap_or(Spectrum::WHITE);
             let counts = f64::from(l.counts);
             let expected = l.bsdf * l.radiance * (counts * l.weight * l.cosine / l.pdf) as f32 * through;

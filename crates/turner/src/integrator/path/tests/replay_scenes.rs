@@ -37,7 +37,7 @@ pub(super) fn scenes() -> Vec<(&'static str, SceneDesc, Occurs)> {
             p.escape.as_ref().is_some_and(|e| e.pdf.is_some() && e.lights.iter().any(|l| mixed(l.weight)))
         }),
         ("rough mirrors under several lights", rough_mirrors(), |p| {
-            any(p, |v| v.light.as_ref().is_some_and(|l| l.candidates > 1 && l.counts > 1.0))
+            any(p, |v| v.lights.iter().any(|l| l.candidates > 1 && l.counts > 1.0))
                 && any(p, |v| v.emission.as_ref().is_some_and(|e| e.weight > 0.0 && e.weight < 1.0))
         }),
         ("a mesh with textures", textured_mesh(), |p| {
@@ -50,7 +50,7 @@ pub(super) fn scenes() -> Vec<(&'static str, SceneDesc, Occurs)> {
             any(p, |v| v.chosen.is_some()) && any(p, |v| v.passage == Passage::Hole)
         }),
         ("panes", panes(), |p| {
-            let visible = |v: &VertexRecord| v.light.as_ref().and_then(|l| l.visible);
+            let visible = |v: &VertexRecord| v.lights.first().and_then(|l| l.visible);
             any(p, |v| v.passage == Passage::Pane)
                 && any(p, |v| visible(v).is_some_and(|s| !s.is_black() && s != Spectrum::WHITE))
         }),
@@ -65,7 +65,7 @@ pub(super) fn scenes() -> Vec<(&'static str, SceneDesc, Occurs)> {
             p.end == End::Depth && p.vertices.len() > 3
         }),
         ("a room lit through a window", windowed_room(), |p| {
-            any(p, |v| v.light.as_ref().is_some_and(|l| l.visible.is_some()))
+            any(p, |v| v.lights.iter().any(|l| l.visible.is_some()))
                 && p.escape
                     .as_ref()
                     .is_some_and(|e| e.lights.iter().any(|l| l.weight > 0.0 && l.weight < 1.0))
@@ -75,13 +75,20 @@ pub(super) fn scenes() -> Vec<(&'static str, SceneDesc, Occurs)> {
             p.vertices.len() > 1 && any(p, |v| v.emission.is_some_and(|e| e.weight == 1.0))
         }),
         ("media", media(), |p| {
-            any(p, |v| v.passage == Passage::Medium && v.light.is_some())
+            any(p, |v| v.passage == Passage::Medium && !v.lights.is_empty())
                 && any(p, |v| v.way.as_ref().is_some_and(|w| w.emission.is_some() && w.second.is_some()))
                 && any(p, |v| v.passage == Passage::Interface)
         }),
         ("wax", wax(), |p| {
-            any(p, |v| v.passage == Passage::Exit && v.light.is_some())
+            any(p, |v| v.passage == Passage::Exit && !v.lights.is_empty())
                 && any(p, |v| v.walk.is_some_and(|w| w.steps > 5))
+        }),
+        ("several light samples, in mirrors and in the open", several_light_samples(), |p| {
+            any(p, |v| v.lights.iter().filter(|l| l.visible.is_some()).count() == 3)
+                && p.vertices.iter().position(|v| v.lights.len() == 3).is_some_and(|i| i > 0)
+        }),
+        ("several light samples of plain triangles", several_light_samples_of_triangles(), |p| {
+            p.vertices.len() > 3 && any(p, |v| v.lights.iter().filter(|l| l.visible.is_some()).count() > 3)
         }),
         ("a fisheye", fisheye(), |p| p.end == End::OutsideField),
         ("a lens", lens(), |p| p.vertices.len() > 1),
@@ -285,6 +292,17 @@ fn clamp_and_motion() -> SceneDesc {
 
 fn flat_triangles() -> SceneDesc {
     plain_meshes(floored(with_light(base().lit(studio()))))
+}
+
+/// A mirror on a dull floor under the sky and a lamp.
+fn several_light_samples() -> SceneDesc {
+    let settings = PathDesc { light_samples: Some(3), caustics: Caustics::Off, ..PathDesc::default() };
+    floored(with_light(seen(path(settings)).lit(studio()))).with(ball(0.0), metal(0.0))
+}
+
+fn several_light_samples_of_triangles() -> SceneDesc {
+    let settings = PathDesc { light_samples: Some(5), max_depth: 6, ..PathDesc::default() };
+    plain_meshes(floored(with_light(seen(path(settings)).lit(studio()))))
 }
 
 fn many_lights() -> SceneDesc {

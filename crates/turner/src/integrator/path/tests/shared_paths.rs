@@ -168,7 +168,7 @@ fn found_from(path: &PathRecord, from: usize, part: DonorPart) -> Spectrum {
         DonorPart::Radiance => drop(rest.vertices.drain(..from)),
         DonorPart::Next => drop(rest.vertices.drain(..=from)),
         DonorPart::Direct => {
-            let light = path.vertices[from].light.as_ref().filter(|l| l.visible.is_some());
+            let light = path.vertices[from].lights.first().filter(|l| l.visible.is_some());
             return light.map_or(Spectrum::BLACK, |l| l.contribution);
         }
     }
