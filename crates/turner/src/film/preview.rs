@@ -17,6 +17,8 @@ pub struct Preview {
     columns: u32,
     /// Colour times coverage, and coverage, row by row; `None` for blocks not traced yet.
     blocks: Vec<Option<[f32; 4]>>,
+    /// Whether the integrator had made its choices before.
+    pub(crate) is_chosen: bool,
 }
 
 /// Blocks of one row that are traced together.
@@ -33,7 +35,8 @@ impl Preview {
     /// An empty preview of a region.
     pub(crate) fn new(region: PixelRect) -> Preview {
         let (columns, rows) = (region.width.div_ceil(COARSE), region.height.div_ceil(COARSE));
-        Preview { region, columns, blocks: vec![None; columns as usize * rows as usize] }
+        let blocks = vec![None; columns as usize * rows as usize];
+        Preview { region, columns, blocks, is_chosen: false }
     }
 
     /// All blocks, in the order in which they are traced.

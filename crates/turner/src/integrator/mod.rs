@@ -15,10 +15,9 @@
 //! ```
 //!
 //! [`Preparer`](crate::prepare::Preparer) calls `prepare`. [`Renderer`](crate::Renderer) calls `choose` when the
-//! first pass begins, makes a tracer in each worker, and calls `radiance` for the samples of one tile at a time.
-//! It adds the results to the film. An integrator that traces light paths also hands out [`LightTracer`]s, one
-//! per worker; their contributions are splatted. With photons, the light paths of a sample index come first, then
-//! the camera samples with that index.
+//! first pass begins, makes a tracer in each worker, and calls `radiance` for the samples of one tile at a time. It adds the
+//! results to the film. An integrator that traces light paths also hands out [`LightTracer`]s, one per worker; their
+//! contributions are splatted. With photons, the light paths of a sample index come first, then its camera samples.
 //!
 //! [`IntegratorDesc`] lists the built-in integrators by their names in scene files; each has a file or folder of
 //! its own.
@@ -283,13 +282,18 @@ pub trait PreparedIntegrator: std::any::Any + Send + Sync {
         None
     }
 
-    /// Decides, by tracing some rays, what is efficient in this scene and view: whether pixels share paths, and
-    /// how many light paths are traced. It is called before the first sample is traced. The choice is
-    /// deterministic; it does not depend on the number of threads (0: all available). Later calls return at once.
+    /// Decides, by tracing some rays, what is efficient in this scene and view: whether pixels share paths, how many light
+    /// paths are traced, how many lights are sampled. It is called before the first sample is traced. The choice does not
+    /// depend on the number of threads (0: all available). Later calls return at once.
     fn choose(&self, _: &Scene, _: &View, _threads: usize) {}
 
     /// Whether all choices have been made.
     fn has_chosen(&self) -> bool {
+        true
+    }
+
+    /// Whether samples are those of before the choices.
+    fn keeps_samples(&self) -> bool {
         true
     }
 
@@ -397,8 +401,7 @@ impl Prepared {
         Ok(Prepared { integrator, view, ..self.clone() })
     }
 
-    /// Lets the integrator make its choices on this number of threads (0: all available) if it has not: see
-    /// [`PreparedIntegrator::choose`].
+    /// Lets the integrator make its choices if it has not: [`PreparedIntegrator::choose`].
     pub fn choose(&self, threads: usize) {
         self.integrator.choose(&self.scene, &self.view, threads);
     }

@@ -20,7 +20,8 @@ impl Renderer {
     /// come first, so that a preview that is cancelled is coarser, but whole: after a 64th of its samples. Returns
     /// whether the preview is complete; what is traced is shown in any case.
     pub fn preview_pass(&mut self, options: &PassOptions<'_>) -> Result<bool, SceneError> {
-        let empty = Preview::new(self.film.region);
+        let mut empty = Preview::new(self.film.region);
+        empty.is_chosen = self.prepared.integrator.has_chosen();
         let rows = empty.rows();
         let preview = Mutex::new(empty.clone());
         let rays = Mutex::new(RayStats::default());

@@ -173,10 +173,6 @@ impl Renderer {
         if own.light_paths == light_paths && own.cluster == cluster {
             return Ok(true);
         }
-        if light_paths > 0 || cluster > 1 {
-            // The preview's samples differ from those of this choice.
-            self.film.set_preview(None);
-        }
         self.film.take_light(light_paths)?;
         self.film.note_cluster(cluster);
         Ok(true)
@@ -205,7 +201,9 @@ impl Renderer {
             if let Some(photons) = &photons {
                 buffers.find_photons(photons.clone());
             }
-            buffers.reuse_preview(preview.as_ref());
+            // What was traced before the choices is shown, but may differ from the samples.
+            let keeps_samples = p.integrator.keeps_samples();
+            buffers.reuse_preview(preview.as_ref().filter(|preview| preview.is_chosen || keeps_samples));
             let mut light_buffers = LightBuffers::new(p);
             let stop = tasks.stop();
             while let Some(task) = tasks.next() {

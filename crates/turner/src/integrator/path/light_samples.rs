@@ -2,17 +2,17 @@
 //!
 //! The camera ray and the hit cost more than a further light sample with its shadow ray. Where most of the noise comes from
 //! the choice of the point on a light, as under an environment map or large lamps, several light samples have less noise for
-//! the time. With n of them, noise and time are
+//! the time (splitting: Arvo and Kirk 1990, "Particle Transport and Image Synthesis"). With n of them, noise and time are
 //!
 //! ```text
 //!  noise(n) = stays + falls / n            time(n) = 1 + c·(n - 1)
 //! ```
 //!
 //! A pilot run measures the noise for n = 1 and n = [`MEASURED`], which tells `stays` and `falls`, and counts the shadow rays,
-//! which tell c. The n of the least noise(n)·time(n) is taken (splitting: Arvo and Kirk 1990, "Particle Transport and Image
-//! Synthesis").
+//! which tell c. The n of the least noise(n)·time(n) is taken. Where paths are shared, less noise stays.
 
 use super::pilot_run::{OFFSETS, PilotRun};
+use super::shared_paths::Sharing;
 use super::{Context, LightSampling};
 use crate::integrator::probing::is_cheap;
 
@@ -26,17 +26,21 @@ const MEASURED: u32 = 4;
 /// lights are sampled in vain.
 const LIGHT_SAMPLE_COST: f64 = 0.75;
 
-/// Maximum cost for the same noise, relative to one light sample.
-const MAX_COST: f64 = 0.97;
+/// The smallest number is taken whose cost is at most this multiple of the least: the noise of lights falls faster with the
+/// number of samples per pixel than other noise.
+const SMALLEST: f64 = 1.05;
 
-/// Costs that are in doubt: more pixels are traced.
-const DOUBT: std::ops::Range<f64> = 0.85..1.1;
+/// Costs of several light samples, relative to one, that are in doubt: more pixels are traced.
+const DOUBT: std::ops::Range<f64> = 0.85..1.03;
 
-/// Pixels of a cluster, where paths are not shared.
+/// Noise of [`MEASURED`] light samples relative to one that says that it comes from elsewhere.
+const UNCHANGED: f64 = 0.98;
+
+/// Pixels of a cluster.
 const PIXELS: u32 = 4;
 
 /// The number of light samples: as asked, or what has the least noise for the time.
-pub(super) fn decide(context: Context<'_>, asked: Option<u32>) -> u32 {
+pub(super) fn decide(context: Context<'_>, sharing: Sharing, asked: Option<u32>) -> u32 {
     let Context { scene, view, settings, strategy, .. } = context;
     if let Some(asked) = asked {
         return asked;
@@ -46,19 +50,18 @@ pub(super) fn decide(context: Context<'_>, asked: Option<u32>) -> u32 {
         && strategy.is_none()
         && !scene.emitters.is_empty();
     // Scenes with expensive rays are not probed.
-    if is_sampled && is_cheap(scene, view) { cheapest(context) } else { 1 }
+    if is_sampled && is_cheap(scene, view) { cheapest(context, sharing) } else { 1 }
 }
 
-/// The number of light samples with the least cost for the same noise.
-fn cheapest(context: Context<'_>) -> u32 {
+/// The number of light samples with the least cost for the same noise, or a smaller one that costs little more.
+fn cheapest(context: Context<'_>, sharing: Sharing) -> u32 {
     let modes = [1, MEASURED].map(|light_samples| {
         let mut context = context;
         context.settings.light_samples = light_samples;
         context
     });
-    let size = if context.cluster > 1 { context.cluster } else { PIXELS };
-    let mut run = PilotRun::new(&modes, size);
-    let mut least = (1.0, 1);
+    let mut run = PilotRun::new(&modes, PIXELS);
+    let mut number = 1;
     for offset in OFFSETS {
         run.trace(offset);
         let noises = run.noises();
@@ -67,22 +70,32 @@ fn cheapest(context: Context<'_>) -> u32 {
             return 1;
         }
         let further = (run.rays(1) / run.rays(0) - 1.0) / f64::from(MEASURED - 1);
-        let costs = NUMBERS.map(|number| (cost(noises[1] / noises[0], further, number), number));
-        least = costs.into_iter().min_by(|a, b| a.0.total_cmp(&b.0)).unwrap_or(least);
-        if !DOUBT.contains(&least.0) {
+        let costs = costs(noises[1] / noises[0], further, sharing);
+        number = smallest(&costs);
+        let several = costs.iter().skip(1).map(|cost| cost.0 / costs[0].0).fold(f64::INFINITY, f64::min);
+        if !DOUBT.contains(&several) || noises[1] > UNCHANGED * noises[0] {
             break;
         }
     }
-    if least.0 < MAX_COST { least.1 } else { 1 }
+    number
 }
 
-/// Cost for the same noise of `number` light samples, relative to one. `noise` is that of [`MEASURED`] ones, relative to one;
-/// `further` is the number of rays of a further light sample, relative to all rays of a path.
-fn cost(noise: f64, further: f64, number: u32) -> f64 {
-    let (n, measured) = (f64::from(number), f64::from(MEASURED));
-    let falls = ((1.0 - noise) * measured / (measured - 1.0)).clamp(0.0, 1.0);
-    let stays = (noise - falls / measured).max(0.0);
-    (stays + falls / n) * (1.0 + LIGHT_SAMPLE_COST * further * (n - 1.0))
+/// Costs for the same noise, and numbers of light samples. `noise` is that of [`MEASURED`] ones relative to one; `further` is
+/// the number of rays of a further light sample, relative to all rays of a path; both without shared paths.
+fn costs(noise: f64, further: f64, sharing: Sharing) -> [(f64, u32); NUMBERS.len()] {
+    let measured = f64::from(MEASURED);
+    let falls = ((1.0 - noise) * measured / (measured - 1.0)).clamp(0.0, sharing.noise);
+    let stays = sharing.noise - falls;
+    NUMBERS.map(|number| {
+        let n = f64::from(number);
+        ((stays + falls / n) * (sharing.time + LIGHT_SAMPLE_COST * further * (n - 1.0)), number)
+    })
+}
+
+/// The smallest number whose cost is near the least.
+fn smallest(costs: &[(f64, u32)]) -> u32 {
+    let least = costs.iter().map(|cost| cost.0).fold(f64::INFINITY, f64::min);
+    costs.iter().find(|cost| cost.0 <= SMALLEST * least).map_or(1, |cost| cost.1)
 }
 
 #[cfg(test)]
@@ -90,21 +103,27 @@ mod tests {
     use super::*;
 
     fn best(noise: f64, further: f64) -> u32 {
-        let costs = NUMBERS.map(|number| (cost(noise, further, number), number));
-        costs.into_iter().min_by(|a, b| a.0.total_cmp(&b.0)).unwrap().1
+        smallest(&costs(noise, further, Sharing::NONE))
     }
 
     #[test]
     fn the_number_follows_noise_and_rays() {
-        // All noise falls: as many as there are, if they cost little.
-        assert!((cost(0.25, 0.0, 8) - 0.125).abs() < 1e-12);
-        assert_eq!(best(0.25, 0.01), 8);
-        // sqrt(falls / stays / cost of one) = 3.9
-        assert_eq!(best(0.35, 0.1), 4);
-        assert_eq!(best(0.7, 0.25), 2);
-        assert_eq!(best(0.97, 0.3), 1);
+        // All noise falls: as many as there are, if they cost nothing.
+        assert_eq!(best(0.25, 0.0), 8);
+        // Half as many as sqrt(falls / stays / cost of one) = 6 cost little more.
+        assert_eq!(best(0.35, 0.22), 4);
+        assert_eq!(best(0.6, 0.2), 2);
+        assert_eq!(best(0.9, 0.2), 1);
         // More noise than with one: never.
         assert_eq!(best(1.3, 0.2), 1);
-        assert!((cost(0.5, 0.3, 1) - 1.0).abs() < 1e-12);
+        let costs = costs(0.25, 0.2, Sharing::NONE);
+        assert!((costs[0].0 - 1.0).abs() < 1e-12 && (costs[1].0 - 0.5 * 1.15).abs() < 1e-12);
+    }
+
+    #[test]
+    fn shared_paths_leave_the_noise_of_lights() {
+        let sharing = Sharing { size: 16, noise: 0.5, time: 1.6 };
+        assert_eq!(best(0.7, 0.25), 2);
+        assert_eq!(smallest(&costs(0.7, 0.25, sharing)), 4);
     }
 }

@@ -66,6 +66,7 @@ use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 
 use learn_environment::Learned;
 use settings::Settings;
+use shared_paths::Sharing;
 
 use crate::integrator::{Capabilities, Integrator, LightTracer, PreparedIntegrator, Tracer};
 use crate::light::AdaptiveEnvironment;
@@ -322,7 +323,7 @@ impl PreparedIntegrator for PathIntegrator {
             let plain =
                 Context { scene, view, settings, strategy: None, cluster: 1, adaptive: None, threads };
             let Some(desc) = &self.desc else {
-                let light_samples = light_samples::decide(plain, self.light_samples);
+                let light_samples = light_samples::decide(plain, Sharing::NONE, self.light_samples);
                 return Choice { light_samples, ..Choice::plain(&settings) };
             };
             let (adaptive, bsdf_alone) = match learn_environment::learn(plain) {
@@ -337,15 +338,22 @@ impl PreparedIntegrator for PathIntegrator {
                 context.settings.light_sampling = LightSampling::Bsdf;
             }
             let strategy = CausticsStrategy::new(context, &desc);
-            let (strategy, cluster) = shared_paths::decide(context, &desc, strategy);
-            let chosen = Context { strategy: strategy.as_ref(), cluster, ..context };
-            let light_samples = light_samples::decide(chosen, self.light_samples);
-            Choice { strategy, cluster, adaptive, bsdf_alone, light_samples }
+            let (strategy, sharing) = shared_paths::decide(context, &desc, strategy);
+            let context = Context { strategy: strategy.as_ref(), ..context };
+            let light_samples = light_samples::decide(context, sharing, self.light_samples);
+            Choice { strategy, cluster: sharing.size, adaptive, bsdf_alone, light_samples }
         });
     }
 
     fn has_chosen(&self) -> bool {
         self.choice.get().is_some()
+    }
+
+    fn keeps_samples(&self) -> bool {
+        let Some(choice) = self.choice.get() else { return true };
+        let Choice { strategy, cluster, adaptive, bsdf_alone, light_samples } = choice;
+        let is_plain = strategy.is_none() && *cluster == 1 && adaptive.is_none() && !bsdf_alone;
+        is_plain && *light_samples == self.settings.light_samples
     }
 
     fn cluster(&self) -> u32 {

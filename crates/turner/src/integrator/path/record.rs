@@ -447,12 +447,22 @@ impl PathRecord {
         let shared = self.shared.as_ref().and_then(|s| Some((s.from?, s.until.unwrap_or(usize::MAX))));
         let (from, until) = shared.unwrap_or((end, end));
         let donated = until > end;
-        let own = self.vertices.iter().enumerate().filter(move |(i, _)| !(from..until).contains(i));
-        let vertices = own.flat_map(move |(_, v)| {
-            let emission = v.emission.map(|e| e.contribution);
-            let photons = v.photons.map(|p| p.contribution);
-            let lights = v.lights.iter().map(|light| sampled(Some(light)));
-            [emitted(&v.way), emission, photons, second(&v.way)].into_iter().chain(lights).flatten()
+        // The exit of a random walk belongs to the round of its entry.
+        let mut next = 0;
+        let vertices = self.vertices.chunk_by(|_, next| next.walk.is_some()).flat_map(move |round| {
+            let first = next;
+            next += round.len();
+            let is_own = move |i: &usize| !(from..until).contains(&(first + i));
+            let own = move || round.iter().enumerate().filter(move |(i, _)| is_own(i)).map(|(_, v)| v);
+            let found = own().flat_map(move |v| {
+                let emission = v.emission.map(|e| e.contribution);
+                [emitted(&v.way), emission, v.photons.map(|p| p.contribution)].into_iter().flatten()
+            });
+            let lit = own().flat_map(move |v| {
+                let lights = v.lights.iter().map(|light| sampled(Some(light)));
+                std::iter::once(second(&v.way)).chain(lights).flatten()
+            });
+            found.chain(lit)
         });
         let escape =
             self.escape.iter().filter(move |_| !donated).flat_map(move |e| {

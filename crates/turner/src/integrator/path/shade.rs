@@ -323,18 +323,14 @@ impl<R: Record> PathBatch<'_, R> {
         }
     }
 
-    /// Queues shadow rays to the sampled lights, or to one of several candidates.
+    /// Queues shadow rays to the sampled lights, or to one candidate.
     fn connect(&mut self, sample: u32, v: &Vertex<'_>, material: &OpenPbr, lit: &[Option<LightSample>]) {
-        let path = &self.paths[sample as usize];
-        if path.resamples {
-            let (taken, resampling_weight) = self.choose_light(path, v, lit);
-            if let Some(Some(lit)) = lit.get(taken) {
-                self.connect_to(sample, v, material, lit, resampling_weight);
-            }
-            return;
+        if !self.paths[sample as usize].resamples {
+            return lit.iter().flatten().for_each(|lit| self.connect_to(sample, v, material, lit, 1.0));
         }
-        for lit in lit.iter().flatten() {
-            self.connect_to(sample, v, material, lit, 1.0);
+        let (taken, resampling_weight) = self.choose_light(&self.paths[sample as usize], v, lit);
+        if let Some(Some(lit)) = lit.get(taken) {
+            self.connect_to(sample, v, material, lit, resampling_weight);
         }
     }
 

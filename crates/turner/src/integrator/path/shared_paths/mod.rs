@@ -51,7 +51,7 @@ use crate::scene::{RayBatch, Scene, SpectrumBlock};
 use crate::view::View;
 
 pub(super) use directional::{SecondLight, SecondNext};
-pub(super) use probe::decide;
+pub(super) use probe::{Sharing, decide};
 pub(super) use vertices::{FirstVertex, Reconnection};
 
 /// Maximum number of samples that share paths: a cluster.

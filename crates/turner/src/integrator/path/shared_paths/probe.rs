@@ -20,37 +20,58 @@ const MAX_COST: f64 = 0.97;
 /// Costs that are in doubt: more clusters are traced.
 const DOUBT: std::ops::Range<f64> = 0.85..1.15;
 
+/// Paths that are shared, or not.
+#[derive(Clone, Copy, Debug)]
+pub(in crate::integrator::path) struct Sharing {
+    /// Number of pixels that share paths; 1 if they do not.
+    pub(in crate::integrator::path) size: u32,
+    /// Noise and time, relative to separate paths.
+    pub(in crate::integrator::path) noise: f64,
+    pub(in crate::integrator::path) time: f64,
+}
+
+impl Sharing {
+    /// Separate paths.
+    pub(in crate::integrator::path) const NONE: Sharing = Sharing { size: 1, noise: 1.0, time: 1.0 };
+
+    /// Cost for the same noise, relative to separate paths.
+    fn cost(&self) -> f64 {
+        self.noise * self.time
+    }
+}
+
 /// Decides whether paths are shared, and among how many pixels. If that gains more than optional light paths, it replaces
-/// them. Returns the remaining light paths, and the number of pixels that share paths; 1 if they do not.
+/// them. Returns the remaining light paths, and how paths are shared.
 pub(in crate::integrator::path) fn decide(
     context: Context<'_>,
     desc: &PathDesc,
     strategy: Option<CausticsStrategy>,
-) -> (Option<CausticsStrategy>, u32) {
+) -> (Option<CausticsStrategy>, Sharing) {
     let Context { scene, view, settings, .. } = context;
     if !settings.shared_paths {
-        return (strategy, 1);
+        return (strategy, Sharing::NONE);
     }
     let is_possible = SharedPaths::is_possible(scene, view);
     if desc.shared_paths == SharedPathsMode::Always {
         let shares_paths = is_possible && strategy.is_none();
-        return (strategy, if shares_paths { CLUSTER as u32 } else { 1 });
+        return (strategy, Sharing { size: if shares_paths { CLUSTER as u32 } else { 1 }, ..Sharing::NONE });
     }
     let least = strategy.as_ref().map_or(Some(MAX_COST), |strategy| strategy.gain);
     // Scenes with expensive rays are not probed.
-    let Some(least) = least.filter(|_| is_possible && is_cheap(scene, view)) else { return (strategy, 1) };
+    let Some(least) = least.filter(|_| is_possible && is_cheap(scene, view)) else {
+        return (strategy, Sharing::NONE);
+    };
     match cheapest(context) {
-        (cost, size) if cost < least.min(MAX_COST) => (None, size),
-        _ => (strategy, 1),
+        Some(sharing) if sharing.cost() < least.min(MAX_COST) => (None, sharing),
+        _ => (strategy, Sharing::NONE),
     }
 }
 
-/// The number of pixels that share paths at the least cost for the same noise, and that cost relative to separate paths;
-/// it is infinite where there is no noise.
-fn cheapest(context: Context<'_>) -> (f64, u32) {
+/// Shared paths of the least cost for the same noise; `None` where there is no noise.
+fn cheapest(context: Context<'_>) -> Option<Sharing> {
     let modes = [1, CLUSTER as u32].map(|cluster| Context { cluster, ..context });
     let mut run = PilotRun::new(&modes, CLUSTER as u32);
-    let mut least = (f64::INFINITY, 1);
+    let mut least = None;
     for offset in OFFSETS {
         run.trace(offset);
         let [separate, shared] = [0, 1].map(|mode| run.rays(mode));
@@ -58,25 +79,25 @@ fn cheapest(context: Context<'_>) -> (f64, u32) {
         let noises = run.noises();
         let (separate, shared) = (noises[0], noises[1]);
         if separate > 0.0 && joined > 0.0 {
-            let cost = |size| (cost(shared / separate, joined, size), size);
-            least = SIZES.map(cost).into_iter().min_by(|a, b| a.0.total_cmp(&b.0)).unwrap_or(least);
+            let sharing = SIZES.map(|size| sharing(shared / separate, joined, size));
+            least = sharing.into_iter().min_by(|a, b| a.cost().total_cmp(&b.cost()));
         }
-        if !DOUBT.contains(&least.0) {
+        if least.is_none_or(|least| !DOUBT.contains(&least.cost())) {
             break;
         }
     }
     least
 }
 
-/// Cost for the same noise of clusters of `size` pixels, relative to separate paths. `noise` and `joined` are those of the
-/// largest clusters, relative to separate paths: the noise, and the number of rays that join paths.
-fn cost(noise: f64, joined: f64, size: u32) -> f64 {
+/// Clusters of `size` pixels. `noise` and `joined` are those of the largest clusters, relative to separate paths: the noise,
+/// and the number of rays that join paths.
+fn sharing(noise: f64, joined: f64, size: u32) -> Sharing {
     let (n, most) = (f64::from(size), CLUSTER as f64);
     // The part of the noise that is shared falls to 1/n.
     let falls = ((1.0 - noise) * most / (most - 1.0)).clamp(0.0, 1.0);
     let stays = (noise - falls / most).max(0.0);
     let time = 1.0 + SHARING_COST + SHADOW_RAY_COST * joined * (n - 1.0) / (most - 1.0);
-    (stays + falls / n) * time
+    Sharing { size, noise: stays + falls / n, time }
 }
 
 #[cfg(test)]
@@ -84,7 +105,7 @@ mod tests {
     use super::*;
 
     fn cheapest_size(noise: f64, joined: f64) -> (f64, u32) {
-        let all = SIZES.map(|size| (cost(noise, joined, size), size));
+        let all = SIZES.map(|size| (sharing(noise, joined, size).cost(), size));
         all.into_iter().min_by(|a, b| a.0.total_cmp(&b.0)).unwrap()
     }
 
@@ -93,7 +114,7 @@ mod tests {
         // All noise falls: to a quarter, an eighth, a sixteenth.
         for size in SIZES {
             let expected = (1.0 + SHARING_COST) / f64::from(size);
-            assert!((cost(1.0 / 16.0, 0.0, size) - expected).abs() < 1e-12, "{size}");
+            assert!((sharing(1.0 / 16.0, 0.0, size).cost() - expected).abs() < 1e-12, "{size}");
         }
         assert_eq!(cheapest_size(0.1, 1.5).1, 16);
         assert_eq!(cheapest_size(0.4, 1.3).1, 8);

@@ -11,6 +11,7 @@ mod estimators;
 mod glass;
 mod hair;
 mod hidden_from_camera;
+mod light_samples;
 mod panes;
 mod replay;
 mod replay_scenes;

@@ -296,12 +296,13 @@ fn flat_triangles() -> SceneDesc {
 
 /// A mirror on a dull floor under the sky and a lamp.
 fn several_light_samples() -> SceneDesc {
-    let settings = PathDesc { light_samples: Some(3), caustics: Caustics::Off, ..PathDesc::default() };
+    let settings =
+        PathDesc { light_samples: Some(3), rr_start: 1, caustics: Caustics::Off, ..PathDesc::default() };
     floored(with_light(seen(path(settings)).lit(studio()))).with(ball(0.0), metal(0.0))
 }
 
 fn several_light_samples_of_triangles() -> SceneDesc {
-    let settings = PathDesc { light_samples: Some(5), max_depth: 6, ..PathDesc::default() };
+    let settings = PathDesc { light_samples: Some(5), rr_start: 1, ..PathDesc::default() };
     plain_meshes(floored(with_light(seen(path(settings)).lit(studio()))))
 }
 
