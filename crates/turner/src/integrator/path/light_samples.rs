@@ -42,8 +42,8 @@ const PIXELS: u32 = 4;
 /// The number of light samples: as asked, or what has the least noise for the time.
 pub(super) fn decide(context: Context<'_>, sharing: Sharing, asked: Option<u32>) -> u32 {
     let Context { scene, view, settings, strategy, .. } = context;
-    if let Some(asked) = asked {
-        return asked;
+    if asked.is_some() {
+        return settings.light_samples;
     }
     let is_sampled = settings.light_sampling != LightSampling::Bsdf
         && settings.max_depth > 0

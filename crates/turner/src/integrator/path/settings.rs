@@ -3,6 +3,9 @@
 use super::{DirectDesc, LightSampling, PathDesc, SharedPathsMode};
 use crate::bsdf::Lobe;
 
+/// More lights are not sampled at a surface.
+const MAX_LIGHT_SAMPLES: u32 = 256;
+
 /// Limits and switches.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Settings {
@@ -49,7 +52,7 @@ impl Settings {
             hide_emitters: d.hide_emitters,
             clamp_indirect: (d.clamp_indirect > 0.0).then_some(d.clamp_indirect as f32),
             light_sampling: d.light_sampling,
-            light_samples: d.light_samples.unwrap_or(1),
+            light_samples: d.light_samples.unwrap_or(1).clamp(1, MAX_LIGHT_SAMPLES),
             // Shared paths need the same treatment of all members up to the second vertex: no clamp and no Russian
             // roulette.
             shared_paths: d.shared_paths != SharedPathsMode::Off

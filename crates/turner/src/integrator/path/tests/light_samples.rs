@@ -82,6 +82,8 @@ fn several_are_chosen_where_they_pay() {
     // As asked.
     assert_eq!(chosen(&under_lamp(Some(1))), 1);
     assert_eq!(chosen(&under_lamp(Some(7))), 7);
+    // As few and as many as are possible.
+    assert_eq!([0, u32::MAX].map(|number| chosen(&under_lamp(Some(number)))), [1, 256]);
     // A point light has no points to choose from, and without lights there is nothing to sample.
     assert_eq!(chosen(&balls(settings(None)).lit(lamp(v(0.0, 3.0, 2.0), 9.0))), 1);
     assert_eq!(chosen(&balls(settings(None))), 1);
