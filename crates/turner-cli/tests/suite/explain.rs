@@ -103,8 +103,11 @@ fn the_parts_sum_to_the_pixel_of_the_picture() {
         let all = explain(&f, "g.toml", &format!("{x},{y}"), &alone);
         let path = &all["explained"][0];
         let vertices = path["vertices"].as_array().unwrap();
-        let parts = vertices.iter().flat_map(|v| [&v["emission"], &v["light"]]).chain([&path["escape"]]);
-        let sum = sum(parts.filter(|p| p.is_object()).map(|p| &p["contribution"]));
+        let of_vertex =
+            |v: &Value| [vec![v["emission"].clone()], v["lights"].as_array().unwrap().clone()].concat();
+        let parts = vertices.iter().flat_map(of_vertex).chain([path["escape"].clone()]);
+        let parts: Vec<Value> = parts.filter(|p| p.is_object()).collect();
+        let sum = sum(parts.iter().map(|p| &p["contribution"]));
         assert_eq!(sum.map(f32::to_bits), color(&path["rendered"]).map(f32::to_bits), "{x},{y}: {path}");
         assert_eq!((sum, sum), (color(&path["sum"]), color(&all["color"])));
         assert_eq!(sum, picture[(y * width + x) as usize], "{x},{y}");
