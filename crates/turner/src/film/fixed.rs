@@ -23,7 +23,7 @@ pub(super) const ONE: f64 = 4_294_967_296.0;
 /// 1.5 · 2^52.
 const SHIFT: f64 = 6_755_399_441_055_744.0;
 
-/// Values below this have fewer than 51 bits in units of a colour, so that [`whole`] rounds them.
+/// Smaller values, as multiples of the unit of a colour, need fewer than 51 bits: [`whole`] rounds them to integers.
 const SMALL: f32 = 128.0;
 
 /// Values from [`SMALL`] to this have no digits below the last place of a colour.

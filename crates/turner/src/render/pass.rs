@@ -201,7 +201,7 @@ impl Renderer {
             if let Some(photons) = &photons {
                 buffers.find_photons(photons.clone());
             }
-            // What was traced before the choices is shown, but may differ from the samples.
+            // Preview samples from before the integrator's choices are shown, but are not samples of the picture.
             let keeps_samples = p.integrator.keeps_samples();
             buffers.reuse_preview(preview.as_ref().filter(|preview| preview.is_chosen || keeps_samples));
             let mut light_buffers = LightBuffers::new(p);

@@ -15,8 +15,8 @@
 //! BSDF-sampled rays uses the density M·p. Used only at the first surface that is not specular, where the camera rays that
 //! lead there cost more than candidates.
 //!
-//! Where no lobe is glossy, [`light_samples`](super::light_samples) lights are sampled there instead, each with a shadow ray
-//! of its own: the sum w_1 + … + w_M itself.
+//! At surfaces that are not glossy there is no resampling. Each of the M light samples gets a shadow ray, and their
+//! contributions are added: w_1 + … + w_M. [`light_samples`](super::light_samples) chooses M.
 
 use super::LightSampling;
 use super::path_batch::{Path, PathBatch};

@@ -1,8 +1,8 @@
 //! How many lights are sampled at the first surface of a path that is not specular.
 //!
 //! The camera ray and the hit cost more than a further light sample with its shadow ray. Where most of the noise comes from
-//! the choice of the point on a light, as under an environment map or large lamps, several light samples have less noise for
-//! the time (splitting: Arvo and Kirk 1990, "Particle Transport and Image Synthesis"). With n of them, noise and time are
+//! the choice of the point on a light, as under an environment map or a large area light, several light samples have less noise
+//! for the time (splitting: Arvo and Kirk 1990, "Particle Transport and Image Synthesis"). With n of them, noise and time are
 //!
 //! ```text
 //!  noise(n) = stays + falls / n            time(n) = 1 + c·(n - 1)
@@ -26,20 +26,22 @@ const MEASURED: u32 = 4;
 /// lights are sampled in vain.
 const LIGHT_SAMPLE_COST: f64 = 0.75;
 
-/// The smallest number is taken whose cost is at most this multiple of the least: the noise of lights falls faster with the
-/// number of samples per pixel than other noise.
+/// Of all numbers whose cost is at most this multiple of the least, the smallest is chosen. The noise of direct light falls
+/// faster with the number of samples per pixel than other noise, so the pilot run overestimates it a little.
 const SMALLEST: f64 = 1.05;
 
-/// Costs of several light samples, relative to one, that are in doubt: more pixels are traced.
+/// The least cost of several light samples relative to one. In this range the choice is uncertain, so the pilot run traces
+/// more pixels.
 const DOUBT: std::ops::Range<f64> = 0.85..1.03;
 
-/// Noise of [`MEASURED`] light samples relative to one that says that it comes from elsewhere.
+/// Noise with [`MEASURED`] light samples relative to the noise with one. Above this ratio, light samples do not cause the
+/// noise.
 const UNCHANGED: f64 = 0.98;
 
 /// Pixels of a cluster.
 const PIXELS: u32 = 4;
 
-/// The number of light samples: as asked, or what has the least noise for the time.
+/// The number of light samples: that of the description, or the number with the least noise for the time.
 pub(super) fn decide(context: Context<'_>, sharing: Sharing, asked: Option<u32>) -> u32 {
     let Context { scene, view, settings, strategy, .. } = context;
     if asked.is_some() {
@@ -53,7 +55,7 @@ pub(super) fn decide(context: Context<'_>, sharing: Sharing, asked: Option<u32>)
     if is_sampled && is_cheap(scene, view) { cheapest(context, sharing) } else { 1 }
 }
 
-/// The number of light samples with the least cost for the same noise, or a smaller one that costs little more.
+/// The number of light samples with the least noise times time; a smaller number if its cost is nearly the same.
 fn cheapest(context: Context<'_>, sharing: Sharing) -> u32 {
     let modes = [1, MEASURED].map(|light_samples| {
         let mut context = context;
@@ -65,7 +67,7 @@ fn cheapest(context: Context<'_>, sharing: Sharing) -> u32 {
     for offset in OFFSETS {
         run.trace(offset);
         let noises = run.noises();
-        // Without noise, or without further light samples, one is enough.
+        // The picture has no noise, or no light is sampled.
         if noises[0] <= 0.0 || run.rays(1) <= run.rays(0) {
             return 1;
         }
@@ -80,8 +82,9 @@ fn cheapest(context: Context<'_>, sharing: Sharing) -> u32 {
     number
 }
 
-/// Costs for the same noise, and numbers of light samples. `noise` is that of [`MEASURED`] ones relative to one; `further` is
-/// the number of rays of a further light sample, relative to all rays of a path; both without shared paths.
+/// Cost (noise times time, relative to one light sample and separate paths) of each number of light samples. `noise` is the
+/// noise with [`MEASURED`] light samples relative to the noise with one. `further` is the number of shadow rays that one more
+/// light sample adds, relative to all rays of a path. Both are measured without shared paths.
 fn costs(noise: f64, further: f64, sharing: Sharing) -> [(f64, u32); NUMBERS.len()] {
     let measured = f64::from(MEASURED);
     let falls = ((1.0 - noise) * measured / (measured - 1.0)).clamp(0.0, sharing.noise);
@@ -108,13 +111,13 @@ mod tests {
 
     #[test]
     fn the_number_follows_noise_and_rays() {
-        // All noise falls: as many as there are, if they cost nothing.
+        // Shadow rays that cost nothing, and noise from light samples alone: the largest number.
         assert_eq!(best(0.25, 0.0), 8);
-        // Half as many as sqrt(falls / stays / cost of one) = 6 cost little more.
+        // The optimum, sqrt(falls / stays / c), is 6; the cost of 4 is within 5 % of it.
         assert_eq!(best(0.35, 0.22), 4);
         assert_eq!(best(0.6, 0.2), 2);
         assert_eq!(best(0.9, 0.2), 1);
-        // More noise than with one: never.
+        // More light samples have more noise: one.
         assert_eq!(best(1.3, 0.2), 1);
         let costs = costs(0.25, 0.2, Sharing::NONE);
         assert!((costs[0].0 - 1.0).abs() < 1e-12 && (costs[1].0 - 0.5 * 1.15).abs() < 1e-12);

@@ -43,14 +43,14 @@ struct Found {
     rays: f64,
 }
 
-/// One sample of each pixel of some clusters: luminances, and the number of rays.
+/// The result of tracing one sample of each pixel in some clusters: their luminances, and the number of rays.
 struct Traced {
     clusters: Vec<Vec<f64>>,
     rays: u64,
 }
 
 impl<'a> PilotRun<'a> {
-    /// A run that has not traced anything. `size` is the number of pixels of a cluster: at least that of pixels that share
+    /// A pilot run before its first ray. `size` is the number of pixels in a cluster: at least the number of pixels that share
     /// paths.
     pub(super) fn new(modes: &'a [Context<'a>], size: u32) -> PilotRun<'a> {
         PilotRun { modes, size, found: vec![Found::default(); modes.len()] }
@@ -88,7 +88,7 @@ impl<'a> PilotRun<'a> {
         let Some(Context { view, threads, .. }) = self.modes.first().copied() else { return };
         let corners = corners(view, offset);
         let parts: Vec<&[[u32; 2]]> = corners.chunks(TOGETHER).collect();
-        // Of a batch all samples have one index, because the place of a pixel tells its cluster.
+        // All samples of a batch have the same index: within one index, a pixel belongs to one cluster.
         let of_mode = parts.len() * (SEEDS.len() * SAMPLES as usize);
         let worker = || self.modes.iter().map(|&mode| PathBatch::new(mode, Off)).collect::<Vec<_>>();
         let traced = tasks::map(self.modes.len() * of_mode, threads, worker, |batches, i| {
