@@ -55,6 +55,7 @@ pub use profile::ProfileUnits;
 pub use sky::SkyDesc;
 pub use slide::SlideUnits;
 pub use spot::{Spot, SpotDesc};
+pub(crate) use tree::BY_COSINE;
 pub(crate) use tree::ChosenLight;
 pub use tree::{LightTree, NO_CELL, Receiver};
 

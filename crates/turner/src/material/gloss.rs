@@ -68,6 +68,12 @@ impl Gloss {
         if one_lobe { found().unwrap_or_default() } else { Gloss::default() }
     }
 
+    /// Whether the lobe leaves nothing to the diffuse base, as that of metal.
+    #[inline]
+    pub(crate) fn hides_base(&self) -> bool {
+        self.peak >= STRONGEST
+    }
+
     /// The lobe where a ray of this unit direction hits a surface with the shading normal `n`.
     #[inline]
     pub(crate) fn lobe(&self, direction: DVec3, n: DVec3) -> GlossyLobe {

@@ -239,7 +239,7 @@ impl Walk {
         self.draw_numbers(frame, &queue, &hits, &mut numbers);
         surfaces.clear();
         lights.clear();
-        escaped.clear();
+        escaped.clear(false);
         let mut drawn = numbers.iter();
         for (i, (walker, hit)) in queue.walkers.iter_mut().zip(&hits).enumerate() {
             let Some(ray) = queue.rays.get(i) else { continue };
@@ -257,7 +257,7 @@ impl Walk {
             if self.may_light(frame, walker, hit) {
                 let at = scene.receiver(&surface, ray.direction);
                 let [u0, u1, u2, _] = numbers.first();
-                request = lights.ask(at, |_| [u0, u1, u2]) as u32;
+                request = lights.ask(at, [u0, u1, u2]) as u32;
             }
             surfaces.push((surface, request));
         }

@@ -53,6 +53,46 @@ impl OwenSobol {
     }
 }
 
+impl OwenSobol {
+    /// Fills `out` with the first three of the four numbers of a set of each sample.
+    pub fn first_three(set: InstructionSet, samples: &[(OwenSobol, u32)], out: &mut Vec<[f64; 3]>) {
+        out.clear();
+        out.resize(samples.len(), [0.0; 3]);
+        dispatch(set, FirstThree { samples, out });
+    }
+}
+
+struct FirstThree<'a> {
+    samples: &'a [(OwenSobol, u32)],
+    out: &'a mut [[f64; 3]],
+}
+
+impl Work for FirstThree<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<S: Simd>(self, _: S) {
+        for (samples, out) in self.samples.chunks(WIDTH).zip(self.out.chunks_mut(WIDTH)) {
+            let mut pixels = [0u64; WIDTH];
+            let mut order = [0u32; WIDTH];
+            for (lane, (sample, set)) in samples.iter().enumerate() {
+                pixels[lane] = in_set(sample, u64::from(*set));
+                order[lane] = sample.index;
+            }
+            let [a, b, c, _] = numbers(pixels, order);
+            for (lane, out) in out.iter_mut().enumerate() {
+                *out = [unit(a[lane]), unit(b[lane]), unit(c[lane])];
+            }
+        }
+    }
+}
+
+/// What the seeds of a set are made from.
+#[inline(always)]
+fn in_set(sample: &OwenSobol, set: u64) -> u64 {
+    sample.pixel.wrapping_add(set.wrapping_mul(0x9e37_79b9_7f4a_7c15))
+}
+
 struct Fill<'a> {
     samples: &'a [(OwenSobol, u32)],
     out: &'a mut [VertexNumbers],
@@ -70,7 +110,7 @@ impl Work for Fill<'_> {
                 for next in 0..2 {
                     let lane = i + next * LANES;
                     let set = u64::from(*set) + next as u64;
-                    pixels[lane] = sample.pixel.wrapping_add(set.wrapping_mul(0x9e37_79b9_7f4a_7c15));
+                    pixels[lane] = in_set(sample, set);
                     order[lane] = sample.index;
                 }
             }
@@ -154,6 +194,10 @@ mod tests {
                 assert_eq!(numbers.second(), sample.four(set + 1));
                 assert_eq!(VertexNumbers::of(sample, *set).0, numbers.0);
             }
+            let mut three = Vec::new();
+            OwenSobol::first_three(set, &samples[..count], &mut three);
+            let all = samples[..count].iter().map(|(sample, set)| sample.four(*set));
+            assert!(three.into_iter().eq(all.map(|[a, b, c, _]| [a, b, c])));
         }
     }
 }

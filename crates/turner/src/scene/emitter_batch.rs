@@ -7,8 +7,9 @@ use turner_bvh::lanes::LANES;
 
 use crate::color::Spectrum;
 use crate::light::emission::{EmitterBlock, EmitterSample, RectangleEmitter, SphereEmitter, TriangleBlock};
-use crate::light::{AdaptiveEnvironment, ChosenLight, EnvironmentBatch, Light, NO_CELL, Receiver};
+use crate::light::{AdaptiveEnvironment, BY_COSINE, ChosenLight, EnvironmentBatch, Light, NO_CELL, Receiver};
 use crate::math::DVec3;
+use crate::sampler::OwenSobol;
 use crate::scene::Scene;
 use crate::scene::emitters::{Chosen, Emitter, Emitters, FirstChoice};
 use crate::scene::light_sample::LightSample;
@@ -19,6 +20,10 @@ use crate::scene::shape_emitters::{BlockShape, OneTriangle, ShapeEmitter};
 pub struct LightBatch {
     requests: Vec<(Receiver, [f64; 3])>,
     samples: Vec<Option<LightSample>>,
+    /// Requests whose random numbers are not drawn yet, with their samples of a pixel and sets; and those numbers.
+    undrawn: Vec<u32>,
+    numbers_of: Vec<(OwenSobol, u32)>,
+    numbers: Vec<[f64; 3]>,
     in_tree: Vec<InTree>,
     found: Vec<Option<ChosenLight>>,
     /// Requests for one environment: index of the request, and probability of the choice.
@@ -50,12 +55,15 @@ pub struct EscapedRays {
     found: Vec<Option<(Spectrum, f64)>>,
     /// Number of infinite lights.
     lights: usize,
+    /// Whether nobody asks for the pdfs.
+    radiance_alone: bool,
     scratch: EnvironmentBatch,
 }
 
 impl EscapedRays {
-    /// Removes all directions.
-    pub fn clear(&mut self) {
+    /// Removes all directions. With `radiance_alone` the pdfs of those to come may be anything.
+    pub fn clear(&mut self, radiance_alone: bool) {
+        self.radiance_alone = radiance_alone;
         self.directions.clear();
         self.cells.clear();
         self.found.clear();
@@ -85,15 +93,37 @@ impl LightBatch {
         self.samples.clear();
     }
 
-    /// Requests light at a point, with `u` as in [`Emitters::sample`]: one sample for each candidate, each with its
-    /// own `u`. Returns the index of the first.
+    /// Requests a light sample at a point, with `u` as in [`Emitters::sample`]. Returns its index.
     #[inline]
-    pub fn ask(&mut self, at: impl Into<Receiver>, u: impl Fn(u32) -> [f64; 3]) -> usize {
-        let (at, first) = (at.into(), self.requests.len());
-        for index in 0..=at.extra_candidates {
-            self.requests.push((at, u(index)));
+    pub fn ask(&mut self, at: Receiver, u: [f64; 3]) -> usize {
+        self.requests.push((at, u));
+        self.requests.len() - 1
+    }
+
+    /// Requests a light sample for each candidate. Their random numbers are a set of the parts of `sampler`. Returns the index
+    /// of the first.
+    #[inline]
+    pub fn ask_for_candidates(&mut self, at: Receiver, sampler: &OwenSobol, set: u32) -> usize {
+        let first = self.requests.len();
+        for candidate in 0..=at.extra_candidates {
+            self.undrawn.push(self.requests.len() as u32);
+            self.numbers_of.push((sampler.part(candidate, at.extra_candidates + 1), set));
+            self.requests.push((at, [0.0; 3]));
         }
         first
+    }
+
+    /// Draws the random numbers of candidates.
+    fn draw_numbers(&mut self, set: InstructionSet) {
+        if self.undrawn.is_empty() {
+            return;
+        }
+        OwenSobol::first_three(set, &self.numbers_of, &mut self.numbers);
+        for (request, u) in self.undrawn.iter().zip(&self.numbers) {
+            self.requests[*request as usize].1 = *u;
+        }
+        self.undrawn.clear();
+        self.numbers_of.clear();
     }
 
     /// Number of samples requested.
@@ -243,7 +273,8 @@ impl<'a> Sorted<'a> {
                 self.adaptive_u.push((at.cell, u));
             }
             Emitter::Light(i)
-                if matches!(self.scene.lights.get(*i as usize), Some(Light::Environment(_)))
+                if at.cell != BY_COSINE
+                    && matches!(self.scene.lights.get(*i as usize), Some(Light::Environment(_)))
                     && *self.environment.get_or_insert(*i) == *i =>
             {
                 self.environment_requests.push((index as u32, choice));
@@ -298,6 +329,7 @@ impl Emitters {
         adaptive: Option<&AdaptiveEnvironment>,
         batch: &mut LightBatch,
     ) {
+        batch.draw_numbers(scene.instruction_set);
         let LightBatch { requests, samples, environment_requests, environment_u, scratch, .. } = batch;
         let (adaptive_requests, adaptive_u) = (&mut batch.adaptive_requests, &mut batch.adaptive_u);
         samples.clear();
@@ -381,7 +413,7 @@ impl Emitters {
         adaptive: Option<&AdaptiveEnvironment>,
         batch: &mut EscapedRays,
     ) {
-        let EscapedRays { directions, cells, found, lights, scratch } = batch;
+        let EscapedRays { directions, cells, found, lights, radiance_alone, scratch } = batch;
         *lights = self.infinite_ids().len();
         found.clear();
         found.resize(directions.len() * *lights, None);
@@ -389,6 +421,10 @@ impl Emitters {
             match scene.lights.get(id as usize) {
                 Some(Light::Environment(light)) => {
                     let choice = self.choice_of(id);
+                    if let Some(radiance) = light.uniform().filter(|_| *radiance_alone) {
+                        (0..directions.len()).for_each(|i| found[i * *lights + at] = Some((radiance, 0.0)));
+                        continue;
+                    }
                     if let Some(adaptive) = adaptive.filter(|adaptive| adaptive.light() == id) {
                         let mut take = |i: usize, (radiance, pdf)| {
                             found[i * *lights + at] = Some((radiance, choice * pdf));

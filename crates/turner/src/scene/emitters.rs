@@ -91,7 +91,12 @@ impl Chosen<'_> {
     #[inline]
     pub(crate) fn sample(&self, scene: &Scene, at: &Receiver, u: [f64; 2]) -> Option<LightSample> {
         let sample = match self.emitter {
-            Emitter::Light(i) => scene.sample_light(*i, at.p, at.time, u)?,
+            Emitter::Light(i) => match (scene.lights.get(*i as usize)?, at.cosine_normal()) {
+                (Light::Environment(light), Some(n)) => {
+                    LightSample::of_environment(light.sample_by_cosine(n, u)?, *i)
+                }
+                _ => scene.sample_light(*i, at.p, at.time, u)?,
+            },
             Emitter::Shape(emitter) => emitter.sample(scene, at.p, [u[0], u[1], self.left], self.part)?,
         };
         Some(LightSample { pdf: sample.pdf * self.choice, ..sample })

@@ -52,8 +52,9 @@ pub(super) enum Learned {
     /// What each part of the scene sees of the environment.
     Adaptive(AdaptiveEnvironment),
     /// A uniform environment is the only light, and much of it arrives. Directions that follow the BSDF then need no light
-    /// samples beside them: .75 to .85 of the time, .83 to 1.06 of the variance of balls and glass under a uniform sky.
-    BsdfAlone,
+    /// samples by luminance beside them: .75 to .85 of the time, .83 to 1.06 of the variance of balls and glass under a uniform
+    /// sky.
+    UniformSky,
 }
 
 /// What is to be learned about the environment of the scene.
@@ -78,7 +79,7 @@ fn found(context: Context<'_>) -> Option<Learned> {
     let open = open_fraction(scene, light, &few);
     if open > MOST_OPEN {
         let alone = scene.emitters.len() == 1 && settings.light_sampling == LightSampling::Both;
-        return (alone && light.is_uniform()).then_some(Learned::BsdfAlone);
+        return (alone && light.uniform().is_some()).then_some(Learned::UniformSky);
     }
     let points = find_points(context, side);
     let mut learning = EnvironmentLearning::new(light, points.iter().map(|point| point.p).collect())?;

@@ -22,9 +22,20 @@ use super::LightSampling;
 use super::path_batch::{Path, PathBatch};
 use super::record::Record;
 use crate::light::Receiver;
-use crate::material::GlossyLobe;
+use crate::material::{Gloss, GlossyLobe, Material};
 use crate::math::DVec3;
 use crate::scene::{LightBatch, SurfaceInteraction};
+
+/// How a surface faces a ray: its normals, the direction of the ray, and the gloss of the material.
+pub(super) struct Facing {
+    pub(super) gloss: Option<Gloss>,
+    pub(super) ng: DVec3,
+    pub(super) ns: DVec3,
+    pub(super) direction: DVec3,
+}
+
+/// No light is requested.
+pub(super) const NONE: u32 = u32::MAX;
 
 /// Number of candidates, M.
 pub(super) const CANDIDATES: usize = 8;
@@ -36,6 +47,13 @@ const CANDIDATE_SETS: u32 = 1 << 31;
 const PEAK: f32 = 100.0;
 
 impl<R: Record> PathBatch<'_, R> {
+    /// Whether a light is sampled at a receiver. Under a uniform sky only where directions follow the cosine.
+    #[inline]
+    pub(super) fn samples_light(&self, at: &Receiver) -> bool {
+        self.settings.light_sampling != LightSampling::Bsdf
+            && (!self.settings.by_cosine || at.cosine_normal().is_some())
+    }
+
     /// Number of light samples beyond the first at a vertex: candidates if it [resamples].
     #[inline]
     pub(super) fn extra_light_samples(&self, path: &Path, at: &Receiver) -> u32 {
@@ -59,12 +77,29 @@ impl<R: Record> PathBatch<'_, R> {
         surface: &SurfaceInteraction,
         direction: DVec3,
     ) -> Receiver {
-        self.of_vertex(sample, number, self.scene.receiver(surface, direction))
+        let (ng, ns) = (surface.ng, surface.ns);
+        let gloss = match self.scene.material_at(&surface.hit) {
+            Material::OpenPbr(m) => m.side(),
+            _ => None,
+        };
+        self.of_vertex(
+            sample,
+            number,
+            self.scene.receiver_of(gloss, surface.p, ng, ns, direction),
+            Facing { gloss, ng, ns, direction },
+        )
     }
 
-    /// Completes the receiver at the `number`th vertex of a path by its cell of the adaptive environment.
+    /// Completes the receiver at the `number`th vertex of a path: the normal that directions to a uniform environment follow,
+    /// or the cell of the adaptive environment.
     #[inline]
-    pub(super) fn of_vertex(&self, sample: u32, number: u32, at: Receiver) -> Receiver {
+    pub(super) fn of_vertex(&self, sample: u32, number: u32, at: Receiver, facing: Facing) -> Receiver {
+        if self.settings.by_cosine {
+            let Facing { gloss, ng, ns, direction } = facing;
+            let first = !self.paths[sample as usize].any_nonspecular;
+            let is_metal = gloss.is_some_and(|gloss| gloss.hides_base());
+            return if first && !is_metal { at.by_cosine(-ns * ng.dot(direction).signum()) } else { at };
+        }
         let at = match self.adaptive {
             Some(adaptive) => at.in_cell(adaptive.cell(at.p)),
             None => at,
@@ -73,18 +108,19 @@ impl<R: Record> PathBatch<'_, R> {
         if self.is_second(sample, number) { at.with_lobe(GlossyLobe::default()) } else { at }
     }
 
-    /// Requests light samples for a vertex; returns the index of the request.
+    /// Requests light samples for a vertex; returns the index of the request, or [`NONE`].
     #[inline]
     pub(super) fn request_light(&self, path: &Path, at: Receiver, lights: &mut LightBatch) -> u32 {
-        let index = lights.ask(at.at_time(path.time), |candidate| {
-            let [u0, u1, u2, _] = match at.extra_candidates {
-                0 => path.numbers.first(),
-                extra_candidates => {
-                    path.sampler.part(candidate, extra_candidates + 1).four(CANDIDATE_SETS + path.vertex)
-                }
-            };
-            [u0, u1, u2]
-        });
+        if !self.samples_light(&at) {
+            return NONE;
+        }
+        let at = at.at_time(path.time);
+        let index = if at.extra_candidates == 0 {
+            let [u0, u1, u2, _] = path.numbers.first();
+            lights.ask(at, [u0, u1, u2])
+        } else {
+            lights.ask_for_candidates(at, &path.sampler, CANDIDATE_SETS + path.vertex)
+        };
         index as u32
     }
 }

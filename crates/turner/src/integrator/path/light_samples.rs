@@ -12,11 +12,12 @@
 //! which tell c. The n of the least noise(n)·time(n) is taken. Where paths are shared, less noise stays.
 
 use super::pilot_run::{OFFSETS, PilotRun};
+use super::settings::Settings;
 use super::shared_paths::Sharing;
 use super::{Context, LightSampling};
 use crate::integrator::probing::is_cheap;
 
-/// Numbers of light samples.
+/// Numbers of samples of direct light, of which one may be the direction of the path.
 const NUMBERS: [u32; 6] = [1, 2, 3, 4, 6, 8];
 
 /// The number that is measured beside 1.
@@ -52,16 +53,38 @@ pub(super) fn decide(context: Context<'_>, sharing: Sharing, asked: Option<u32>)
         && strategy.is_none()
         && !scene.emitters.is_empty();
     // Scenes with expensive rays are not probed.
-    if is_sampled && is_cheap(scene, view) { cheapest(context, sharing) } else { 1 }
+    if is_sampled && is_cheap(scene, view) {
+        cheapest(context, sharing, |light_samples| settings.with_light_samples(light_samples))
+    } else {
+        1
+    }
 }
 
-/// The number of light samples with the least noise times time; a smaller number if its cost is nearly the same.
-fn cheapest(context: Context<'_>, sharing: Sharing) -> u32 {
-    let modes = [1, MEASURED].map(|light_samples| {
-        let mut context = context;
-        context.settings.light_samples = light_samples;
-        context
-    });
+/// The number of light samples under a uniform sky. There the direction of a path, which follows the BSDF, and those of light
+/// samples, which follow the cosine, are samples of the same light: with n light samples there are n + 1. `settings` are those
+/// without regard to the sky.
+pub(super) fn decide_under_uniform_sky(
+    context: Context<'_>,
+    settings: Settings,
+    sharing: Sharing,
+    asked: Option<u32>,
+) -> u32 {
+    let Context { scene, view, strategy, .. } = context;
+    if strategy.is_some() || settings.max_depth == 0 {
+        return 0;
+    }
+    if asked.is_some() {
+        return settings.light_samples;
+    }
+    if !is_cheap(scene, view) {
+        return 0;
+    }
+    cheapest(context, sharing, |samples| settings.under_uniform_sky(samples - 1)) - 1
+}
+
+/// The number of samples of direct light with the least noise times time; a smaller number if its cost is nearly the same.
+fn cheapest(context: Context<'_>, sharing: Sharing, with: impl Fn(u32) -> Settings) -> u32 {
+    let modes = [1, MEASURED].map(|samples| Context { settings: with(samples), ..context });
     let mut run = PilotRun::new(&modes, PIXELS);
     let mut number = 1;
     for offset in OFFSETS {

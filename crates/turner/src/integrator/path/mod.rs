@@ -234,9 +234,9 @@ struct Choice {
     cluster: u32,
     /// The environment that is sampled by what each part of the scene sees of it, if that reduces noise.
     adaptive: Option<AdaptiveEnvironment>,
-    /// Whether lights are found by BSDF sampling alone, because that has less noise for the time.
-    bsdf_alone: bool,
-    /// Number of lights that are sampled at a first surface.
+    /// Whether the only light is a uniform environment much of which arrives: see [`Settings::under_uniform_sky`].
+    uniform_sky: bool,
+    /// Number of lights that are sampled at a first surface; 0 only under a uniform sky.
     light_samples: u32,
 }
 
@@ -244,7 +244,7 @@ impl Choice {
     /// One path a pixel, without a choice.
     fn plain(settings: &Settings) -> Choice {
         let light_samples = settings.light_samples;
-        Choice { strategy: None, cluster: 1, adaptive: None, bsdf_alone: false, light_samples }
+        Choice { strategy: None, cluster: 1, adaptive: None, uniform_sky: false, light_samples }
     }
 }
 
@@ -267,10 +267,10 @@ impl PathIntegrator {
     fn context<'a>(&'a self, scene: &'a Scene, view: &'a View) -> Context<'a> {
         let mut settings = self.settings;
         if let Some(choice) = self.choice.get() {
-            settings.light_samples = choice.light_samples;
-            if choice.bsdf_alone {
-                settings.light_sampling = LightSampling::Bsdf;
-            }
+            settings = match choice.uniform_sky {
+                true => settings.under_uniform_sky(choice.light_samples),
+                false => settings.with_light_samples(choice.light_samples),
+            };
         }
         Context {
             scene,
@@ -326,22 +326,27 @@ impl PreparedIntegrator for PathIntegrator {
                 let light_samples = light_samples::decide(plain, Sharing::NONE, self.light_samples);
                 return Choice { light_samples, ..Choice::plain(&settings) };
             };
-            let (adaptive, bsdf_alone) = match learn_environment::learn(plain) {
+            let (adaptive, uniform_sky) = match learn_environment::learn(plain) {
                 Learned::Nothing => (None, false),
                 Learned::Adaptive(adaptive) => (Some(adaptive), false),
-                Learned::BsdfAlone => (None, matches!(desc.caustics, Caustics::Auto | Caustics::Off)),
+                Learned::UniformSky => (None, matches!(desc.caustics, Caustics::Auto | Caustics::Off)),
             };
             let mut desc = desc.clone();
             let mut context = Context { adaptive: adaptive.as_ref(), ..plain };
-            if bsdf_alone {
+            if uniform_sky {
                 desc.light_sampling = LightSampling::Bsdf;
-                context.settings.light_sampling = LightSampling::Bsdf;
+                context.settings = settings.under_uniform_sky(0);
             }
             let strategy = CausticsStrategy::new(context, &desc);
             let (strategy, sharing) = shared_paths::decide(context, &desc, strategy);
             let context = Context { strategy: strategy.as_ref(), ..context };
-            let light_samples = light_samples::decide(context, sharing, self.light_samples);
-            Choice { strategy, cluster: sharing.size, adaptive, bsdf_alone, light_samples }
+            let light_samples = match uniform_sky {
+                true => {
+                    light_samples::decide_under_uniform_sky(context, settings, sharing, self.light_samples)
+                }
+                false => light_samples::decide(context, sharing, self.light_samples),
+            };
+            Choice { strategy, cluster: sharing.size, adaptive, uniform_sky, light_samples }
         });
     }
 
@@ -351,8 +356,8 @@ impl PreparedIntegrator for PathIntegrator {
 
     fn keeps_samples(&self) -> bool {
         let Some(choice) = self.choice.get() else { return true };
-        let Choice { strategy, cluster, adaptive, bsdf_alone, light_samples } = choice;
-        let is_plain = strategy.is_none() && *cluster == 1 && adaptive.is_none() && !bsdf_alone;
+        let Choice { strategy, cluster, adaptive, uniform_sky, light_samples } = choice;
+        let is_plain = strategy.is_none() && *cluster == 1 && adaptive.is_none() && !uniform_sky;
         is_plain && *light_samples == self.settings.light_samples
     }
 

@@ -25,12 +25,11 @@ use std::sync::Arc;
 
 use turner_bvh::lanes::LANES;
 
-use super::Context;
 use super::caustics::{CausticsStrategy, PhotonMap, ReversePdf};
 use super::group_split::GroupSplit;
 use super::guides::Guides;
 use super::learn_environment::LitPoint;
-use super::light_resampling;
+use super::light_resampling::{self, NONE};
 use super::light_split::LightSplit;
 use super::lobe_split::LobeSplit;
 use super::media::Media;
@@ -42,6 +41,7 @@ use super::shadow_catcher::ShadowCatcher;
 use super::shadow_rays::ShadowRays;
 use super::shared_paths::{Destination, SharedPaths};
 use super::simd_shading::VertexBlocks;
+use super::{Context, LightSampling};
 use crate::color::Spectrum;
 use crate::integrator::first_hits::FirstHits;
 use crate::integrator::ray_counts::RayCounts;
@@ -338,7 +338,9 @@ impl<R: Record> PathBatch<'_, R> {
         self.prepare(&queue, &hits, &mut surfaces, &mut lights);
         self.find_guides(&queue, &hits, &surfaces);
         let mut escaped = std::mem::take(&mut self.escaped);
-        escaped.clear();
+        // Where MIS needs no densities.
+        let settings = &self.settings;
+        escaped.clear(!R::RECORDS && (settings.by_cosine || settings.light_sampling == LightSampling::Bsdf));
         let missing = queue.samples.iter().zip(&hits).enumerate().filter(|(_, (_, hit))| hit.is_none());
         for (i, (&sample, _)) in missing {
             let Some(ray) = queue.rays.get(i) else { continue };
@@ -425,7 +427,7 @@ impl<R: Record> PathBatch<'_, R> {
                 continue;
             }
             let path = &self.paths[sample as usize];
-            let (mut number, mut extra, mut resamples) = (u32::MAX, 0, false);
+            let (mut number, mut extra, mut resamples) = (NONE, 0, false);
             if self.may_connect(path, &ray, hit, &surface) {
                 let vertex = path.vertex + 1;
                 let at = self.receiver(sample, vertex, &surface, ray.direction);

@@ -20,6 +20,9 @@ pub(super) struct Settings {
     pub(super) light_sampling: LightSampling,
     /// Number of lights that are sampled at the first surface of a path that is not specular.
     pub(super) light_samples: u32,
+    /// Whether the only light is a uniform environment. Light samples then follow the cosine, and are taken at this first
+    /// surface alone.
+    pub(super) by_cosine: bool,
     /// Whether `max_diffuse` and `max_glossy` limit no path that `max_depth` does not.
     pub(super) counts_only_bounces: bool,
     /// Whether paths may be shared between pixels.
@@ -53,6 +56,7 @@ impl Settings {
             clamp_indirect: (d.clamp_indirect > 0.0).then_some(d.clamp_indirect as f32),
             light_sampling: d.light_sampling,
             light_samples: d.light_samples.unwrap_or(1).clamp(1, MAX_LIGHT_SAMPLES),
+            by_cosine: false,
             // Shared paths need the same treatment of all members up to the second vertex: no clamp and no Russian
             // roulette.
             shared_paths: d.shared_paths != SharedPathsMode::Off
@@ -74,6 +78,20 @@ impl Settings {
             ..PathDesc::default()
         };
         Settings { direct: true, ..Settings::path(&path) }
+    }
+
+    /// The same settings with another number of light samples.
+    pub(super) fn with_light_samples(self, light_samples: u32) -> Settings {
+        Settings { light_samples, ..self }
+    }
+
+    /// The settings for a uniform environment that is the only light. Without light samples, directions that follow the BSDF
+    /// find it alone.
+    pub(super) fn under_uniform_sky(self, light_samples: u32) -> Settings {
+        match light_samples {
+            0 => Settings { light_sampling: LightSampling::Bsdf, ..self },
+            _ => Settings { light_samples, by_cosine: true, ..self },
+        }
     }
 
     /// Counts a bounce; `None` beyond a limit.

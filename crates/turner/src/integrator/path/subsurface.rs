@@ -24,7 +24,6 @@
 //! Bodies that touch or overlap are one body with the medium of the entry point. Glass surfaces and interfaces inside
 //! are crossed straight; any other surface inside absorbs the light that hits it.
 
-use super::LightSampling;
 use super::media::Media;
 use super::path_batch::{PathBatch, VertexInput};
 use super::record::{Passage, RandomWalkRecord, Record};
@@ -243,15 +242,11 @@ impl<'a, R: Record> PathBatch<'a, R> {
         let (bsdf, material) = self.exit_bsdf(sample, material, &out);
         let from_above = Ray { direction: -out.ng, ..Ray::new(out.p, -out.ng) };
         let vertex = prepare(scene, &from_above, material, &out, &bsdf, true);
-        let lit = match self.settings.light_sampling {
-            LightSampling::Bsdf => None,
-            LightSampling::Both | LightSampling::Light => {
-                let [u0, u1, u2, _] = self.paths[sample as usize].numbers.first();
-                let number = self.paths[sample as usize].vertex;
-                let at = self.receiver(sample, number, &out, -out.ng);
-                scene.emitters.sample_adaptive(scene, self.adaptive, at, [u0, u1, u2])
-            }
-        };
+        let number = self.paths[sample as usize].vertex;
+        let at = self.receiver(sample, number, &out, -out.ng);
+        let [u0, u1, u2, _] = self.paths[sample as usize].numbers.first();
+        let sampled = || scene.emitters.sample_adaptive(scene, self.adaptive, at, [u0, u1, u2]);
+        let lit = self.samples_light(&at).then(sampled).flatten();
         let path = &mut self.paths[sample as usize];
         (path.extra_candidates, path.resamples) = (0, false);
         let arrival = VertexInput { sample, ray: from_above, surface: &out, lit: &[lit] };

@@ -79,6 +79,20 @@ pub(super) struct EnvironmentMap {
     decoded: Box<[f32]>,
     invalid: u64,
     poles: MapPoles,
+    uniform: Option<Spectrum>,
+}
+
+/// Whether all pixels are the same.
+fn is_uniform(image: &Image) -> bool {
+    fn all_same<T: PartialEq>(samples: &[T], channels: usize) -> bool {
+        samples.len() <= channels || samples[channels..] == samples[..samples.len() - channels]
+    }
+    let channels = usize::from(image.channels);
+    match &image.pixels {
+        Pixels::U8(samples) => all_same(samples, channels),
+        Pixels::U16(samples) => all_same(samples, channels),
+        Pixels::F32(samples) => all_same(samples, channels),
+    }
 }
 
 impl EnvironmentMap {
@@ -95,7 +109,10 @@ impl EnvironmentMap {
                 (Box::default(), samples.chunks_exact(n).filter(bad).count() as u64)
             }
         };
-        EnvironmentMap { image, decoded, invalid, poles }
+        let mut map = EnvironmentMap { image, decoded, invalid, poles, uniform: None };
+        let is_uniform = invalid == 0 && map.image.width > 0 && is_uniform(&map.image);
+        map.uniform = is_uniform.then(|| map.pixel(0, 0));
+        map
     }
 
     /// Whether it is made from this image.
@@ -103,17 +120,10 @@ impl EnvironmentMap {
         Arc::ptr_eq(&self.image, image) && self.poles == poles
     }
 
-    /// Whether all pixels are the same.
-    pub(super) fn is_uniform(&self) -> bool {
-        fn all_same<T: PartialEq>(samples: &[T], channels: usize) -> bool {
-            samples.len() <= channels || samples[channels..] == samples[..samples.len() - channels]
-        }
-        let channels = usize::from(self.image.channels);
-        match &self.image.pixels {
-            Pixels::U8(samples) => all_same(samples, channels),
-            Pixels::U16(samples) => all_same(samples, channels),
-            Pixels::F32(samples) => self.invalid == 0 && all_same(samples, channels),
-        }
+    /// The radiance of all pixels, if they are the same.
+    #[inline]
+    pub(super) fn uniform(&self) -> Option<Spectrum> {
+        self.uniform
     }
 
     /// The luminance of the image, resampled where it has more or fewer rows than this range, or columns than twice as many.
@@ -248,6 +258,9 @@ impl EnvironmentMap {
     /// The radiance from the texels.
     #[inline]
     pub(super) fn blend(&self, &Taps { texels, fx, fy }: &Taps) -> Spectrum {
+        if let Some(radiance) = self.uniform {
+            return radiance;
+        }
         let n = usize::from(self.image.channels);
         let blend =
             |pixels: [Spectrum; 4]| pixels[0].lerp(pixels[1], fx).lerp(pixels[2].lerp(pixels[3], fx), fy);

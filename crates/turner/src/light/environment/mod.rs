@@ -11,14 +11,16 @@ mod map;
 mod studio;
 mod tiles;
 
+use std::f64::consts::PI;
 use std::sync::{Arc, OnceLock};
 
+use crate::bsdf::sample_cosine;
 use crate::color::Spectrum;
 use crate::image::Image;
 use crate::light::LightSetting;
 use crate::light::sky::Day;
 use crate::math::elementary::atan2;
-use crate::math::{DMat3, DVec3, radians};
+use crate::math::{DMat3, DVec3, Frame, radians};
 use crate::schema::error::escape;
 use crate::schema::{Asset, ErrorCode, ImageId, Range, SceneError, choice, params};
 pub use adaptive::{AdaptiveEnvironment, EnvironmentLearning};
@@ -230,9 +232,19 @@ impl EnvironmentLight {
         EnvironmentLight { prepared: self.prepared.clone(), scale, rotation, tilt: tilt(up) }
     }
 
-    /// Whether its radiance is the same in all directions.
-    pub(crate) fn is_uniform(&self) -> bool {
-        self.prepared.map.is_uniform()
+    /// The radiance, if it is the same in all directions.
+    #[inline]
+    pub(crate) fn uniform(&self) -> Option<Spectrum> {
+        self.prepared.map.uniform().map(|radiance| self.scaled(radiance))
+    }
+
+    /// A sample whose direction follows the cosine to a unit normal.
+    pub(crate) fn sample_by_cosine(&self, n: DVec3, u: [f64; 2]) -> Option<EnvironmentSample> {
+        let local = sample_cosine(u);
+        let direction = Frame::from_z(n).to_world(local);
+        let radiance = self.uniform().unwrap_or_else(|| self.found(direction).0);
+        let pdf = local.z / PI;
+        (pdf > 0.0).then_some(EnvironmentSample { direction, radiance, pdf })
     }
 
     /// Radiance from a direction (a vector towards the light, of any non-zero length): bilinear between pixel

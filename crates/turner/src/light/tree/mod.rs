@@ -31,6 +31,8 @@ mod node;
 #[cfg(test)]
 mod tests;
 
+use std::f64::consts::PI;
+
 pub(crate) use crate::material::GlossyLobe;
 use node::{LEAF, LitPoint, Node, WIDTH};
 use turner_bvh::InstructionSet;
@@ -53,7 +55,7 @@ pub struct Receiver {
     /// Number of candidate lights beyond the first that are sampled here; resampling keeps one of all candidates.
     pub extra_candidates: u32,
     /// The cell of an [`AdaptiveEnvironment`](super::AdaptiveEnvironment) that the environment is sampled for;
-    /// [`NO_CELL`] where it is sampled by luminance.
+    /// [`NO_CELL`] where it is sampled by luminance, [`BY_COSINE`] where by the cosine to `n`.
     pub cell: u32,
     /// Time within the shutter, 0..=1, for lights that move.
     pub time: f32,
@@ -61,6 +63,9 @@ pub struct Receiver {
 
 /// No cell.
 pub const NO_CELL: u32 = u32::MAX;
+
+/// In place of a cell: directions to the environment follow the cosine.
+pub(crate) const BY_COSINE: u32 = u32::MAX - 1;
 
 impl Default for Receiver {
     fn default() -> Receiver {
@@ -97,6 +102,24 @@ impl Receiver {
     #[inline]
     pub fn in_cell(self, cell: u32) -> Receiver {
         Receiver { cell, ..self }
+    }
+
+    /// The same point, where directions to a uniform environment follow the cosine to the unit normal `n`.
+    #[inline]
+    pub fn by_cosine(self, n: DVec3) -> Receiver {
+        Receiver { n: n.as_vec3().to_array(), cell: BY_COSINE, ..self }
+    }
+
+    /// The normal, if directions follow the cosine.
+    #[inline]
+    pub fn cosine_normal(&self) -> Option<DVec3> {
+        (self.cell == BY_COSINE).then(|| DVec3::from(self.n.map(f64::from)).normalize())
+    }
+
+    /// The pdf with which directions that follow the cosine have this unit direction; 0 if they do not.
+    #[inline]
+    pub fn cosine_pdf(&self, direction: DVec3) -> f64 {
+        self.cosine_normal().map_or(0.0, |n| n.dot(direction).max(0.0) / PI)
     }
 
     /// The number of candidate lights.

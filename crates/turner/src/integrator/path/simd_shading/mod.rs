@@ -21,7 +21,7 @@ mod take;
 use turner_bvh::lanes::{Block, Block32, LANES, Simd, Work, dispatch};
 
 use super::LightSampling;
-use super::light_resampling::{CANDIDATES, resample, resamples};
+use super::light_resampling::{CANDIDATES, Facing, NONE, resample, resamples};
 use super::path_batch::{Path, PathBatch};
 use super::record::Record;
 use super::shade::MAX_VERTICES;
@@ -34,9 +34,6 @@ use crate::material::Gloss;
 use crate::math::block::{bits, set_vector};
 use crate::scene::light_sample::LightSample;
 use crate::scene::{LightBatch, RayOrigin, SurfaceBlock};
-
-/// No light is requested.
-const NONE: u32 = u32::MAX;
 
 /// The vertices of one round; memory is reused.
 #[derive(Default)]
@@ -177,8 +174,10 @@ impl<R: Record> PathBatch<'_, R> {
                     (surfaces.point(lane), surfaces.normal(lane), surfaces.shading_normal(lane));
                 let sample = block.samples[lane];
                 let path = &self.paths[sample as usize];
-                let receiver = self.scene.receiver_of(block.sides[lane], p, ng, ns, surfaces.direction(lane));
-                let receiver = self.of_vertex(sample, path.vertex + 1, receiver);
+                let (gloss, direction) = (block.sides[lane], surfaces.direction(lane));
+                let receiver = self.scene.receiver_of(gloss, p, ng, ns, direction);
+                let facing = Facing { gloss, ng, ns, direction };
+                let receiver = self.of_vertex(sample, path.vertex + 1, receiver, facing);
                 let receiver = receiver.with_candidates(self.extra_light_samples(path, &receiver));
                 block.receivers[lane] = Some(receiver);
                 block.lights[lane] = NONE;

@@ -233,7 +233,7 @@ fn uniform_skies_are_left_to_the_bsdf() {
     let chosen = |desc: &SceneDesc| {
         let prepared = desc.prepare(&PrepareOptions::default()).unwrap();
         prepared.choose(0);
-        prepared.path().and_then(|path| path.choice.get()).is_some_and(|choice| choice.bsdf_alone)
+        prepared.path().and_then(|path| path.choice.get()).is_some_and(|choice| choice.uniform_sky)
     };
     let both = scene(LightSampling::Both);
     assert!(chosen(&both));
