@@ -213,6 +213,13 @@ impl Output {
                 ("turner:sharedPaths", format!("clusters of {} pixels", prepared.integrator.cluster()))
             }),
         )
+        .chain(
+            prepared
+                .path()
+                .map(|path| path.light_samples())
+                .filter(|number| *number != 1)
+                .map(|number| ("turner:lightSamples", number.to_string())),
+        )
         .chain(clamp.map(|most| ("turner:clampIndirect", most.to_string())))
         .chain(film.removes_fireflies().then(|| ("turner:fireflies", "removed".to_owned())))
         .map(|(name, value)| (name.to_owned(), value.as_str().into()))

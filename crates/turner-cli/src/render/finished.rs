@@ -12,7 +12,7 @@ use crate::report::Reporter;
 use crate::scene::{Hashes, Ready};
 
 /// Metadata that is known only after rendering, that the hash of the scene covers, or that name the same scene.
-const LATE: [&str; 7] = [
+const LATE: [&str; 8] = [
     recipe::CAMERA,
     recipe::COMMAND,
     recipe::SCENE,
@@ -20,6 +20,7 @@ const LATE: [&str; 7] = [
     "turner:exposure",
     "turner:caustics",
     "turner:sharedPaths",
+    "turner:lightSamples",
 ];
 
 /// Whether the file is the complete picture of this scene with these settings: its metadata say so. JPEG and HDR files

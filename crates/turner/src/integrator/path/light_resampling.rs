@@ -54,6 +54,14 @@ impl<R: Record> PathBatch<'_, R> {
             && (!self.settings.by_cosine || at.cosine_normal().is_some())
     }
 
+    /// The density with which the light samples of a path's last vertex have a direction. `light_pdf` is that of one sample by
+    /// luminance.
+    #[inline]
+    pub(super) fn pdf_of_samples(&self, path: &Path, direction: DVec3, light_pdf: f64) -> f64 {
+        let one = if self.settings.by_cosine { path.origin.cosine_pdf(direction) } else { light_pdf };
+        one * path.origin.candidates()
+    }
+
     /// Number of light samples beyond the first at a vertex: candidates if it [resamples].
     #[inline]
     pub(super) fn extra_light_samples(&self, path: &Path, at: &Receiver) -> u32 {

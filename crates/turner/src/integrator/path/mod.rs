@@ -258,6 +258,12 @@ impl PathIntegrator {
         self.choice.get()?.strategy.as_ref()
     }
 
+    /// Number of lights that are sampled at the first surface of a path that is not specular, as chosen; 0 if BSDF sampling
+    /// alone finds them.
+    pub fn light_samples(&self) -> u32 {
+        self.choice.get().map_or(self.settings.light_samples, |choice| choice.light_samples)
+    }
+
     /// Makes this number of pixels share paths, in place of all choices.
     #[cfg(test)]
     pub(crate) fn share_among(&self, cluster: u32) {

@@ -25,6 +25,7 @@ use std::sync::Arc;
 
 use turner_bvh::lanes::LANES;
 
+use super::Context;
 use super::caustics::{CausticsStrategy, PhotonMap, ReversePdf};
 use super::group_split::GroupSplit;
 use super::guides::Guides;
@@ -41,7 +42,6 @@ use super::shadow_catcher::ShadowCatcher;
 use super::shadow_rays::ShadowRays;
 use super::shared_paths::{Destination, SharedPaths};
 use super::simd_shading::VertexBlocks;
-use super::{Context, LightSampling};
 use crate::color::Spectrum;
 use crate::integrator::first_hits::FirstHits;
 use crate::integrator::ray_counts::RayCounts;
@@ -338,9 +338,7 @@ impl<R: Record> PathBatch<'_, R> {
         self.prepare(&queue, &hits, &mut surfaces, &mut lights);
         self.find_guides(&queue, &hits, &surfaces);
         let mut escaped = std::mem::take(&mut self.escaped);
-        // Where MIS needs no densities.
-        let settings = &self.settings;
-        escaped.clear(!R::RECORDS && (settings.by_cosine || settings.light_sampling == LightSampling::Bsdf));
+        escaped.clear(!R::RECORDS && self.settings.needs_no_luminance_pdf());
         let missing = queue.samples.iter().zip(&hits).enumerate().filter(|(_, (_, hit))| hit.is_none());
         for (i, (&sample, _)) in missing {
             let Some(ray) = queue.rays.get(i) else { continue };
@@ -351,14 +349,16 @@ impl<R: Record> PathBatch<'_, R> {
         let mut hit_surfaces = surfaces.iter();
         let mut missed = 0;
         for (i, (&sample, hit)) in queue.samples.iter().zip(&hits).enumerate() {
+            // Vertices in blocks are shaded below.
+            if self.blocks.contains(i) {
+                continue;
+            }
             let Some(ray) = queue.rays.get(i) else { continue };
             let donates = self.paths[sample as usize].donates;
             let pixel = if donates { &mut donated[sample as usize] } else { &mut out[sample as usize] };
             if hit.is_none() {
                 self.miss(sample, &ray, escaped.get(missed), pixel);
                 missed += 1;
-            } else if self.blocks.contains(i) {
-                // Shaded below, eight at a time.
             } else if let Some((surface, light)) = hit_surfaces.next() {
                 let lit = lights.get(*light as usize);
                 self.shade(&VertexInput { sample, ray, surface, lit }, pixel, stats);

@@ -94,6 +94,12 @@ impl Settings {
         }
     }
 
+    /// Whether MIS ignores the density of light samples by luminance where a ray leaves the scene.
+    #[inline]
+    pub(super) fn needs_no_luminance_pdf(&self) -> bool {
+        self.by_cosine || self.light_sampling == LightSampling::Bsdf
+    }
+
     /// Counts a bounce; `None` beyond a limit.
     #[inline]
     pub(super) fn count(&self, bounces: &Bounces, lobe: &Lobe) -> Option<Bounces> {

@@ -140,11 +140,7 @@ impl<R: Record> PathBatch<'_, R> {
                 }
                 None => 0.0,
             };
-            let light_pdf = match self.settings.by_cosine {
-                true => path.origin.cosine_pdf(ray.direction),
-                false => light_pdf,
-            };
-            let light_pdf = light_pdf * path.origin.candidates();
+            let light_pdf = self.pdf_of_samples(path, ray.direction, light_pdf);
             let weight = self.settings.weight_found(path, light_pdf, light_path_ratio);
             found += radiance * weight as f32;
             let light = scene.emitters.infinite_ids()[index];

@@ -216,27 +216,45 @@ fn transparent_lamps_by_every_strategy() {
     }
 }
 
-/// Under a uniform sky, directions that follow the BSDF are enough: the mean is that of light samples.
+/// A scene with the picture of a uniform sky, and that sky.
+pub(super) fn uniform_sky(desc: SceneDesc) -> (SceneDesc, LightDesc) {
+    let pixels = Pixels::F32([0.8, 0.9, 1.0].repeat(8));
+    let data = Arc::new(Image { width: 4, height: 2, channels: 3, pixels });
+    let mut images = desc.images.clone();
+    images.push(Asset { uri: "sky.exr".into(), data });
+    let file = Some(ImageId(images.len() as u32 - 1));
+    let sky = LightDesc::Environment(EnvironmentDesc { file, ..EnvironmentDesc::studio() });
+    (SceneDesc { images, ..desc }, sky)
+}
+
+/// Under a uniform sky light samples follow the cosine, at the first surface alone: the mean is that of light samples at all.
 #[test]
-fn uniform_skies_are_left_to_the_bsdf() {
-    let scene = |light_sampling| {
-        let pixels = Pixels::F32([0.8, 0.9, 1.0].repeat(8));
-        let data = Arc::new(Image { width: 4, height: 2, channels: 3, pixels });
-        let sky = EnvironmentDesc { file: Some(ImageId(0)), ..EnvironmentDesc::studio() };
-        let desc = path(PathDesc { max_depth: 4, light_sampling, ..PathDesc::default() })
+fn uniform_skies_are_sampled_by_the_cosine() {
+    let scene = |light_sampling, light_samples| {
+        let caustics = Caustics::Off;
+        let settings =
+            PathDesc { max_depth: 4, caustics, light_sampling, light_samples, ..PathDesc::default() };
+        let plastic = PrincipledMaterial { base_color: grey(0.3), ..PrincipledMaterial::default() };
+        let pane = PrincipledMaterial { transmission_weight: grey(1.0), ..PrincipledMaterial::default() };
+        let desc = path(settings)
             .seen_at(v(0.0, 1.5, 4.0), v(0.0, 0.5, 0.0), 45.0)
             .with(plane(), matte(grey(0.5)))
             .with(sphere(v(0.0, 0.6, 0.0), 0.6), metal(grey(0.9), 0.3))
-            .lit(LightDesc::Environment(sky));
-        SceneDesc { images: vec![Asset { uri: "sky.exr".into(), data }], ..desc }
+            .with(sphere(v(-1.2, 0.5, 0.0), 0.5), plastic)
+            .with(sphere(v(1.2, 0.5, 0.0), 0.5), pane);
+        let (desc, sky) = uniform_sky(desc);
+        desc.lit(sky)
     };
     let chosen = |desc: &SceneDesc| {
         let prepared = desc.prepare(&PrepareOptions::default()).unwrap();
         prepared.choose(0);
         prepared.path().and_then(|path| path.choice.get()).is_some_and(|choice| choice.uniform_sky)
     };
-    let both = scene(LightSampling::Both);
+    let both = scene(LightSampling::Both, None);
     assert!(chosen(&both));
     assert!(!chosen(&both.clone().with(sphere(v(2.0, 2.0, 0.0), 0.1), emissive(5.0, grey(1.0)))));
-    estimate(64, both).agrees(&estimate(64, scene(LightSampling::Light)), 0.01);
+    let expected = estimate(256, scene(LightSampling::Light, None));
+    for light_samples in [None, Some(1), Some(4)] {
+        estimate(64, scene(LightSampling::Both, light_samples)).agrees(&expected, 0.01);
+    }
 }

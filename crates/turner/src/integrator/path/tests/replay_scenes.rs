@@ -90,6 +90,16 @@ pub(super) fn scenes() -> Vec<(&'static str, SceneDesc, Occurs)> {
         ("several light samples of plain triangles", several_light_samples_of_triangles(), |p| {
             p.vertices.len() > 3 && any(p, |v| v.lights.iter().filter(|l| l.visible.is_some()).count() > 3)
         }),
+        ("light samples under a uniform sky", under_uniform_sky(3, balls), |p| {
+            any(p, |v| v.lights.iter().filter(|l| l.visible.is_some()).count() == 3)
+                && p.escape
+                    .as_ref()
+                    .is_some_and(|e| e.lights.iter().any(|l| l.weight > 0.0 && l.weight < 1.0))
+        }),
+        ("light samples of plain triangles under a uniform sky", under_uniform_sky(2, plain_meshes), |p| {
+            any(p, |v| v.lights.iter().filter(|l| l.visible.is_some()).count() == 2)
+                && p.vertices.iter().skip(1).any(|v| v.scatter.is_some() && v.lights.is_empty())
+        }),
         ("a fisheye", fisheye(), |p| p.end == End::OutsideField),
         ("a lens", lens(), |p| p.vertices.len() > 1),
     ]
@@ -304,6 +314,17 @@ fn several_light_samples() -> SceneDesc {
 fn several_light_samples_of_triangles() -> SceneDesc {
     let settings = PathDesc { light_samples: Some(5), rr_start: 1, ..PathDesc::default() };
     plain_meshes(floored(with_light(seen(path(settings)).lit(studio()))))
+}
+
+/// A mirror, a rough metal and a glass ball.
+fn balls(desc: SceneDesc) -> SceneDesc {
+    desc.with(ball(-1.0), metal(0.0)).with(ball(0.0), metal(0.3)).with(ball(1.0), tinted())
+}
+
+fn under_uniform_sky(light_samples: u32, with: fn(SceneDesc) -> SceneDesc) -> SceneDesc {
+    let settings = PathDesc { light_samples: Some(light_samples), rr_start: 1, ..PathDesc::default() };
+    let (desc, sky) = estimators::uniform_sky(seen(path(settings)));
+    floored(with(desc.lit(sky)))
 }
 
 fn many_lights() -> SceneDesc {
