@@ -55,7 +55,7 @@ pub struct Receiver {
     /// Number of candidate lights beyond the first that are sampled here; resampling keeps one of all candidates.
     pub extra_candidates: u32,
     /// The cell of an [`AdaptiveEnvironment`](super::AdaptiveEnvironment) that the environment is sampled for;
-    /// [`NO_CELL`] where it is sampled by luminance, [`BY_COSINE`] where by the cosine to `n`.
+    /// [`NO_CELL`] where it is sampled by luminance, another mark where directions follow the cosine to `n`.
     pub cell: u32,
     /// Time within the shutter, 0..=1, for lights that move.
     pub time: f32,
