@@ -61,7 +61,8 @@ pub struct EscapedRays {
 }
 
 impl EscapedRays {
-    /// Removes all directions. With `radiance_alone` the pdfs of those to come may be anything.
+    /// Removes all directions. With `radiance_alone`, [`EscapedRays::get`] gives the radiance of the next ones, and a pdf
+    /// that must not be used.
     pub fn clear(&mut self, radiance_alone: bool) {
         self.radiance_alone = radiance_alone;
         self.directions.clear();
@@ -100,8 +101,8 @@ impl LightBatch {
         self.requests.len() - 1
     }
 
-    /// Requests a light sample for each candidate. Their random numbers are a set of the parts of `sampler`. Returns the index
-    /// of the first.
+    /// Requests a light sample for each candidate, and returns the index of the first. Their random numbers are drawn later,
+    /// with those of all requests: for each candidate a part of the sample `sampler` in dimension set `set`.
     #[inline]
     pub fn ask_for_candidates(&mut self, at: Receiver, sampler: &OwenSobol, set: u32) -> usize {
         let first = self.requests.len();

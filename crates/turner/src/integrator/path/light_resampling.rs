@@ -47,7 +47,7 @@ const CANDIDATE_SETS: u32 = 1 << 31;
 const PEAK: f32 = 100.0;
 
 impl<R: Record> PathBatch<'_, R> {
-    /// Whether a light is sampled at a receiver. Under a uniform sky only where directions follow the cosine.
+    /// Whether a light is sampled at a receiver. Under a uniform sky only where its directions are cosine-weighted.
     #[inline]
     pub(super) fn samples_light(&self, at: &Receiver) -> bool {
         self.settings.light_sampling != LightSampling::Bsdf
@@ -98,8 +98,8 @@ impl<R: Record> PathBatch<'_, R> {
         )
     }
 
-    /// Completes the receiver at the `number`th vertex of a path: the normal that directions to a uniform environment follow,
-    /// or the cell of the adaptive environment.
+    /// Completes the receiver at the `number`th vertex of a path: the normal for cosine-weighted directions to a uniform
+    /// environment, or the cell of the adaptive environment.
     #[inline]
     pub(super) fn of_vertex(&self, sample: u32, number: u32, at: Receiver, facing: Facing) -> Receiver {
         if self.settings.by_cosine {

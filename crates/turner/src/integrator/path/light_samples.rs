@@ -60,9 +60,8 @@ pub(super) fn decide(context: Context<'_>, sharing: Sharing, asked: Option<u32>)
     }
 }
 
-/// The number of light samples under a uniform sky. There the direction of a path, which follows the BSDF, and those of light
-/// samples, which follow the cosine, are samples of the same light: with n light samples there are n + 1. `settings` are those
-/// without regard to the sky.
+/// The number of light samples under a uniform sky. There the BSDF-sampled direction of a path and the cosine-weighted
+/// directions of n light samples are n + 1 samples of the same light. `settings` are those without regard to the sky.
 pub(super) fn decide_under_uniform_sky(
     context: Context<'_>,
     settings: Settings,

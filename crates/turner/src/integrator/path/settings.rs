@@ -20,8 +20,8 @@ pub(super) struct Settings {
     pub(super) light_sampling: LightSampling,
     /// Number of lights that are sampled at the first surface of a path that is not specular.
     pub(super) light_samples: u32,
-    /// Whether the only light is a uniform environment. Light samples then follow the cosine, and only the first surface that
-    /// is neither specular nor metal has some.
+    /// Whether the only light is a uniform environment. Light samples then have cosine-weighted directions, and only
+    /// the first surface that is neither specular nor metal has some.
     pub(super) by_cosine: bool,
     /// Whether `max_diffuse` and `max_glossy` limit no path that `max_depth` does not.
     pub(super) counts_only_bounces: bool,

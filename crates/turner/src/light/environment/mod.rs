@@ -238,7 +238,7 @@ impl EnvironmentLight {
         self.prepared.map.uniform().map(|radiance| self.scaled(radiance))
     }
 
-    /// A sample whose direction follows the cosine to a unit normal.
+    /// A sample with a cosine-weighted direction about a unit normal.
     pub(crate) fn sample_by_cosine(&self, n: DVec3, u: [f64; 2]) -> Option<EnvironmentSample> {
         let local = sample_cosine(u);
         let direction = Frame::from_z(n).to_world(local);

@@ -55,7 +55,7 @@ pub struct Receiver {
     /// Number of candidate lights beyond the first that are sampled here; resampling keeps one of all candidates.
     pub extra_candidates: u32,
     /// The cell of an [`AdaptiveEnvironment`](super::AdaptiveEnvironment) that the environment is sampled for;
-    /// [`NO_CELL`] where it is sampled by luminance, another mark where directions follow the cosine to `n`.
+    /// [`NO_CELL`] where it is sampled by luminance, another mark where directions are cosine-weighted about `n`.
     pub cell: u32,
     /// Time within the shutter, 0..=1, for lights that move.
     pub time: f32,
@@ -64,7 +64,7 @@ pub struct Receiver {
 /// No cell.
 pub const NO_CELL: u32 = u32::MAX;
 
-/// In place of a cell: directions to the environment follow the cosine.
+/// In place of a cell: directions to the environment are cosine-weighted.
 pub(crate) const BY_COSINE: u32 = u32::MAX - 1;
 
 impl Default for Receiver {
@@ -104,19 +104,19 @@ impl Receiver {
         Receiver { cell, ..self }
     }
 
-    /// The same point, where directions to a uniform environment follow the cosine to the unit normal `n`.
+    /// The same point, where directions to a uniform environment are cosine-weighted about the unit normal `n`.
     #[inline]
     pub fn by_cosine(self, n: DVec3) -> Receiver {
         Receiver { n: n.as_vec3().to_array(), cell: BY_COSINE, ..self }
     }
 
-    /// The normal, if directions follow the cosine.
+    /// The normal, if directions are cosine-weighted.
     #[inline]
     pub fn cosine_normal(&self) -> Option<DVec3> {
         (self.cell == BY_COSINE).then(|| DVec3::from(self.n.map(f64::from)).normalize())
     }
 
-    /// The pdf with which directions that follow the cosine have this unit direction; 0 if they do not.
+    /// The pdf of a unit direction, per solid angle, with cosine-weighted sampling; 0 without it.
     #[inline]
     pub fn cosine_pdf(&self, direction: DVec3) -> f64 {
         self.cosine_normal().map_or(0.0, |n| n.dot(direction).max(0.0) / PI)
