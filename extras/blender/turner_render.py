@@ -149,6 +149,7 @@ def camera_section(depsgraph, camera, width, height, report):
         "look_at": vector(position + forward),
         "up": vector(up),
         "near": float(data.clip_start),
+        "far": float(data.clip_end),
     }
     if data.type == "PANO":
         return {**section, **panorama(data, report)}

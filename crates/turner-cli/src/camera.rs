@@ -35,6 +35,7 @@ pub fn json(view: &View) -> Value {
         "opengl": convention(OPENGL),
         "mirrored": model.is_mirrored(),
         "near": model.near,
+        "far": Some(model.far).filter(|far| far.is_finite()),
         "lens": model.lens.map(|(radius, focus)| json!({ "radius": radius, "focus_distance": focus })),
         "shutter": film.shutter,
     });

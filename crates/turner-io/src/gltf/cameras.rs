@@ -50,6 +50,7 @@ pub(super) fn camera(
                 handedness,
                 fov: Some(fov),
                 near: p.znear.max(0.0),
+                far: beyond(p.znear, p.zfar),
                 ..PinholeDesc::default()
             })
         }
@@ -68,6 +69,7 @@ pub(super) fn camera(
                 handedness,
                 viewport: Viewport::Height(height),
                 near: o.znear.max(0.0),
+                far: beyond(o.znear, o.zfar),
             })
         }
         (None, None) => {
@@ -77,4 +79,9 @@ pub(super) fn camera(
     };
     let name = node_name.or(json.name.as_deref()).map(str::to_owned);
     Ok(Some(Named { name, span: None, value }))
+}
+
+/// The far distance, where it is valid.
+fn beyond(near: f64, far: Option<f64>) -> Option<f64> {
+    far.filter(|far| far.is_finite() && *far > near.max(0.0))
 }

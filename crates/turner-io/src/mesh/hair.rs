@@ -27,7 +27,7 @@ const THICKNESS: u32 = 4;
 const TRANSPARENCY: u32 = 8;
 const COLORS: u32 = 16;
 
-fn damaged(name: &str, format: &'static str, place: Place, problem: String) -> MeshError {
+pub(super) fn damaged(name: &str, format: &'static str, place: Place, problem: String) -> MeshError {
     MeshError::Damaged { name: printable(name), format, place, problem }
 }
 
@@ -99,7 +99,7 @@ pub(super) fn read(bytes: &[u8], name: &str) -> Result<ReadMesh, MeshError> {
 }
 
 /// Drops curves of one point.
-fn drop_short(out: &mut ReadMesh, name: &str) {
+pub(super) fn drop_short(out: &mut ReadMesh, name: &str) {
     let short = out.mesh.strands.iter().filter(|n| **n < 2).count();
     if short == 0 {
         return;
@@ -184,7 +184,7 @@ pub(crate) fn read_text(bytes: &[u8], name: &str) -> Result<ReadMesh, MeshError>
     Ok(out)
 }
 
-fn parse_word(word: &str) -> Option<f64> {
+pub(super) fn parse_word(word: &str) -> Option<f64> {
     parse_number(word.as_bytes())
 }
 

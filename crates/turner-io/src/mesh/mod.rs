@@ -8,6 +8,7 @@ mod corners;
 mod error;
 pub(crate) mod hair;
 mod import;
+pub(crate) mod mitsuba_hair;
 mod mtl;
 pub(crate) mod need;
 mod number;

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use turner::color::Spectrum;
-use turner::light::{Attenuation, DirectionalDesc, EnvironmentDesc, LightDesc, PointDesc, SkyDesc, SpotDesc};
+use turner::light::{Attenuation, DirectionalDesc, EnvironmentDesc, LightDesc, PointDesc, SpotDesc};
 use turner::math::DVec3;
 use turner::schema::{ColorSource, LightProfile, ProfileFile};
 use turner::texture::Wrap;
@@ -12,8 +12,8 @@ use super::assembly::Assembly;
 use super::environment;
 use super::params::Object;
 use super::projected;
+use super::sky;
 use super::spectra::Role;
-use super::sun;
 use super::textures::{Surface, is_source, source};
 use crate::scene_import::report::Fault;
 use crate::scene_import::{environment_light, unknown};
@@ -124,7 +124,7 @@ pub(super) fn add(scene: &mut Assembly<'_>, object: &Object) -> Result<(), Fault
             Some(LightDesc::Environment(EnvironmentDesc { file, tint, ..EnvironmentDesc::default() }))
         }
         "envmap" => envmap(scene, object)?,
-        "sky" | "sun" | "sunsky" => Some(sky(scene, object)?),
+        "sky" | "sun" | "sunsky" => Some(sky::light(scene, object)?),
         "area" => {
             object.pass_all();
             scene.report.ignored(place, "an area emitter outside a shape");
@@ -204,71 +204,4 @@ fn envmap(scene: &mut Assembly<'_>, object: &Object) -> Result<Option<LightDesc>
     let name = scene.picture_name(&name);
     let made = environment::light(scene, &name, to_world.matrix3, place);
     Ok(made.map(|light| LightDesc::Environment(EnvironmentDesc { strength, ..light })))
-}
-
-/// The sky of Hošek and Wilkie becomes Turner's, with the same sun and about the same brightness.
-fn sky(scene: &mut Assembly<'_>, object: &Object) -> Result<LightDesc, Fault> {
-    let to_world = object.transform("to_world")?;
-    let turbidity = object.float("turbidity")?.unwrap_or(3.0).clamp(1.0, 10.0);
-    let albedo = match object.find("albedo") {
-        Some((node, _)) => match source(scene, node, Role::Albedo, Surface::Same)? {
-            ColorSource::Constant(c) => c,
-            ColorSource::Texture(_) => Spectrum::grey(0.3),
-        },
-        None => Spectrum::grey(0.3),
-    };
-    let is_old = scene.document.is_old;
-    let own = match object.vector("sun_direction")? {
-        Some(own) => own,
-        None => {
-            let by_time = sun::direction(object, is_old)?;
-            if (if is_old { by_time.y } else { by_time.z }) < 0.0 {
-                let message = "the sun is below the horizon at this place and time";
-                scene.report.doubtful(object.place, message);
-            }
-            by_time
-        }
-    };
-    let scale = |name| object.float(name).map(|v| v.unwrap_or(1.0).clamp(0.0, 1e6));
-    let (sky_scale, sun_scale) = (scale("sky_scale")?, scale("sun_scale")?);
-    let all = scale("scale")?;
-    object.pass(&[
-        "latitude",
-        "longitude",
-        "timezone",
-        "year",
-        "month",
-        "day",
-        "hour",
-        "minute",
-        "second",
-        "sun_aperture",
-        "sun_radius_scale",
-        "complex_sun",
-        "stretch",
-        "resolution",
-    ]);
-    scene.report.approximated(object.place, "the sky of Mitsuba: Turner's sky model replaces it");
-    // In Mitsuba 0.6 y is up and the direction is in world space; later versions have z up before the transform.
-    let zenith = if is_old { DVec3::Y } else { DVec3::Z };
-    let up = (to_world.matrix3 * zenith).try_normalize().unwrap_or(DVec3::Y);
-    // Rounding must not tilt it.
-    let up = if (up - DVec3::Y).length() < 1e-9 { DVec3::Y } else { up };
-    let direction = if is_old { own } else { to_world.transform_vector3(own) };
-    let is_sun_alone = object.kind == "sun";
-    let has_sun = object.kind != "sky" && sun_scale > 0.0;
-    let strength = if is_sun_alone { sun_scale } else { sky_scale } * all;
-    if is_sun_alone {
-        scene.report.approximated(object.place, "a sun without a sky: the sky is added");
-    }
-    Ok(LightDesc::Sky(SkyDesc {
-        direction: Some(direction).filter(|d| d.length() > 0.0),
-        up,
-        dust: (turbidity - 1.0).max(0.0) / 2.0,
-        ground_albedo: albedo,
-        sun: has_sun,
-        sun_strength: if sky_scale > 0.0 && !is_sun_alone { sun_scale / sky_scale } else { 1.0 },
-        strength,
-        ..SkyDesc::default()
-    }))
 }

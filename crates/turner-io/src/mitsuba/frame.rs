@@ -12,7 +12,6 @@ use turner::math::{DAffine3, DVec2, DVec3, radians};
 use turner::schema::{ErrorCode, MediumId, Named};
 
 use super::assembly::Assembly;
-use super::far_clip::FarClip;
 use super::media;
 use super::params::Object;
 use crate::assets::printable;
@@ -37,8 +36,6 @@ pub(super) struct Frame {
     exposure: f64,
     /// The medium around the camera.
     pub(super) medium: Option<MediumId>,
-    /// Where the view of the sensor ends, if the file says so.
-    pub(super) far_clip: Option<FarClip>,
 }
 
 impl Default for Frame {
@@ -52,7 +49,6 @@ impl Default for Frame {
             integrator: paths(NO_LIMIT),
             exposure: 0.0,
             medium: None,
-            far_clip: None,
         }
     }
 }
@@ -148,26 +144,12 @@ pub(super) fn sensor(scene: &mut Assembly<'_>, object: &Object) -> Result<(), Fa
     }
     let to_world = object.transform("to_world")?;
     object.pass(&["shutter_open", "shutter_close", "srf"]);
-    if let (Some(distance), Some(forward)) =
-        (object.float("far_clip")?, to_world.matrix3.z_axis.try_normalize())
-    {
-        let position = to_world.translation;
-        scene.frame.far_clip =
-            Some(FarClip { place: object.place_of("far_clip"), position, forward, distance });
-    }
+    let (near, far) = clip(object)?;
     let camera = match object.kind.as_str() {
         "perspective" | "thinlens" => {
             let pose = pose(scene, object, to_world)?;
             let viewport = Viewport::Height(height(scene, object)?);
-            let near = object.float("near_clip")?.unwrap_or(0.01).max(0.0);
-            let [x, y] = ["principal_point_offset_x", "principal_point_offset_y"].map(|n| object.float(n));
-            // Mitsuba's offset points down.
-            let mut shift = DVec2::new(x?.unwrap_or(0.0), -y?.unwrap_or(0.0));
-            if shift.abs().max_element() > MAX_SHIFT {
-                let message = "a principal point far off the film: it is centred";
-                scene.report.ignored(object.place, message);
-                shift = DVec2::ZERO;
-            }
+            let shift = principal_point(scene, object)?;
             let Pose { position, look_at, up, handedness, .. } = pose;
             let radius = object.float("aperture_radius")?.unwrap_or(0.0);
             let focus = object.float("focus_distance")?.unwrap_or(0.0);
@@ -185,11 +167,11 @@ pub(super) fn sensor(scene: &mut Assembly<'_>, object: &Object) -> Result<(), Fa
                     lens_radius: radius,
                     focus_distance: Some(focus),
                     near,
+                    far,
                     ..ThinLensDesc::default()
                 })
             } else {
                 CameraDesc::Pinhole(PinholeDesc {
-                    motion: None,
                     position,
                     look_at,
                     up,
@@ -199,6 +181,8 @@ pub(super) fn sensor(scene: &mut Assembly<'_>, object: &Object) -> Result<(), Fa
                     distance,
                     shift,
                     near,
+                    far,
+                    motion: None,
                 })
             }
         }
@@ -207,7 +191,6 @@ pub(super) fn sensor(scene: &mut Assembly<'_>, object: &Object) -> Result<(), Fa
             let scale = to_world.matrix3.x_axis.length();
             let pose = pose(scene, object, to_world)?;
             let Pose { position, look_at, up, handedness, aspect } = pose;
-            let near = object.float("near_clip")?.unwrap_or(0.01).max(0.0);
             let viewport = Viewport::Height(2.0 * scale / aspect);
             CameraDesc::Orthographic(OrthographicDesc {
                 position,
@@ -216,6 +199,7 @@ pub(super) fn sensor(scene: &mut Assembly<'_>, object: &Object) -> Result<(), Fa
                 handedness,
                 viewport,
                 near,
+                far,
                 motion: None,
             })
         }
@@ -229,10 +213,42 @@ pub(super) fn sensor(scene: &mut Assembly<'_>, object: &Object) -> Result<(), Fa
             return Err(unknown("sensor", other, SENSORS).or_at(object.place));
         }
     };
-    object.pass(&["focus_distance", "aperture_radius", "near_clip", "fov", "fov_axis", "focal_length"]);
+    object.pass(&[
+        "focus_distance",
+        "aperture_radius",
+        "near_clip",
+        "far_clip",
+        "fov",
+        "fov_axis",
+        "focal_length",
+    ]);
     scene.finish(object);
     scene.frame.camera = Some(camera);
     Ok(())
+}
+
+/// The offset of the principal point: upwards, Mitsuba's points down.
+fn principal_point(scene: &mut Assembly<'_>, object: &Object) -> Result<DVec2, Fault> {
+    let [x, y] = ["principal_point_offset_x", "principal_point_offset_y"].map(|n| object.float(n));
+    let shift = DVec2::new(x?.unwrap_or(0.0), -y?.unwrap_or(0.0));
+    if shift.abs().max_element() > MAX_SHIFT {
+        scene.report.ignored(object.place, "a principal point far off the film: it is centred");
+        return Ok(DVec2::ZERO);
+    }
+    Ok(shift)
+}
+
+/// The distances along the viewing direction between which a sensor sees surfaces.
+///
+/// Errors: the far one is not beyond the near one, as in Mitsuba.
+fn clip(object: &Object) -> Result<(f64, Option<f64>), Fault> {
+    let near = object.float("near_clip")?.unwrap_or(0.01).max(0.0);
+    let far = object.float("far_clip")?.unwrap_or(1e4);
+    if far <= near {
+        let message = format!("`far_clip`, {far}, is not beyond `near_clip`, {near}");
+        return Err(Fault::at(object.place_of("far_clip"), ErrorCode::OutOfRange, message));
+    }
+    Ok((near, Some(far)))
 }
 
 /// Position and orientation of a camera: it looks along its +z, +y is up, +x to the left.

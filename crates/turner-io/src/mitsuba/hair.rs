@@ -2,6 +2,7 @@
 
 use turner::color::Spectrum;
 use turner::material::{HairMaterial, MaterialDesc};
+use turner::math::DAffine3;
 use turner::schema::{ColorSource, ErrorCode, MeshId};
 use turner::shape::curves::{CurveBasis, CurveKind, CurvesDesc};
 
@@ -11,7 +12,7 @@ use super::meshes::MAX_FILE;
 use super::params::Object;
 use super::spectra::{Role, index};
 use super::textures::source;
-use crate::mesh::hair::read_text;
+use crate::mesh::{hair, mitsuba_hair};
 use crate::scene_import::report::Fault;
 
 /// `hair`.
@@ -74,6 +75,28 @@ pub(super) fn curves(scene: &mut Assembly<'_>, object: &Object) -> Result<Curves
     Ok(CurvesDesc { curves: id, width: None, basis, kind: CurveKind::Tube })
 }
 
+/// `hair` of Mitsuba 0.6: polylines of one radius, which the transform `to_world` does not change.
+pub(super) fn polylines(
+    scene: &mut Assembly<'_>,
+    object: &Object,
+    to_world: &DAffine3,
+) -> Result<CurvesDesc, Fault> {
+    let Some(name) = object.string("filename")?.map(str::to_owned) else {
+        let message = format!("{} needs a filename", object.title());
+        return Err(Fault::at(object.place, ErrorCode::MissingKey, message));
+    };
+    // Mitsuba leaves out points and hairs to save time.
+    object.pass(&["angle_threshold", "reduction"]);
+    let id = of_file(scene, &name, object)?;
+    let radius = object.float("radius")?.unwrap_or(0.025);
+    let scale = to_world.matrix3.x_axis.length();
+    let width = Some(2.0 * radius / scale).filter(|width| width.is_finite() && *width > 0.0);
+    let Some(width) = width else {
+        return Err(Fault::at(object.place_of("radius"), ErrorCode::OutOfRange, "hair without a width"));
+    };
+    Ok(CurvesDesc { curves: id, width: Some(width), basis: CurveBasis::Linear, kind: CurveKind::Tube })
+}
+
 /// The curves of a file, which all shapes with its name share.
 fn of_file(scene: &mut Assembly<'_>, name: &str, object: &Object) -> Result<MeshId, Fault> {
     let place = object.place_of("filename");
@@ -82,11 +105,12 @@ fn of_file(scene: &mut Assembly<'_>, name: &str, object: &Object) -> Result<Mesh
         return Ok(*known);
     }
     let (path, bytes) = scene.read(name, MAX_FILE, place)?;
-    // A point takes at least eight bytes of text, and 24 in memory while lists grow.
-    let need = (bytes.len() as u64).saturating_mul(4);
+    // A point takes at least six bytes of text, and 24 in memory while lists grow.
+    let need = (bytes.len() as u64).saturating_mul(8);
     let limits = &scene.options.limits;
     limits.memory.need(need, || format!("{}: reading it", crate::assets::printable(&path)))?;
-    let read = read_text(&bytes, &path).map_err(|e| {
+    let reader = if object.kind == "hair" { mitsuba_hair::read } else { hair::read_text };
+    let read = reader(&bytes, &path).map_err(|e| {
         let message = e.to_string().lines().next().unwrap_or_default().to_owned();
         Fault::at(place, ErrorCode::Mesh, message)
     })?;
@@ -116,6 +140,23 @@ mod tests {
     }
 
     const CURVE: &str = "0 0 0 .1\n1 0 0 .1\n2 0 0 .1\n3 1 0 .2\n";
+
+    #[test]
+    fn hair_of_mitsuba_0_6_has_one_radius() {
+        let text = "<scene version='0.6.0'><shape type='hair'><string name='filename' value='fur.txt'/>
+            <float name='radius' value='0.1'/><float name='angleThreshold' value='2'/>
+            <transform name='toWorld'><scale value='4'/></transform></shape></scene>";
+        let mut assets = MemoryAssets::default();
+        assets.files.insert("fur.txt".into(), "0 0 0\n1 0 0\n\n0 1 0\n0 2 0\n0 3 0\n".into());
+        let scene = import_from(text.into(), "a.xml", &assets, &ImportOptions::default()).unwrap();
+        let ObjectContent::Shape(ShapeDesc::Curves(curves)) = &scene.objects[0].content else { panic!() };
+        assert_eq!(
+            (curves.width, curves.basis, curves.kind),
+            (Some(0.05), CurveBasis::Linear, CurveKind::Tube)
+        );
+        assert_eq!(scene.meshes[0].data.strands, [2, 3]);
+        assert!(scene.warnings.is_empty(), "{:?}", scene.warnings);
+    }
 
     #[test]
     fn curves_have_the_widths_of_the_file_and_hair_its_keys() {

@@ -14,7 +14,6 @@ mod distance_grids;
 mod document;
 mod emitters;
 mod environment;
-mod far_clip;
 mod frame;
 mod hair;
 mod leaves;
@@ -28,6 +27,8 @@ mod projected;
 mod rough_layer;
 mod serialized;
 mod shapes;
+mod sky;
+mod sky_strength;
 mod spectra;
 mod sun;
 #[cfg(test)]
@@ -133,7 +134,6 @@ fn finish(assembly: Assembly<'_>, materials: Vec<Named<MaterialDesc>>) -> Result
     if objects.is_empty() {
         report.note("the file contains no geometry");
     }
-    let far_clip = frame.far_clip;
     frame.apply(&mut scene);
     scene.textures = stock.texture_list;
     scene.materials = materials;
@@ -143,9 +143,6 @@ fn finish(assembly: Assembly<'_>, materials: Vec<Named<MaterialDesc>>) -> Result
     scene.lights = stock.lights;
     scene.images = stock.images;
     scene.meshes = stock.meshes;
-    if let Some(far) = far_clip {
-        far.check(&scene, &mut report);
-    }
     fill_open(&mut scene, around);
     scene.imports =
         vec![ImportSummary { file: printable(&uri), format: "Mitsuba", counts, names: Vec::new() }];

@@ -19,7 +19,7 @@ use crate::scene_import::report::Fault;
 use crate::scene_import::{ALONG, AROUND, Surface as Round, orient, unknown, upright};
 
 /// Known shapes that are not supported.
-const UNSUPPORTED: &[&str] = &["ellipsoids", "ellipsoidsmesh", "heightfield", "hair", "deformable"];
+const UNSUPPORTED: &[&str] = &["ellipsoids", "ellipsoidsmesh", "heightfield", "deformable"];
 
 /// Shapes that are supported, for messages.
 const KNOWN: &[&str] = &[
@@ -36,6 +36,7 @@ const KNOWN: &[&str] = &[
     "merge",
     "bsplinecurve",
     "linearcurve",
+    "hair",
     "sdfgrid",
 ];
 
@@ -105,6 +106,10 @@ fn add_to(scene: &mut Assembly<'_>, object: &Object, depth: u32) -> Result<(), F
         }
         "bsplinecurve" | "linearcurve" => {
             let curves = super::hair::curves(scene, object)?;
+            (ShapeDesc::Curves(curves), DAffine3::IDENTITY, Surface::Same)
+        }
+        "hair" => {
+            let curves = super::hair::polylines(scene, object, &to_world)?;
             (ShapeDesc::Curves(curves), DAffine3::IDENTITY, Surface::Same)
         }
         "sdfgrid" => match super::distance_grids::shape(scene, object)? {

@@ -87,6 +87,7 @@ pub(super) fn define(
                 handedness,
                 viewport,
                 near: 0.0,
+                far: None,
             })
         }
         "spherical" | "environment" => {
@@ -223,6 +224,7 @@ fn perspective_of(pose: Pose, half: f64, screen: Screen, lens: Option<(f64, f64)
             distance,
             shift: screen.shift,
             near,
+            far: None,
         }),
         Some((radius, focus)) => CameraDesc::ThinLens(ThinLensDesc {
             position,

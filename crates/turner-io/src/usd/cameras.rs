@@ -28,10 +28,11 @@ pub(super) fn add(scene: &mut Scene<'_>, prim: &Prim, state: &State) -> Result<(
     let (f_stop, focus) = (number("fStop", 0.0)?, number("focusDistance", 0.0)?);
     let projection = stage.value(prim, "projection")?;
     let is_parallel = projection.as_ref().and_then(Value::text) == Some("orthographic");
-    let near = match stage.value(prim, "clippingRange")? {
-        Some(Value::Vector(range)) => range.first().copied().filter(|v| v.is_finite()).unwrap_or(0.0),
-        _ => 0.0,
+    let range = match stage.value(prim, "clippingRange")? {
+        Some(Value::Vector(range)) => range,
+        _ => Vec::new(),
     };
+    let distance = |i: usize| range.get(i).copied().filter(|v| v.is_finite());
     let world = state.transform;
     let scale = scene.unit;
     let axis = |v: DVec3| (world.matrix3 * v).try_normalize();
@@ -48,7 +49,8 @@ pub(super) fn add(scene: &mut Scene<'_>, prim: &Prim, state: &State) -> Result<(
     let look_at = position + forward * (1.0 + position.abs().max_element());
     let mirrored = world.matrix3.determinant() < 0.0;
     let handedness = if mirrored { Handedness::Left } else { Handedness::Right };
-    let near = (near * scale).max(0.0);
+    let near = (distance(0).unwrap_or(0.0) * scale).max(0.0);
+    let far = distance(1).map(|far| far * scale).filter(|far| *far > near);
     let shift = DVec2::new(offset.x / aperture.x.max(f64::MIN_POSITIVE), offset.y / aperture.y);
     let shift = if shift.is_finite() { shift } else { DVec2::ZERO };
     // The height of the picture is that of the aperture.
@@ -59,7 +61,7 @@ pub(super) fn add(scene: &mut Scene<'_>, prim: &Prim, state: &State) -> Result<(
             scene.ignored("the aperture offset of orthographic cameras");
         }
         let viewport = Viewport::Height(0.1 * aperture.y * scale);
-        let desc = OrthographicDesc { motion: None, position, look_at, up, handedness, viewport, near };
+        let desc = OrthographicDesc { motion: None, position, look_at, up, handedness, viewport, near, far };
         CameraDesc::Orthographic(desc)
     } else if f_stop > 0.0 && focus > 0.0 {
         CameraDesc::ThinLens(ThinLensDesc {
@@ -72,6 +74,7 @@ pub(super) fn add(scene: &mut Scene<'_>, prim: &Prim, state: &State) -> Result<(
             lens_radius: 0.5 * (0.1 * focal * scale) / f_stop,
             focus_distance: Some(focus * scale),
             near,
+            far,
             ..ThinLensDesc::default()
         })
     } else {
@@ -83,6 +86,7 @@ pub(super) fn add(scene: &mut Scene<'_>, prim: &Prim, state: &State) -> Result<(
             fov,
             shift,
             near,
+            far,
             ..PinholeDesc::default()
         })
     };

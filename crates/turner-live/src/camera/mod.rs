@@ -157,8 +157,19 @@ pub fn focus(camera: &mut CameraDesc, point: DVec3) {
         return;
     }
     if let CameraDesc::Pinhole(c) = camera {
-        let PinholeDesc { position, look_at, up, handedness, fov, viewport, distance, shift, near, motion } =
-            c.clone();
+        let PinholeDesc {
+            position,
+            look_at,
+            up,
+            handedness,
+            fov,
+            viewport,
+            distance,
+            shift,
+            near,
+            far,
+            motion,
+        } = c.clone();
         *camera = CameraDesc::ThinLens(ThinLensDesc {
             position,
             look_at,
@@ -169,6 +180,7 @@ pub fn focus(camera: &mut CameraDesc, point: DVec3) {
             distance,
             shift,
             near,
+            far,
             motion,
             lens_radius: depth * 0.01,
             ..ThinLensDesc::default()

@@ -72,6 +72,7 @@ class PinholeCamera(Camera):
         distance (number, greater than 0): Distance of the viewport from the camera, in scene units. By default the viewport is at `look_at`.
         shift ([u, v], default [0, 0]): Shifts the screen without rotating the camera, as the shift of a view camera does: [right, up], as fractions of the picture's width and height. With [0, 0.5] the look-at point is at the lower edge. Vertical lines stay parallel.
         near (number, 0 or more, default 0): Surfaces nearer than this, in scene units along the viewing direction, are invisible.
+        far (number, greater than 0): Surfaces farther than this, in scene units along the viewing direction, are invisible. By default there is no limit.
         motion (transform): Motion blur: what moves the camera, in the space of the scene, from where it is at time 0 of the shutter to where it is at time 1.
         name ("text"): A name, for `[[view]]`.
     """
@@ -87,6 +88,7 @@ class PinholeCamera(Camera):
         distance: float | None = None,
         shift: Any | None = None,
         near: float | None = None,
+        far: float | None = None,
         motion: Mapping[str, Any] | Sequence[Mapping[str, Any]] | NDArray[Any] | None = None,
         name: str | None = None,
     ) -> None: ...
@@ -98,6 +100,7 @@ class PinholeCamera(Camera):
     distance: Any
     shift: Any
     near: Any
+    far: Any
     motion: Any
     name: Any
 
@@ -113,6 +116,7 @@ class OrthographicCamera(Camera):
             'left': right = up × forward: if the camera looks along +z with y up, x is to the right.
         viewport ([width, height] | height, default 4): Size of the screen in scene units: `[width, height]`, or the height alone for square pixels.
         near (number, 0 or more, default 0): Surfaces nearer to the screen than this, in scene units, are invisible.
+        far (number, greater than 0): Surfaces farther from the screen than this, in scene units, are invisible. By default there is no limit.
         motion (transform): Motion blur: what moves the camera, in the space of the scene, from where it is at time 0 of the shutter to where it is at time 1.
         name ("text"): A name, for `[[view]]`.
     """
@@ -125,6 +129,7 @@ class OrthographicCamera(Camera):
         handedness: Literal['right', 'left'] | None = None,
         viewport: Any | None = None,
         near: float | None = None,
+        far: float | None = None,
         motion: Mapping[str, Any] | Sequence[Mapping[str, Any]] | NDArray[Any] | None = None,
         name: str | None = None,
     ) -> None: ...
@@ -133,6 +138,7 @@ class OrthographicCamera(Camera):
     handedness: Any
     viewport: Any
     near: Any
+    far: Any
     motion: Any
     name: Any
 
@@ -155,6 +161,7 @@ class ThinLensCamera(Camera):
         blade_rotation (number, default 0): Rotation of the blades in degrees, counter-clockwise as seen by the camera; at 0 a corner is at the top.
         focus_distance (number, greater than 0): Distance of the plane of focus along the viewing direction, in scene units. By default `look_at` is in focus.
         near (number, 0 or more, default 0): Surfaces nearer than this, in scene units along the viewing direction, are invisible.
+        far (number, greater than 0): Surfaces farther than this, in scene units along the viewing direction, are invisible. By default there is no limit.
         motion (transform): Motion blur: what moves the camera, in the space of the scene, from where it is at time 0 of the shutter to where it is at time 1.
         name ("text"): A name, for `[[view]]`.
     """
@@ -174,6 +181,7 @@ class ThinLensCamera(Camera):
         blade_rotation: float | None = None,
         focus_distance: float | None = None,
         near: float | None = None,
+        far: float | None = None,
         motion: Mapping[str, Any] | Sequence[Mapping[str, Any]] | NDArray[Any] | None = None,
         name: str | None = None,
     ) -> None: ...
@@ -189,6 +197,7 @@ class ThinLensCamera(Camera):
     blade_rotation: Any
     focus_distance: Any
     near: Any
+    far: Any
     motion: Any
     name: Any
 
@@ -206,6 +215,7 @@ class EquirectangularCamera(Camera):
             'latitude-longitude': Columns are longitudes and rows latitudes, evenly spaced.
             'equal-area': A square in which every pixel covers the same solid angle. Its centre is straight up, its corners are straight down, the middle of its right edge is to the right, that of its lower edge in the viewing direction.
         near (number, 0 or more, default 0): Surfaces nearer to the camera than this, in scene units, are invisible.
+        far (number, greater than 0): Surfaces farther from the camera than this, in scene units, are invisible. By default there is no limit.
         motion (transform): Motion blur: what moves the camera, in the space of the scene, from where it is at time 0 of the shutter to where it is at time 1.
         name ("text"): A name, for `[[view]]`.
     """
@@ -218,6 +228,7 @@ class EquirectangularCamera(Camera):
         handedness: Literal['right', 'left'] | None = None,
         mapping: Literal['latitude-longitude', 'equal-area'] | None = None,
         near: float | None = None,
+        far: float | None = None,
         motion: Mapping[str, Any] | Sequence[Mapping[str, Any]] | NDArray[Any] | None = None,
         name: str | None = None,
     ) -> None: ...
@@ -226,6 +237,7 @@ class EquirectangularCamera(Camera):
     handedness: Any
     mapping: Any
     near: Any
+    far: Any
     motion: Any
     name: Any
 
@@ -241,6 +253,7 @@ class FisheyeCamera(Camera):
             'left': right = up × forward: if the camera looks along +z with y up, x is to the right.
         fov (number, 0 (excluded) to 360 (included), default 180): Angle of view across the circle, in degrees: 180 shows the hemisphere in front of the camera, 360 all directions.
         near (number, 0 or more, default 0): Surfaces nearer to the camera than this, in scene units, are invisible.
+        far (number, greater than 0): Surfaces farther from the camera than this, in scene units, are invisible. By default there is no limit.
         motion (transform): Motion blur: what moves the camera, in the space of the scene, from where it is at time 0 of the shutter to where it is at time 1.
         name ("text"): A name, for `[[view]]`.
     """
@@ -253,6 +266,7 @@ class FisheyeCamera(Camera):
         handedness: Literal['right', 'left'] | None = None,
         fov: float | None = None,
         near: float | None = None,
+        far: float | None = None,
         motion: Mapping[str, Any] | Sequence[Mapping[str, Any]] | NDArray[Any] | None = None,
         name: str | None = None,
     ) -> None: ...
@@ -261,6 +275,7 @@ class FisheyeCamera(Camera):
     handedness: Any
     fov: Any
     near: Any
+    far: Any
     motion: Any
     name: Any
 
@@ -285,6 +300,7 @@ class RealisticCamera(Camera):
             'relative': At its centre as bright as that of a pinhole camera; the lens darkens the corners.
             'absolute': The irradiance of the film, as in pbrt: radiance times the projected solid angle of the exit pupil, at the centre about π/4 over the square of the f-number.
         near (number, 0 or more, default 0): Surfaces nearer than this, in scene units along the viewing direction, are invisible.
+        far (number, greater than 0): Surfaces farther than this, in scene units along the viewing direction, are invisible. By default there is no limit.
         motion (transform): Motion blur: what moves the camera, in the space of the scene, from where it is at time 0 of the shutter to where it is at time 1.
         name ("text"): A name, for `[[view]]`.
     """
@@ -304,6 +320,7 @@ class RealisticCamera(Camera):
         units_per_metre: float | None = None,
         brightness: Literal['relative', 'absolute'] | None = None,
         near: float | None = None,
+        far: float | None = None,
         motion: Mapping[str, Any] | Sequence[Mapping[str, Any]] | NDArray[Any] | None = None,
         name: str | None = None,
     ) -> None: ...
@@ -319,6 +336,7 @@ class RealisticCamera(Camera):
     units_per_metre: Any
     brightness: Any
     near: Any
+    far: Any
     motion: Any
     name: Any
 
@@ -3674,7 +3692,7 @@ class EnvironmentLight(Light):
     motion: Any
 
 class SkyLight(Light):
-    """Daylight of a clear sky, computed from air, dust and ozone, and the sun. +y is up, −z is north, +x is east. The sky is an environment light; below the horizon it shows ground lit by sun and sky. The sun is a directional light with an extent, visible to physical integrators. Exposure 0 suits noon: one unit of light is a quarter of the sunlight above the atmosphere, about 33,000 lux.
+    """Daylight of a clear sky, computed from air, dust and ozone, and the sun. +y is up, −z is north, +x is east. The sky is an environment light; below the horizon it shows ground lit by sun and sky, unless `ground` is false. The sun is a directional light with an extent, visible to physical integrators. Exposure 0 suits noon: one unit of light is a quarter of the sunlight above the atmosphere, about 33,000 lux.
     
     Keys:
         elevation (number, -90 to 90, default 35): Elevation of the sun above the horizon, in degrees. A few degrees below 0 there is twilight.
@@ -3685,9 +3703,11 @@ class SkyLight(Light):
         dust (number, 0 to 100, default 1): Amount of dust and haze: 1 is a clear day in the country, 5 a hazy one.
         ozone (number, 0 to 10, default 1): Amount of ozone: 1 is 300 Dobson units. Ozone keeps twilight blue.
         ground_albedo (color, 0 to 1, default 0.3): Fraction of light that the ground reflects; bright ground makes a brighter sky.
+        ground (true | false, default true): Whether the ground is seen below the horizon. Otherwise it is black there, for scenes with a floor of their own.
         sun (true | false, default true): Whether the sun is included; otherwise the sky alone emits light.
         sun_angle (number, 0 to 90, default 0.53): Angular diameter of the sun, in degrees; at 0 it has no extent.
-        sun_strength (number, 0 or more, default 1): Multiplies the sun's light, not the sky's.
+        sun_strength (color, 0 or more, default 1): Multiplies the sun's light, not the sky's.
+        sky_strength (color, 0 or more, default 1): Multiplies the light of the sky and of the ground, not the sun's; at 0 the sun is alone.
         strength (number, 0 or more, default 1): Multiplies the light of sun and sky.
         name ("text"): A name, used in reports.
         light_group ("text"): The light group of the light.
@@ -3705,9 +3725,11 @@ class SkyLight(Light):
         dust: float | None = None,
         ozone: float | None = None,
         ground_albedo: Color | None = None,
+        ground: bool | None = None,
         sun: bool | None = None,
         sun_angle: float | None = None,
-        sun_strength: float | None = None,
+        sun_strength: Color | None = None,
+        sky_strength: Color | None = None,
         strength: float | None = None,
         name: str | None = None,
         light_group: str | None = None,
@@ -3722,9 +3744,11 @@ class SkyLight(Light):
     dust: Any
     ozone: Any
     ground_albedo: Any
+    ground: Any
     sun: Any
     sun_angle: Any
     sun_strength: Any
+    sky_strength: Any
     strength: Any
     name: Any
     light_group: Any

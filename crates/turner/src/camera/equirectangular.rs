@@ -12,6 +12,7 @@
 
 use std::f64::consts::{FRAC_2_PI, FRAC_PI_2, FRAC_PI_4, PI};
 
+use super::clip::Clip;
 use super::{CameraFrame, Handedness};
 use crate::math::elementary::{asin, atan2, sin_cos};
 use crate::math::{DVec2, DVec3, Ray};
@@ -47,6 +48,8 @@ params! {
         mapping: PanoramaMapping = PanoramaMapping::LatitudeLongitude;
         /// Surfaces nearer to the camera than this, in scene units, are invisible.
         near: f64 = 0.0, in Range::NON_NEGATIVE;
+        /// Surfaces farther from the camera than this, in scene units, are invisible. By default there is no limit.
+        far: Option<f64> = None, in Range::POSITIVE;
         /// Motion blur: what moves the camera, in the space of the scene, from where it is at time 0 of the shutter to
         /// where it is at time 1.
         motion: Option<Transform> = None;
@@ -66,7 +69,7 @@ height = 32
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Equirectangular {
     pub(super) frame: CameraFrame,
-    pub(super) near: f64,
+    pub(super) clip: Clip,
     pub(super) mapping: PanoramaMapping,
 }
 
@@ -74,7 +77,7 @@ impl EquirectangularDesc {
     /// Prepares it.
     pub fn prepare(&self) -> Result<Equirectangular, SceneError> {
         let frame = CameraFrame::new(self.position, self.look_at, self.up, self.handedness)?;
-        Ok(Equirectangular { frame, near: self.near, mapping: self.mapping })
+        Ok(Equirectangular { frame, clip: Clip::new(self.near, self.far)?, mapping: self.mapping })
     }
 }
 
@@ -89,12 +92,12 @@ impl Equirectangular {
                 let (sin_lon, cos_lon) = sin_cos(PI * at.x);
                 let (sin_lat, cos_lat) = sin_cos(FRAC_PI_2 * at.y);
                 let d = (f.forward * cos_lon + f.right * sin_lon) * cos_lat + f.up * sin_lat;
-                return Ray { t_min: self.near, ..Ray::new(f.position, d) };
+                return self.clip.of_ray(Ray::new(f.position, d), 1.0);
             }
             PanoramaMapping::EqualArea => of_square(at),
         };
         let d = f.right * right + f.up * up + f.forward * forward;
-        Ray { t_min: self.near, ..Ray::new(f.position, d) }
+        self.clip.of_ray(Ray::new(f.position, d), 1.0)
     }
 
     /// The screen position of a unit direction along (right, up, forward).

@@ -1,5 +1,6 @@
 //! The fisheye camera: a circular picture in which the radius is proportional to the angle from the axis.
 
+use super::clip::Clip;
 use super::{CameraFrame, Handedness};
 use crate::math::elementary::sin_cos;
 use crate::math::{DVec2, DVec3, Ray, radians};
@@ -23,6 +24,8 @@ params! {
         fov: f64 = 180.0, in Range { min: 0.0, open_min: true, max: 360.0, open_max: false };
         /// Surfaces nearer to the camera than this, in scene units, are invisible.
         near: f64 = 0.0, in Range::NON_NEGATIVE;
+        /// Surfaces farther from the camera than this, in scene units, are invisible. By default there is no limit.
+        far: Option<f64> = None, in Range::POSITIVE;
         /// Motion blur: what moves the camera, in the space of the scene, from where it is at time 0 of the shutter to
         /// where it is at time 1.
         motion: Option<Transform> = None;
@@ -47,7 +50,7 @@ pub struct Fisheye {
     pub(super) half: DVec2,
     /// Angle from the axis at the circle's edge, in radians.
     pub(super) rim: f64,
-    pub(super) near: f64,
+    pub(super) clip: Clip,
 }
 
 impl FisheyeDesc {
@@ -55,7 +58,7 @@ impl FisheyeDesc {
     pub fn prepare(&self, aspect: f64) -> Result<Fisheye, SceneError> {
         let frame = CameraFrame::new(self.position, self.look_at, self.up, self.handedness)?;
         let half = DVec2::new(aspect.max(1.0), aspect.recip().max(1.0));
-        Ok(Fisheye { frame, half, rim: radians(0.5 * self.fov), near: self.near })
+        Ok(Fisheye { frame, half, rim: radians(0.5 * self.fov), clip: Clip::new(self.near, self.far)? })
     }
 }
 
@@ -78,6 +81,6 @@ impl Fisheye {
         // sin(rim·r)/r, whose limit at the centre is `rim`.
         let across = if r > 1e-9 { sin / r } else { self.rim };
         let d = f.forward * cos + (f.right * at.x + f.up * at.y) * across;
-        Ray { t_min: self.near, ..Ray::new(f.position, d) }
+        self.clip.of_ray(Ray::new(f.position, d), 1.0)
     }
 }

@@ -16,8 +16,8 @@
 //! - [`Camera::ray`] returns a ray in world space. Its direction goes from the camera to the screen or to the plane
 //!   of focus and is not normalized: its length is that of the classic documents. [`camera_rays`] makes eight rays of
 //!   unit direction and returns those lengths in addition.
-//! - `t_min` is where the ray crosses the `near` distance, which flat screens measure along the viewing direction.
-//!   `t_max` is infinite.
+//! - `t_min` is where the ray crosses the `near` distance, `t_max` where it crosses `far`; flat screens measure
+//!   both along the viewing direction.
 //! - Where a camera has no picture (outside a fisheye's circle) the ray is empty: `t_max` is negative and it hits
 //!   nothing. The renderer makes the sample black, or transparent if the background is. [`Camera::is_outside_field`] says
 //!   whether that can happen.
@@ -30,6 +30,7 @@
 //! - Time is not a matter of the camera: the view sets it on the ray.
 
 mod aperture;
+mod clip;
 mod equirectangular;
 mod fisheye;
 mod frame;

@@ -16,6 +16,7 @@
 //!
 //! The centre of the top left pixel is at (0.5, 0.5).
 
+use super::clip::Clip;
 use super::pinhole::Screen;
 use super::{Camera, CameraFrame, PanoramaMapping};
 use crate::math::DVec2;
@@ -55,6 +56,8 @@ pub struct CameraModel {
     pub rim: Option<f64>,
     /// Surfaces nearer than this are invisible, in scene units.
     pub near: f64,
+    /// Surfaces farther than this are invisible, in scene units; infinite without a limit.
+    pub far: f64,
 }
 
 impl Camera {
@@ -64,32 +67,40 @@ impl Camera {
     pub fn model(&self, width: u32, height: u32) -> CameraModel {
         let half = 0.5 * DVec2::new(f64::from(width), f64::from(height));
         let frame = self.frame();
-        let plain =
-            |kind, scale, near| CameraModel { kind, scale, center: half, frame, lens: None, rim: None, near };
-        let flat = |screen: &Screen, near| CameraModel {
+        let plain = |kind, scale, clip: Clip| CameraModel {
+            kind,
+            scale,
+            center: half,
+            frame,
+            lens: None,
+            rim: None,
+            near: clip.near,
+            far: clip.far,
+        };
+        let flat = |screen: &Screen, clip| CameraModel {
             // The picture's rows run downwards, its shift upwards.
             center: half * DVec2::new(1.0 - screen.shift.x, 1.0 + screen.shift.y),
-            ..plain(ProjectionKind::Perspective, half * screen.distance / screen.half, near)
+            ..plain(ProjectionKind::Perspective, half * screen.distance / screen.half, clip)
         };
         match self {
-            Camera::Pinhole(c) => flat(&c.screen, c.near),
+            Camera::Pinhole(c) => flat(&c.screen, c.clip),
             Camera::ThinLens(c) => {
-                CameraModel { lens: Some((c.lens_radius(), c.focus_distance)), ..flat(&c.screen, c.near) }
+                CameraModel { lens: Some((c.lens_radius(), c.focus_distance)), ..flat(&c.screen, c.clip) }
             }
-            Camera::Orthographic(c) => plain(ProjectionKind::Orthographic, half / c.half, c.near),
+            Camera::Orthographic(c) => plain(ProjectionKind::Orthographic, half / c.half, c.clip),
             Camera::Fisheye(c) => CameraModel {
                 rim: Some(c.rim),
-                ..plain(ProjectionKind::Fisheye, half / (c.half * c.rim), c.near)
+                ..plain(ProjectionKind::Fisheye, half / (c.half * c.rim), c.clip)
             },
             Camera::Realistic(c) => CameraModel {
                 lens: Some((c.thin().1, c.focus_distance)),
-                ..plain(ProjectionKind::Perspective, half / c.half_tangents(), c.near)
+                ..plain(ProjectionKind::Perspective, half / c.half_tangents(), c.clip)
             },
             Camera::Equirectangular(c) => match c.mapping {
                 PanoramaMapping::LatitudeLongitude => {
-                    plain(ProjectionKind::Equirectangular, half * DVec2::new(1.0 / PI, FRAC_2_PI), c.near)
+                    plain(ProjectionKind::Equirectangular, half * DVec2::new(1.0 / PI, FRAC_2_PI), c.clip)
                 }
-                PanoramaMapping::EqualArea => plain(ProjectionKind::EqualArea, half, c.near),
+                PanoramaMapping::EqualArea => plain(ProjectionKind::EqualArea, half, c.clip),
             },
         }
     }

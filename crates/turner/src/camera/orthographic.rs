@@ -1,5 +1,6 @@
 //! The orthographic camera: parallel rays.
 
+use super::clip::Clip;
 use super::{CameraFrame, Handedness, Viewport};
 use crate::math::{DVec2, DVec3, Ray};
 use crate::schema::{Range, SceneError, Transform, params};
@@ -19,6 +20,8 @@ params! {
         viewport: Viewport = Viewport::Height(4.0);
         /// Surfaces nearer to the screen than this, in scene units, are invisible.
         near: f64 = 0.0, in Range::NON_NEGATIVE;
+        /// Surfaces farther from the screen than this, in scene units, are invisible. By default there is no limit.
+        far: Option<f64> = None, in Range::POSITIVE;
         /// Motion blur: what moves the camera, in the space of the scene, from where it is at time 0 of the shutter to
         /// where it is at time 1.
         motion: Option<Transform> = None;
@@ -35,14 +38,18 @@ viewport = 4
 pub struct Orthographic {
     pub(super) frame: CameraFrame,
     pub(super) half: DVec2,
-    pub(super) near: f64,
+    pub(super) clip: Clip,
 }
 
 impl OrthographicDesc {
     /// Prepares it for a picture of the given aspect ratio (width over height).
     pub fn prepare(&self, aspect: f64) -> Result<Orthographic, SceneError> {
         let frame = CameraFrame::new(self.position, self.look_at, self.up, self.handedness)?;
-        Ok(Orthographic { frame, half: 0.5 * self.viewport.size(aspect), near: self.near })
+        Ok(Orthographic {
+            frame,
+            half: 0.5 * self.viewport.size(aspect),
+            clip: Clip::new(self.near, self.far)?,
+        })
     }
 }
 
@@ -57,8 +64,6 @@ impl Orthographic {
     pub(super) fn ray(&self, at: DVec2) -> Ray {
         let f = &self.frame;
         let origin = f.position + f.right * (at.x * self.half.x) + f.up * (at.y * self.half.y);
-        let mut ray = Ray::new(origin, f.forward);
-        ray.t_min = self.near;
-        ray
+        self.clip.of_ray(Ray::new(origin, f.forward), 1.0)
     }
 }

@@ -2,6 +2,7 @@
 
 use turner_bvh::lanes::{F64x8, Simd, Vec3x8};
 
+use super::clip::Clip;
 use super::{CameraFrame, Handedness};
 use crate::math::elementary::tan;
 use crate::math::{DVec2, DVec3, Ray, radians};
@@ -35,6 +36,8 @@ params! {
         shift: DVec2 = DVec2::ZERO;
         /// Surfaces nearer than this, in scene units along the viewing direction, are invisible.
         near: f64 = 0.0, in Range::NON_NEGATIVE;
+        /// Surfaces farther than this, in scene units along the viewing direction, are invisible. By default there is no limit.
+        far: Option<f64> = None, in Range::POSITIVE;
         /// Motion blur: what moves the camera, in the space of the scene, from where it is at time 0 of the shutter to
         /// where it is at time 1.
         motion: Option<Transform> = None;
@@ -152,7 +155,7 @@ pub(super) fn screen(
 pub struct Pinhole {
     pub(super) frame: CameraFrame,
     pub(super) screen: Screen,
-    pub(super) near: f64,
+    pub(super) clip: Clip,
 }
 
 impl PinholeDesc {
@@ -161,7 +164,7 @@ impl PinholeDesc {
         let frame = CameraFrame::new(self.position, self.look_at, self.up, self.handedness)?;
         let to_target = (self.look_at - self.position).length();
         let screen = screen(self.fov, self.viewport, self.distance, self.shift, to_target, aspect)?;
-        Ok(Pinhole { frame, screen, near: self.near })
+        Ok(Pinhole { frame, screen, clip: Clip::new(self.near, self.far)? })
     }
 }
 
@@ -177,16 +180,16 @@ impl Pinhole {
         self.frame.position
     }
 
-    /// As [`Pinhole::ray`] for eight screen positions: the directions, and the common `t_min`.
+    /// As [`Pinhole::ray`] for eight screen positions: the directions, and the common `t_min` and `t_max`.
     #[inline(always)]
-    pub(super) fn directions<S: Simd>(&self, simd: S, x: F64x8<S>, y: F64x8<S>) -> (Vec3x8<S>, f64) {
+    pub(super) fn directions<S: Simd>(&self, simd: S, x: F64x8<S>, y: F64x8<S>) -> (Vec3x8<S>, [f64; 2]) {
         let f = &self.frame;
         let vector = |v: DVec3| Vec3x8::splat(simd, v.to_array());
         let splat = |v: f64| F64x8::splat(simd, v);
         let d = vector(f.forward * self.screen.distance)
             + vector(f.right) * ((x + splat(self.screen.shift.x)) * splat(self.screen.half.x))
             + vector(f.up) * ((y + splat(self.screen.shift.y)) * splat(self.screen.half.y));
-        (d, self.near / self.screen.distance)
+        (d, [self.clip.near, self.clip.far].map(|v| v / self.screen.distance))
     }
 
     /// The ray through a screen position, (−1, −1) the lower left and (1, 1) the upper right corner. The direction
@@ -195,6 +198,6 @@ impl Pinhole {
     pub(super) fn ray(&self, at: DVec2) -> Ray {
         let f = &self.frame;
         let d = self.screen.direction(f, at);
-        Ray { t_min: self.near / self.screen.distance, ..Ray::new(f.position, d) }
+        self.clip.of_ray(Ray::new(f.position, d), self.screen.distance)
     }
 }

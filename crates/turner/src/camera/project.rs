@@ -14,6 +14,7 @@
 //! ```
 
 use super::Camera;
+use super::clip::Clip;
 use super::frame::CameraFrame;
 use super::pinhole::Screen;
 use crate::film::FilmDesc;
@@ -70,23 +71,20 @@ impl Camera {
     /// tested. The lens of many surfaces of [`Camera::Realistic`] is replaced by the ray through the centre of its pupil.
     pub fn project(&self, film: &FilmDesc, p: DVec3, lens: DVec2) -> Option<Projection> {
         let s = match self {
-            Camera::Pinhole(c) => flat(&c.frame, &c.screen, c.near, DVec3::ZERO, f64::INFINITY, p)?,
-            Camera::ThinLens(c) => flat(&c.frame, &c.screen, c.near, c.offset(lens), c.focus_distance, p)?,
+            Camera::Pinhole(c) => flat(&c.frame, &c.screen, &c.clip, DVec3::ZERO, f64::INFINITY, p)?,
+            Camera::ThinLens(c) => flat(&c.frame, &c.screen, &c.clip, c.offset(lens), c.focus_distance, p)?,
             Camera::Orthographic(c) => {
                 let v = p - c.frame.position;
                 let depth = v.dot(c.frame.forward);
-                if depth.is_nan() || depth <= c.near {
-                    return None;
-                }
                 OnScreen {
                     at: DVec2::new(v.dot(c.frame.right), v.dot(c.frame.up)) / c.half,
                     to_camera: -depth * c.frame.forward,
-                    free: 1.0 - c.near / depth,
+                    free: c.clip.free(depth)?,
                 }
             }
             Camera::Equirectangular(c) => {
                 let (v, d, distance) = seen_from(&c.frame, p)?;
-                OnScreen { at: c.place(d), to_camera: -v, free: 1.0 - c.near / distance }
+                OnScreen { at: c.place(d), to_camera: -v, free: c.clip.free(distance)? }
             }
             Camera::Fisheye(c) => {
                 let (v, d, distance) = seen_from(&c.frame, p)?;
@@ -98,7 +96,7 @@ impl Camera {
                 let across = DVec2::new(d.x, d.y);
                 let out = across.length();
                 let at = if out > 0.0 { across * (r / out) } else { DVec2::ZERO };
-                OnScreen { at: at / c.half, to_camera: -v, free: 1.0 - c.near / distance }
+                OnScreen { at: at / c.half, to_camera: -v, free: c.clip.free(distance)? }
             }
             Camera::Realistic(c) => {
                 let place = c.place(p)?;
@@ -127,21 +125,19 @@ fn seen_from(frame: &CameraFrame, p: DVec3) -> Option<(DVec3, DVec3, f64)> {
 fn flat(
     frame: &CameraFrame,
     screen: &Screen,
-    near: f64,
+    clip: &Clip,
     offset: DVec3,
     focus: f64,
     p: DVec3,
 ) -> Option<OnScreen> {
     let v = p - frame.position - offset;
     let depth = v.dot(frame.forward);
-    if depth.is_nan() || depth <= near {
-        return None;
-    }
+    let free = clip.free(depth)?;
     // The direction to the point at which the ray crosses the plane of focus, per unit of depth.
     let direction = v / depth + offset / focus;
     let half = screen.half / screen.distance;
     let at = DVec2::new(direction.dot(frame.right), direction.dot(frame.up)) / half - screen.shift;
-    Some(OnScreen { at, to_camera: -v, free: 1.0 - near / depth })
+    Some(OnScreen { at, to_camera: -v, free })
 }
 
 #[cfg(test)]
@@ -167,6 +163,7 @@ mod tests {
             distance,
             shift: DVec2::new(0.2, -0.7),
             near: 0.3,
+            far: Some(9.0),
         };
         let lens = ThinLensDesc {
             position,
@@ -176,6 +173,7 @@ mod tests {
             viewport,
             distance,
             shift: DVec2::new(-0.3, 0.1),
+            far: Some(9.5),
             lens_radius: 0.4,
             blades: 5,
             blade_rotation: 10.0,
@@ -193,6 +191,7 @@ mod tests {
                 handedness,
                 viewport,
                 near: 0.2,
+                far: Some(8.0),
             }),
             CameraDesc::Equirectangular(EquirectangularDesc {
                 position,
@@ -200,6 +199,7 @@ mod tests {
                 up,
                 handedness,
                 near: 0.1,
+                far: Some(10.0),
                 ..EquirectangularDesc::default()
             }),
             CameraDesc::Equirectangular(EquirectangularDesc {
@@ -217,6 +217,7 @@ mod tests {
                 handedness,
                 fov: 250.0,
                 near: 0.0,
+                far: Some(7.5),
                 motion: None,
             }),
         ];
@@ -244,6 +245,14 @@ mod tests {
                 assert!((s.to_camera + t * unit).length() < 1e-9);
                 let near = r.t_min * r.direction.length() / t;
                 assert!((1.0 - s.free - near).abs() < 1e-9, "{camera:?} {} {near}", s.free);
+                // The ends of the ray are what the camera sees last.
+                let end = |scale: f64| {
+                    let p = r.origin + scale * r.t_max * r.direction;
+                    camera.project(&film, p, lens).is_some()
+                };
+                if r.t_max.is_finite() {
+                    assert!(end(0.9999) && !end(1.0001), "{camera:?} {}", r.t_max);
+                }
                 // At its centre the square has no derivative: four triangles meet.
                 if matches!(&camera, Camera::Equirectangular(c) if c.mapping == PanoramaMapping::EqualArea)
                     && (x, y) == (150.0, 100.0)

@@ -31,7 +31,7 @@ pub fn camera_rays(
         let ray = camera.ray(screen, lens(lane));
         let length = ray.direction.length();
         let direction = ray.direction * length.recip();
-        rays.set(lane, ray.origin.to_array(), direction.to_array(), ray.t_min * length, ray.t_max);
+        rays.set(lane, ray.origin.to_array(), direction.to_array(), ray.t_min * length, ray.t_max * length);
         lengths.0[lane] = length;
     }
     lengths
@@ -55,13 +55,13 @@ impl Work for PinholeRays<'_> {
         let pixel_x = F64x8::load(simd, self.x);
         let x = splat(2.0) * pixel_x / splat(self.size[0]) - splat(1.0);
         let y = splat(1.0) - splat(2.0) * F64x8::load(simd, self.y) / splat(self.size[1]);
-        let (d, t_min) = self.pinhole.directions(simd, x, y);
+        let (d, [t_min, t_max]) = self.pinhole.directions(simd, x, y);
         let length = d.dot(d).sqrt();
         let (rays, mut lengths) = (self.rays, Block::default());
         Vec3x8::splat(simd, self.pinhole.position().to_array()).store(&mut rays.origin);
         (d * (splat(1.0) / length)).store(&mut rays.direction);
         (splat(t_min) * length).store(&mut rays.t_min);
-        pixel_x.is_nan().select(pixel_x, splat(f64::INFINITY)).store(&mut rays.t_max);
+        pixel_x.is_nan().select(pixel_x, splat(t_max) * length).store(&mut rays.t_max);
         length.store(&mut lengths);
         lengths
     }

@@ -136,6 +136,7 @@ fn a_shifted_screen_shows_the_adjacent_view() {
         distance,
         shift,
         near,
+        far: None,
     };
     let pinhole = |shift: DVec2| CameraDesc::Pinhole(with(shift)).prepare(1.5).unwrap();
     let lens = |shift: DVec2| {

@@ -13,6 +13,7 @@
 //! ```
 
 use super::aperture::Aperture;
+use super::clip::Clip;
 use super::pinhole::{Screen, screen};
 use super::{CameraFrame, Handedness, Viewport};
 use crate::math::{DVec2, DVec3, Ray};
@@ -50,6 +51,8 @@ params! {
         focus_distance: Option<f64> = None, in Range::POSITIVE;
         /// Surfaces nearer than this, in scene units along the viewing direction, are invisible.
         near: f64 = 0.0, in Range::NON_NEGATIVE;
+        /// Surfaces farther than this, in scene units along the viewing direction, are invisible. By default there is no limit.
+        far: Option<f64> = None, in Range::POSITIVE;
         /// Motion blur: what moves the camera, in the space of the scene, from where it is at time 0 of the shutter to
         /// where it is at time 1.
         motion: Option<Transform> = None;
@@ -76,7 +79,7 @@ pub struct ThinLens {
     lens_radius: f64,
     aperture: Aperture,
     pub(super) focus_distance: f64,
-    pub(super) near: f64,
+    pub(super) clip: Clip,
 }
 
 impl ThinLensDesc {
@@ -93,7 +96,7 @@ impl ThinLensDesc {
             lens_radius: self.lens_radius,
             aperture,
             focus_distance,
-            near: self.near,
+            clip: Clip::new(self.near, self.far)?,
         })
     }
 }
@@ -122,6 +125,6 @@ impl ThinLens {
         let on_focus = d * (self.focus_distance / self.screen.distance);
         let offset = self.offset(lens);
         let d = on_focus - offset;
-        Ray { t_min: self.near / self.focus_distance, ..Ray::new(f.position + offset, d) }
+        self.clip.of_ray(Ray::new(f.position + offset, d), self.focus_distance)
     }
 }

@@ -244,6 +244,7 @@ impl StudioDesc {
         let CameraDesc::Pinhole(PinholeDesc { position, look_at, up, fov, .. }) = framed else {
             return framed;
         };
+        // `far` belongs to the distance of the scene's own camera.
         let camera = match own {
             Some(CameraDesc::ThinLens(own)) => CameraDesc::ThinLens(ThinLensDesc {
                 position,
@@ -251,11 +252,18 @@ impl StudioDesc {
                 up,
                 fov,
                 viewport: None,
+                far: None,
                 ..own.clone()
             }),
-            Some(CameraDesc::Pinhole(own)) => {
-                CameraDesc::Pinhole(PinholeDesc { position, look_at, up, fov, viewport: None, ..own.clone() })
-            }
+            Some(CameraDesc::Pinhole(own)) => CameraDesc::Pinhole(PinholeDesc {
+                position,
+                look_at,
+                up,
+                fov,
+                viewport: None,
+                far: None,
+                ..own.clone()
+            }),
             _ => framed,
         };
         self.with_lens(camera, subject.radius)
@@ -288,8 +296,19 @@ impl StudioDesc {
         }
         let focal_length = 0.5 * SENSOR / tan(radians(0.5 * c.fov.unwrap_or(DEFAULT_FOV)));
         let aperture = focal_length / self.f_stop.unwrap_or(F_STOP) * radius / OBJECT;
-        let PinholeDesc { position, look_at, up, handedness, fov, viewport, distance, shift, near, motion } =
-            c.clone();
+        let PinholeDesc {
+            position,
+            look_at,
+            up,
+            handedness,
+            fov,
+            viewport,
+            distance,
+            shift,
+            near,
+            far,
+            motion,
+        } = c.clone();
         CameraDesc::ThinLens(ThinLensDesc {
             position,
             look_at,
@@ -300,6 +319,7 @@ impl StudioDesc {
             distance,
             shift,
             near,
+            far,
             motion,
             lens_radius: rounded(0.5 * aperture, rounding(radius) + 2),
             focus_distance: self.focus,
@@ -463,10 +483,15 @@ mod tests {
         let framed = |studio: &StudioDesc, own: Option<&CameraDesc>| {
             studio.framed(&Orbit::DEFAULT, &subject, own, 1.5)
         };
-        let own = CameraDesc::Pinhole(PinholeDesc { fov: Some(12.0), near: 0.01, ..PinholeDesc::default() });
+        let own = CameraDesc::Pinhole(PinholeDesc {
+            fov: Some(12.0),
+            near: 0.01,
+            far: Some(0.1),
+            ..PinholeDesc::default()
+        });
         let studio = StudioDesc::default();
         let CameraDesc::Pinhole(kept) = framed(&studio, Some(&own)) else { panic!("a pinhole camera") };
-        assert_eq!((kept.fov, kept.near), (Some(12.0), 0.01));
+        assert_eq!((kept.fov, kept.near, kept.far), (Some(12.0), 0.01, None));
         let width = |camera: &CameraDesc| {
             let [l, r, b, t] = seen(camera, &points, 1.5);
             (1.5 * (r - l)).max(t - b) / 2.0

@@ -252,6 +252,19 @@ fn nothing_seen(e: &Evidence<'_>, view: &View) -> Option<Finding> {
                 .measure("near", pinhole.near, "units"),
         );
     }
+    if let CameraDesc::Pinhole(pinhole) = &e.scene.prepared.view.camera_desc
+        && let Some(far) = pinhole.far
+        && far < distance + radius
+    {
+        let what = format!("the far plane of the camera, at {}, clips everything", short(far));
+        return Some(
+            find("camera-far-clips", 0.96, what)
+                .why(format!("the objects are {} units away", short(distance)))
+                .remedy("raise `far` of [camera]")
+                .set("camera.far", rounded(2.0 * (distance + radius)))
+                .measure("far", far, "units"),
+        );
+    }
     let pixels = 2.0 * (radius / distance.max(1e-300)) / view.pixel.max(1e-300);
     if pixels < 4.0 {
         let what =

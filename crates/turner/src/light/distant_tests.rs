@@ -9,6 +9,7 @@ use std::sync::Arc;
 
 use super::{Attenuation, DirectionalDesc, LightDesc, PointDesc, ProfileUnits, SkyDesc, SpotDesc};
 use crate::camera::PinholeDesc;
+use crate::color::Spectrum;
 use crate::description::{ObjectDesc, SceneDesc};
 use crate::film::Antialias;
 use crate::integrator::{DirectDesc, IntegratorDesc, LightSampling, PathDesc};
@@ -148,10 +149,34 @@ fn the_sky_is_the_same_with_every_sampling_strategy() {
     // The sky alone is blue and dimmer; sky and sun add up.
     let sky = seen(LightSampling::Both, 256, SkyDesc { sun: false, ..day() });
     assert!(sky.value()[2] > 1.3 * sky.value()[0] && sky.value()[1] < 0.35 * m[0].value()[1], "{sky:?}");
-    let twice = seen(LightSampling::Both, 256, SkyDesc { sun_strength: 2.0, ..day() });
+    let twice = seen(LightSampling::Both, 256, SkyDesc { sun_strength: Spectrum::grey(2.0), ..day() });
     for i in 0..3 {
         let expected = 2.0 * m[0].value()[i] - sky.value()[i];
         assert!((twice.value()[i] / expected - 1.0).abs() < 0.01, "{twice:?} {m:?} {sky:?}");
+    }
+}
+
+/// Sky and sun have their own factors.
+#[test]
+fn sky_sun_and_ground_are_separate() {
+    let day = || SkyDesc { elevation: 40.0, azimuth: 120.0, ..SkyDesc::default() };
+    let lit = |sky: SkyDesc| {
+        let desc = by(LightSampling::Both).seen_down().with(plane(), matte(grey(1.0)));
+        mean_of(24, 256, desc.lit(LightDesc::Sky(sky))).value()
+    };
+    let (sky, both) = (lit(SkyDesc { sun: false, ..day() }), lit(day()));
+    let sun = lit(SkyDesc { sky_strength: Spectrum::BLACK, ..day() });
+    let tinted = lit(SkyDesc {
+        sky_strength: Spectrum::new(0.0, 1.0, 3.0),
+        sun_strength: Spectrum::new(2.0, 0.5, 0.0),
+        strength: 2.0,
+        ..day()
+    });
+    let [of_sky, of_sun] = [[0.0, 2.0, 6.0], [4.0, 1.0, 0.0]];
+    for i in 0..3 {
+        assert!((sky[i] + sun[i]) / both[i] > 0.99 && (sky[i] + sun[i]) / both[i] < 1.01, "{sun:?} {both:?}");
+        let expected = of_sky[i] * sky[i] + of_sun[i] * sun[i];
+        assert!((tinted[i] / expected - 1.0).abs() < 0.01, "{tinted:?} {sky:?} {sun:?}");
     }
 }
 

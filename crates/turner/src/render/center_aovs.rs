@@ -291,6 +291,38 @@ mod tests {
         }
     }
 
+    /// Whatever the camera sees is as without the limit, or farther away than it: in `center_aovs` and in a film.
+    #[test]
+    fn what_is_beyond_far_is_invisible() {
+        let never = AtomicBool::new(false);
+        let options = PassOptions { threads: 1, cancel: &never, progress: None };
+        let depths = |far: Option<f64>| {
+            let mut desc = scene(&[Aov::Depth]);
+            let pinhole = PinholeDesc { position: DVec3::new(0.0, 1.0, 5.0), far, ..PinholeDesc::default() };
+            desc.camera = Some(CameraDesc::Pinhole(pinhole).into());
+            let prepared = desc.prepare(&PrepareOptions::default()).unwrap();
+            let own = center_aovs(&prepared, &options).unwrap().unwrap();
+            let mut renderer = Renderer::new(prepared).unwrap();
+            renderer.pass(1, &options).unwrap();
+            let of_film = renderer.develop_aovs(1).into_iter().next().unwrap();
+            assert_eq!(own[0].values, of_film.values);
+            let AovValues::Float(values) = of_film.values else { panic!("numbers") };
+            values
+        };
+        // The depth of nothing.
+        let none = 1e10;
+        let all = depths(None);
+        let hidden = [3.0, 4.2, 6.0, 20.0].map(|far| {
+            let expected: Vec<f32> =
+                all.iter().map(|d| if f64::from(*d) <= far { *d } else { none }).collect();
+            let found = depths(Some(far));
+            assert!(found == expected, "{far}: {:?}", found.iter().zip(&expected).find(|(a, b)| a != b));
+            found.iter().filter(|d| **d == none).count()
+        });
+        assert!(hidden[0] < all.len() && hidden[3] > 0, "{hidden:?} of {}", all.len());
+        assert!(hidden.is_sorted_by(|a, b| a > b), "{hidden:?}");
+    }
+
     /// One channel of the values of all.
     fn channel_of(values: &AovValues, depth: usize, channel: usize) -> AovValues {
         match values {

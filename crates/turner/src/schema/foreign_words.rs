@@ -116,7 +116,8 @@ pub const KEYS: &[Foreign] = words! {
         "write `type = \"thin-lens\"` with `focus_distance` and `lens_radius`";
     CAMERA, "width" | "height" | "resolution" | "size" | "aspect" | "aspectratio" =>
         "the size of the picture belongs in `[film]`: `width = 640`, `height = 480`";
-    CAMERA, "far" | "farclip" | "farplane" => "there is no far plane: remove the key";
+    CAMERA, "nearclip" | "nearplane" | "clipstart" | "znear" | "hither" => "write `near`, the distance at which the view begins";
+    CAMERA, "farclip" | "farplane" | "clipend" | "zfar" | "yon" => "write `far`, the distance at which the view ends";
     CAMERA, "samples" | "spp" => "samples per pixel belong in `[film]`: `samples = 64`";
     CAMERA, "exposure" | "film" => "exposure belongs in `[film]`: `exposure = 1`, in stops";
     CAMERA, "shutter" | "shutteropen" | "shutterclose" => "the shutter belongs in `[film]`: `shutter = [0, 0.5]`";

@@ -82,15 +82,16 @@ fn camera_json(camera: &CameraDesc, aspect: f64, remarks: &mut Remarks) -> Optio
                 viewport: c.viewport,
                 distance: c.distance,
                 shift: c.shift,
-                near: 0.0,
+                near: c.near,
+                far: c.far,
             };
             (c.handedness, perspective(&pinhole, distance, aspect))
         }
         CameraDesc::Orthographic(c) => {
             let size = c.viewport.size(aspect);
-            let (near, far) = (c.near, c.near + 1000.0 * distance.max(size.y));
+            let far = c.far.unwrap_or(c.near + 1000.0 * distance.max(size.y));
             let json = json!({ "type": "orthographic", "orthographic": {
-                "xmag": 0.5 * size.x, "ymag": 0.5 * size.y, "znear": near, "zfar": far,
+                "xmag": 0.5 * size.x, "ymag": 0.5 * size.y, "znear": c.near, "zfar": far,
             } });
             (c.handedness, json)
         }
@@ -130,7 +131,11 @@ fn perspective(c: &PinholeDesc, to_target: f64, aspect: f64) -> Value {
     };
     // glTF requires a near plane above 0.
     let near = if c.near > 0.0 { c.near } else { 1e-4 * to_target.max(1e-30) };
-    json!({ "type": "perspective", "perspective": { "yfov": fov, "aspectRatio": aspect, "znear": near } })
+    let mut out = json!({ "yfov": fov, "aspectRatio": aspect, "znear": near });
+    if let Some(far) = c.far.filter(|far| *far > near) {
+        out["zfar"] = far.into();
+    }
+    json!({ "type": "perspective", "perspective": out })
 }
 
 /// Splits colour times intensity into a colour with components of at most 1 and an intensity.

@@ -12,6 +12,7 @@ mod seen;
 use std::sync::Arc;
 
 use super::aperture::Aperture;
+use super::clip::Clip;
 use super::{CameraFrame, Handedness};
 use crate::math::{DVec2, DVec3, Ray};
 use crate::sampler::mix;
@@ -68,6 +69,8 @@ params! {
         brightness: LensBrightness = LensBrightness::Relative;
         /// Surfaces nearer than this, in scene units along the viewing direction, are invisible.
         near: f64 = 0.0, in Range::NON_NEGATIVE;
+        /// Surfaces farther than this, in scene units along the viewing direction, are invisible. By default there is no limit.
+        far: Option<f64> = None, in Range::POSITIVE;
         /// Motion blur: what moves the camera, in the space of the scene, from where it is at time 0 of the shutter to
         /// where it is at time 1.
         motion: Option<Transform> = None;
@@ -123,7 +126,7 @@ pub struct Realistic {
     /// Factor from areas of the pupil to weights.
     gain: f64,
     /// In scene units.
-    pub(super) near: f64,
+    pub(super) clip: Clip,
 }
 
 /// The lens and its tables.
@@ -155,7 +158,7 @@ impl RealisticDesc {
         };
         let central = central_rays(&lens, &pupils);
         let optics = Arc::new(Optics { lens, pupils, central });
-        let near = self.near;
+        let clip = Clip::new(self.near, self.far)?;
         Ok(Realistic {
             frame,
             half_film,
@@ -165,7 +168,7 @@ impl RealisticDesc {
             magnification,
             focus_distance,
             gain,
-            near,
+            clip,
         })
     }
 
@@ -269,8 +272,14 @@ impl Realistic {
         let f = &self.frame;
         let world = |v: DVec3| f.right * v.x + f.up * v.y + f.forward * v.z;
         let depth = p.z * self.millimetre;
-        let t_min = if self.near > depth && d.z > 0.0 { (self.near - depth) / d.z } else { 0.0 };
-        Ray { t_min, ..Ray::new(f.position + self.millimetre * world(p), world(d)) }
+        // Where the ray crosses a plane in front of it.
+        let crossing = |at: f64| if d.z > 0.0 { ((at - depth) / d.z).max(0.0) } else { 0.0 };
+        let t_max = if d.z > 0.0 { crossing(self.clip.far) } else { f64::INFINITY };
+        Ray {
+            t_min: crossing(self.clip.near),
+            t_max,
+            ..Ray::new(f.position + self.millimetre * world(p), world(d))
+        }
     }
 }
 

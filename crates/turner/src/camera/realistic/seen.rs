@@ -71,7 +71,7 @@ impl Realistic {
         let v = (p - f.position) / self.millimetre;
         let across = DVec2::new(v.dot(f.right), v.dot(f.up));
         let (out, depth) = (across.length(), v.dot(f.forward));
-        if !(out.is_finite() && depth.is_finite()) {
+        if !(out.is_finite() && depth.is_finite()) || depth * self.millimetre > self.clip.far {
             return None;
         }
         let point = DVec2::new(-out, depth);
@@ -84,7 +84,7 @@ impl Realistic {
         let axis = if out > 0.0 { across / out } else { DVec2::X };
         let seen = axis * -from.x;
         let origin = f.position + self.millimetre * (f.right * seen.x + f.up * seen.y + f.forward * from.y);
-        let hidden = self.near / self.millimetre - from.y;
+        let hidden = self.clip.near / self.millimetre - from.y;
         let free = if hidden > 0.0 && d.y > 0.0 { 1.0 - hidden / d.y / along } else { 1.0 };
         Some(Place { at: axis * r / self.half_film, to_camera: origin - p, free })
     }

@@ -269,8 +269,9 @@ fn height_of(camera: &Camera) -> f64 {
 fn points_project_to_the_central_rays_that_pass_them() {
     let film = FilmDesc { width: 300, height: 200, ..crate::description::SceneDesc::default().film };
     for elements in [double_gauss(), FISHEYE.to_vec()] {
-        let near = 0.5;
-        let camera = CameraDesc::Realistic(RealisticDesc { elements, near, ..desc() }).prepare(1.5).unwrap();
+        let (near, far) = (0.5, Some(6.0));
+        let camera =
+            CameraDesc::Realistic(RealisticDesc { elements, near, far, ..desc() }).prepare(1.5).unwrap();
         for (x, y) in [(150.0, 100.0), (40.3, 71.9), (222.2, 150.0), (160.0, 33.0)] {
             let at = DVec2::new(x / 150.0 - 1.0, 1.0 - y / 100.0);
             let ray = camera.ray(at, DVec2::splat(0.5));
@@ -279,6 +280,11 @@ fn points_project_to_the_central_rays_that_pass_them() {
             assert!((seen.place - DVec2::new(x, y)).length() < 1e-6, "{}: {x} {y}", seen.place);
             assert!((seen.to_camera + 4.0 * ray.direction).length() < 1e-9);
             assert!((1.0 - seen.free - ray.t_min / 4.0).abs() < 1e-9, "{} {}", seen.free, ray.t_min);
+            let end = |scale: f64| {
+                let p = ray.origin + scale * ray.t_max * ray.direction;
+                camera.project(&film, p, DVec2::splat(0.5)).is_some()
+            };
+            assert!(end(0.9999) && !end(1.0001), "{}", ray.t_max);
             // One ray per pixel: the area between neighbours, far away.
             let d =
                 |dx: f64, dy: f64| camera.ray(at + DVec2::new(dx, dy) * 1e-3, DVec2::splat(0.5)).direction;

@@ -46,7 +46,7 @@ use crate::schema::{ErrorCode, Range, SceneError, params};
 
 params! {
     /// Daylight of a clear sky, computed from air, dust and ozone, and the sun. +y is up, −z is north, +x is east.
-    /// The sky is an environment light; below the horizon it shows ground lit by sun and sky. The sun is a
+    /// The sky is an environment light; below the horizon it shows ground lit by sun and sky, unless `ground` is false. The sun is a
     /// directional light with an extent, visible to physical integrators. Exposure 0 suits noon: one unit of light is
     /// a quarter of the sunlight above the atmosphere, about 33,000 lux.
     pub struct SkyDesc as "sky" {
@@ -67,12 +67,16 @@ params! {
         ozone: f64 = 1.0, in Range::closed(0.0, 10.0);
         /// Fraction of light that the ground reflects; bright ground makes a brighter sky.
         ground_albedo: Spectrum = Spectrum::grey(0.3), in Range::UNIT;
+        /// Whether the ground is seen below the horizon. Otherwise it is black there, for scenes with a floor of their own.
+        ground: bool = true;
         /// Whether the sun is included; otherwise the sky alone emits light.
         sun: bool = true;
         /// Angular diameter of the sun, in degrees; at 0 it has no extent.
         sun_angle: f64 = 0.53, in Range::closed(0.0, 90.0);
         /// Multiplies the sun's light, not the sky's.
-        sun_strength: f64 = 1.0, in Range::NON_NEGATIVE;
+        sun_strength: Spectrum = Spectrum::WHITE, in Range::NON_NEGATIVE;
+        /// Multiplies the light of the sky and of the ground, not the sun's; at 0 the sun is alone.
+        sky_strength: Spectrum = Spectrum::WHITE, in Range::NON_NEGATIVE;
         /// Multiplies the light of sun and sky.
         strength: f64 = 1.0, in Range::NON_NEGATIVE;
     }
@@ -130,7 +134,7 @@ impl SkyDesc {
         let (elevation, azimuth) = self.sun_angles()?;
         // The image has the sun in the north.
         let rotation = sin_cos(-azimuth);
-        let scale = Spectrum::WHITE * self.strength as f32;
+        let scale = self.sky_strength * self.strength as f32;
         let compensated = setting.compensated;
         let key = DayKey {
             elevation,
@@ -138,6 +142,7 @@ impl SkyDesc {
             dust: self.dust,
             ozone: self.ozone,
             ground_albedo: self.ground_albedo,
+            ground: self.ground,
         };
         let same = |light: &&EnvironmentLight| {
             light.is_compensated() == compensated && light.day().is_some_and(|day| day.key == key)
@@ -151,7 +156,7 @@ impl SkyDesc {
         };
         let sunlight = environment.day().map_or(Spectrum::BLACK, |day| day.sunlight);
         let factor = if setting.physical { 1.0 } else { 1.0 / PI };
-        let light = sunlight * (self.strength * self.sun_strength * factor) as f32;
+        let light = sunlight * self.sun_strength * (self.strength * factor) as f32;
         if !self.sun || light.is_black() {
             return Ok((environment, None));
         }
@@ -182,6 +187,7 @@ struct DayKey {
     dust: f64,
     ozone: f64,
     ground_albedo: Spectrum,
+    ground: bool,
 }
 
 /// The parameters of a computed sky, and its sunlight.
@@ -201,7 +207,8 @@ impl DayKey {
         let sky = Sky::new(atmosphere, zenith_angle, f64::from(self.ground_albedo.luminance()));
         let sunlight = colors.color(&sky.sunlight(0.0, zenith_angle));
         let facing = cos(zenith_angle).max(0.0) as f32;
-        let image = environment_map(&sky, &colors, self.ground_albedo, sunlight * facing, threads);
+        let ground = if self.ground { self.ground_albedo } else { Spectrum::BLACK };
+        let image = environment_map(&sky, &colors, ground, sunlight * facing, threads);
         (Day { key: self, sunlight }, image)
     }
 }

@@ -196,10 +196,26 @@ fn an_edit_that_keeps_the_day_keeps_its_image() {
         let Light::Environment(first) = &before[0] else { unreachable!() };
         kept.0.shares_image(first)
     };
-    assert!(again(SkyDesc { azimuth: 20.0, strength: 2.0, sun_strength: 0.5, ..desc() }, true));
+    assert!(again(
+        SkyDesc { azimuth: 20.0, strength: 2.0, sun_strength: Spectrum::grey(0.5), ..desc() },
+        true
+    ));
     assert!(!again(SkyDesc { elevation: 12.0, ..desc() }, true));
+    assert!(again(SkyDesc { sky_strength: Spectrum::new(0.5, 1.0, 2.0), ..desc() }, true));
     assert!(!again(SkyDesc { dust: 2.0, ..desc() }, true));
+    assert!(!again(SkyDesc { ground: false, ..desc() }, true));
     assert!(!again(desc(), false));
+}
+
+#[test]
+fn without_ground_it_is_black_below_the_horizon() {
+    let seen = |ground: bool, direction: DVec3| {
+        let (light, _) = SkyDesc { ground, ..desc() }.prepare(&setting(true, true)).unwrap();
+        light.radiance(direction)
+    };
+    let (up, down) = (DVec3::new(0.3, 0.5, -0.2), DVec3::new(0.3, -0.5, 0.2));
+    assert!(seen(false, down).is_black() && seen(true, down).luminance() > 0.01);
+    assert_eq!(seen(false, up), seen(true, up));
 }
 
 #[test]
