@@ -514,8 +514,10 @@ def interior(node):
     color = [min(c, 1.0) for c in rgb(color)]
     if node.type == "VOLUME_ABSORPTION":
         return {"absorption": [density * (1.0 - c) for c in color], "scattering": 0.0}
-    g = constant(node.inputs["Anisotropy"]) or 0.0
     scattering = [density * c for c in color]
+    if getattr(node, "phase", None) == "RAYLEIGH":
+        return {"absorption": 0.0, "scattering": scattering, "rayleigh": 1.0}
+    g = constant(node.inputs["Anisotropy"]) or 0.0
     return {"absorption": 0.0, "scattering": scattering, "anisotropy": min(max(g, -0.99), 0.99)}
 
 

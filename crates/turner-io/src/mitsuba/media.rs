@@ -9,6 +9,7 @@ use turner::schema::{ErrorCode, GridFile, MediumId, Named};
 
 use super::assembly::Assembly;
 use super::params::Object;
+use super::phase::{self, Phase};
 use super::spectra::{Role, color};
 use super::volumes::{self, Cells};
 use crate::assets::printable;
@@ -46,27 +47,7 @@ fn make(scene: &mut Assembly<'_>, object: &Object) -> Result<Option<MediumDesc>,
         "step_size",
     ]);
     let scale = object.float("scale")?.unwrap_or(1.0).clamp(0.0, 1e15);
-    let anisotropy = match object.object("phase")? {
-        None => 0.0,
-        Some(phase) => {
-            let g = match phase.kind.as_str() {
-                "hg" => phase.float("g")?.unwrap_or(0.8),
-                "isotropic" => 0.0,
-                other if ["rayleigh", "blendphase", "sggx", "tabphase"].contains(&other) => {
-                    phase.pass_all();
-                    let message = format!("{}: rendered as isotropic", phase.title());
-                    scene.report.approximated(phase.place, message);
-                    0.0
-                }
-                other => {
-                    let all = ["hg", "isotropic", "rayleigh", "blendphase", "sggx", "tabphase"];
-                    return Err(unknown("phase", other, &all).or_at(phase.place));
-                }
-            };
-            scene.finish(&phase);
-            g.clamp(-0.999, 0.999)
-        }
-    };
+    let phase = phase::of_medium(scene, object)?;
     let named = named(scene, object)?;
     if named.is_some() || object.has("sigma_a") || object.has("sigma_s") {
         let get = |scene: &mut Assembly<'_>, name: &'static str| match object.find(name) {
@@ -81,7 +62,7 @@ fn make(scene: &mut Assembly<'_>, object: &Object) -> Result<Option<MediumDesc>,
         let part = |s: f32, t: f32| if t > 0.0 { s / t } else { 0.0 };
         let albedo =
             Spectrum::new(part(scattering.r, sum.r), part(scattering.g, sum.g), part(scattering.b, sum.b));
-        return Ok(Some(homogeneous(scale, sum, albedo, anisotropy)));
+        return Ok(Some(homogeneous(scale, sum, albedo, phase)));
     }
     let albedo = value(scene, object, "albedo", 0.75)?;
     // Heterogeneous media of Mitsuba 0.6 call their extinction "density".
@@ -104,7 +85,7 @@ fn make(scene: &mut Assembly<'_>, object: &Object) -> Result<Option<MediumDesc>,
         }
         (Volume::Constant(c, _), Volume::Constant(albedo, _)) => {
             let albedo = albedo.map(|v| v.clamp(0.0, 1.0));
-            return Ok(Some(homogeneous(scale, c, albedo, anisotropy)));
+            return Ok(Some(homogeneous(scale, c, albedo, phase)));
         }
     };
     let [min, max] = sigma_t.bounds;
@@ -129,7 +110,10 @@ fn make(scene: &mut Assembly<'_>, object: &Object) -> Result<Option<MediumDesc>,
         density: scale,
         extinction: Some(extinction),
         albedo: Some(albedo),
-        anisotropy,
+        anisotropy: phase.anisotropy,
+        second_anisotropy: phase.second_anisotropy,
+        second_weight: phase.second_weight,
+        rayleigh: phase.rayleigh,
         ..GridMedium::default()
     })))
 }
@@ -152,12 +136,15 @@ fn named(scene: &mut Assembly<'_>, object: &Object) -> Result<Option<(Spectrum, 
     Ok(found)
 }
 
-fn homogeneous(density: f64, extinction: Spectrum, albedo: Spectrum, anisotropy: f64) -> MediumDesc {
+fn homogeneous(density: f64, extinction: Spectrum, albedo: Spectrum, phase: Phase) -> MediumDesc {
     MediumDesc::Homogeneous(HomogeneousMedium {
         density,
         absorption: Some(extinction * albedo.map(|v| 1.0 - v)),
         scattering: Some(extinction * albedo),
-        anisotropy,
+        anisotropy: phase.anisotropy,
+        second_anisotropy: phase.second_anisotropy,
+        second_weight: phase.second_weight,
+        rayleigh: phase.rayleigh,
         ..HomogeneousMedium::default()
     })
 }

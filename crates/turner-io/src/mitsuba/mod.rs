@@ -23,6 +23,7 @@ mod meshes;
 mod metals;
 mod older;
 mod params;
+mod phase;
 mod projected;
 mod rough_layer;
 mod serialized;

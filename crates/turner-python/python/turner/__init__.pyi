@@ -3144,6 +3144,9 @@ class HomogeneousMedium(Medium):
         absorption (color, 0 to 1000000000000000000000000000000): Absorption coefficient per scene unit, by colour; with `scattering`, instead of `extinction` and `albedo`.
         scattering (color, 0 to 1000000000000000000000000000000): Scattering coefficient per scene unit, by colour; with `absorption`, instead of `extinction` and `albedo`.
         anisotropy (number, -0.999 to 0.999, default 0): Mean cosine g of the Henyey-Greenstein phase function: 0 is isotropic, 0.7 to 0.9 is haze and cloud (forward), below 0 backward.
+        second_anisotropy (number, -0.999 to 0.999, default 0): Mean cosine of a second Henyey-Greenstein lobe: clouds have one that scatters back.
+        second_weight (number, 0 to 1, default 0): Fraction of light that the second lobe scatters.
+        rayleigh (number, 0 to 1, default 0): Fraction of light that is scattered by Rayleigh's phase function, as by particles much smaller than the wavelength: 1 is clear air. The lobes above share the rest.
         emission (color, 0 to 1000000000000000, default 0): Emitted radiance per scene unit.
     """
     def __init__(
@@ -3155,6 +3158,9 @@ class HomogeneousMedium(Medium):
         absorption: Color | None = None,
         scattering: Color | None = None,
         anisotropy: float | None = None,
+        second_anisotropy: float | None = None,
+        second_weight: float | None = None,
+        rayleigh: float | None = None,
         emission: Color | None = None,
     ) -> None: ...
     density: Any
@@ -3163,6 +3169,9 @@ class HomogeneousMedium(Medium):
     absorption: Any
     scattering: Any
     anisotropy: Any
+    second_anisotropy: Any
+    second_weight: Any
+    rayleigh: Any
     emission: Any
 
 class GridMedium(Medium):
@@ -3181,6 +3190,9 @@ class GridMedium(Medium):
         absorption (color, 0 to 1000000000000000000000000000000): Absorption coefficient per scene unit at density 1, by colour; with `scattering`, instead of `extinction` and `albedo`.
         scattering (color, 0 to 1000000000000000000000000000000): Scattering coefficient per scene unit at density 1, by colour; with `absorption`, instead of `extinction` and `albedo`.
         anisotropy (number, -0.999 to 0.999, default 0): Mean cosine g of the Henyey-Greenstein phase function: 0 is isotropic, above 0 forward, below 0 backward.
+        second_anisotropy (number, -0.999 to 0.999, default 0): Mean cosine of a second Henyey-Greenstein lobe: clouds have one that scatters back.
+        second_weight (number, 0 to 1, default 0): Fraction of light that the second lobe scatters.
+        rayleigh (number, 0 to 1, default 0): Fraction of light that is scattered by Rayleigh's phase function, as by particles much smaller than the wavelength: 1 is clear air. The lobes above share the rest.
         emission (color, 0 to 1000000000000000, default 0): Emitted radiance per scene unit at density 1, times the grid's emission if the file has one, and times the colour of its `temperature` if that is given.
         temperature ("grid file"): A grid of temperatures in the same box, or where its file places it beside the densities: `emission` then has the colour of a black body, whose greatest spectral value is 1. Fire and explosions: `temperature = "fire.vdb#temperature"`.
         temperature_scale (number, 0 to 1000000000, default 1): Kelvin per unit of `temperature`.
@@ -3199,6 +3211,9 @@ class GridMedium(Medium):
         absorption: Color | None = None,
         scattering: Color | None = None,
         anisotropy: float | None = None,
+        second_anisotropy: float | None = None,
+        second_weight: float | None = None,
+        rayleigh: float | None = None,
         emission: Color | None = None,
         temperature: File | NDArray[Any] | None = None,
         temperature_scale: float | None = None,
@@ -3214,6 +3229,9 @@ class GridMedium(Medium):
     absorption: Any
     scattering: Any
     anisotropy: Any
+    second_anisotropy: Any
+    second_weight: Any
+    rayleigh: Any
     emission: Any
     temperature: Any
     temperature_scale: Any
@@ -3237,6 +3255,9 @@ class SmokeMedium(Medium):
         absorption (color, 0 to 1000000000000000000000000000000): Absorption coefficient per scene unit at density 1, by colour; with `scattering`, instead of `extinction` and `albedo`.
         scattering (color, 0 to 1000000000000000000000000000000): Scattering coefficient per scene unit at density 1, by colour; with `absorption`, instead of `extinction` and `albedo`.
         anisotropy (number, -0.999 to 0.999, default 0): Mean cosine g of the Henyey-Greenstein phase function: 0 is isotropic, above 0 forward, below 0 backward.
+        second_anisotropy (number, -0.999 to 0.999, default 0): Mean cosine of a second Henyey-Greenstein lobe: clouds have one that scatters back.
+        second_weight (number, 0 to 1, default 0): Fraction of light that the second lobe scatters.
+        rayleigh (number, 0 to 1, default 0): Fraction of light that is scattered by Rayleigh's phase function, as by particles much smaller than the wavelength: 1 is clear air. The lobes above share the rest.
         emission (color, 0 to 1000000000000000, default 0): Emitted radiance per scene unit at density 1.
     """
     def __init__(
@@ -3256,6 +3277,9 @@ class SmokeMedium(Medium):
         absorption: Color | None = None,
         scattering: Color | None = None,
         anisotropy: float | None = None,
+        second_anisotropy: float | None = None,
+        second_weight: float | None = None,
+        rayleigh: float | None = None,
         emission: Color | None = None,
     ) -> None: ...
     center: Any
@@ -3272,6 +3296,9 @@ class SmokeMedium(Medium):
     absorption: Any
     scattering: Any
     anisotropy: Any
+    second_anisotropy: Any
+    second_weight: Any
+    rayleigh: Any
     emission: Any
 
 class CloudMedium(Medium):
@@ -3289,6 +3316,9 @@ class CloudMedium(Medium):
         absorption (color, 0 to 1000000000000000000000000000000): Absorption coefficient per scene unit at density 1, by colour; with `scattering`, instead of `extinction` and `albedo`.
         scattering (color, 0 to 1000000000000000000000000000000): Scattering coefficient per scene unit at density 1, by colour; with `absorption`, instead of `extinction` and `albedo`.
         anisotropy (number, -0.999 to 0.999, default 0): Mean cosine g of the Henyey-Greenstein phase function: 0 is isotropic, above 0 forward, below 0 backward.
+        second_anisotropy (number, -0.999 to 0.999, default 0): Mean cosine of a second Henyey-Greenstein lobe: clouds have one that scatters back.
+        second_weight (number, 0 to 1, default 0): Fraction of light that the second lobe scatters.
+        rayleigh (number, 0 to 1, default 0): Fraction of light that is scattered by Rayleigh's phase function, as by particles much smaller than the wavelength: 1 is clear air. The lobes above share the rest.
         emission (color, 0 to 1000000000000000, default 0): Emitted radiance per scene unit at density 1.
     """
     def __init__(
@@ -3305,6 +3335,9 @@ class CloudMedium(Medium):
         absorption: Color | None = None,
         scattering: Color | None = None,
         anisotropy: float | None = None,
+        second_anisotropy: float | None = None,
+        second_weight: float | None = None,
+        rayleigh: float | None = None,
         emission: Color | None = None,
     ) -> None: ...
     min: Any
@@ -3318,6 +3351,9 @@ class CloudMedium(Medium):
     absorption: Any
     scattering: Any
     anisotropy: Any
+    second_anisotropy: Any
+    second_weight: Any
+    rayleigh: Any
     emission: Any
 
 class AmbientLight(Light):

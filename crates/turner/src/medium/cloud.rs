@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use super::{Coefficients, Heterogeneous};
+use super::{Coefficients, Heterogeneous, PhaseFunction};
 use crate::color::Spectrum;
 use crate::math::DVec3;
 use crate::schema::{ErrorCode, GridData, Range, SceneError, params};
@@ -38,6 +38,13 @@ params! {
         scattering: Option<Spectrum> = None, in Range::closed(0.0, 1e30);
         /// Mean cosine g of the Henyey-Greenstein phase function: 0 is isotropic, above 0 forward, below 0 backward.
         anisotropy: f64 = 0.0, in Range::closed(-0.999, 0.999);
+        /// Mean cosine of a second Henyey-Greenstein lobe: clouds have one that scatters back.
+        second_anisotropy: f64 = 0.0, in Range::closed(-0.999, 0.999);
+        /// Fraction of light that the second lobe scatters.
+        second_weight: f64 = 0.0, in Range::UNIT;
+        /// Fraction of light that is scattered by Rayleigh's phase function, as by particles much smaller than the
+        /// wavelength: 1 is clear air. The lobes above share the rest.
+        rayleigh: f64 = 0.0, in Range::UNIT;
         /// Emitted radiance per scene unit at density 1.
         emission: Spectrum = Spectrum::BLACK, in Range::closed(0.0, 1e15);
     }
@@ -65,7 +72,7 @@ impl CloudMedium {
             1.0,
             [self.extinction, self.albedo],
             [self.absorption, self.scattering],
-            self.anisotropy,
+            PhaseFunction::new([self.anisotropy, self.second_anisotropy], self.second_weight, self.rayleigh),
             self.emission,
         )?;
         let size = self.max - self.min;

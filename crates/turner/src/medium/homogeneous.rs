@@ -1,6 +1,6 @@
 //! Homogeneous media. Beer-Lambert transmittance e^(−σt·t); free paths are sampled exactly.
 
-use super::{Coefficients, RaySegment, Walk};
+use super::{Coefficients, PhaseFunction, RaySegment, Walk};
 use crate::color::Spectrum;
 use crate::math::elementary::{exp, ln};
 use crate::schema::{Range, SceneError, params};
@@ -24,6 +24,13 @@ params! {
         /// Mean cosine g of the Henyey-Greenstein phase function: 0 is isotropic, 0.7 to 0.9 is haze and cloud
         /// (forward), below 0 backward.
         anisotropy: f64 = 0.0, in Range::closed(-0.999, 0.999);
+        /// Mean cosine of a second Henyey-Greenstein lobe: clouds have one that scatters back.
+        second_anisotropy: f64 = 0.0, in Range::closed(-0.999, 0.999);
+        /// Fraction of light that the second lobe scatters.
+        second_weight: f64 = 0.0, in Range::UNIT;
+        /// Fraction of light that is scattered by Rayleigh's phase function, as by particles much smaller than the
+        /// wavelength: 1 is clear air. The lobes above share the rest.
+        rayleigh: f64 = 0.0, in Range::UNIT;
         /// Emitted radiance per scene unit.
         emission: Spectrum = Spectrum::BLACK, in Range::closed(0.0, 1e15);
     }
@@ -58,7 +65,7 @@ impl HomogeneousMedium {
             self.density,
             [self.extinction, self.albedo],
             [self.absorption, self.scattering],
-            self.anisotropy,
+            PhaseFunction::new([self.anisotropy, self.second_anisotropy], self.second_weight, self.rayleigh),
             self.emission,
         )?;
         Ok(Homogeneous { coefficients })
@@ -95,7 +102,7 @@ impl Homogeneous {
     /// A medium without effect.
     pub(super) fn void() -> Homogeneous {
         let none = [0.0; 3];
-        let phase = super::HenyeyGreenstein { g: 0.0 };
+        let phase = PhaseFunction::ISOTROPIC;
         Homogeneous {
             coefficients: Coefficients { extinction: none, scattering: none, emission: none, phase },
         }

@@ -17,7 +17,7 @@
 //! - `pdf` is per unit of length, not per solid angle. It is 0 where unknown (heterogeneous media), and then there is
 //!   no MIS over distances.
 //! - [`Medium::transmittance`] is exact and within 0..=1 for homogeneous media; for others it is an unbiased estimate.
-//! - The phase function ([`HenyeyGreenstein`]) is per steradian and integrates to 1 over the sphere; there is no
+//! - The phase function ([`PhaseFunction`]) is per steradian and integrates to 1 over the sphere; there is no
 //!   cosine. Unlike those of surfaces, its directions are those in which light travels: a cosine of 1 is straight
 //!   forward.
 //! - Random numbers are passed in: two in `u`, and as many more as a heterogeneous medium needs from a counter-based
@@ -38,7 +38,7 @@ pub use equiangular::Equiangular;
 pub use grid::{GridBorder, GridMedium};
 pub use heterogeneous::Heterogeneous;
 pub use homogeneous::{Homogeneous, HomogeneousMedium, Place};
-pub use phase::HenyeyGreenstein;
+pub use phase::PhaseFunction;
 pub use smoke::SmokeMedium;
 pub use subsurface::scattering_albedo;
 
@@ -68,7 +68,7 @@ pub struct Coefficients {
     /// Emitted radiance.
     pub emission: [f64; 3],
     /// The phase function.
-    pub phase: HenyeyGreenstein,
+    pub phase: PhaseFunction,
 }
 
 impl Coefficients {
@@ -79,7 +79,7 @@ impl Coefficients {
         density: f64,
         [extinction, albedo]: [Option<Spectrum>; 2],
         [absorption, scattering]: [Option<Spectrum>; 2],
-        g: f64,
+        phase: PhaseFunction,
         emission: Spectrum,
     ) -> Result<Coefficients, SceneError> {
         let by_parts = absorption.is_some() || scattering.is_some();
@@ -104,7 +104,7 @@ impl Coefficients {
             extinction: dense(extinction),
             scattering: dense(scattering),
             emission: dense(bands(emission)),
-            phase: HenyeyGreenstein { g },
+            phase,
         })
     }
 

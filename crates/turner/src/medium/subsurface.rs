@@ -1,6 +1,6 @@
 //! The medium inside a translucent object, from the colour that it should show.
 
-use super::{Coefficients, HenyeyGreenstein, Homogeneous};
+use super::{Coefficients, Homogeneous, PhaseFunction};
 use crate::color::Spectrum;
 
 /// Single-scattering albedo of a medium whose half-space reflects the fraction `color` of diffuse light: van de Hulst's
@@ -31,7 +31,7 @@ impl Homogeneous {
                 extinction,
                 scattering,
                 emission: [0.0; 3],
-                phase: HenyeyGreenstein { g },
+                phase: PhaseFunction::new([g, 0.0], 0.0, 0.0),
             },
         }
     }
@@ -56,7 +56,7 @@ impl Homogeneous {
 
     /// The phase function.
     #[inline]
-    pub(crate) fn phase(&self) -> HenyeyGreenstein {
+    pub(crate) fn phase(&self) -> PhaseFunction {
         self.coefficients.phase
     }
 }

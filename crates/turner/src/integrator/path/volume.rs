@@ -34,7 +34,7 @@ use super::volume_light::Connection;
 use crate::integrator::{CameraSamples, Radiance, RayStats};
 use crate::light::Receiver;
 use crate::math::{DVec3, Ray};
-use crate::medium::{Equiangular, HenyeyGreenstein, Medium, RaySegment};
+use crate::medium::{Equiangular, Medium, PhaseFunction, RaySegment};
 use crate::scene::{Hit, Volumes};
 
 /// Sets of random numbers for segments through media, four per segment, after those of surfaces.
@@ -229,7 +229,7 @@ impl<R: Record> PathBatch<'_, R> {
         sample: u32,
         forward: DVec3,
         p: DVec3,
-        phase: HenyeyGreenstein,
+        phase: PhaseFunction,
         equiangular_ratio: f64,
     ) {
         if self.settings.light_sampling == LightSampling::Bsdf {
@@ -259,7 +259,7 @@ impl<R: Record> PathBatch<'_, R> {
         sample: u32,
         ray: &Ray,
         t: f64,
-        phase: HenyeyGreenstein,
+        phase: PhaseFunction,
         equiangular_ratio: f64,
         survival_u: f64,
         stats: &mut RayStats,

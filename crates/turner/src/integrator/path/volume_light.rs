@@ -17,7 +17,7 @@ use super::volume::Purpose;
 use crate::color::Spectrum;
 use crate::material::Material;
 use crate::math::{DVec3, Ray};
-use crate::medium::HenyeyGreenstein;
+use crate::medium::PhaseFunction;
 use crate::sampler::Stream;
 use crate::scene::light_sample::LightSample;
 use crate::scene::{Scene, Volumes};
@@ -40,7 +40,7 @@ pub(super) struct Connection {
     pub(super) t: f64,
     /// Direction of the path.
     pub(super) forward: DVec3,
-    pub(super) phase: HenyeyGreenstein,
+    pub(super) phase: PhaseFunction,
     /// Throughput to the point, over the density of its distance.
     pub(super) beta: Spectrum,
     /// Density of the distance by the other strategy over that by this one, to weigh against light sampled at the point

@@ -1,5 +1,5 @@
 use super::*;
-use crate::medium::{HenyeyGreenstein, Homogeneous};
+use crate::medium::{Homogeneous, PhaseFunction};
 use crate::sampler::{OwenSobol, SampleId};
 use crate::schema::GridScattering;
 use crate::testing::Random;
@@ -9,7 +9,7 @@ fn coefficients() -> Coefficients {
         extinction: [1.0, 2.0, 0.5],
         scattering: [0.8, 0.5, 0.5],
         emission: [0.1, 0.2, 0.3],
-        phase: HenyeyGreenstein { g: 0.0 },
+        phase: PhaseFunction::ISOTROPIC,
     }
 }
 

@@ -8,7 +8,7 @@ use crate::description::SceneDesc;
 use crate::integrator::{DepthDesc, DirectDesc, IntegratorDesc, LightSampling, NormalsDesc, PathDesc};
 use crate::material::{DielectricMaterial, InterfaceMaterial, PrincipledMaterial};
 use crate::math::{DAffine3, DVec3};
-use crate::medium::{HenyeyGreenstein, HomogeneousMedium, SmokeMedium};
+use crate::medium::{HomogeneousMedium, PhaseFunction, SmokeMedium};
 use crate::schema::{MaterialId, MeshData};
 use crate::shape::{DiskDesc, ShapeDesc};
 use crate::testing::Random;
@@ -161,8 +161,14 @@ fn light_from_floors_under_fog_passes_the_fog_once_more() {
 }
 
 /// Single scattering of a point light along the ray, by Simpson's rule.
-fn single_scattering(end: f64, sigma: f64, albedo: f64, g: f64, light: [f64; 2], intensity: f64) -> f64 {
-    let phase = HenyeyGreenstein { g };
+fn single_scattering(
+    end: f64,
+    sigma: f64,
+    albedo: f64,
+    phase: PhaseFunction,
+    light: [f64; 2],
+    intensity: f64,
+) -> f64 {
     let n = 400_000;
     let f = |t: f64| {
         // The light is at distance `light[0]` along the ray and `light[1]` from it.
@@ -178,23 +184,37 @@ fn single_scattering(end: f64, sigma: f64, albedo: f64, g: f64, light: [f64; 2],
 #[test]
 fn single_scattering_matches_quadrature() {
     let once = PathDesc { max_depth: 1, ..PathDesc::default() };
-    for (g, samples) in [(0.0, 400), (0.7, 400), (-0.5, 400)] {
+    // Mean cosines of two lobes, the fraction of the second, and that of Rayleigh's function.
+    let phases = [
+        ([0.0, 0.0], 0.0, 0.0),
+        ([0.7, 0.0], 0.0, 0.0),
+        ([-0.5, 0.0], 0.0, 0.0),
+        ([0.0, 0.0], 0.0, 1.0),
+        ([0.8, -0.4], 0.4, 0.3),
+    ];
+    for (cosines, second_weight, rayleigh) in phases {
+        let samples = 400;
+        let phase = PhaseFunction::new(cosines, second_weight, rayleigh);
+        let [g, second_anisotropy] = cosines;
+        let with_phase =
+            |fog: HomogeneousMedium| HomogeneousMedium { second_anisotropy, second_weight, rayleigh, ..fog };
         for light_sampling in [LightSampling::Both, LightSampling::Light] {
             // Unbounded fog, coloured.
             let desc = along(PathDesc { light_sampling, ..once.clone() })
                 .lit(lamp(v(1.0, 0.0, 4.0), 10.0))
-                .in_fog(foggy(bands([0.1, 0.3, 0.05]), bands([0.9, 0.5, 1.0]), g));
-            let at = |sigma, albedo| single_scattering(150.0, sigma, albedo, g, [6.0, 1.0], 10.0);
+                .in_fog(with_phase(foggy(bands([0.1, 0.3, 0.05]), bands([0.9, 0.5, 1.0]), g)));
+            let at = |sigma, albedo| single_scattering(150.0, sigma, albedo, phase, [6.0, 1.0], 10.0);
             mean(samples, desc).is([at(0.1, 0.9), at(0.3, 0.5), at(0.05, 1.0)], 0.02);
         }
         // In a box from z = 1 to z = 9 with the light inside, also with the direct integrator.
         for integrator in [IntegratorDesc::Path(once.clone()), IntegratorDesc::Direct(DirectDesc::default())]
         {
-            let desc = scene(integrator)
-                .seen_from_front(10.0, 0.001)
-                .lit(lamp(v(0.0, 2.0, 3.0), 10.0))
-                .filled(cuboid(v(-50.0, -50.0, -1e3), v(50.0, 50.0, 11.0)), foggy(even(0.2), even(0.5), g));
-            mean(samples, desc).is_grey(single_scattering(120.0, 0.2, 0.5, g, [7.0, 2.0], 10.0), 0.02);
+            let desc =
+                scene(integrator).seen_from_front(10.0, 0.001).lit(lamp(v(0.0, 2.0, 3.0), 10.0)).filled(
+                    cuboid(v(-50.0, -50.0, -1e3), v(50.0, 50.0, 11.0)),
+                    with_phase(foggy(even(0.2), even(0.5), g)),
+                );
+            mean(samples, desc).is_grey(single_scattering(120.0, 0.2, 0.5, phase, [7.0, 2.0], 10.0), 0.02);
         }
     }
 }
