@@ -225,6 +225,39 @@ def environment_scene():
     tree.links.new(picture.outputs[0], node.inputs["Color"])
 
 
+def sky_of(kind, **keys):
+    """A sky texture in the world, over a floor with three balls. The camera does not see the sky itself."""
+    mesh("plane", "Floor", used=shader("floor", "ShaderNodeBsdfDiffuse", Color=(0.5, 0.5, 0.5)), size=200)
+    bpy.context.scene.camera.rotation_euler[0] = math.radians(58)
+    metal = material("metal", Metallic=1.0, Roughness=0.15, Base_Color=(0.9, 0.7, 0.4))
+    three_balls(metal, shader("white", "ShaderNodeBsdfDiffuse"))
+    tree = bpy.context.scene.world.node_tree
+    node = tree.nodes.new("ShaderNodeTexSky")
+    node.sky_type = kind
+    for key, value in keys.items():
+        setattr(node, key, value)
+    tree.links.new(node.outputs[0], background(0.0, 0.1).inputs["Color"])
+
+
+def sky_scene():
+    sky_of("NISHITA", sun_elevation=math.radians(35), sun_rotation=math.radians(130), dust_density=2.0)
+
+
+def sky_without_sun_scene():
+    sky_of("NISHITA", sun_elevation=math.radians(25), sun_rotation=2.0, sun_disc=False, altitude=500.0, ozone_density=2.0)
+
+
+def older_sky_scene():
+    sky_of("HOSEK_WILKIE", sun_direction=(0.5, -0.4, 0.6), turbidity=3.0)
+
+
+def clip_scene():
+    floor()
+    mesh("cube", "Cube", (0, 0, 0.6), None, 1.2)
+    background((0.3, 0.5, 0.8), 1.5)
+    bpy.context.scene.camera.data.clip_end = 6.5
+
+
 def materials_scene():
     floor()
     background(0.4)
@@ -401,6 +434,11 @@ SCENES = {
     "visible": (visible_scene, math.inf),
     "world": (world_scene, 2),
     "environment": (environment_scene, 4),
+    # Skies of different models: brightness and shadows agree, gradients do not.
+    "sky": (sky_scene, 10),
+    "sky_without_sun": (sky_without_sun_scene, 10),
+    "older_sky": (older_sky_scene, 12),
+    "clip": (clip_scene, 2),
     "materials": (materials_scene, 4),
     "plastics": (plastics_scene, 5),
     "shaders": (shaders_scene, 4),
