@@ -156,9 +156,8 @@ fn the_sky_is_the_same_with_every_sampling_strategy() {
     }
 }
 
-/// Sky and sun have their own factors.
 #[test]
-fn sky_sun_and_ground_are_separate() {
+fn sky_and_sun_have_their_own_factors() {
     let day = || SkyDesc { elevation: 40.0, azimuth: 120.0, ..SkyDesc::default() };
     let lit = |sky: SkyDesc| {
         let desc = by(LightSampling::Both).seen_down().with(plane(), matte(grey(1.0)));

@@ -46,9 +46,9 @@ use crate::schema::{ErrorCode, Range, SceneError, params};
 
 params! {
     /// Daylight of a clear sky, computed from air, dust and ozone, and the sun. +y is up, −z is north, +x is east.
-    /// The sky is an environment light; below the horizon it shows ground lit by sun and sky, unless `ground` is false. The sun is a
-    /// directional light with an extent, visible to physical integrators. Exposure 0 suits noon: one unit of light is
-    /// a quarter of the sunlight above the atmosphere, about 33,000 lux.
+    /// The sky is an environment light; below the horizon it shows ground lit by sun and sky, unless `ground` is
+    /// false. The sun is a directional light with an extent, visible to physical integrators. Exposure 0 suits noon:
+    /// one unit of light is a quarter of the sunlight above the atmosphere, about 33,000 lux.
     pub struct SkyDesc as "sky" {
         /// Elevation of the sun above the horizon, in degrees. A few degrees below 0 there is twilight.
         elevation: f64 = 35.0, in Range::closed(-90.0, 90.0);
