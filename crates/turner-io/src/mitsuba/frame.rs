@@ -227,7 +227,7 @@ pub(super) fn sensor(scene: &mut Assembly<'_>, object: &Object) -> Result<(), Fa
     Ok(())
 }
 
-/// The offset of the principal point: upwards, Mitsuba's points down.
+/// The shift of the screen for an offset of the principal point, whose y points down.
 fn principal_point(scene: &mut Assembly<'_>, object: &Object) -> Result<DVec2, Fault> {
     let [x, y] = ["principal_point_offset_x", "principal_point_offset_y"].map(|n| object.float(n));
     let shift = DVec2::new(x?.unwrap_or(0.0), -y?.unwrap_or(0.0));

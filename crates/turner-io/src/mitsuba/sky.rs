@@ -1,5 +1,5 @@
 //! The sky of Hošek and Wilkie, with a sun: `sky`, `sun` and `sunsky`. Turner's own sky replaces it, with the same sun and
-//! with the irradiances on level ground of Mitsuba 3.9.1.
+//! with the irradiances of a horizontal surface in Mitsuba 3.9.1.
 
 use turner::color::Spectrum;
 use turner::light::{LightDesc, SkyDesc};

@@ -1,6 +1,6 @@
-//! Factors of sun and sky that give Turner's sky the irradiances of Mitsuba's.
+//! Factors of the sun and of the sky, with which a horizontal surface has the same irradiance as under Mitsuba's sky.
 //!
-//! They are the ratios of the irradiances of level ground in Mitsuba 3.9.1 (`sunsky`, RGB) to those of Turner's sky with
+//! They are the ratios of the irradiances of a horizontal surface in Mitsuba 3.9.1 (`sunsky`, RGB) to those of Turner's sky with
 //! the amount of dust of [`dust`], measured at [`TURBIDITIES`] and [`ELEVATIONS`] and interpolated linearly in between.
 
 use turner::color::Spectrum;

@@ -1,6 +1,6 @@
 //! Moving a camera: functions of its description. Angles are in radians, lengths in scene units.
 
-use turner::camera::{CameraDesc, CameraFrame, Handedness, PinholeDesc, ThinLensDesc, Viewport};
+use turner::camera::{CameraDesc, CameraFrame, Handedness, Viewport};
 use turner::math::{Bounds, DVec3, elementary::tan, radians};
 use turner::schema::transform::rotation;
 
@@ -157,34 +157,7 @@ pub fn focus(camera: &mut CameraDesc, point: DVec3) {
         return;
     }
     if let CameraDesc::Pinhole(c) = camera {
-        let PinholeDesc {
-            position,
-            look_at,
-            up,
-            handedness,
-            fov,
-            viewport,
-            distance,
-            shift,
-            near,
-            far,
-            motion,
-        } = c.clone();
-        *camera = CameraDesc::ThinLens(ThinLensDesc {
-            position,
-            look_at,
-            up,
-            handedness,
-            fov,
-            viewport,
-            distance,
-            shift,
-            near,
-            far,
-            motion,
-            lens_radius: depth * 0.01,
-            ..ThinLensDesc::default()
-        });
+        *camera = CameraDesc::ThinLens(c.with_lens(depth * 0.01, None));
     }
     match camera {
         CameraDesc::ThinLens(c) => c.focus_distance = Some(depth),

@@ -1,3 +1,5 @@
+use turner::camera::PinholeDesc;
+
 use super::*;
 
 fn camera() -> CameraDesc {

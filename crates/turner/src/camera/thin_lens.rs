@@ -15,7 +15,7 @@
 use super::aperture::Aperture;
 use super::clip::Clip;
 use super::pinhole::{Screen, screen};
-use super::{CameraFrame, Handedness, Viewport};
+use super::{CameraFrame, Handedness, PinholeDesc, Viewport};
 use crate::math::{DVec2, DVec3, Ray};
 use crate::schema::{Range, SceneError, Transform, params};
 
@@ -69,6 +69,30 @@ blades = 6
 antialias = "monte-carlo"
 samples = 64
 "#
+}
+
+impl PinholeDesc {
+    /// The same view through a lens of a radius. `focus_distance`: see [`ThinLensDesc::focus_distance`].
+    pub fn with_lens(&self, lens_radius: f64, focus_distance: Option<f64>) -> ThinLensDesc {
+        let PinholeDesc { position, look_at, up, handedness, fov, .. } = *self;
+        let PinholeDesc { viewport, distance, shift, near, far, motion, .. } = *self;
+        ThinLensDesc {
+            position,
+            look_at,
+            up,
+            handedness,
+            fov,
+            viewport,
+            distance,
+            shift,
+            near,
+            far,
+            motion,
+            lens_radius,
+            focus_distance,
+            ..ThinLensDesc::default()
+        }
+    }
 }
 
 /// A prepared thin-lens camera.

@@ -296,35 +296,8 @@ impl StudioDesc {
         }
         let focal_length = 0.5 * SENSOR / tan(radians(0.5 * c.fov.unwrap_or(DEFAULT_FOV)));
         let aperture = focal_length / self.f_stop.unwrap_or(F_STOP) * radius / OBJECT;
-        let PinholeDesc {
-            position,
-            look_at,
-            up,
-            handedness,
-            fov,
-            viewport,
-            distance,
-            shift,
-            near,
-            far,
-            motion,
-        } = c.clone();
-        CameraDesc::ThinLens(ThinLensDesc {
-            position,
-            look_at,
-            up,
-            handedness,
-            fov,
-            viewport,
-            distance,
-            shift,
-            near,
-            far,
-            motion,
-            lens_radius: rounded(0.5 * aperture, rounding(radius) + 2),
-            focus_distance: self.focus,
-            ..ThinLensDesc::default()
-        })
+        let lens_radius = rounded(0.5 * aperture, rounding(radius) + 2);
+        CameraDesc::ThinLens(c.with_lens(lens_radius, self.focus))
     }
 }
 

@@ -8,7 +8,7 @@
 //!
 //! Its distribution function inverts in closed form: cos θ = (1 + g² − s²) / 2g, s = (1 − g²) / (1 + g − 2 g u).
 //! Rayleigh's, 3 (1 + cos² θ) / 16π, does too: cos θ = a − 1/a, a³ = z + √(z² + 1), z = 4u − 2 (Frisvad 2011,
-//! "Importance sampling the Rayleigh phase function"). A medium has a mixture of two of the first and of the second.
+//! "Importance sampling the Rayleigh phase function"). A medium has a mixture of two Henyey-Greenstein lobes and Rayleigh's phase function.
 //! Sampling is exact: value / density is 1.
 
 use std::f64::consts::{PI, TAU};
@@ -73,7 +73,7 @@ fn sample_rayleigh(u: f64) -> f64 {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PhaseFunction {
     lobes: [HenyeyGreenstein; 2],
-    /// Fractions of light that the second lobe and Rayleigh's function scatter.
+    /// Weights of the second lobe and of Rayleigh's phase function; the first lobe has the rest.
     second: f64,
     rayleigh: f64,
 }
@@ -105,7 +105,7 @@ impl PhaseFunction {
     #[inline]
     pub fn sample(&self, forward: DVec3, u: [f64; 2]) -> (DVec3, f64) {
         let first = self.first();
-        // The number that chooses the lobe is stretched and used again.
+        // u[0] chooses the lobe, and is rescaled to 0..1 to sample it.
         let cosine = if u[0] < first {
             self.lobes[0].sample_cosine(u[0] / first)
         } else if u[0] < first + self.second || self.rayleigh == 0.0 {
