@@ -188,7 +188,7 @@ mod tests {
 
     #[test]
     fn hostile_blends_end() {
-        let deep = (0..100).fold(hg(0.5), |inner, _| blend(0.5, [&inner, &hg(0.1)]));
+        let deep = (0..20).fold(hg(0.5), |inner, _| blend(0.5, [&inner, &hg(0.1)]));
         assert!(read(&deep).1 > 0);
         assert_eq!(read("<phase type='blendphase'/>"), ([0.0; 4], 0));
         assert_eq!(mean_cosine(""), None);
