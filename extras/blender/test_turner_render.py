@@ -174,6 +174,12 @@ def spot_scene():
     light("SPOT", 800, (0, 0, 5), (10, 5, 0), spot_size=math.radians(50), spot_blend=0.4, shadow_soft_size=0)
 
 
+def soft_spot_scene():
+    floor()
+    mesh("cube", "Cube", (0, 0, 1), shader("grey", "ShaderNodeBsdfDiffuse", Color=(0.6, 0.3, 0.2)), 1.2)
+    light("SPOT", 800, (1.5, -2, 4), (30, 20, 10), spot_size=math.radians(70), spot_blend=0.3, shadow_soft_size=0.4)
+
+
 def area_scene():
     floor()
     mesh("cube", "Cube", (0, 0, 1), shader("grey", "ShaderNodeBsdfDiffuse", Color=(0.6, 0.3, 0.2)), 1.2)
@@ -428,6 +434,7 @@ SCENES = {
     "hard_point": (hard_point_scene, 2),
     "sun": (sun_scene, 2),
     "spot": (spot_scene, 2),
+    "soft_spot": (soft_spot_scene, 2),
     "area": (area_scene, 2),
     "ellipse": (ellipse_scene, 2),
     # Turner cannot hide an emissive surface from the camera alone: the figures are printed, not judged.

@@ -309,8 +309,6 @@ def spot_light(source, matrix, color, power, report):
     intensity = power / (4.0 * math.pi)
     if not getattr(light, "normalize", True):
         intensity *= math.pi * light.shadow_soft_size**2
-    if light.shadow_soft_size > 0.0:
-        report.note("Spot lights have no radius: their shadows are sharp")
     half = min(0.5 * light.spot_size, 0.5 * math.pi)
     # Cycles' smooth step goes from the cosine of the edge to this one.
     full = math.acos(min(math.cos(half) + (1.0 - math.cos(half)) * light.spot_blend, 1.0))
@@ -325,6 +323,7 @@ def spot_light(source, matrix, color, power, report):
         "penumbra": math.degrees(half - full),
         "color": color,
         "intensity": intensity,
+        "radius": light.shadow_soft_size,
         "attenuation": "inverse-square",
     }
 

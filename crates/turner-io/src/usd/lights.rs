@@ -273,7 +273,14 @@ fn area(
             }
         };
         let intensity = candela * scene.unit * scene.unit;
-        point(scene, prim, (emission, intensity), (cone, widest), state.transform)?;
+        let radius = match &surface {
+            Some(surface) if !is_point => (surface.seen / PI).sqrt() * scene.unit,
+            _ => 0.0,
+        };
+        if radius > 0.0 && kind != "SphereLight" {
+            scene.warn(WarningKind::Approximated, "lights with a cone: they look like disks from every side");
+        }
+        point(scene, prim, (emission, intensity, radius), (cone, widest), state.transform)?;
         return Ok(());
     }
     let Some(surface) = surface else { return Ok(()) };
@@ -290,11 +297,11 @@ fn area(
     Ok(())
 }
 
-/// A light in a point.
+/// A light in a point; with a cone, in a ball with a radius in scene units.
 fn point(
     scene: &mut Scene<'_>,
     prim: &Prim,
-    (emission, intensity): (&Emission, f64),
+    (emission, intensity, radius): (&Emission, f64, f64),
     (cone, widest): (f64, f64),
     world: DAffine3,
 ) -> Read<()> {
@@ -307,7 +314,6 @@ fn point(
         return Ok(());
     }
     let Some(axis) = (world.matrix3 * DVec3::NEG_Z).try_normalize() else { return Ok(()) };
-    scene.warn(WarningKind::Approximated, "lights with a cone: they emit from a point");
     let softness = number(scene, prim, "shaping:cone:softness", 0.0)?.clamp(0.0, 1.0);
     let angle = cone.clamp(1e-3, 180.0);
     let desc = SpotDesc {
@@ -317,6 +323,7 @@ fn point(
         penumbra: angle * softness,
         color,
         intensity,
+        radius,
         attenuation: INVERSE_SQUARE,
         ..SpotDesc::default()
     };

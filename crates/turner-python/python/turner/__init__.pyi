@@ -3473,7 +3473,7 @@ class DirectionalLight(Light):
     motion: Any
 
 class SpotLight(Light):
-    """Light from one point into a cone with a soft edge.
+    """Light from one point into a cone with a soft edge. With a `radius` its shadows are soft, too.
     
     Keys:
         position ([x, y, z]): Position of the light.
@@ -3482,6 +3482,7 @@ class SpotLight(Light):
         penumbra (number, 0 to 180, default 5): Width of the soft edge, in degrees inwards from `angle`.
         color (color, default 1): Colour of the light.
         intensity (number, 0 or more, default 1): Strength of the light on the axis.
+        radius (number, 0 or more, default 0): Radius of the light, which makes shadows soft: it looks like a disk from every side. Rays do not see it.
         attenuation ("none" | "inverse-square" | [constant, linear, quadratic], default "none"): How the light falls off with distance.
         ies ("IES file"): IES file with the measured intensity in each direction, as for the point light. The cone still limits it.
         ies_units ("relative" | "candela", default "relative"): How the values of the IES file are used.
@@ -3514,6 +3515,7 @@ class SpotLight(Light):
         penumbra: float | None = None,
         color: Color | None = None,
         intensity: float | None = None,
+        radius: float | None = None,
         attenuation: Any | None = None,
         ies: File | None = None,
         ies_units: Literal['relative', 'candela'] | None = None,
@@ -3535,6 +3537,7 @@ class SpotLight(Light):
     penumbra: Any
     color: Any
     intensity: Any
+    radius: Any
     attenuation: Any
     ies: Any
     ies_units: Any

@@ -6,6 +6,7 @@ use super::read::Reader;
 use crate::camera::CameraDesc;
 use crate::description::*;
 use crate::light::LightDesc;
+use crate::math::elementary::cbrt;
 use crate::math::{DAffine3, DMat3, DVec3};
 use crate::schema::error::unknown_name;
 use crate::schema::value::Span;
@@ -259,6 +260,7 @@ fn placed_light(light: &LightDesc, by: &DAffine3) -> LightDesc {
             l.position = by.transform_point3(l.position);
             l.look_at = by.transform_point3(l.look_at);
             l.image_up = by.transform_vector3(l.image_up);
+            l.radius *= cbrt(by.matrix3.determinant().abs());
         }
         LightDesc::Directional(l) => {
             l.from = l.from.map(|v| by.transform_vector3(v));

@@ -2,18 +2,22 @@
 
 use super::adaptive::AdaptiveTile;
 use super::brightest::Brightest;
+use super::error::ERROR_SUMS;
 use super::labels::HeldLabels;
 use super::{Fixed96, Half, NonFinite, PixelRect, PixelSum, SampleSet, TILE, TileGrid, TileSums};
 use crate::color::Spectrum;
 
-/// One row of tiles of a film's region, and the samples that its tiles hold. Pixels are plain words, so the
-/// system provides them zeroed, page by page on first use.
+/// One row of tiles of a film's region, and the samples that its tiles hold. Pixels are plain words, which the system
+/// provides zeroed. The first access writes all of them: where a page of memory is read first, systems map a shared page
+/// of zeros, and copying that at the first write interrupts all processors.
 #[derive(Clone, Debug)]
 pub(crate) struct Band {
     rows: PixelRect,
-    pub(super) pixels: Pixels,
+    pixels: Pixels,
     /// Sums of additional channels, `channels` per pixel.
     extra: Vec<[u32; 3]>,
+    /// Whether pixels and channels are as the system provided them.
+    is_fresh: bool,
     channels: usize,
     /// The brightest samples of each pixel; empty unless fireflies are removed.
     pub(super) brightest: Vec<Brightest>,
@@ -55,12 +59,35 @@ impl Band {
             pixels,
             extra: vec![[0; 3]; count * channels],
             channels,
+            is_fresh: true,
             brightest: Vec::new(),
             held,
             adaptive: Vec::new(),
             labels: Vec::new(),
             non_finite: NonFinite::default(),
         }
+    }
+
+    /// Writes pixels and channels for the first time. Everything that changes them calls it before.
+    fn touch(&mut self) {
+        if std::mem::take(&mut self.is_fresh) {
+            match &mut self.pixels {
+                Pixels::Samples(pixels) => pixels.fill([0; 4]),
+                Pixels::Sums(pixels) => pixels.fill([0; PixelSum::WORDS]),
+            }
+            self.extra.fill([0; 3]);
+        }
+    }
+
+    /// The pixels.
+    pub(super) fn pixels(&self) -> &Pixels {
+        &self.pixels
+    }
+
+    /// The same, mutable.
+    pub(super) fn pixels_mut(&mut self) -> &mut Pixels {
+        self.touch();
+        &mut self.pixels
     }
 
     /// The number of pixels.
@@ -138,7 +165,7 @@ impl Band {
     ) {
         let starts = self.row_starts(rect);
         let width = rect.width as usize;
-        if let Pixels::Samples(pixels) = &mut self.pixels {
+        if let Pixels::Samples(pixels) = self.pixels_mut() {
             let free = starts.clone().all(|at| pixels[at..at + width].iter().all(|p| *p == [0; 4]));
             if free {
                 let mut samples = samples;
@@ -162,7 +189,7 @@ impl Band {
 
     /// Adds the part of a tile's sums that lies in the band.
     pub(super) fn add_sums(&mut self, sums: &TileSums) {
-        let (rect, rows, channels) = (sums.rect(), self.rows, self.channels);
+        let (rect, rows) = (sums.rect(), self.rows);
         let width = rect.width as usize;
         let (top, bottom) = (rect.y.max(rows.y), (rect.y + rect.height).min(rows.y + rows.height));
         if top >= bottom {
@@ -171,6 +198,40 @@ impl Band {
         let part = PixelRect { y: top, height: bottom - top, ..rect };
         let skipped = (top - rect.y) as usize * width;
         let starts = self.row_starts(&part);
+        if !self.add_plain(sums, starts.clone(), skipped) {
+            self.add_wide(sums, starts.clone(), skipped);
+        }
+        for (row, start) in starts.enumerate() {
+            self.merge_brightest(start, sums, skipped + row * width, width);
+        }
+    }
+
+    /// Adds the rows of a tile's sums, from an index on, to the rows of pixels that begin at `starts`. False if there are
+    /// other channels than those of the error estimate, or sums that do not fit in 64 bits.
+    fn add_plain(&mut self, sums: &TileSums, starts: impl Iterator<Item = usize>, skipped: usize) -> bool {
+        let (channels, width) = (self.channels, sums.rect().width as usize);
+        let of_error = if sums.estimates_error { ERROR_SUMS } else { 0 };
+        if channels != of_error || !sums.pixels.are_plain() {
+            return false;
+        }
+        self.sums_mut();
+        let Pixels::Sums(pixels) = &mut self.pixels else { return false };
+        for (row, start) in starts.enumerate() {
+            let words = pixels[start..start + width].iter_mut().zip(skipped + row * width..);
+            let error = &mut self.extra[start * channels..(start + width) * channels];
+            match sums.estimates_error {
+                true => words.zip(error.as_chunks_mut().0).for_each(|((words, i), error)| {
+                    sums.pixels.add_to_words(i, words, Some(error));
+                }),
+                false => words.for_each(|(words, i)| sums.pixels.add_to_words(i, words, None)),
+            }
+        }
+        true
+    }
+
+    /// The same for all channels and sums of any size.
+    fn add_wide(&mut self, sums: &TileSums, starts: impl Iterator<Item = usize> + Clone, skipped: usize) {
+        let (channels, width) = (self.channels, sums.rect().width as usize);
         let pixels = self.sums_mut();
         for (row, start) in starts.clone().enumerate() {
             let first = skipped + row * width;
@@ -179,9 +240,6 @@ impl Band {
                 pixel.merge(&sums.pixels.narrow(i));
                 *words = pixel.to_words();
             }
-        }
-        for (row, start) in starts.clone().enumerate() {
-            self.merge_brightest(start, sums, skipped + row * width, width);
         }
         if channels > 0 {
             for (row, start) in starts.enumerate() {
@@ -198,6 +256,7 @@ impl Band {
     pub(super) fn merge_tile(&mut self, other: &Band, column: usize) {
         let rect = self.tile(column);
         let indices = self.indices(&rect);
+        self.touch();
         self.held[column].insert_all(&other.held[column]);
         if let (Some(own), Some(theirs)) = (self.adaptive.get_mut(column), other.adaptive.get(column)) {
             own.odd.insert_all(&theirs.odd);
@@ -232,6 +291,7 @@ impl Band {
 
     /// The pixels as sums; converts single samples if necessary.
     pub(super) fn sums_mut(&mut self) -> &mut Vec<[u32; PixelSum::WORDS]> {
+        self.touch();
         if let Pixels::Samples(pixels) = &self.pixels {
             self.pixels = Pixels::Sums(pixels.iter().map(|p| sum_of_sample(p).to_words()).collect());
         }
@@ -266,6 +326,7 @@ impl Band {
 
     /// The same, mutable.
     pub(super) fn extra_mut(&mut self, i: usize) -> &mut [[u32; 3]] {
+        self.touch();
         &mut self.extra[i * self.channels..(i + 1) * self.channels]
     }
 

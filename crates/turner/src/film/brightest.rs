@@ -150,7 +150,7 @@ impl Film {
         for band in &mut self.bands {
             band.keep_brightest();
             for i in 0..band.brightest.len() {
-                let value = match band.pixels {
+                let value = match band.pixels() {
                     Pixels::Sums(_) => band.sum(i).mean(),
                     Pixels::Samples(_) => band.single(i),
                 };

@@ -248,7 +248,7 @@ impl Writer {
         }
         let indices = band.indices(&band.tile(column));
         let extra = |i: usize| band.extra(i).iter().any(|sum| *sum != [0; 3]);
-        match &band.pixels {
+        match band.pixels() {
             Pixels::Samples(pixels) if indices.clone().any(|i| pixels[i] != [0; 4]) => {
                 self.bytes.push(1);
                 if !self.skips(indices.clone().count() * 4) {
@@ -472,7 +472,7 @@ impl<'a> Reader<'a> {
             match self.array()? {
                 [0] => {}
                 [1] => {
-                    let Pixels::Samples(pixels) = &mut band.pixels else {
+                    let Pixels::Samples(pixels) = band.pixels_mut() else {
                         return Err(damaged("it has single samples instead of sums"));
                     };
                     self.expect(rect.area(), 16)?;

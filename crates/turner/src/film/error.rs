@@ -198,7 +198,10 @@ impl Film {
         let shared = if self.identity.cluster > 1 { SHARED } else { 1.0 };
         let neighbours = NEIGHBOURS[usize::from(self.identity.weighted)];
         let smooth = smoothed(&spreads, width as usize, neighbours, threads, |s| s.variance);
-        let light = smoothed(&spreads, width as usize, LIGHT_NEIGHBOURS, threads, |s| s.splats);
+        let light = match self.splats {
+            Some(_) => smoothed(&spreads, width as usize, LIGHT_NEIGHBOURS, threads, |s| s.splats),
+            None => Vec::new(),
+        };
         let standardized =
             strips::map(count, threads, |i| ratio(spreads[i].difference, smooth[i]).sqrt() as f32);
         let columns = width.div_ceil(TILE);
@@ -220,7 +223,8 @@ impl Film {
             let (x, y) = (i as u32 % width, i as u32 / width);
             let factor = regions[(y / TILE * columns + x / TILE) as usize];
             let i = skipped + i;
-            (factor * factor * smooth[i] + NORMAL * NORMAL * light[i]).sqrt() as f32
+            let light = light.get(i).map_or(0.0, |light| NORMAL * NORMAL * light);
+            (factor * factor * smooth[i] + light).sqrt() as f32
         });
         let luminance = spreads[skipped..skipped + own].iter().map(|s| s.luminance as f32).collect();
         ErrorEstimate { width, height: rows.len() as u32, half_width, luminance }
@@ -301,15 +305,17 @@ fn smoothed(
 ) -> Vec<f64> {
     let height = spreads.len() / width.max(1);
     let around = |at: usize, size: usize| at.saturating_sub(1)..(at + 2).min(size);
+    // What the luminance certainly is at least.
+    let certain =
+        strips::map(spreads.len(), threads, |i| spreads[i].luminance.abs() - NORMAL * of(&spreads[i]).sqrt());
     strips::map(spreads.len(), threads, |i| {
         let (x, y) = (i % width, i / width);
         let own = spreads[i].luminance.abs();
         let (mut sum, mut count) = (0.0, 0.0);
         for ny in around(y, height) {
             for nx in around(x, width) {
-                let other = &spreads[ny * width + nx];
-                let variance = of(other);
-                let bright = other.luminance.abs() - NORMAL * variance.sqrt();
+                let other = ny * width + nx;
+                let (variance, bright) = (of(&spreads[other]), certain[other]);
                 let scale = if bright > own { (own / bright).max(DARKEST) } else { 1.0 };
                 sum += scale * scale * variance;
                 count += 1.0;

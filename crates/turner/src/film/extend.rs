@@ -65,7 +65,7 @@ impl Film {
             own.labels.clone_from(&old.labels);
             own.brightest.clone_from(&old.brightest);
             own.non_finite = old.non_finite;
-            let has_sums = matches!(old.pixels, super::band::Pixels::Sums(_));
+            let has_sums = matches!(old.pixels(), super::band::Pixels::Sums(_));
             let pixels = own.sums_mut();
             for (i, words) in pixels.iter_mut().enumerate() {
                 *words = old.sum(i).to_words();

@@ -128,6 +128,14 @@ impl Fixed96 {
         Fixed96::from_i128(self.to_i128().wrapping_add(other.to_i128()))
     }
 
+    /// Adds an integer in units of the last place to stored words; wraps outside the range.
+    #[inline(always)]
+    pub(super) fn add_to_words([low, mid, high]: &mut [u32; 3], v: i64) {
+        let (sum, carry) = (u64::from(*mid) << 32 | u64::from(*low)).overflowing_add(v as u64);
+        (*low, *mid) = (sum as u32, (sum >> 32) as u32);
+        *high = high.wrapping_add((v >> 63) as u32).wrapping_add(u32::from(carry));
+    }
+
     /// This value divided by a count or by a sum of weights.
     #[inline]
     pub fn mean(self, weight: f64) -> f64 {
@@ -155,6 +163,22 @@ mod tests {
         assert_eq!(forward, halves);
         let exact: f64 = values.iter().map(|v| f64::from(*v)).sum::<f64>() / 1000.0;
         assert!((forward.mean(1000.0) - exact).abs() < 1e-12);
+    }
+
+    #[test]
+    fn words_are_added_with_carry() {
+        let values = [0, 1, -1, 5, i64::MAX, i64::MIN, 1 << 32, -(1 << 32), 0xffff_ffff, 1 << 44];
+        let mut words = Fixed96::default().to_words();
+        let mut sum = 0i128;
+        for a in values {
+            for b in values {
+                for v in [a, b, a] {
+                    Fixed96::add_to_words(&mut words, v);
+                    sum += i128::from(v);
+                    assert_eq!(Fixed96::from_words(words), Fixed96::from_i128(sum), "{a} {b}");
+                }
+            }
+        }
     }
 
     #[test]

@@ -45,6 +45,27 @@ impl PixelSum {
         }
     }
 
+    /// Adds the sums of another pixel to stored words: three of colour, coverage, weight, in units of 2^-44 and 2^-32, and
+    /// whether a sample was omitted.
+    #[inline(always)]
+    pub(super) fn add_to_words(
+        words: &mut [u32; PixelSum::WORDS],
+        [r, g, b, alpha, weight]: [i64; 5],
+        omitted: bool,
+    ) {
+        let (colors, rest) = words.split_at_mut(9);
+        for (words, v) in colors.as_chunks_mut::<3>().0.iter_mut().zip([r, g, b]) {
+            Fixed96::add_to_words(words, v);
+        }
+        let doubled = weight.wrapping_mul(2);
+        for (words, v) in rest.as_chunks_mut::<2>().0.iter_mut().zip([alpha, doubled]) {
+            let sum = (u64::from(words[1]) << 32 | u64::from(words[0])).wrapping_add(v as u64);
+            *words = [sum as u32, (sum >> 32) as u32];
+        }
+        // Where the lowest bit of the weight is.
+        rest[2] |= u32::from(omitted);
+    }
+
     /// Adds a finite sample with weight 1: colour times coverage, and coverage 0..=1.
     #[inline]
     pub fn add(&mut self, color: Spectrum, alpha: f32) {

@@ -53,7 +53,7 @@ impl Film {
             band.held.fill(held.clone());
         }
         // Single samples become sums as they do in a film that was merged.
-        if films.iter().any(|f| f.bands.iter().any(|b| matches!(b.pixels, Pixels::Sums(_)))) {
+        if films.iter().any(|f| f.bands.iter().any(|b| matches!(b.pixels(), Pixels::Sums(_)))) {
             for band in &mut out.bands {
                 band.sums_mut();
             }
@@ -85,7 +85,7 @@ impl Film {
                 let Some(own) = self.bands.get_mut((row / super::TILE) as usize) else { continue };
                 let to =
                     (row % super::TILE) as usize * self.region.width as usize + (x - self.region.x) as usize;
-                match (&mut own.pixels, &theirs.pixels) {
+                match (own.pixels_mut(), theirs.pixels()) {
                     (Pixels::Samples(own), Pixels::Samples(theirs)) => own[to] = theirs[from],
                     (Pixels::Sums(own), _) => own[to] = theirs.sum(from).to_words(),
                     // There are no single samples next to sums.

@@ -151,6 +151,29 @@ impl TilePixels {
         moved.wrapping_add(high).wrapping_add(i128::from(self.sums[pixel].0[i]))
     }
 
+    /// Whether all sums fit in 64 bits, so that [`TilePixels::add_to_words`] adds them.
+    pub(super) fn are_plain(&self) -> bool {
+        self.high.is_empty() && self.moved.is_empty()
+    }
+
+    /// Adds the plain sums of a pixel to those of a film, and those of its error estimate to the last channels.
+    #[inline(always)]
+    pub(super) fn add_to_words(
+        &self,
+        pixel: usize,
+        words: &mut [u32; PixelSum::WORDS],
+        error: Option<&mut [[u32; 3]; ERROR_SUMS]>,
+    ) {
+        let sums = &self.sums[pixel].0;
+        let [r, g, b, alpha, weight, ..] = *sums;
+        PixelSum::add_to_words(words, [r, g, b, alpha, weight], sums[OMITTED] != 0);
+        if let Some(error) = error {
+            for (words, i) in error.iter_mut().zip(OF_ERROR) {
+                Fixed96::add_to_words(words, sums[i]);
+            }
+        }
+    }
+
     /// The sums of a pixel as a film holds them.
     pub(super) fn narrow(&self, pixel: usize) -> PixelSum {
         let sum = |i| self.sum(pixel, i);
@@ -191,11 +214,38 @@ mod tests {
             narrow.add_weighted(color, alpha, weight);
             assert_eq!(wide.narrow(1), narrow, "{i}");
         }
+        assert!(!wide.are_plain());
         wide.omit(1);
         narrow.omit();
         assert_eq!(wide.narrow(1), narrow);
         assert_eq!(wide.narrow(0), PixelSum::default());
         assert_eq!(wide.error(0), [0; ERROR_SUMS]);
+    }
+
+    #[test]
+    fn plain_sums_are_added_to_words() {
+        let mut words = PixelSum::default().to_words();
+        let mut error = [[0; 3]; ERROR_SUMS];
+        let (mut expected, mut expected_error) = (PixelSum::default(), [0i128; ERROR_SUMS]);
+        for tile in 0..50u32 {
+            let mut pixels = TilePixels::default();
+            pixels.reset(1);
+            for i in 20 * tile..20 * tile + 20 {
+                let color = Spectrum::new(3.0 * unit(i, 7919), -unit(i, 31), 1e-9 * unit(i, 104_729));
+                pixels.begin_sample();
+                let sample = TileSample::new(color, unit(i, 13), &ErrorSample::new(color, i));
+                pixels.add(0, &sample, 1.0 - 1.2 * unit(i, 271));
+            }
+            if tile == 30 {
+                pixels.omit(0);
+            }
+            assert!(pixels.are_plain());
+            pixels.add_to_words(0, &mut words, Some(&mut error));
+            expected.merge(&pixels.narrow(0));
+            expected_error.iter_mut().zip(pixels.error(0)).for_each(|(sum, v)| *sum += v);
+            assert_eq!(PixelSum::from_words(&words), expected, "{tile}");
+            assert_eq!(error.map(Fixed96::from_words), expected_error.map(Fixed96::from_i128), "{tile}");
+        }
     }
 
     #[test]

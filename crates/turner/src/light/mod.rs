@@ -164,7 +164,8 @@ pub struct Illumination {
     pub intensity: Spectrum,
 }
 
-/// Directions in which [`Light::illuminate`] samples an environment or the disc of a directional light: enough for
+/// Directions in which [`Light::illuminate`] samples an environment or the disc of a directional light, or points of a
+/// spot light with a radius: enough for
 /// soft shadows without much noise.
 const ENVIRONMENT_SAMPLES: u32 = 16;
 
@@ -317,7 +318,7 @@ impl Light {
     pub fn point(&self, u: [f64; 2]) -> Option<DVec3> {
         match self {
             Light::Point(l) => Some(l.position()),
-            Light::Spot(l) => Some(l.position()),
+            Light::Spot(l) => Some(l.point(u.into())),
             Light::Area(l) => Some(l.point(u.into())),
             Light::Directional(_) | Light::Environment(_) => None,
         }
@@ -349,6 +350,14 @@ impl Light {
         }
     }
 
+    /// Radius of the ball around [`position`](Light::position) that emits.
+    pub fn radius(&self) -> f64 {
+        match self {
+            Light::Spot(l) => l.radius(),
+            Light::Point(_) | Light::Directional(_) | Light::Area(_) | Light::Environment(_) => 0.0,
+        }
+    }
+
     /// Number of shadow rays per shading point.
     #[inline]
     pub fn samples(&self) -> u32 {
@@ -356,6 +365,7 @@ impl Light {
             Light::Area(l) => l.samples,
             Light::Environment(_) => ENVIRONMENT_SAMPLES,
             Light::Directional(l) if l.is_disc() => ENVIRONMENT_SAMPLES,
+            Light::Spot(l) if l.radius() > 0.0 => ENVIRONMENT_SAMPLES,
             Light::Point(_) | Light::Directional(_) | Light::Spot(_) => 1,
         }
     }
@@ -383,7 +393,8 @@ impl Light {
             Light::Environment(_) => true,
             Light::Directional(l) => l.is_disc(),
             Light::Area(l) => l.jitter,
-            Light::Point(_) | Light::Spot(_) => false,
+            Light::Spot(l) => l.radius() > 0.0,
+            Light::Point(_) => false,
         }
     }
 
@@ -400,7 +411,12 @@ impl Light {
                 }
                 None => Some(l.illuminate()),
             },
-            Light::Spot(l) => l.illuminate(p),
+            Light::Spot(l) if l.radius() > 0.0 => {
+                let mut lit = l.illuminate(p, stratum(i, jitter).into())?;
+                lit.intensity *= 1.0 / ENVIRONMENT_SAMPLES as f32;
+                Some(lit)
+            }
+            Light::Spot(l) => l.illuminate(p, DVec2::ZERO),
             Light::Area(l) => l.illuminate(p, i, jitter),
             Light::Environment(l) => {
                 let sample = l.sample(stratum(i, jitter))?;
@@ -418,7 +434,8 @@ impl Light {
         match self {
             Light::Area(l) => l.illuminate_at(p, u.into()),
             Light::Directional(l) => Some(l.illuminate()),
-            Light::Point(_) | Light::Spot(_) | Light::Environment(_) => self.illuminate(p, 0, DVec2::ZERO),
+            Light::Spot(l) => l.illuminate(p, u.into()),
+            Light::Point(_) | Light::Environment(_) => self.illuminate(p, 0, DVec2::ZERO),
         }
     }
 }

@@ -1,5 +1,11 @@
-//! Spot light: light from one point into a cone.
+//! Spot light: light from one point, or from the points of a ball, into a cone.
+//!
+//! A spot light with a `radius` is a cloud of points in a ball of this radius. Their density is proportional to
+//! 1 / √(1 − r²) at the fraction r of the radius: the one for which the ball looks like an evenly bright disk from every
+//! side (the inverse Abel transform of a disk). So it casts the soft shadows of a disk that faces the lit point. It is as
+//! bright as this disk, too, so that it does not become infinitely bright at its centre.
 
+use std::f64::consts::PI;
 use std::sync::Arc;
 
 use super::point::from_point;
@@ -8,13 +14,14 @@ use super::slide::{Projection, Slide, SlideUnits, slide_of};
 use super::{Attenuation, DEFAULT_POSITION, Illumination, LightBound, ProfileUnits};
 use crate::color::Spectrum;
 use crate::image::Image;
-use crate::math::elementary::cos;
-use crate::math::{DVec3, radians};
+use crate::math::elementary::{cos, sin};
+use crate::math::{DVec2, DVec3, Frame, radians};
+use crate::sampler::concentric_disk;
 use crate::schema::{Asset, ErrorCode, ImageId, ProfileFile, Range, SceneError, params};
 use crate::texture::Wrap;
 
 params! {
-    /// Light from one point into a cone with a soft edge.
+    /// Light from one point into a cone with a soft edge. With a `radius` its shadows are soft, too.
     pub struct SpotDesc as "spot" {
         /// Position of the light.
         position: DVec3, required, default DEFAULT_POSITION;
@@ -28,6 +35,8 @@ params! {
         color: Spectrum = Spectrum::WHITE;
         /// Strength of the light on the axis.
         intensity: f64 = 1.0, in Range::NON_NEGATIVE;
+        /// Radius of the light, which makes shadows soft: it looks like a disk from every side. Rays do not see it.
+        radius: f64 = 0.0, in Range::NON_NEGATIVE;
         /// How the light falls off with distance.
         attenuation: Attenuation = Attenuation::NONE;
         /// IES file with the measured intensity in each direction, as for the point light. The cone still limits it.
@@ -63,7 +72,9 @@ penumbra = 6
 #[derive(Clone, Debug)]
 pub struct Spot {
     position: DVec3,
-    axis: DVec3,
+    /// Its z is the axis.
+    frame: Frame,
+    radius: f64,
     /// Cosines of the angle at the edge and of the angle at which full intensity begins.
     cos_rim: f64,
     cos_full: f64,
@@ -94,7 +105,8 @@ impl SpotDesc {
         let slide = self.image.map(|id| slide_of(id, images, axis, &projection)).transpose()?.map(Arc::new);
         Ok(Spot {
             position: self.position,
-            axis,
+            frame: Frame::from_z(axis),
+            radius: self.radius,
             cos_rim: cos(radians(self.angle)),
             cos_full: cos(radians((self.angle - self.penumbra).max(0.0))),
             intensity: self.color * self.intensity as f32,
@@ -106,7 +118,25 @@ impl SpotDesc {
 }
 
 impl Spot {
-    /// Its position.
+    /// Its radius; 0 for a point.
+    pub(super) fn radius(&self) -> f64 {
+        self.radius
+    }
+
+    /// The point of the light that `u` in the unit square chooses.
+    #[inline]
+    pub(super) fn point(&self, u: DVec2) -> DVec3 {
+        if self.radius == 0.0 {
+            return self.position;
+        }
+        let d = concentric_disk(u);
+        // The third number: the place within one of 4096 strata of the first.
+        let w = (u.x * 4096.0).fract();
+        let depth = (1.0 - d.length_squared()).max(0.0).sqrt() * sin(PI * (w - 0.5));
+        self.position + self.radius * self.frame.to_world(d.extend(depth))
+    }
+
+    /// Its position, the centre.
     pub(super) fn position(&self) -> DVec3 {
         self.position
     }
@@ -115,13 +145,32 @@ impl Spot {
         let peak = self.profile.as_ref().map_or(1.0, OrientedProfile::peak)
             * self.slide.as_ref().map_or(1.0, |slide| slide.peak());
         let power = f64::from(self.intensity.luminance()) * peak * self.attenuation.far()?;
-        Some(LightBound::cone(self.position, self.axis, self.cos_full, self.cos_rim, power))
+        let cone = LightBound::cone(self.position, self.frame.z, self.cos_full, self.cos_rim, power);
+        Some(LightBound { radius: self.radius, ..cone })
     }
 
+    /// Light from a point of the ball, as strong as from the point beside it on the disk that faces `p`.
+    fn light_of_disk(&self, point: DVec3, p: DVec3) -> Option<Illumination> {
+        let (to_light, to_center) = (point - p, self.position - p);
+        let distance = to_center.length();
+        if distance == 0.0 || to_light == DVec3::ZERO {
+            return None;
+        }
+        let beside = (point - self.position).reject_from(to_center);
+        let to_disk = (distance * distance + beside.length_squared()).sqrt();
+        let factor = self.attenuation.factor(to_disk) * (distance / to_disk);
+        Some(Illumination { to_light, finite: true, intensity: self.intensity * factor as f32 })
+    }
+
+    /// Light from the point that `u` chooses, which carries the power of the complete light.
     #[inline]
-    pub(super) fn illuminate(&self, p: DVec3) -> Option<Illumination> {
-        let mut light = from_point(self.position, self.intensity, &self.attenuation, p)?;
-        let cos = -light.to_light.dot(self.axis) / light.to_light.length();
+    pub(super) fn illuminate(&self, p: DVec3, u: DVec2) -> Option<Illumination> {
+        let mut light = if self.radius == 0.0 {
+            from_point(self.position, self.intensity, &self.attenuation, p)?
+        } else {
+            self.light_of_disk(self.point(u), p)?
+        };
+        let cos = -light.to_light.dot(self.frame.z) / light.to_light.length();
         if cos < self.cos_rim {
             return None;
         }
@@ -137,5 +186,58 @@ impl Spot {
             light.intensity *= (x * x * (3.0 - 2.0 * x)) as f32;
         }
         Some(light)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::light::Light;
+    use crate::testing::Random;
+
+    fn soft(radius: f64) -> Spot {
+        let desc =
+            SpotDesc { position: DVec3::new(1.0, 2.0, 3.0), radius, angle: 90.0, ..SpotDesc::default() };
+        desc.prepare(&[]).unwrap()
+    }
+
+    /// From every side the points cover a disk evenly.
+    #[test]
+    fn it_looks_like_a_disk_from_every_side() {
+        const POINTS: u32 = 1 << 20;
+        let spot = soft(2.0);
+        let mut random = Random::new(3);
+        for view in [DVec3::X, DVec3::Y, DVec3::Z, DVec3::new(1.0, 2.0, 3.0), DVec3::new(-1.0, 0.4, 0.2)] {
+            let frame = Frame::from_z(view.normalize());
+            // Rings and sectors of equal areas.
+            let mut counts = [[0u32; 8]; 8];
+            for _ in 0..POINTS {
+                let [x, y, ..] = random.units::<4>();
+                let u = DVec2::new(x, y);
+                let at = frame.to_local(spot.point(u) - spot.position()) / 2.0;
+                let ring = at.x * at.x + at.y * at.y;
+                assert!(at.length() <= 1.0 + 1e-12);
+                let quarter = (usize::from(at.x > 0.0) << 1) | usize::from(at.y > 0.0);
+                let sector = quarter << 1 | usize::from(at.x.abs() > at.y.abs());
+                counts[((ring * 8.0) as usize).min(7)][sector] += 1;
+            }
+            let expected = f64::from(POINTS) / 64.0;
+            for count in counts.as_flattened() {
+                let ratio = f64::from(*count) / expected;
+                assert!((ratio - 1.0).abs() < 0.04, "{view}: {ratio}");
+            }
+        }
+    }
+
+    #[test]
+    fn samples_share_the_intensity() {
+        for (radius, samples) in [(0.0, 1), (0.5, 16)] {
+            let light = Light::Spot(soft(radius));
+            assert_eq!((light.samples(), light.is_jittered()), (samples, radius > 0.0));
+            // So far away that the cosine at the light is 1.
+            let p = DVec3::new(1.0, 2.0, 3.0) * -1000.0;
+            let share = |i| light.illuminate(p, i, DVec2::new(0.3, 0.8)).unwrap().intensity.g;
+            assert!(((0..samples).map(share).sum::<f32>() - 1.0).abs() < 1e-5);
+        }
     }
 }

@@ -6,18 +6,16 @@
 
 use std::sync::Mutex;
 
-use turner_bvh::lanes::LANES;
+use turner_bvh::lanes::{Block, LANES};
 
 use super::aovs::AovValues;
 use super::work::Work;
 use super::{PassOptions, Prepared};
 use crate::film::{Aov, Average, FilmDesc, Fixed96, NO_LABEL, PixelRect};
 use crate::integrator::aovs::SurfaceAovs;
-use crate::math::DVec2;
-use crate::sampler::SampleId;
 use crate::scene::{Hit, Scene};
 use crate::schema::{ErrorCode, SceneError};
-use crate::view::{CameraSamples, View, take_points};
+use crate::view::{CameraSamples, View, take_centers};
 
 /// Rows of a task.
 const ROWS: u32 = 4;
@@ -120,8 +118,40 @@ struct Batch<'a> {
     aovs: SurfaceAovs<'a>,
     samples: CameraSamples,
     hits: Vec<Option<Hit>>,
-    /// The indices of the pixels among those of the task.
-    pixels: Vec<u32>,
+    packets: Packets,
+    /// The first column of the batch within the crop.
+    left: u32,
+}
+
+/// The pixels of a batch, packet by packet: relative to its top left pixel.
+#[derive(Default)]
+struct Packets {
+    size: [u32; 2],
+    /// Their centres, in blocks of eight; NaN in the lanes after the last.
+    centers: Vec<[Block; 2]>,
+    /// Their indices among those of a task.
+    pixels: Vec<usize>,
+}
+
+impl Packets {
+    fn new([width, height]: [u32; 2], columns: u32) -> Packets {
+        let mut out = Packets { size: [width, height], ..Packets::default() };
+        for first in (0..width).step_by(SIDE as usize) {
+            for row in 0..height {
+                for column in first..width.min(first + SIDE) {
+                    let lane = out.pixels.len() % LANES;
+                    if lane == 0 {
+                        out.centers.push([Block([f64::NAN; LANES]); 2]);
+                    }
+                    if let Some([x, y]) = out.centers.last_mut() {
+                        (x.0[lane], y.0[lane]) = (f64::from(column) + 0.5, f64::from(row) + 0.5);
+                    }
+                    out.pixels.push((row * columns + column) as usize);
+                }
+            }
+        }
+        out
+    }
 }
 
 impl<'a> Batch<'a> {
@@ -133,38 +163,42 @@ impl<'a> Batch<'a> {
             aovs: SurfaceAovs::new(&prepared.scene, view),
             samples: CameraSamples::default(),
             hits: Vec::new(),
-            pixels: Vec::new(),
+            packets: Packets::default(),
+            left: 0,
         }
     }
 
     /// Traces the camera rays through the pixel centres of a rectangle within the crop, packet by packet.
-    fn trace(&mut self, pixels: PixelRect) {
-        let crop = self.crop;
-        let seed = u64::from(self.view.film.seed);
-        let PixelRect { x: left, y: top, width, height } = pixels;
-        let places = (0..width).step_by(SIDE as usize).flat_map(|first| {
-            let columns = left + first..left + width.min(first + SIDE);
-            (0..height).flat_map(move |row| columns.clone().map(move |column| (column, row)))
-        });
-        self.pixels.clear();
+    fn trace(&mut self, rect: PixelRect) {
+        let size = [rect.width, rect.height];
+        if self.packets.size != size {
+            self.packets = Packets::new(size, self.crop.width);
+        }
+        self.left = rect.x;
+        let left = f64::from(self.crop.x + rect.x);
+        let top = f64::from(self.crop.y + rect.y);
         self.samples.clear();
-        let points = places.map(|(column, row)| {
-            self.pixels.push(row * crop.width + column);
-            let (x, y) = (crop.x + column, crop.y + top + row);
-            let center = DVec2::new(f64::from(x) + 0.5, f64::from(y) + 0.5);
-            (SampleId { x, y, index: 0, seed }, center)
-        });
-        take_points(self.view, &mut self.samples, points);
+        let mut count = self.packets.pixels.len();
+        for [x, y] in &self.packets.centers {
+            let at = [Block(x.0.map(|x| left + x)), Block(y.0.map(|y| top + y))];
+            take_centers(self.view, &mut self.samples, &at, count.min(LANES));
+            count -= count.min(LANES);
+        }
         self.scene.intersect_batch(&mut self.samples.rays, &mut self.hits);
         self.scene.look_past_hidden(&self.samples.rays, &mut self.hits);
     }
 
     /// Writes the values to the rows of a task.
     fn fill(&mut self, rows: &mut [Rows<'_>]) {
-        let pixels = self.pixels.chunks(LANES).zip(self.hits.chunks(LANES));
-        for (number, (pixels, hits)) in pixels.enumerate() {
+        let left = self.left as usize;
+        let blocks = self.packets.pixels.chunks(LANES).zip(self.hits.chunks(LANES));
+        for (number, (pixels, hits)) in blocks.enumerate() {
             let first = number * LANES;
-            self.aovs.compute(&self.samples, &self.hits, first..first + hits.len());
+            let mut present = [false; LANES];
+            present.iter_mut().zip(hits).for_each(|(present, hit)| *present = hit.is_some());
+            if present.contains(&true) {
+                self.aovs.compute(&self.samples, &self.hits, first..first + hits.len());
+            }
             let mut summed = 0;
             for (aov, rows) in self.view.film.aovs.iter().zip(&mut *rows) {
                 match (rows, aov.labels()) {
@@ -172,7 +206,7 @@ impl<'a> Batch<'a> {
                         for (pixel, hit) in pixels.iter().zip(hits) {
                             let label = hit.as_ref().map_or(NO_LABEL, |hit| self.aovs.label(kind, hit));
                             // 0 says that there is nothing.
-                            rows[*pixel as usize] = if label == NO_LABEL { 0 } else { label + 1 };
+                            rows[left + *pixel] = if label == NO_LABEL { 0 } else { label + 1 };
                         }
                     }
                     (Rows::Float(rows), _) => {
@@ -180,15 +214,15 @@ impl<'a> Batch<'a> {
                             Average::Hits(none) => none,
                             _ => 0.0,
                         };
-                        let depth = depth(aov);
-                        for channel in 0..depth {
-                            let values = self.aovs.channel(summed, channel);
+                        let channel = |channel: usize| {
                             // As the sum of one sample in a film.
-                            let values = Fixed96::means_of_one(values);
-                            for ((pixel, hit), v) in pixels.iter().zip(hits).zip(values) {
-                                rows[*pixel as usize * depth + channel] =
-                                    if hit.is_some() { v } else { none };
-                            }
+                            let values = Fixed96::means_of_one(self.aovs.channel(summed, channel));
+                            std::array::from_fn(|lane| if present[lane] { values[lane] } else { none })
+                        };
+                        match depth(aov) {
+                            1 => write([channel(0)], pixels, left, rows),
+                            2 => write([0, 1].map(channel), pixels, left, rows),
+                            _ => write([0, 1, 2].map(channel), pixels, left, rows),
                         }
                         summed += 1;
                     }
@@ -196,6 +230,15 @@ impl<'a> Batch<'a> {
                 }
             }
         }
+    }
+}
+
+/// Writes the channels of up to eight pixels.
+#[inline]
+fn write<const N: usize>(channels: [[f32; LANES]; N], pixels: &[usize], left: usize, rows: &mut [f32]) {
+    let rows = rows.as_chunks_mut::<N>().0;
+    for (lane, pixel) in pixels.iter().enumerate() {
+        rows[left + *pixel] = channels.map(|channel| channel[lane]);
     }
 }
 

@@ -186,8 +186,11 @@ impl Scene {
                 }
             }
         }
+        // Whether the ends of the rays are those of the hits so far.
+        let mut are_ended = false;
         if !shapes.rectangles.is_empty() {
             rays.end_at(hits);
+            are_ended = shapes.rest.is_empty();
             for rectangle in &shapes.rectangles {
                 let mut found = std::mem::take(&mut rays.found);
                 found.clear();
@@ -217,6 +220,9 @@ impl Scene {
             }
         }
         if !shapes.meshes.is_empty() || self.world_mesh.is_some() {
+            if !are_ended {
+                rays.end_at(hits);
+            }
             self.intersect_meshes(&shapes.meshes, rays, hits);
         }
         if shapes.tree {

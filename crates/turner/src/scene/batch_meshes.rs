@@ -22,9 +22,8 @@ enum MeshQuery {
 }
 
 impl Scene {
-    /// Keeps the hits of meshes that are nearer than the hits so far.
+    /// Keeps the hits of meshes that are nearer than the hits so far, at which the rays end.
     pub(crate) fn intersect_meshes(&self, meshes: &[u32], rays: &mut RayBatch, hits: &mut [Option<Hit>]) {
-        rays.end_at(hits);
         if let Some(world_mesh) = &self.world_mesh {
             let own = |p, part| world_mesh.triangle(p, part);
             self.intersect_mesh(world_mesh.mesh(), None, world_mesh.offset(), own, MeshQuery::Nearest, rays);

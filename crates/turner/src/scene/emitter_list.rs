@@ -67,7 +67,8 @@ impl Scene {
                     return None;
                 }
                 if let Some(position) = light.position() {
-                    return Some(Bounds::new(position, position));
+                    let reach = DVec3::splat(light.radius());
+                    return Some(Bounds::new(position - reach, position + reach));
                 }
                 // For area lights, the bounds of points as seen from near the scene.
                 let p = self.stats.bounds.map_or(DVec3::ZERO, |b| b.center());

@@ -55,5 +55,5 @@ pub use ray_batch::{RayBatch, RayOrigin};
 pub use scene::{Scene, SceneStats};
 pub use search_cost::SearchCost;
 pub use spectrum_block::SpectrumBlock;
-pub(crate) use surface_block::{SurfaceBlock, SurfaceX8};
+pub(crate) use surface_block::{FlatBlock, SurfaceBlock, SurfaceX8};
 pub(crate) use volumes::Volumes;

@@ -1,7 +1,8 @@
 //! Surfaces at hits, eight at a time: points, normals and shading frames, equal to those of [`Scene::surface`] and of
 //! [`prepare`](crate::material::vertex::prepare) bit by bit.
 
-use turner_bvh::lanes::{Block, Block32, F32x8, F64x8, Mask8, Simd, Vec3x8};
+use turner_bvh::RayBlock;
+use turner_bvh::lanes::{Block, Block32, F32x8, F64x8, LANES, Mask8, Simd, Vec3x8};
 
 use crate::bsdf::TerminatorX8;
 use crate::interaction::SurfaceInteraction;
@@ -67,25 +68,24 @@ pub(crate) struct SurfaceX8<S: Simd> {
 }
 
 impl SurfaceBlock {
-    /// Stores the hit of a ray of this direction in a lane; false if its surface is not a triangle in world space, or has
-    /// vertex normals where only `flat` ones are asked for.
+    /// Stores the hit of a ray in a lane; false if its surface is not in world space, or has shading normals of its own
+    /// where only `flat` ones are asked for.
     #[inline]
-    pub(crate) fn take(
-        &mut self,
-        scene: &Scene,
-        lane: usize,
-        hit: &Hit,
-        direction: DVec3,
-        flat: bool,
-    ) -> bool {
-        let is_taken = self.take_triangle(scene, lane, hit, flat);
-        if is_taken {
-            set_vector(&mut self.direction, lane, direction);
+    pub(crate) fn take(&mut self, scene: &Scene, lane: usize, hit: &Hit, ray: &Ray, flat: bool) -> bool {
+        if !self.take_triangle(scene, lane, hit, flat) {
+            match scene.point_in_world(ray, hit).filter(|at| !flat || at.ns == at.ng) {
+                Some(at) => {
+                    self.set_point(lane, &at);
+                    set_vector(&mut self.mapped, lane, at.ns);
+                }
+                None => return false,
+            }
         }
-        is_taken
+        set_vector(&mut self.direction, lane, ray.direction);
+        true
     }
 
-    /// The same for [`SurfaceBlock::compute_points`], which needs no direction.
+    /// Stores the hit of a triangle in a lane, for [`SurfaceBlock::compute_points`]; false if it is not in world space.
     #[inline]
     pub(crate) fn take_triangle(&mut self, scene: &Scene, lane: usize, hit: &Hit, flat: bool) -> bool {
         let Some(triangle) = scene.placed_triangle(hit) else { return false };
@@ -153,6 +153,19 @@ impl SurfaceBlock {
     pub(crate) fn soft_normal(&self, lane: usize) -> Option<DVec3> {
         let ns = vector(&self.ns, lane);
         (self.softens >> lane & 1 == 1 && ns != self.normal(lane)).then_some(ns)
+    }
+
+    /// Stores the points of eight rays on one flat shape, as [`Scene::point_in_world`].
+    #[inline(always)]
+    pub(crate) fn set_flat<S: Simd>(&mut self, simd: S, rays: &RayBlock, flat: &FlatBlock) {
+        let (point, n) =
+            (Vec3x8::splat(simd, flat.point.to_array()), Vec3x8::splat(simd, flat.normal.to_array()));
+        let t = F64x8::load(simd, &flat.t);
+        let p = Vec3x8::load(simd, &rays.origin) + Vec3x8::load(simd, &rays.direction) * t;
+        self.triangles = 0;
+        (p - n * (p - point).dot(n)).store(&mut self.p);
+        n.store(&mut self.ng);
+        n.store(&mut self.ns);
     }
 
     /// Computes the triangles, and all frames.
@@ -293,7 +306,38 @@ impl SurfaceBlock {
     }
 }
 
+/// Hits of eight rays on one plane or rectangle, whose surface is the same everywhere.
+pub(crate) struct FlatBlock {
+    point: DVec3,
+    normal: DVec3,
+    t: Block,
+}
+
 impl Scene {
+    /// The flat shape in world space that all eight rays hit.
+    #[inline]
+    pub(crate) fn flat_block(&self, hits: &[Option<Hit>]) -> Option<FlatBlock> {
+        let primitive = hits.first()?.as_ref()?.primitive;
+        let mut t = Block::default();
+        if hits.len() < LANES {
+            return None;
+        }
+        for (t, hit) in t.0.iter_mut().zip(hits) {
+            *t = hit.as_ref().filter(|hit| hit.primitive == primitive)?.shape.t;
+        }
+        let own = &self.primitives[primitive as usize];
+        let shape = match own.transform {
+            NO_TRANSFORM => &own.shape,
+            i => self.transforms[i as usize].in_world.as_deref()?,
+        };
+        let (point, normal) = match shape {
+            Shape::Plane(plane) => plane.place(),
+            Shape::Rectangle(rectangle) => rectangle.place(),
+            _ => return None,
+        };
+        Some(FlatBlock { point, normal, t })
+    }
+
     /// The point and the normals of [`Scene::surface`], where they do not need the surface in object space.
     #[inline]
     pub(crate) fn point_in_world(&self, ray: &Ray, hit: &Hit) -> Option<SurfacePoint> {

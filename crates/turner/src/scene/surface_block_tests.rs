@@ -11,7 +11,7 @@ use crate::material::Material;
 use crate::material::vertex::prepare;
 use crate::math::{DAffine3, DMat3, Ray};
 use crate::schema::{Asset, MeshData, MeshId, PrepareOptions, Transform};
-use crate::shape::{MeshDesc, ShapeDesc};
+use crate::shape::{BoxDesc, DiskDesc, MeshDesc, PlaneDesc, RectangleDesc, ShapeDesc, SphereDesc};
 use crate::testing::Random;
 
 struct Compute<'a>(&'a mut SurfaceBlock);
@@ -58,6 +58,54 @@ fn triangles(random: &mut Random, smooth: bool, placed: &[DAffine3]) -> SceneDes
     desc
 }
 
+/// Shapes other than meshes, with and without a transform.
+#[test]
+fn other_shapes_equal_scalar_surfaces() {
+    let mut random = Random::new(9);
+    let mut desc =
+        SceneDesc { integrator: IntegratorDesc::Path(PathDesc::default()), ..SceneDesc::default() };
+    let shapes = [
+        ShapeDesc::Sphere(SphereDesc::default()),
+        ShapeDesc::Rectangle(RectangleDesc::default()),
+        ShapeDesc::Disk(DiskDesc::default()),
+        ShapeDesc::Plane(PlaneDesc { point: DVec3::new(0.0, -1.5, 0.0), ..PlaneDesc::default() }),
+        ShapeDesc::Box(BoxDesc::default()),
+    ];
+    for (i, shape) in shapes.iter().enumerate() {
+        let turn = DMat3::from_rotation_x(0.7 + i as f64);
+        let shift = DVec3::new(1.3 * i as f64 - 2.0, 0.4, -0.3 * i as f64);
+        let placed = DAffine3 { matrix3: 0.8 * turn, translation: shift };
+        for transform in [DAffine3::IDENTITY, placed] {
+            desc.objects
+                .push(ObjectDesc { transform: Transform(transform), ..ObjectDesc::new(shape.clone()) });
+        }
+    }
+    let scene = desc.prepare(&PrepareOptions::default()).unwrap().scene;
+    let mut taken = vec![0; scene.primitives.len()];
+    let mut block = SurfaceBlock::default();
+    for _ in 0..20_000 {
+        let [a, b, c, d] = random.units::<4>();
+        let [e, f, ..] = random.units::<4>();
+        let from = DVec3::new(8.0 * a - 4.0, 8.0 * b - 4.0, 8.0 * c - 4.0);
+        let ray =
+            Ray::new(from, (DVec3::new(4.0 * d - 2.0, 3.0 * e - 1.5, 3.0 * f - 1.5) - from).normalize());
+        let Some(hit) = scene.intersect(&ray) else { continue };
+        let surface = scene.surface(&ray, &hit);
+        if !block.take(&scene, 3, &hit, &ray, true) {
+            continue;
+        }
+        taken[hit.primitive as usize] += 1;
+        for set in InstructionSet::available() {
+            dispatch(set, Compute(&mut block));
+            let own = (block.point(3), block.normal(3), block.shading_normal(3), block.mapped_normal(3));
+            assert_eq!(own, (surface.p, surface.ng, surface.ns, surface.ns));
+            assert_eq!((block.error.0[3], block.direction(3)), (surface.error, ray.direction));
+        }
+    }
+    // Some are hidden, and a turned box is computed in its own space.
+    assert!(taken.iter().filter(|n| **n > 20).count() >= 8, "{taken:?}");
+}
+
 #[test]
 fn triangles_in_lanes_equal_scalar_surfaces() {
     let mut random = Random::new(8);
@@ -84,8 +132,8 @@ fn triangles_in_lanes_equal_scalar_surfaces() {
                 if lane % 3 == 2 {
                     block.set(lane, &surface, surface.ns, ray.direction);
                 } else {
-                    assert_eq!(block.take(&scene, lane, &hit, ray.direction, true), !smooth);
-                    assert!(block.take(&scene, lane, &hit, ray.direction, false));
+                    assert_eq!(block.take(&scene, lane, &hit, &ray, true), !smooth);
+                    assert!(block.take(&scene, lane, &hit, &ray, false));
                 }
                 surfaces.push((ray, surface));
             }

@@ -75,6 +75,12 @@ impl Plane {
         ray.at(t).is_finite().then_some(ShapeHit { t, part: 0, u: 0.0, v: 0.0 })
     }
 
+    /// A point of it, and its normal.
+    #[inline]
+    pub(crate) fn place(&self) -> (DVec3, DVec3) {
+        (self.point, self.normal)
+    }
+
     /// The surface point at a hit.
     #[inline]
     pub fn surface(&self, ray: &Ray, hit: &ShapeHit) -> SurfacePoint {

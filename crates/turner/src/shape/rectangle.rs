@@ -89,6 +89,12 @@ impl Rectangle {
         (u.abs() <= 0.5 && v.abs() <= 0.5).then_some(ShapeHit { t, part: 0, u: u + 0.5, v: v + 0.5 })
     }
 
+    /// A point of it, and its normal.
+    #[inline]
+    pub(crate) fn place(&self) -> (DVec3, DVec3) {
+        (self.center, self.normal)
+    }
+
     /// The surface point at a hit.
     #[inline]
     pub fn surface(&self, ray: &Ray, hit: &ShapeHit) -> SurfacePoint {

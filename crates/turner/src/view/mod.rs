@@ -10,7 +10,7 @@ mod sample;
 
 pub use sample::{CameraSamples, camera_ray};
 pub(crate) use sample::{
-    PlaceBuffer, camera_point, check_pixel, place, place_of, places, sample_id, take_points,
+    PlaceBuffer, camera_point, check_pixel, place, place_of, places, sample_id, take_centers, take_points,
 };
 
 use turner_bvh::InstructionSet;

@@ -164,6 +164,15 @@ pub(crate) fn take_points(
     }
 }
 
+/// Appends a block of camera rays without ids, through positions in pixels and the centre of the lens: `count` lanes, whose
+/// x is not NaN.
+#[inline]
+pub(crate) fn take_centers(view: &View, samples: &mut CameraSamples, [x, y]: &[Block; 2], count: usize) {
+    let rays = samples.rays.add_block(count);
+    let center = |_: usize| DVec2::splat(0.5);
+    samples.lengths.push(camera_rays(view.instruction_set, &view.camera, &view.film, x, y, center, rays));
+}
+
 /// The position of a sample, in pixels from the picture's top left corner.
 #[inline]
 pub(crate) fn place(view: &View, filter: &Filter, id: &SampleId) -> DVec2 {

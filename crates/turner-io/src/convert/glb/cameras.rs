@@ -167,6 +167,9 @@ fn light_json(light: &LightDesc, remarks: &mut Remarks) -> Option<(Value, DAffin
             if l.ies.is_some() {
                 remarks.ignored("IES profiles");
             }
+            if l.radius > 0.0 {
+                remarks.approximated("spot lights with a radius: shadows become sharp");
+            }
             let (color, intensity) = strength(l.color, l.intensity);
             let outer = radians(l.angle).clamp(1e-6, FRAC_PI_2);
             let inner = radians((l.angle - l.penumbra).max(0.0)).min(outer * 0.999_999);

@@ -159,6 +159,7 @@ fn cones_make_spots_and_temperatures_colours() {
     assert!((spot.intensity - PI).abs() < 1e-9, "{}", spot.intensity);
     assert_eq!((spot.angle, spot.penumbra), (30.0, 15.0));
     near(spot.look_at.normalize(), DVec3::NEG_Z);
+    assert!((spot.radius - 0.5).abs() < 1e-12, "{}", spot.radius);
     let LightDesc::Point(point) =
         lights("def SphereLight \"L\" { float inputs:radius = 0\n float inputs:intensity = 8\n bool inputs:normalize = 1 }").remove(0)
     else {

@@ -6,7 +6,7 @@ use turner_bvh::lanes::{Block32, F64x8, Simd, Vec3x8, Work};
 use crate::camera::CameraFrame;
 use crate::film::Aov;
 use crate::math::DVec3;
-use crate::scene::SurfaceBlock;
+use crate::scene::{FlatBlock, SurfaceBlock};
 
 /// Whether [`Points`] computes an AOV. The camera's axes are those at the ray's time, so a moving camera needs scalar code.
 pub(super) fn is_in_lanes(aov: Aov, camera_moves: bool) -> bool {
@@ -20,6 +20,8 @@ pub(super) fn is_in_lanes(aov: Aov, camera_moves: bool) -> bool {
 /// Computes the points and normals of a block, and from them AOVs.
 pub(super) struct Points<'a> {
     pub(super) surfaces: &'a mut SurfaceBlock,
+    /// If all hits are on one flat shape, those; `surfaces` does not have them.
+    pub(super) flat: Option<FlatBlock>,
     pub(super) rays: &'a RayBlock,
     pub(super) frame: &'a CameraFrame,
     pub(super) aovs: &'a [Aov],
@@ -32,8 +34,11 @@ impl Work for Points<'_> {
 
     #[inline(always)]
     fn run<S: Simd>(self, simd: S) {
-        let Points { surfaces, rays, frame, aovs, out } = self;
-        surfaces.compute_points(simd);
+        let Points { surfaces, flat, rays, frame, aovs, out } = self;
+        match flat {
+            Some(flat) => surfaces.set_flat(simd, rays, &flat),
+            None => surfaces.compute_points(simd),
+        }
         let (p, ng, ns) = surfaces.points(simd);
         let direction = Vec3x8::load(simd, &rays.direction);
         let from = p - Vec3x8::load(simd, &rays.origin);

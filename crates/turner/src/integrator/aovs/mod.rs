@@ -29,7 +29,7 @@ use crate::film::{Aov, LabelKind, NO_LABEL};
 use crate::integrator::{AskedDetails, CameraSamples, Radiance, SampleDetails, Tracer, footprint};
 use crate::interaction::SurfaceInteraction;
 use crate::math::DVec3;
-use crate::scene::{Hit, RayBatch, Scene, SurfaceBlock};
+use crate::scene::{FlatBlock, Hit, RayBatch, Scene, SurfaceBlock};
 use crate::shape::SurfacePoint;
 use crate::view::View;
 use first_hit::AovHit;
@@ -117,11 +117,12 @@ impl<'a> SampleAovs<'a> {
         self.labels.reserve(count * self.kinds.len());
         for first in (0..count).step_by(LANES) {
             let block = first..(first + LANES).min(count);
-            find_surfaces(self.scene, &samples.rays, hits, block.clone(), &mut self.surfaces);
+            let flat = find_surfaces(self.scene, &samples.rays, hits, block.clone(), &mut self.surfaces);
             dispatch(
                 self.scene.instruction_set,
                 Points {
                     surfaces: &mut self.surfaces,
+                    flat,
                     rays: &samples.rays.blocks()[first / LANES],
                     frame: &self.frame,
                     aovs: &self.aovs,
@@ -225,14 +226,19 @@ impl<'a> SampleAovs<'a> {
     }
 }
 
-/// Finds the surfaces at the hits of up to eight rays; [`Points`] computes them. Lanes without a hit keep old values.
+/// Finds the surfaces at the hits of up to eight rays; [`Points`] computes them. Lanes without a hit keep old values. If
+/// all hits are on one flat shape, it is returned instead.
 fn find_surfaces(
     scene: &Scene,
     rays: &RayBatch,
     hits: &[Option<Hit>],
     samples: Range<usize>,
     surfaces: &mut SurfaceBlock,
-) {
+) -> Option<FlatBlock> {
+    let flat = hits.get(samples.clone()).and_then(|hits| scene.flat_block(hits));
+    if flat.is_some() {
+        return flat;
+    }
     for (lane, i) in samples.enumerate() {
         let Some(Some(hit)) = hits.get(i) else { continue };
         if surfaces.take_triangle(scene, lane, hit, false) {
@@ -245,6 +251,7 @@ fn find_surfaces(
         });
         surfaces.set_point(lane, &point);
     }
+    None
 }
 
 /// Appends as many values as the AOV has channels.

@@ -50,9 +50,10 @@ impl<'a> SurfaceAovs<'a> {
             return;
         }
         let rays = &samples.rays;
-        find_surfaces(self.scene, rays, hits, block.clone(), &mut self.surfaces);
+        let flat = find_surfaces(self.scene, rays, hits, block.clone(), &mut self.surfaces);
         let points = Points {
             surfaces: &mut self.surfaces,
+            flat,
             rays: &rays.blocks()[block.start / LANES],
             frame: &self.frame,
             aovs: &self.aovs,

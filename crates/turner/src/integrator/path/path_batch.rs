@@ -408,7 +408,7 @@ impl<R: Record> PathBatch<'_, R> {
             let (Some(hit), Some(ray)) = (hit, queue.rays.get(i)) else { continue };
             let in_block = self.block_material(sample, hit);
             if let Some(material) = in_block
-                && self.take_triangle(i, sample, &ray, hit, material)
+                && self.take_plain(i, sample, &ray, hit, material)
             {
                 continue;
             }

@@ -41,9 +41,9 @@ impl<'a, R: Record> PathBatch<'a, R> {
         Place { sample, ray, hit, material, curvature }
     }
 
-    /// Adds a vertex to a block, if it is on a triangle in world space with a constant material.
+    /// Adds a vertex to a block, if it is on a shape in world space with a constant material.
     #[inline]
-    pub(in crate::integrator::path) fn take_triangle(
+    pub(in crate::integrator::path) fn take_plain(
         &mut self,
         number: usize,
         sample: u32,
@@ -58,7 +58,7 @@ impl<'a, R: Record> PathBatch<'a, R> {
             return false;
         }
         // The densities of light paths at smooth normals are those of scalar code.
-        let surface = Surface::Triangle { scene: self.scene, flat: self.strategy.is_some() };
+        let surface = Surface::InWorld { scene: self.scene, flat: self.strategy.is_some() };
         if !self.blocks.take(&bsdf, &self.place(sample, ray, hit, material), &surface) {
             return false;
         }
@@ -70,12 +70,15 @@ impl<'a, R: Record> PathBatch<'a, R> {
         true
     }
 
-    /// The BSDF of a triangle hit on its outer side, where the other side has another one.
+    /// The BSDF of a shape hit on its outer side, where the other side has another one.
     #[inline]
     fn plain_outside<'b>(&self, ray: &Ray, hit: &Hit, material: &'b OpenPbr) -> Option<BlockBsdf<'b>> {
         // Light paths know only BSDFs of both sides.
         let bsdf = material.plain_outside().filter(|_| self.strategy.is_none())?;
-        let ng = self.scene.placed_triangle(hit)?.normal();
+        let ng = match self.scene.placed_triangle(hit) {
+            Some(triangle) => triangle.normal(),
+            None => self.scene.point_in_world(ray, hit)?.ng,
+        };
         (ray.direction.dot(ng) < 0.0).then_some(bsdf)
     }
 
@@ -116,8 +119,8 @@ struct Place<'a> {
 
 /// How a surface gets into a block.
 enum Surface<'a> {
-    /// A triangle in world space, if it is one: the block computes it. Perhaps only `flat` ones.
-    Triangle { scene: &'a Scene, flat: bool },
+    /// A shape in world space, if it is one; the block computes triangles. Perhaps only `flat` ones.
+    InWorld { scene: &'a Scene, flat: bool },
     /// A surface interaction, and its shading normal after bump and normal map.
     Computed(&'a SurfaceInteraction, DVec3),
 }
@@ -143,8 +146,8 @@ impl<K: Default> List<K> {
         let (block, lane) = self.free();
         let direction = place.ray.direction;
         match *surface {
-            Surface::Triangle { scene, flat } => {
-                if !block.surfaces.take(scene, lane, place.hit, direction, flat) {
+            Surface::InWorld { scene, flat } => {
+                if !block.surfaces.take(scene, lane, place.hit, place.ray, flat) {
                     return false;
                 }
             }
