@@ -112,12 +112,8 @@ pub(super) fn integrator(scene: &mut Assembly<'_>, object: &Object) -> Result<()
         object.pass(&["strict_normals"]);
     }
     let rr_start = object.integer("rr_depth")?.and_then(|d| u32::try_from(d).ok());
-    scene.frame.integrator = IntegratorDesc::Path(PathDesc {
-        max_depth,
-        hide_emitters,
-        rr_start: rr_start.unwrap_or(PathDesc::default().rr_start),
-        ..PathDesc::default()
-    });
+    scene.frame.integrator =
+        IntegratorDesc::Path(PathDesc { max_depth, hide_emitters, rr_start, ..PathDesc::default() });
     scene.finish(object);
     Ok(())
 }

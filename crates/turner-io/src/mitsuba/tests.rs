@@ -276,7 +276,7 @@ fn integrators_keep_their_settings() {
          <boolean name='hide_emitters' value='true'/></integrator>",
     );
     let IntegratorDesc::Path(path) = scene.unwrap().integrator else { panic!() };
-    assert_eq!((path.max_depth, path.rr_start, path.hide_emitters), (4, 8, true));
+    assert_eq!((path.max_depth, path.rr_start, path.hide_emitters), (4, Some(8), true));
 }
 
 #[test]

@@ -78,9 +78,9 @@ fn long_paths(e: &Evidence<'_>) -> Option<Finding> {
         .measure("longest-path", f64::from(longest), "count")
         .measure("fraction-of-material", fraction, "fraction");
     if let IntegratorDesc::Path(p) = &e.scene.integrator
-        && p.rr_start > 16
+        && let Some(rr_start) = p.rr_start.filter(|start| *start > 16)
     {
-        finding = finding.set("integrator.rr_start", 3).measure("rr-start", f64::from(p.rr_start), "count");
+        finding = finding.set("integrator.rr_start", 3).measure("rr-start", f64::from(rr_start), "count");
     }
     Some(finding)
 }

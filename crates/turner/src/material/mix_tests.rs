@@ -42,7 +42,7 @@ fn ball() -> ShapeDesc {
 /// A sphere of the last of these materials in a uniform environment.
 fn furnace(samples: u32, materials: Vec<MaterialDesc>) -> Mean {
     let desc =
-        path(PathDesc { rr_start: 1000, ..PathDesc::default() }).seen_from_front(4.0, 10.0).before(1.0);
+        path(PathDesc { rr_start: Some(1000), ..PathDesc::default() }).seen_from_front(4.0, 10.0).before(1.0);
     mean(samples, of_last(desc, materials, ball()))
 }
 

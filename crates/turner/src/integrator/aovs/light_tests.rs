@@ -181,11 +181,12 @@ fn cost_is_the_number_of_rays() {
     let r = Rendered::of(&half(0), &[Aov::Cost]);
     r.is("cost", 2, 4, 1.0);
     // All rays of a pass: those that no Russian roulette ends are counted where they are sampled.
-    let mut desc = groups(IntegratorDesc::Path(PathDesc { rr_start: 100, ..PathDesc::default() }), &LAYERS);
+    let mut desc =
+        groups(IntegratorDesc::Path(PathDesc { rr_start: Some(100), ..PathDesc::default() }), &LAYERS);
     for shared_paths in [SharedPathsMode::Off, SharedPathsMode::Always] {
         desc.integrator = IntegratorDesc::Path(PathDesc {
             max_depth: 4,
-            rr_start: 100,
+            rr_start: Some(100),
             shared_paths,
             caustics: Caustics::Off,
             ..PathDesc::default()

@@ -118,7 +118,8 @@ fn a_matte_wall_is_direct_and_diffuse() {
 #[test]
 fn bounces_are_counted() {
     let wall = |z: f64| rectangle(v(0.0, 0.0, z), v(2000.0, 0.0, 0.0), v(0.0, 2000.0, 0.0));
-    let paths = PathDesc { max_depth: 5, rr_start: 100, caustics: Caustics::Off, ..PathDesc::default() };
+    let paths =
+        PathDesc { max_depth: 5, rr_start: Some(100), caustics: Caustics::Off, ..PathDesc::default() };
     let open =
         path(paths.clone()).with(wall(0.0), matte(grey(1.0))).seen_from_front(5.0, 60.0).filmed([8, 6], 4);
     let closed = open.clone().with(wall(6.0), matte(grey(1.0)));

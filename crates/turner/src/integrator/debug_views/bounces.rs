@@ -42,7 +42,7 @@ impl Integrator for BouncesDesc {
     fn prepare(&self, scene: &Scene, view: &View) -> Result<Arc<dyn PreparedIntegrator>, SceneError> {
         let paths = PathDesc {
             max_depth: self.max_depth,
-            rr_start: self.rr_start,
+            rr_start: Some(self.rr_start),
             caustics: Caustics::Off,
             shared_paths: SharedPathsMode::Off,
             ..PathDesc::default()

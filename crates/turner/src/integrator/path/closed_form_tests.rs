@@ -39,7 +39,7 @@ fn uniform_light_shows_the_albedo() {
         for albedo in [0.0, 0.3, 1.0] {
             let camera =
                 PinholeDesc { position: v(0.0, 0.0, 4.0), fov: Some(10.0), ..PinholeDesc::default() };
-            let mut desc = path(PathDesc { rr_start: 1000, ..PathDesc::default() })
+            let mut desc = path(PathDesc { rr_start: Some(1000), ..PathDesc::default() })
                 .seen(camera)
                 .with(sphere(DVec3::ZERO, 1.0), matte(grey(albedo)));
             if is_background {
@@ -162,7 +162,7 @@ fn depth_limits_cut_a_geometric_series() {
         mean(8, desc.seen(camera).with(sphere(DVec3::ZERO, 1.0), shell))
     };
     for depth in [0u32, 1, 2, 3, 7] {
-        let all = PathDesc { rr_start: 1000, ..by(LightSampling::Bsdf) };
+        let all = PathDesc { rr_start: Some(1000), ..by(LightSampling::Bsdf) };
         let expected = 2.0 - 0.5f64.powi(depth as i32);
         inside(path(PathDesc { max_depth: depth, ..all.clone() })).is_grey(expected, 1e-6);
         inside(path(PathDesc { max_depth: 100, max_diffuse: Some(depth), ..all.clone() }))
@@ -180,7 +180,7 @@ fn parallel_planes_and_russian_roulette() {
     let plane = |y: f64| ShapeDesc::Plane(PlaneDesc { point: v(0.0, y, 0.0), normal: v(0.0, -y, 0.0) });
     let material = PrincipledMaterial { emission_luminance: 1.0, ..matte(rgb([0.5, 0.9, 0.1])) };
     let camera = PinholeDesc { position: DVec3::ZERO, look_at: v(0.0, -1.0, 0.2), ..PinholeDesc::default() };
-    let desc = path(PathDesc { max_depth: 1000, rr_start: 1, ..PathDesc::default() })
+    let desc = path(PathDesc { max_depth: 1000, rr_start: Some(1), ..PathDesc::default() })
         .seen(camera)
         .with(plane(-1.0), material.clone())
         .with(plane(1.0), material);

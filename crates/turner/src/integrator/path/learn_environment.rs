@@ -46,20 +46,28 @@ impl LitPoint {
 }
 
 /// What the pilot run finds.
-pub(super) enum Learned {
-    /// The environment is best sampled as it is.
-    Nothing,
-    /// What each part of the scene sees of the environment.
-    Adaptive(AdaptiveEnvironment),
+pub(super) struct Learned {
+    /// What each part of the scene sees of the environment; `None` if it is best sampled as it is.
+    pub(super) adaptive: Option<AdaptiveEnvironment>,
+    pub(super) sky: Sky,
+}
+
+/// How much of an environment arrives.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Sky {
+    /// Little or nothing, or it is unknown.
+    Closed,
+    /// Much: more than [`MOST_OPEN`].
+    Open,
     /// A uniform environment is the only light, and much of it arrives. Directions that follow the BSDF then need no light
     /// samples by luminance beside them: .75 to .85 of the time, .83 to 1.06 of the variance of balls and glass under a uniform
     /// sky.
-    UniformSky,
+    Uniform,
 }
 
 /// What is to be learned about the environment of the scene.
 pub(super) fn learn(context: Context<'_>) -> Learned {
-    found(context).unwrap_or(Learned::Nothing)
+    found(context).unwrap_or(Learned { adaptive: None, sky: Sky::Closed })
 }
 
 fn found(context: Context<'_>) -> Option<Learned> {
@@ -79,7 +87,8 @@ fn found(context: Context<'_>) -> Option<Learned> {
     let open = open_fraction(scene, light, &few);
     if open > MOST_OPEN {
         let alone = scene.emitters.len() == 1 && settings.light_sampling == LightSampling::Both;
-        return (alone && light.uniform().is_some()).then_some(Learned::UniformSky);
+        let sky = if alone && light.uniform().is_some() { Sky::Uniform } else { Sky::Open };
+        return Some(Learned { adaptive: None, sky });
     }
     let points = find_points(context, side);
     let mut learning = EnvironmentLearning::new(light, points.iter().map(|point| point.p).collect())?;
@@ -103,7 +112,7 @@ fn found(context: Context<'_>) -> Option<Learned> {
     for TracedRay { p, direction, cos, through } in seen.into_iter().flatten() {
         learning.add(p, direction, cos.max(0.0) * through);
     }
-    learning.finish(index).map(Learned::Adaptive)
+    Some(Learned { adaptive: learning.finish(index), sky: Sky::Closed })
 }
 
 /// A traced shadow ray: its origin, its direction, the cosine to the normal there, and its transmittance, which is 0 below

@@ -11,6 +11,7 @@
 //! A pilot run measures the noise for n = 1 and n = [`MEASURED`], which tells `stays` and `falls`, and counts the shadow rays,
 //! which tell c. The n of the least noise(n)·time(n) is taken. Where paths are shared, less noise stays.
 
+use super::learn_environment::Sky;
 use super::pilot_run::{OFFSETS, PilotRun};
 use super::settings::Settings;
 use super::shared_paths::Sharing;
@@ -78,7 +79,7 @@ pub(super) fn decide_under_uniform_sky(
     if !is_cheap(scene, view) {
         return 0;
     }
-    cheapest(context, sharing, |samples| settings.under_uniform_sky(samples - 1)) - 1
+    cheapest(context, sharing, |samples| settings.under(Sky::Uniform, samples - 1)) - 1
 }
 
 /// The number of samples of direct light with the least noise times time; a smaller number if its cost is nearly the same.

@@ -64,7 +64,7 @@ pub use caustics::{Caustics, CausticsStrategy, Gathered, Photon, PhotonMap};
 
 use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 
-use learn_environment::Learned;
+use learn_environment::{Learned, Sky};
 use settings::Settings;
 use shared_paths::Sharing;
 
@@ -123,9 +123,10 @@ params! {
         /// Maximum number of surfaces that a ray may pass straight through, such as alpha-tested holes and thin clear
         /// panes. These do not count as bounces.
         max_transparent: u32 = 256, in Range::closed(0.0, 100000.0);
-        /// Number of bounces after which Russian roulette starts. A path whose throughput has fallen far since its first
+        /// Number of bounces after which Russian roulette starts. Default: 3, or 5 where much of an environment arrives
+        /// directly: there most paths end by leaving the scene. A path whose throughput has fallen far since its first
         /// bounce then ends at random; the paths that survive are weighted up, so the mean stays the same.
-        rr_start: u32 = 3;
+        rr_start: Option<u32> = None;
         /// Whether emitters are hidden from the camera, as in Mitsuba: its rays pass emissive surfaces and see black instead
         /// of the environment or the background. They are still seen in mirrors and through glass.
         hide_emitters: bool = false;
@@ -234,8 +235,8 @@ struct Choice {
     cluster: u32,
     /// The environment that is sampled by what each part of the scene sees of it, if that reduces noise.
     adaptive: Option<AdaptiveEnvironment>,
-    /// Whether the only light is a uniform environment much of which arrives: see [`Settings::under_uniform_sky`].
-    uniform_sky: bool,
+    /// What arrives of an environment: see [`Settings::under`].
+    sky: Sky,
     /// Number of lights that are sampled at a first surface; 0 only under a uniform sky.
     light_samples: u32,
 }
@@ -244,7 +245,7 @@ impl Choice {
     /// One path a pixel, without a choice.
     fn plain(settings: &Settings) -> Choice {
         let light_samples = settings.light_samples;
-        Choice { strategy: None, cluster: 1, adaptive: None, uniform_sky: false, light_samples }
+        Choice { strategy: None, cluster: 1, adaptive: None, sky: Sky::Closed, light_samples }
     }
 }
 
@@ -273,10 +274,7 @@ impl PathIntegrator {
     fn context<'a>(&'a self, scene: &'a Scene, view: &'a View) -> Context<'a> {
         let mut settings = self.settings;
         if let Some(choice) = self.choice.get() {
-            settings = match choice.uniform_sky {
-                true => settings.under_uniform_sky(choice.light_samples),
-                false => settings.with_light_samples(choice.light_samples),
-            };
+            settings = settings.under(choice.sky, choice.light_samples);
         }
         Context {
             scene,
@@ -332,27 +330,28 @@ impl PreparedIntegrator for PathIntegrator {
                 let light_samples = light_samples::decide(plain, Sharing::NONE, self.light_samples);
                 return Choice { light_samples, ..Choice::plain(&settings) };
             };
-            let (adaptive, uniform_sky) = match learn_environment::learn(plain) {
-                Learned::Nothing => (None, false),
-                Learned::Adaptive(adaptive) => (Some(adaptive), false),
-                Learned::UniformSky => (None, matches!(desc.caustics, Caustics::Auto | Caustics::Off)),
-            };
+            let Learned { adaptive, mut sky } = learn_environment::learn(plain);
             let mut desc = desc.clone();
-            let mut context = Context { adaptive: adaptive.as_ref(), ..plain };
-            if uniform_sky {
-                desc.light_sampling = LightSampling::Bsdf;
-                context.settings = settings.under_uniform_sky(0);
+            match sky {
+                Sky::Uniform if matches!(desc.caustics, Caustics::Auto | Caustics::Off) => {
+                    desc.light_sampling = LightSampling::Bsdf;
+                }
+                Sky::Uniform => sky = Sky::Open,
+                Sky::Open | Sky::Closed => {}
             }
+            let without = if sky == Sky::Uniform { 0 } else { settings.light_samples };
+            let context =
+                Context { adaptive: adaptive.as_ref(), settings: settings.under(sky, without), ..plain };
             let strategy = CausticsStrategy::new(context, &desc);
             let (strategy, sharing) = shared_paths::decide(context, &desc, strategy);
             let context = Context { strategy: strategy.as_ref(), ..context };
-            let light_samples = match uniform_sky {
-                true => {
+            let light_samples = match sky {
+                Sky::Uniform => {
                     light_samples::decide_under_uniform_sky(context, settings, sharing, self.light_samples)
                 }
-                false => light_samples::decide(context, sharing, self.light_samples),
+                Sky::Open | Sky::Closed => light_samples::decide(context, sharing, self.light_samples),
             };
-            Choice { strategy, cluster: sharing.size, adaptive, uniform_sky, light_samples }
+            Choice { strategy, cluster: sharing.size, adaptive, sky, light_samples }
         });
     }
 
@@ -362,9 +361,9 @@ impl PreparedIntegrator for PathIntegrator {
 
     fn keeps_samples(&self) -> bool {
         let Some(choice) = self.choice.get() else { return true };
-        let Choice { strategy, cluster, adaptive, uniform_sky, light_samples } = choice;
-        let is_plain = strategy.is_none() && *cluster == 1 && adaptive.is_none() && !uniform_sky;
-        is_plain && *light_samples == self.settings.light_samples
+        let Choice { strategy, cluster, adaptive, sky, light_samples } = choice;
+        let is_plain = strategy.is_none() && *cluster == 1 && adaptive.is_none();
+        is_plain && self.settings.under(*sky, *light_samples) == self.settings
     }
 
     fn cluster(&self) -> u32 {

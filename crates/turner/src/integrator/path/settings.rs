@@ -1,13 +1,22 @@
 //! Settings that the integrators "path" and "direct" have in common.
 
+use super::learn_environment::Sky;
 use super::{DirectDesc, LightSampling, PathDesc, SharedPathsMode};
 use crate::bsdf::Lobe;
 
 /// More lights are not sampled at a surface.
 const MAX_LIGHT_SAMPLES: u32 = 256;
 
+/// Number of bounces after which Russian roulette starts, by default.
+const RR_START: u32 = 3;
+
+/// The same where much of an environment arrives. There few paths are long, and those that roulette ends save less time than
+/// their noise costs: five materials on a floor under an environment map have .85 to 1.02 of the time x error of 3; without
+/// roulette .86 to 1.24. Rooms with windows have 1.0 to 1.2.
+const RR_START_IN_THE_OPEN: u32 = 5;
+
 /// Limits and switches.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Settings {
     pub(super) max_depth: u32,
     max_diffuse: u32,
@@ -15,6 +24,8 @@ pub(super) struct Settings {
     max_transmission: u32,
     pub(super) max_transparent: u32,
     pub(super) rr_start: u32,
+    /// Whether `rr_start` is the default.
+    starts_by_default: bool,
     pub(super) hide_emitters: bool,
     pub(super) clamp_indirect: Option<f32>,
     pub(super) light_sampling: LightSampling,
@@ -51,7 +62,8 @@ impl Settings {
             counts_only_bounces: [d.max_diffuse, d.max_glossy]
                 .iter()
                 .all(|limit| limit.is_none_or(|limit| limit >= d.max_depth)),
-            rr_start: d.rr_start,
+            rr_start: d.rr_start.unwrap_or(RR_START),
+            starts_by_default: d.rr_start.is_none(),
             hide_emitters: d.hide_emitters,
             clamp_indirect: (d.clamp_indirect > 0.0).then_some(d.clamp_indirect as f32),
             light_sampling: d.light_sampling,
@@ -61,7 +73,7 @@ impl Settings {
             // roulette.
             shared_paths: d.shared_paths != SharedPathsMode::Off
                 && d.clamp_indirect <= 0.0
-                && d.rr_start >= 2,
+                && d.rr_start.is_none_or(|start| start >= 2),
             direct: false,
         }
     }
@@ -71,7 +83,7 @@ impl Settings {
         let path = PathDesc {
             max_depth: d.max_depth.saturating_add(1),
             max_transparent: d.max_transparent,
-            rr_start: u32::MAX,
+            rr_start: Some(u32::MAX),
             shared_paths: SharedPathsMode::Off,
             light_sampling: d.light_sampling,
             light_samples: d.light_samples,
@@ -85,9 +97,19 @@ impl Settings {
         Settings { light_samples, ..self }
     }
 
+    /// The settings for what arrives of an environment. Under an open sky Russian roulette begins later.
+    pub(super) fn under(self, sky: Sky, light_samples: u32) -> Settings {
+        let rr_start = if self.starts_by_default { RR_START_IN_THE_OPEN } else { self.rr_start };
+        match sky {
+            Sky::Closed => self.with_light_samples(light_samples),
+            Sky::Open => Settings { rr_start, ..self }.with_light_samples(light_samples),
+            Sky::Uniform => Settings { rr_start, ..self }.under_uniform_sky(light_samples),
+        }
+    }
+
     /// The settings for a uniform environment that is the only light. Without light samples, directions that follow the BSDF
     /// find it alone.
-    pub(super) fn under_uniform_sky(self, light_samples: u32) -> Settings {
+    fn under_uniform_sky(self, light_samples: u32) -> Settings {
         match light_samples {
             0 => Settings { light_sampling: LightSampling::Bsdf, ..self },
             _ => Settings { light_samples, by_cosine: true, ..self },

@@ -20,7 +20,7 @@ use crate::testing::scenes::{grey, path, rectangle, render_with, rgb, sphere, v}
 
 /// An empty scene, seen from the front, 8 × 8 pixels.
 fn small() -> SceneDesc {
-    let desc = path(PathDesc { rr_start: 1000, ..PathDesc::default() });
+    let desc = path(PathDesc { rr_start: Some(1000), ..PathDesc::default() });
     let mut desc = desc.filmed([8, 8], 16).seen_from_front(4.0, 10.0);
     desc.film.transfer = Transfer::Srgb;
     desc

@@ -78,7 +78,7 @@ fn a_slab_seen_head_on_passes_each_band_by_its_index() {
 #[test]
 fn clear_glass_passes_a_furnace() {
     for (roughness, most, least) in [(0.0, 1.0002, 0.9998), (0.4, 1.003, 0.95)] {
-        let desc = path(PathDesc { max_depth: 1000, rr_start: 1000, ..PathDesc::default() })
+        let desc = path(PathDesc { max_depth: 1000, rr_start: Some(1000), ..PathDesc::default() })
             .before(1.0)
             .seen_from_front(4.0, 20.0)
             .with(sphere(DVec3::ZERO, 1.0), glass(roughness));

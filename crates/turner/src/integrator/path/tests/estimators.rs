@@ -4,7 +4,8 @@ use std::sync::Arc;
 
 use crate::description::SceneDesc;
 use crate::image::{Image, Pixels};
-use crate::integrator::{Caustics, LightSampling, PathDesc, SharedPathsMode};
+use crate::integrator::path::learn_environment::Sky;
+use crate::integrator::{Caustics, IntegratorDesc, LightSampling, PathDesc, SharedPathsMode};
 use crate::light::{EnvironmentDesc, LightDesc};
 use crate::material::{AlphaMode, PrincipledMaterial};
 use crate::math::DVec3;
@@ -98,7 +99,7 @@ fn environments_sampled_and_hit() {
 
 #[test]
 fn russian_roulette_changes_no_mean() {
-    let starting = |rr_start| room(PathDesc { rr_start, ..PathDesc::default() });
+    let starting = |rr_start| room(PathDesc { rr_start: Some(rr_start), ..PathDesc::default() });
     estimate(16, starting(1000)).agrees(&estimate(32, starting(1)), 0.02);
 }
 
@@ -248,11 +249,21 @@ fn uniform_skies_are_sampled_by_the_cosine() {
     let chosen = |desc: &SceneDesc| {
         let prepared = desc.prepare(&PrepareOptions::default()).unwrap();
         prepared.choose(0);
-        prepared.path().and_then(|path| path.choice.get()).is_some_and(|choice| choice.uniform_sky)
+        let path = prepared.path().unwrap();
+        let start = path.context(&prepared.scene, &prepared.view).settings.rr_start;
+        (path.choice.get().unwrap().sky, start)
     };
     let both = scene(LightSampling::Both, None);
-    assert!(chosen(&both));
-    assert!(!chosen(&both.clone().with(sphere(v(2.0, 2.0, 0.0), 0.1), emissive(5.0, grey(1.0)))));
+    assert_eq!(chosen(&both), (Sky::Uniform, 5));
+    let mut lit = both.clone().with(sphere(v(2.0, 2.0, 0.0), 0.1), emissive(5.0, grey(1.0)));
+    assert_eq!(chosen(&lit), (Sky::Open, 5));
+    // What is asked for stays.
+    let IntegratorDesc::Path(settings) = &mut lit.integrator else { panic!() };
+    settings.rr_start = Some(3);
+    assert_eq!(chosen(&lit), (Sky::Open, 3));
+    // Under a lid little arrives.
+    let lid = rectangle(v(0.0, 2.0, 0.0), DVec3::X * 60.0, DVec3::Z * 60.0);
+    assert_eq!(chosen(&both.clone().with(lid, matte(grey(0.5)))), (Sky::Closed, 3));
     let expected = estimate(256, scene(LightSampling::Light, None));
     for light_samples in [None, Some(1), Some(4)] {
         estimate(64, scene(LightSampling::Both, light_samples)).agrees(&expected, 0.01);

@@ -107,7 +107,8 @@ fn the_denser_of_overlapping_solids_has_priority() {
 #[test]
 fn rays_pass_thin_walls_and_hundreds_of_shells() {
     // 64 nested shells of glass with air inside, of a clear material that reflects nothing.
-    let mut desc = along_z(PathDesc { max_depth: 1000, rr_start: 1000, ..PathDesc::default() }).before(1.0);
+    let mut desc =
+        along_z(PathDesc { max_depth: 1000, rr_start: Some(1000), ..PathDesc::default() }).before(1.0);
     let clear = PrincipledMaterial { specular_weight: grey(0.0), ..glass(1.5) };
     let clear = desc.material(MaterialDesc::Principled(clear));
     for i in 0..64 {

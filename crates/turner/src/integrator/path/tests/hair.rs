@@ -17,7 +17,7 @@ const STRATEGIES: [LightSampling; 3] = [LightSampling::Both, LightSampling::Bsdf
 
 /// Fibres along x of width 1 at the heights `y`, seen by a narrow camera that looks along −z at the first.
 fn fibres(kind: CurveKind, y: &[f32], material: HairMaterial, by: LightSampling) -> SceneDesc {
-    let by = PathDesc { light_sampling: by, max_depth: 200, rr_start: 1000, ..PathDesc::default() };
+    let by = PathDesc { light_sampling: by, max_depth: 200, rr_start: Some(1000), ..PathDesc::default() };
     let mut desc = path(by).seen_from_front(10.0, 0.001);
     desc.mesh(MeshData {
         positions: y.iter().flat_map(|y| [[-3.0, *y, 0.0], [3.0, *y, 0.0]]).collect(),

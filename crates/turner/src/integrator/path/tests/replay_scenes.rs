@@ -117,7 +117,7 @@ pub(super) fn seen(desc: SceneDesc) -> SceneDesc {
 
 /// The same with Russian roulette from the first bounce on.
 fn base() -> SceneDesc {
-    seen(path(PathDesc { rr_start: 1, ..PathDesc::default() }))
+    seen(path(PathDesc { rr_start: Some(1), ..PathDesc::default() }))
 }
 
 /// Adds a checkerboard floor.
@@ -306,13 +306,17 @@ fn flat_triangles() -> SceneDesc {
 
 /// A mirror on a dull floor under the sky and a lamp.
 fn several_light_samples() -> SceneDesc {
-    let settings =
-        PathDesc { light_samples: Some(3), rr_start: 1, caustics: Caustics::Off, ..PathDesc::default() };
+    let settings = PathDesc {
+        light_samples: Some(3),
+        rr_start: Some(1),
+        caustics: Caustics::Off,
+        ..PathDesc::default()
+    };
     floored(with_light(seen(path(settings)).lit(studio()))).with(ball(0.0), metal(0.0))
 }
 
 fn several_light_samples_of_triangles() -> SceneDesc {
-    let settings = PathDesc { light_samples: Some(5), rr_start: 1, ..PathDesc::default() };
+    let settings = PathDesc { light_samples: Some(5), rr_start: Some(1), ..PathDesc::default() };
     plain_meshes(floored(with_light(seen(path(settings)).lit(studio()))))
 }
 
@@ -322,14 +326,14 @@ fn balls(desc: SceneDesc) -> SceneDesc {
 }
 
 fn under_uniform_sky(light_samples: u32, with: fn(SceneDesc) -> SceneDesc) -> SceneDesc {
-    let settings = PathDesc { light_samples: Some(light_samples), rr_start: 1, ..PathDesc::default() };
+    let settings = PathDesc { light_samples: Some(light_samples), rr_start: Some(1), ..PathDesc::default() };
     let (desc, sky) = estimators::uniform_sky(seen(path(settings)));
     floored(with(desc.lit(sky)))
 }
 
 fn many_lights() -> SceneDesc {
     let settings = PathDesc {
-        rr_start: 2,
+        rr_start: Some(2),
         max_depth: 5,
         max_diffuse: Some(3),
         max_glossy: Some(2),

@@ -309,7 +309,7 @@ fn paths_are_not_shared_where_it_would_be_wrong() {
             desc.background.medium = desc.medium(fog);
         }),
         ("a clamp", |desc| settings(desc).clamp_indirect = 1.0),
-        ("chance at once", |desc| settings(desc).rr_start = 1),
+        ("chance at once", |desc| settings(desc).rr_start = Some(1)),
         ("adaptive", |desc| (desc.film.antialias, desc.film.samples) = (Antialias::Adaptive, 16)),
         ("direct light", |desc| desc.integrator = IntegratorDesc::Direct(DirectDesc::default())),
     ];

@@ -17,7 +17,7 @@ use crate::testing::scenes::{
 use crate::texture::{MarbleDesc, TextureDesc};
 
 fn deep() -> PathDesc {
-    PathDesc { max_depth: 1000, rr_start: 1000, ..PathDesc::default() }
+    PathDesc { max_depth: 1000, rr_start: Some(1000), ..PathDesc::default() }
 }
 
 /// A camera that looks at the origin from the front.

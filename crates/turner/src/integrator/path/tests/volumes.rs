@@ -221,7 +221,7 @@ fn single_scattering_matches_quadrature() {
 
 /// A ball of such a material in front of the camera.
 fn ball(solid: fn(&mut SceneDesc) -> MaterialId) -> SceneDesc {
-    let mut desc = path(PathDesc { rr_start: 100, ..deep() }).seen_from_front(4.0, 20.0);
+    let mut desc = path(PathDesc { rr_start: Some(100), ..deep() }).seen_from_front(4.0, 20.0);
     let material = solid(&mut desc);
     desc.with_shared(sphere(DVec3::ZERO, 1.0), material)
 }
@@ -334,7 +334,8 @@ fn scattering_glass_is_reciprocal() {
             viewport: Viewport::Height(view),
             ..OrthographicDesc::default()
         };
-        let settings = PathDesc { max_depth: 200, max_diffuse: Some(1), rr_start: 20, ..PathDesc::default() };
+        let settings =
+            PathDesc { max_depth: 200, max_diffuse: Some(1), rr_start: Some(20), ..PathDesc::default() };
         let mut desc = path(settings)
             .seen(camera)
             .with(square(from, -1.5 * front), glow())
