@@ -62,6 +62,7 @@ pub use tree::{LightTree, NO_CELL, Receiver};
 use crate::color::Spectrum;
 use crate::image::Image;
 use crate::math::{DVec2, DVec3};
+use crate::sampler::stratified;
 use crate::schema::value::{Data, Value};
 use crate::schema::{
     Asset, ErrorCode, ImageId, ParamType, ReadContext, SceneError, WriteContext, choice, family, wrong_type,
@@ -412,7 +413,7 @@ impl Light {
                 None => Some(l.illuminate()),
             },
             Light::Spot(l) if l.radius() > 0.0 => {
-                let mut lit = l.illuminate(p, stratum(i, jitter).into())?;
+                let mut lit = l.illuminate(p, stratified(i, ENVIRONMENT_SAMPLES, jitter))?;
                 lit.intensity *= 1.0 / ENVIRONMENT_SAMPLES as f32;
                 Some(lit)
             }
