@@ -278,7 +278,10 @@ fn area(
             _ => 0.0,
         };
         if radius > 0.0 && kind != "SphereLight" {
-            scene.warn(WarningKind::Approximated, "lights with a cone: they look like disks from every side");
+            scene.warn(
+                WarningKind::Approximated,
+                "lights with a cone: they become spot lights with the radius of a disk of the same area",
+            );
         }
         point(scene, prim, (emission, intensity, radius), (cone, widest), state.transform)?;
         return Ok(());
@@ -297,7 +300,7 @@ fn area(
     Ok(())
 }
 
-/// A light in a point; with a cone, in a ball with a radius in scene units.
+/// A point light; with a cone, a spot light with a radius in scene units.
 fn point(
     scene: &mut Scene<'_>,
     prim: &Prim,

@@ -419,7 +419,7 @@ class PathIntegrator(Integrator):
         max_glossy (integer): Maximum number of glossy and mirror reflections. Default: `max_depth`.
         max_transmission (integer): Maximum number of transmissions. Default: `max_depth`.
         max_transparent (integer, 0 to 100000, default 256): Maximum number of surfaces that a ray may pass straight through, such as alpha-tested holes and thin clear panes. These do not count as bounces.
-        rr_start (integer): Number of bounces after which Russian roulette starts. Default: 3, or 5 where much of an environment arrives directly: there most paths end by leaving the scene. A path whose throughput has fallen far since its first bounce then ends at random; the paths that survive are weighted up, so the mean stays the same.
+        rr_start (integer): Number of bounces after which Russian roulette starts. Default: 3, or 5 under an open sky, where most paths leave the scene. A path whose throughput has fallen far since its first bounce then ends at random; the paths that survive are weighted up, so the mean stays the same.
         hide_emitters (true | false, default false): Whether emitters are hidden from the camera, as in Mitsuba: its rays pass emissive surfaces and see black instead of the environment or the background. They are still seen in mirrors and through glass.
         clamp_indirect (number, 0 or more, default 0): Largest radiance that one path may contribute as indirect light, in any colour channel; 0 is no limit. A limit removes fireflies and also light: the image gets darker.
         caustics ("auto" | "light-tracing" | "full" | "off", default "auto"): How caustics are found: light focused by mirrors and glass.
@@ -3473,7 +3473,7 @@ class DirectionalLight(Light):
     motion: Any
 
 class SpotLight(Light):
-    """Light from one point into a cone with a soft edge. With a `radius` its shadows are soft, too.
+    """Light from one point into a cone with a soft edge. A `radius` makes its shadows soft.
     
     Keys:
         position ([x, y, z]): Position of the light.
@@ -3482,7 +3482,7 @@ class SpotLight(Light):
         penumbra (number, 0 to 180, default 5): Width of the soft edge, in degrees inwards from `angle`.
         color (color, default 1): Colour of the light.
         intensity (number, 0 or more, default 1): Strength of the light on the axis.
-        radius (number, 0 or more, default 0): Radius of the light, which makes shadows soft: it looks like a disk from every side. Rays do not see it.
+        radius (number, 0 or more, default 0): Radius of the light in scene units: the larger, the softer its shadows. The light itself is invisible.
         attenuation ("none" | "inverse-square" | [constant, linear, quadratic], default "none"): How the light falls off with distance.
         ies ("IES file"): IES file with the measured intensity in each direction, as for the point light. The cone still limits it.
         ies_units ("relative" | "candela", default "relative"): How the values of the IES file are used.

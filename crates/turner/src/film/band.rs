@@ -7,16 +7,16 @@ use super::labels::HeldLabels;
 use super::{Fixed96, Half, NonFinite, PixelRect, PixelSum, SampleSet, TILE, TileGrid, TileSums};
 use crate::color::Spectrum;
 
-/// One row of tiles of a film's region, and the samples that its tiles hold. Pixels are plain words, which the system
-/// provides zeroed. The first access writes all of them: where a page of memory is read first, systems map a shared page
-/// of zeros, and copying that at the first write interrupts all processors.
+/// One row of tiles of a film's region, and the samples that its tiles hold. Memory for the pixels is allocated zeroed and
+/// filled with zeros before the first sample is added. Reading it first is slower: the page faults twice, and the second
+/// page fault interrupts the other cores.
 #[derive(Clone, Debug)]
 pub(crate) struct Band {
     rows: PixelRect,
     pixels: Pixels,
     /// Sums of additional channels, `channels` per pixel.
     extra: Vec<[u32; 3]>,
-    /// Whether pixels and channels are as the system provided them.
+    /// Whether pixels and channels are allocated, but not yet written.
     is_fresh: bool,
     channels: usize,
     /// The brightest samples of each pixel; empty unless fireflies are removed.
@@ -68,7 +68,7 @@ impl Band {
         }
     }
 
-    /// Writes pixels and channels for the first time. Everything that changes them calls it before.
+    /// Fills pixels and channels with zeros before they are changed for the first time.
     fn touch(&mut self) {
         if std::mem::take(&mut self.is_fresh) {
             match &mut self.pixels {
@@ -206,8 +206,8 @@ impl Band {
         }
     }
 
-    /// Adds the rows of a tile's sums, from an index on, to the rows of pixels that begin at `starts`. False if there are
-    /// other channels than those of the error estimate, or sums that do not fit in 64 bits.
+    /// Adds a tile's sums of 64 bits, from the pixel `skipped` on, to the rows of pixels that begin at `starts`. Returns
+    /// false and adds nothing if some sums need more bits, or if the film has AOVs.
     fn add_plain(&mut self, sums: &TileSums, starts: impl Iterator<Item = usize>, skipped: usize) -> bool {
         let (channels, width) = (self.channels, sums.rect().width as usize);
         let of_error = if sums.estimates_error { ERROR_SUMS } else { 0 };
@@ -229,7 +229,7 @@ impl Band {
         true
     }
 
-    /// The same for all channels and sums of any size.
+    /// The same for sums of any size, and with AOVs.
     fn add_wide(&mut self, sums: &TileSums, starts: impl Iterator<Item = usize> + Clone, skipped: usize) {
         let (channels, width) = (self.channels, sums.rect().width as usize);
         let pixels = self.sums_mut();

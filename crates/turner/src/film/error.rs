@@ -305,8 +305,8 @@ fn smoothed(
 ) -> Vec<f64> {
     let height = spreads.len() / width.max(1);
     let around = |at: usize, size: usize| at.saturating_sub(1)..(at + 2).min(size);
-    // What the luminance certainly is at least.
-    let certain =
+    // Lower bounds of the luminance.
+    let least =
         strips::map(spreads.len(), threads, |i| spreads[i].luminance.abs() - NORMAL * of(&spreads[i]).sqrt());
     strips::map(spreads.len(), threads, |i| {
         let (x, y) = (i % width, i / width);
@@ -315,7 +315,7 @@ fn smoothed(
         for ny in around(y, height) {
             for nx in around(x, width) {
                 let other = ny * width + nx;
-                let (variance, bright) = (of(&spreads[other]), certain[other]);
+                let (variance, bright) = (of(&spreads[other]), least[other]);
                 let scale = if bright > own { (own / bright).max(DARKEST) } else { 1.0 };
                 sum += scale * scale * variance;
                 count += 1.0;

@@ -45,8 +45,8 @@ impl PixelSum {
         }
     }
 
-    /// Adds the sums of another pixel to stored words: three of colour, coverage, weight, in units of 2^-44 and 2^-32, and
-    /// whether a sample was omitted.
+    /// Adds the sums of another pixel to the words of this one: red, green and blue in units of 2^-44, coverage and weight
+    /// in units of 2^-32. `omitted` marks a sample that was not finite.
     #[inline(always)]
     pub(super) fn add_to_words(
         words: &mut [u32; PixelSum::WORDS],

@@ -151,12 +151,13 @@ impl TilePixels {
         moved.wrapping_add(high).wrapping_add(i128::from(self.sums[pixel].0[i]))
     }
 
-    /// Whether all sums fit in 64 bits, so that [`TilePixels::add_to_words`] adds them.
+    /// Whether 64 bits hold all sums, as [`TilePixels::add_to_words`] needs.
     pub(super) fn are_plain(&self) -> bool {
         self.high.is_empty() && self.moved.is_empty()
     }
 
-    /// Adds the plain sums of a pixel to those of a film, and those of its error estimate to the last channels.
+    /// Adds the sums of a pixel to the film's words of that pixel, and the sums of the error estimate to `error`. The sums
+    /// must be plain.
     #[inline(always)]
     pub(super) fn add_to_words(
         &self,

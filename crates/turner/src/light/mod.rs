@@ -351,7 +351,7 @@ impl Light {
         }
     }
 
-    /// Radius of the ball around [`position`](Light::position) that emits.
+    /// Radius of the sphere around [`position`](Light::position) that emits; 0 for a point.
     pub fn radius(&self) -> f64 {
         match self {
             Light::Spot(l) => l.radius(),

@@ -1,9 +1,9 @@
-//! Spot light: light from one point, or from the points of a ball, into a cone.
+//! Spot light: light from one point, or from a sphere, into a cone.
 //!
-//! A spot light with a `radius` is a cloud of points in a ball of this radius. Their density is proportional to
-//! 1 / √(1 − r²) at the fraction r of the radius: the one for which the ball looks like an evenly bright disk from every
-//! side (the inverse Abel transform of a disk). So it casts the soft shadows of a disk that faces the lit point. It is as
-//! bright as this disk, too, so that it does not become infinitely bright at its centre.
+//! A spot light with a `radius` emits from points inside a sphere. At r times the radius their density is proportional to
+//! 1 / √(1 − r²). With this density (the inverse Abel transform of a disk) the sphere looks like a uniform disk from every
+//! direction, so it casts the soft shadows of a disk that faces the lit point. The irradiance is that of the disk, too; it
+//! stays finite inside the sphere.
 
 use std::f64::consts::PI;
 use std::sync::Arc;
@@ -21,7 +21,7 @@ use crate::schema::{Asset, ErrorCode, ImageId, ProfileFile, Range, SceneError, p
 use crate::texture::Wrap;
 
 params! {
-    /// Light from one point into a cone with a soft edge. With a `radius` its shadows are soft, too.
+    /// Light from one point into a cone with a soft edge. A `radius` makes its shadows soft.
     pub struct SpotDesc as "spot" {
         /// Position of the light.
         position: DVec3, required, default DEFAULT_POSITION;
@@ -35,7 +35,7 @@ params! {
         color: Spectrum = Spectrum::WHITE;
         /// Strength of the light on the axis.
         intensity: f64 = 1.0, in Range::NON_NEGATIVE;
-        /// Radius of the light, which makes shadows soft: it looks like a disk from every side. Rays do not see it.
+        /// Radius of the light in scene units: the larger, the softer its shadows. The light itself is invisible.
         radius: f64 = 0.0, in Range::NON_NEGATIVE;
         /// How the light falls off with distance.
         attenuation: Attenuation = Attenuation::NONE;
@@ -123,7 +123,7 @@ impl Spot {
         self.radius
     }
 
-    /// The point of the light that `u` in the unit square chooses.
+    /// The point of the light sampled by `u` in the unit square.
     #[inline]
     pub(super) fn point(&self, u: DVec2) -> DVec3 {
         if self.radius == 0.0 {
@@ -149,7 +149,7 @@ impl Spot {
         Some(LightBound { radius: self.radius, ..cone })
     }
 
-    /// Light from a point of the ball, as strong as from the point beside it on the disk that faces `p`.
+    /// Light at `p` from a point of the sphere, with the intensity of its projection onto the disk that faces `p`.
     fn light_of_disk(&self, point: DVec3, p: DVec3) -> Option<Illumination> {
         let (to_light, to_center) = (point - p, self.position - p);
         let distance = to_center.length();
@@ -162,7 +162,7 @@ impl Spot {
         Some(Illumination { to_light, finite: true, intensity: self.intensity * factor as f32 })
     }
 
-    /// Light from the point that `u` chooses, which carries the power of the complete light.
+    /// Light at `p` from the point of the light sampled by `u`, with the intensity of the whole light.
     #[inline]
     pub(super) fn illuminate(&self, p: DVec3, u: DVec2) -> Option<Illumination> {
         let mut light = if self.radius == 0.0 {

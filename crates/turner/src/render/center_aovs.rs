@@ -123,7 +123,7 @@ struct Batch<'a> {
     left: u32,
 }
 
-/// The pixels of a batch, packet by packet: relative to its top left pixel.
+/// The pixels of a batch in the order of its ray packets, relative to the top left pixel of the batch.
 #[derive(Default)]
 struct Packets {
     size: [u32; 2],

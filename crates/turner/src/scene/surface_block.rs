@@ -85,7 +85,8 @@ impl SurfaceBlock {
         true
     }
 
-    /// Stores the hit of a triangle in a lane, for [`SurfaceBlock::compute_points`]; false if it is not in world space.
+    /// Stores the triangle of a hit in a lane, for [`SurfaceBlock::compute_points`]. False if the hit is not on a triangle in
+    /// world space.
     #[inline]
     pub(crate) fn take_triangle(&mut self, scene: &Scene, lane: usize, hit: &Hit, flat: bool) -> bool {
         let Some(triangle) = scene.placed_triangle(hit) else { return false };
@@ -325,12 +326,7 @@ impl Scene {
         for (t, hit) in t.0.iter_mut().zip(hits) {
             *t = hit.as_ref().filter(|hit| hit.primitive == primitive)?.shape.t;
         }
-        let own = &self.primitives[primitive as usize];
-        let shape = match own.transform {
-            NO_TRANSFORM => &own.shape,
-            i => self.transforms[i as usize].in_world.as_deref()?,
-        };
-        let (point, normal) = match shape {
+        let (point, normal) = match self.shape_in_world(primitive)? {
             Shape::Plane(plane) => plane.place(),
             Shape::Rectangle(rectangle) => rectangle.place(),
             _ => return None,
@@ -338,20 +334,25 @@ impl Scene {
         Some(FlatBlock { point, normal, t })
     }
 
+    /// The shape of a primitive in world space, unless it is a mesh or is known in object space alone.
+    #[inline]
+    fn shape_in_world(&self, primitive: u32) -> Option<&Shape> {
+        let primitive = &self.primitives[primitive as usize];
+        match (primitive.transform, &primitive.shape) {
+            (_, Shape::Mesh(_)) => None,
+            (NO_TRANSFORM, shape) => Some(shape),
+            (i, _) => self.transforms[i as usize].in_world.as_deref(),
+        }
+    }
+
     /// The point and the normals of [`Scene::surface`], where they do not need the surface in object space.
     #[inline]
     pub(crate) fn point_in_world(&self, ray: &Ray, hit: &Hit) -> Option<SurfacePoint> {
-        let primitive = &self.primitives[hit.primitive as usize];
-        let shape = match (primitive.transform, &primitive.shape) {
-            (_, Shape::Mesh(_)) => return None,
-            (NO_TRANSFORM, shape) => shape,
-            (i, _) => self.transforms[i as usize].in_world.as_deref()?,
-        };
-        let point = match shape {
+        let point = match self.shape_in_world(hit.primitive)? {
             // The most frequent ones: floors and walls.
             Shape::Plane(plane) => plane.surface(ray, &hit.shape),
             Shape::Rectangle(rectangle) => rectangle.surface(ray, &hit.shape),
-            _ => shape.surface(ray, &hit.shape),
+            shape => shape.surface(ray, &hit.shape),
         };
         Some(SurfacePoint { error: point.error.max(1e-15 * hit.shape.t), ..point })
     }

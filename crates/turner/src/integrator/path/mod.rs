@@ -123,8 +123,8 @@ params! {
         /// Maximum number of surfaces that a ray may pass straight through, such as alpha-tested holes and thin clear
         /// panes. These do not count as bounces.
         max_transparent: u32 = 256, in Range::closed(0.0, 100000.0);
-        /// Number of bounces after which Russian roulette starts. Default: 3, or 5 where much of an environment arrives
-        /// directly: there most paths end by leaving the scene. A path whose throughput has fallen far since its first
+        /// Number of bounces after which Russian roulette starts. Default: 3, or 5 under an open sky, where most paths
+        /// leave the scene. A path whose throughput has fallen far since its first
         /// bounce then ends at random; the paths that survive are weighted up, so the mean stays the same.
         rr_start: Option<u32> = None;
         /// Whether emitters are hidden from the camera, as in Mitsuba: its rays pass emissive surfaces and see black instead
@@ -235,7 +235,7 @@ struct Choice {
     cluster: u32,
     /// The environment that is sampled by what each part of the scene sees of it, if that reduces noise.
     adaptive: Option<AdaptiveEnvironment>,
-    /// What arrives of an environment: see [`Settings::under`].
+    /// How much of the environment's light arrives: see [`Settings::under`].
     sky: Sky,
     /// Number of lights that are sampled at a first surface; 0 only under a uniform sky.
     light_samples: u32,
