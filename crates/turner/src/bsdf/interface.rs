@@ -23,8 +23,8 @@ use super::facets::{FacetKind, Facets, widths};
 use super::film::{Film, Tint};
 use super::fresnel::{self, Metal};
 use super::specular::Specular;
+use super::spread::Spread;
 use super::{PrincipledPoint, Rgb, color, unit};
-use crate::math::elementary::{exp, ln, sin_cos_turns};
 use crate::math::{DVec3, reflect};
 use std::f64::consts::PI;
 
@@ -80,35 +80,6 @@ pub(super) struct Compensation {
     reflect: Rgb,
     transmit: Rgb,
     pub(super) spread: Spread,
-}
-
-/// Directions of the multiple-scattering lobes, on either side. Narrow GGX lobes lose most at grazing angles: the
-/// density is proportional to µ / (µ² + 4α²).
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Spread {
-    pub(super) k: f64,
-    /// ln(1 + 1/k).
-    pub(super) log: f64,
-}
-
-impl Spread {
-    fn new(alpha: f64) -> Spread {
-        let k = 4.0 * alpha * alpha;
-        Spread { k, log: ln(1.0 + 1.0 / k) }
-    }
-
-    /// Density per solid angle at the cosine `mu`.
-    pub(super) fn pdf(&self, mu: f64) -> f64 {
-        mu / (PI * (mu * mu + self.k) * self.log)
-    }
-
-    /// A direction in the upper hemisphere.
-    pub(super) fn sample(&self, u: [f64; 2]) -> DVec3 {
-        let mu2 = (self.k * (exp(u[0] * self.log) - 1.0)).clamp(0.0, 1.0);
-        let (sin, cos) = sin_cos_turns(u[1]);
-        let r = (1.0 - mu2).sqrt();
-        DVec3::new(r * cos, r * sin, mu2.sqrt())
-    }
 }
 
 /// The product of two losses. Interpolated losses may be slightly negative.
@@ -290,6 +261,12 @@ impl Interface {
         self.with_film(mu, self.opaque_index)
     }
 
+    /// Whether reflection and refraction of glass are all there is, without multiple scattering between facets.
+    pub(super) fn is_one_lobe(&self) -> bool {
+        let others = [self.metal, self.opaque];
+        others == [0.0; 2] && self.glass > 0.0 && !self.straight && self.compensation.is_none()
+    }
+
     fn with_film(&self, mu: f64, index: f64) -> Rgb {
         if index == f64::INFINITY {
             return Rgb::ONE; // a film adds nothing to a perfect mirror
@@ -417,8 +394,11 @@ impl Interface {
         }
         let h = (wo + wi).normalize();
         let mu = wo.dot(h);
-        let (r, t) = self.split(mu);
         let d = self.facets.d(h);
+        if d == 0.0 {
+            return (Rgb::ZERO, 0.0); // far from a narrow lobe of Beckmann's distribution
+        }
+        let (r, t) = self.split(mu);
         let (lo, li) = (self.facets.lambda(wo), self.facets.lambda(wi));
         let f = r * (d / (self.facets.masking(lo, li) * 4.0 * wo.z * wi.z));
         (f, d / ((1.0 + lo) * 4.0 * wo.z) * reflection_probability(r, t))
@@ -445,14 +425,15 @@ impl Interface {
         }
         let h = h * (1.0 / length).copysign(h.z);
         let (o, i) = (wo.dot(h), wi.dot(h));
-        if o <= 0.0 || i >= 0.0 {
+        let d = self.facets.d(h);
+        if o <= 0.0 || i >= 0.0 || d == 0.0 {
             return (Rgb::ZERO, 0.0);
         }
         let (r, t) = self.split(o);
         let root = o + self.eta * i;
         let (go, gi) = (self.facets.g1(wo), self.facets.g1(wi));
         // Walter et al. 2007, equations 21 and 17, for radiance: no factor η².
-        let common = self.facets.d(h) * o * -i * go / (root * root * wo.z);
+        let common = d * o * -i * go / (root * root * wo.z);
         let f = t * (common * gi / -wi.z);
         (f, common * self.eta * self.eta * (1.0 - reflection_probability(r, t)))
     }

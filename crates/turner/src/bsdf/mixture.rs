@@ -142,6 +142,12 @@ impl Bsdf<'_> {
         if self.unlayered.is_some() {
             return (self.prepare_exit(wo).0, [0.0; LOBES]);
         }
+        if self.glass_alone {
+            let mut p = [0.0; LOBES];
+            p[INTERFACE] = if wo.z > MIN_COSINE { 1.0 } else { 0.0 };
+            let w = AlbedoDirection::all(wo.z.clamp(0.0, 1.0));
+            return (Above { w, coat: w.mu, fuzz: 1.0, through: 1.0, path_length: 0.0, diffuse: 0.0 }, p);
+        }
         let above = self.above_towards(DVec3 { z: wo.z.max(0.0), ..wo }, self.inside);
         let p = if wo.z > MIN_COSINE { self.probabilities(above) } else { [0.0; LOBES] };
         (above, p)
@@ -280,6 +286,11 @@ impl Bsdf<'_> {
         if transmitted && p[TRANSMIT] + p[MULTI_TRANSMIT] == 0.0 && p[INTERFACE] == 0.0 {
             return (Rgb::ZERO, 0.0);
         }
+        if self.glass_alone
+            && let Some(interface) = &self.interface
+        {
+            return if transmitted { interface.transmit(wo, wi) } else { interface.reflect(wo, wi) };
+        }
         let mu = wi.z.abs();
         let inside = if transmitted && !self.thin { !self.inside } else { self.inside };
         let i = self.above_towards(wi, inside);
@@ -409,6 +420,10 @@ impl Bsdf<'_> {
                 let choice = interface.sample(wo, [u0, u[1], u[2]])?;
                 if choice.transmits {
                     eta = interface.eta;
+                }
+                if interface.smooth && self.glass_alone {
+                    let f = choice.color / (eta * eta);
+                    return delta(choice.wi, f, choice.probability, choice.transmits, eta);
                 }
                 if interface.smooth {
                     let inside = if choice.transmits && !self.thin { !self.inside } else { self.inside };

@@ -67,6 +67,7 @@ mod pane;
 mod parts;
 mod point;
 mod specular;
+mod spread;
 mod subsurface;
 mod terminator;
 mod unlayered;
@@ -142,6 +143,8 @@ pub struct Bsdf<'m> {
     diffuse: Diffuse,
     /// Lambertian reflection only.
     lambert: bool,
+    /// Glass of single scattering, and nothing else: the interface is the only lobe.
+    glass_alone: bool,
     /// Light that leaves the interior after a subsurface random walk: see [`Bsdf::leaving`].
     exits: bool,
     /// Another model, instead of all layers.
@@ -215,11 +218,13 @@ impl Bsdf<'static> {
                 normalisation: 1.0,
             },
             lambert: false,
+            glass_alone: false,
             exits: false,
             unlayered: None,
         };
         bsdf.diffuse.normalisation = bsdf.diffuse_normalisation();
         bsdf.lambert = bsdf.is_lambert();
+        bsdf.glass_alone = bsdf.is_glass_alone();
         bsdf
     }
 
@@ -243,6 +248,7 @@ impl Bsdf<'static> {
                 normalisation: 1.0,
             },
             lambert: false,
+            glass_alone: false,
             exits: false,
             unlayered: None,
         };
@@ -281,6 +287,11 @@ impl<'m> Bsdf<'m> {
             && self.diffuse.enter == Rgb::ZERO
             && self.diffuse.reflect != Rgb::ZERO
             && self.diffuse.roughness < diffuse::MIN_ROUGHNESS
+    }
+
+    fn is_glass_alone(&self) -> bool {
+        let is_bare = self.fuzz.is_none() && self.coat.is_none() && self.diffuse.weight == 0.0;
+        is_bare && self.interface.as_ref().is_some_and(Interface::is_one_lobe)
     }
 
     /// The BSDF without the cosine, for light from `wi` that leaves towards `wo`.

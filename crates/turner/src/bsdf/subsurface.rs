@@ -53,6 +53,7 @@ impl<'m> Bsdf<'m> {
         out.diffuse.roughness = 0.0;
         out.diffuse.normalisation = out.diffuse_normalisation();
         out.lambert = out.is_lambert();
+        out.glass_alone = false;
         out.exits = !out.lambert;
         out
     }

@@ -247,6 +247,12 @@ impl SurfaceBlock {
         vector(&self.p, lane)
     }
 
+    /// The points, by coordinate.
+    #[inline]
+    pub(crate) fn stored_points(&self) -> &[Block; 3] {
+        &self.p
+    }
+
     /// The geometric normal in a lane.
     #[inline]
     pub(crate) fn normal(&self, lane: usize) -> DVec3 {

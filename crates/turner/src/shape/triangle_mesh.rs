@@ -423,7 +423,7 @@ impl TriangleMesh {
         let vertices = self.corners(hit.part);
         let weights = [1.0 - hit.u - hit.v, hit.u, hit.v];
         let mix = |v: [DVec3; 3]| weights[0] * v[0] + weights[1] * v[1] + weights[2] * v[2];
-        let ng = self.geometric_normal(hit.part);
+        let ng = area_normal(&vertices).normalize();
         let ns = self.interpolated_normal(hit).map_or(ng, |n| match n.dot(ng) {
             side if side > 0.0 => n,
             side if side < 0.0 => -n,

@@ -21,7 +21,7 @@
 use super::LightSampling;
 use super::path_batch::{Path, PathBatch};
 use super::record::Record;
-use crate::light::Receiver;
+use crate::light::{NO_CELL, Receiver};
 use crate::material::{Gloss, GlossyLobe, Material};
 use crate::math::DVec3;
 use crate::scene::{LightBatch, SurfaceInteraction};
@@ -99,7 +99,7 @@ impl<R: Record> PathBatch<'_, R> {
     }
 
     /// Completes the receiver at the `number`th vertex of a path: the normal for cosine-weighted directions to a uniform
-    /// environment, or the cell of the adaptive environment.
+    /// environment, or the cell of the adaptive environment if it has none yet.
     #[inline]
     pub(super) fn of_vertex(&self, sample: u32, number: u32, at: Receiver, facing: Facing) -> Receiver {
         if self.settings.by_cosine {
@@ -109,8 +109,8 @@ impl<R: Record> PathBatch<'_, R> {
             return if first && !is_metal { at.by_cosine(-ns * ng.dot(direction).signum()) } else { at };
         }
         let at = match self.adaptive {
-            Some(adaptive) => at.in_cell(adaptive.cell(at.p)),
-            None => at,
+            Some(adaptive) if at.cell == NO_CELL => at.in_cell(adaptive.cell(at.p)),
+            _ => at,
         };
         // Lights that are sampled for several first vertices must not depend on one of them.
         if self.is_second(sample, number) { at.with_lobe(GlossyLobe::default()) } else { at }

@@ -18,6 +18,8 @@
 use std::ops::RangeInclusive;
 use std::sync::Arc;
 
+use turner_bvh::lanes::{Block, LANES};
+
 use super::cells::Cells;
 use super::distribution::{Distribution, Row};
 use super::tiles::{COLUMNS, ROWS, TILES, Tiles, choose, ends};
@@ -114,6 +116,12 @@ impl AdaptiveEnvironment {
     #[inline]
     pub fn cell(&self, p: DVec3) -> u32 {
         self.tables.cells.of(p) as u32
+    }
+
+    /// The cells of eight points, by coordinate.
+    #[inline]
+    pub fn cells_of_block(&self, p: &[Block; 3]) -> [u32; LANES] {
+        self.tables.cells.of_block(p).map(|cell| cell as u32)
     }
 
     /// Samples a direction for a cell from two uniform numbers in 0..1.

@@ -1,5 +1,7 @@
 //! A partition of space into cells that hold about as many points each: a complete binary k-d tree.
 
+use turner_bvh::lanes::{Block, LANES};
+
 use crate::math::DVec3;
 
 /// Maximum depth.
@@ -69,6 +71,19 @@ impl Cells {
         node - self.nodes.len()
     }
 
+    /// The cells of eight points, by coordinate. The steps of all points down the tree overlap.
+    #[inline]
+    pub(super) fn of_block(&self, p: &[Block; 3]) -> [usize; LANES] {
+        let mut nodes = [0; LANES];
+        for _ in 0..self.levels {
+            for (lane, node) in nodes.iter_mut().enumerate() {
+                let Split { axis, at } = self.nodes[*node];
+                *node = 2 * *node + 1 + usize::from(p[axis as usize].0[lane] >= at);
+            }
+        }
+        nodes.map(|node| node - self.nodes.len())
+    }
+
     pub(super) fn memory(&self) -> usize {
         size_of_val(&*self.nodes)
     }
@@ -90,6 +105,12 @@ mod tests {
             counts[cells.of(*p)] += 1;
         }
         assert_eq!(counts, [64; 64]);
+        for points in points.chunks_exact(LANES) {
+            let block =
+                [0, 1, 2].map(|axis| Block(std::array::from_fn(|lane| points[lane].to_array()[axis])));
+            let expected: [usize; LANES] = std::array::from_fn(|lane| cells.of(points[lane]));
+            assert_eq!(cells.of_block(&block), expected);
+        }
     }
 
     #[test]

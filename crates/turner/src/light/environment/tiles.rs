@@ -27,7 +27,8 @@ pub(super) fn choose(ends: &[f32], u: f64) -> (usize, f64, f64) {
     // Counting has no branches that no processor can predict.
     // Rounding must not lead beyond the last interval with a weight.
     let at = (u as f32).min(1.0 - 0.5 * f32::EPSILON);
-    let chosen = ends.iter().map(|end| usize::from(*end <= at)).sum::<usize>().min(ends.len() - 1);
+    let ended: u32 = ends.iter().map(|end| u32::from(*end <= at)).sum();
+    let chosen = (ended as usize).min(ends.len() - 1);
     let begin = chosen.checked_sub(1).map_or(0.0, |before| f64::from(ends[before]));
     let length = f64::from(ends[chosen]) - begin;
     (chosen, length, ((u - begin) / length).clamp(0.0, 1.0 - f64::EPSILON))

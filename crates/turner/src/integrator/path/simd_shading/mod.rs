@@ -168,6 +168,8 @@ impl<R: Record> PathBatch<'_, R> {
         dispatch(self.scene.instruction_set, Surfaces(vertices));
         let asks = self.settings.light_sampling != LightSampling::Bsdf && !self.guides.are_alone();
         for (block, len) in vertices.used() {
+            let adaptive = self.adaptive.filter(|_| !self.settings.by_cosine);
+            let cells = adaptive.map(|adaptive| adaptive.cells_of_block(block.surfaces.stored_points()));
             for lane in 0..len {
                 let surfaces = &block.surfaces;
                 let (p, ng, ns) =
@@ -176,6 +178,7 @@ impl<R: Record> PathBatch<'_, R> {
                 let path = &self.paths[sample as usize];
                 let (gloss, direction) = (block.sides[lane], surfaces.direction(lane));
                 let receiver = self.scene.receiver_of(gloss, p, ng, ns, direction);
+                let receiver = cells.map_or(receiver, |cells| receiver.in_cell(cells[lane]));
                 let facing = Facing { gloss, ng, ns, direction };
                 let receiver = self.of_vertex(sample, path.vertex + 1, receiver, facing);
                 let receiver = receiver.with_candidates(self.extra_light_samples(path, &receiver));
